@@ -151,10 +151,7 @@ def _whole(value: SupportsIndex | float) -> int:
 
 
 def frame_of(robot: RobotModel, name: str) -> str:
-    """Return the robot's frame for NAOqi's name of an effector, joint, sensor or camera, or for any frame of the robot.
-
-    Sensors have the names of getSensorNames: "CameraTop", "LFsrFL", "HeadTouchFront", "Accelerometer".
-    """
+    """Return the robot's frame for its name or NAOqi's of an effector, joint, camera or sensor (getSensorNames)."""
     check_robot(robot)
     for candidate in (name, f"{name}_frame"):
         if isinstance(name, str) and candidate in robot.frame_names:
@@ -166,11 +163,8 @@ def frame_of(robot: RobotModel, name: str) -> str:
 def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | None = None) -> Floats:
     """Return FRAME_ROBOT in the world, T_world_robot, shape (..., 4, 4), as the module's docstring defines it.
 
-    Args:
-        robot: a NAO of any version.
-        q: configurations, shape (..., nq).
-        torso_in_world: T_world_torso, shape (..., 4, 4), whose z axis is the vertical. None for the floating base of q;
-            with a fixed base, for a level torso at the world's origin.
+    The z axis of `torso_in_world`, T_world_torso, is the vertical. None means the floating base of q; with a fixed
+    base, a level torso at the world's origin.
     """
     check_robot(robot)
     T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in LEGS], reference=frame_of(robot, TORSO))

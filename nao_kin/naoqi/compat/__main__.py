@@ -60,8 +60,7 @@ def main() -> None:
 def _leave_qi(codes: list[int]) -> None:
     """Exit immediately with the script's code if qi is loaded.
 
-    The threads of qi continue and need Python's lock for their objects, which would abort the program while Python
-    shuts down.
+    The threads of qi need Python's lock for their objects, which would abort the program while Python shuts down.
     """
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):

@@ -30,10 +30,7 @@ _TRUE_DIVISION = re.compile(rb"^\s*from\s+__future__\s+import\s.*\bdivision\b", 
 
 
 def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.CodeType, bool]:
-    """Return the code of a script or module, and whether it was translated; `old` modules belong to a Python 2 script.
-
-    Raises SyntaxError or ValueError for code that is neither Python 3 nor Python 2.
-    """
+    """Return the code of a script or module, and whether it was translated; an `old` one belongs to Python 2."""
     try:
         tree = ast.parse(content, path)
     except (SyntaxError, ValueError):

@@ -29,19 +29,11 @@ class Joints:
 
     1. LHipYawPitch and RHipYawPitch share one motor. If both are commanded in a tick, the left command is used, as
        NAOqi documents; a command for the right one alone moves both.
-    2. Commands are clipped as `robot.clamp` does: first to the joint's own limits, then to the coupled limits. A joint
-       without a command is clipped too if another joint narrows its range (HeadPitch when HeadYaw turns), and stays
-       there.
-    3. A joint with stiffness above zero moves to its command, at most at its maximum speed; without stiffness it stays.
-       A stiffness between 0 and 1 does not slow a joint: there is no load.
+    2. Commands are clipped as `robot.clamp` does. A joint without a command is clipped too, and stays there, if another
+       joint narrows its range (HeadPitch when HeadYaw turns).
+    3. A joint with stiffness moves to its command at most at its maximum speed; without stiffness it stays.
 
     A command that is clipped or too fast is noted in the log, one line for each command and joint.
-
-    Attributes:
-        names: the 26 names.
-        column: name → index in the arrays.
-        lower, upper: limits, shape (26,).
-        max_speed: largest speeds, shape (26,) [rad/s, 1/s for the hands].
     """
 
     def __init__(self, robot: NaoModel, q: Floats) -> None:
@@ -52,7 +44,7 @@ class Joints:
         self._from_q = np.array([places[LEFT_HIP if name == RIGHT_HIP else name] for name in self.names])
         self._to_q = np.array([self.column[name] for name in robot.joint_names])
         self.lower, self.upper = robot.lower[self._from_q], robot.upper[self._from_q]
-        self.max_speed = robot.velocity_limits[self._from_q]
+        self.max_speed = robot.velocity_limits[self._from_q]  # [rad/s, 1/s for the hands]
         self._left, self._right = self.column[LEFT_HIP], self.column[RIGHT_HIP]
         self._command: Floats = robot.clamp(q)[self._from_q]
         self._sensor = self._command.copy()
@@ -112,11 +104,7 @@ class Joints:
         self._command = self._sensor.copy()
 
     def note_limp(self, columns: Sequence[int], notes: Notes) -> None:
-        """Note the joints without stiffness, which will not move.
-
-        The watcher gets a change of kind "limp" at the first command that moves no joint of a chain, and again after
-        the chain has had stiffness.
-        """
+        """Note joints without stiffness; notify the watcher once per chain, and again after it has had stiffness."""
         limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
         if limp:
             named = ", ".join(limp) if len(limp) <= 4 else f"{len(limp)} joints, from {limp[0]} to {limp[-1]},"
@@ -198,24 +186,18 @@ class Base:
     When the robot is on its feet, one sole is flat on the floor z = 0, initially the left one. If the other sole is
     lower by more than 1 mm, that foot becomes the standing foot: its sole is put flat, with its current position and
     yaw. If the feet are so inclined to each other that each is the lower one when the other is flat, the standing foot
-    does not change. A walk sets the standing foot itself (`stand_on`).
-
-    The standing sole stays in place while the other one is lifted by more than 1 mm, and during tasks that plan with a
-    foot in place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide equally, and FRAME_ROBOT between
-    them stays in place.
+    does not change. A walk sets the standing foot itself (`stand_on`). The standing sole stays in place while the other
+    one is lifted, and during tasks with `MotionTask.keeps_feet`. Otherwise both soles slide equally, and FRAME_ROBOT
+    between them stays in place.
 
     In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the torso
-    turns so that this vertical points up. The torso's x, y and yaw in the world do not change. During a movement into
-    or out of such a posture, the vertical turns gradually.
-
-    At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
-
-    Attributes:
-        support: the standing foot, "LLeg" or "RLeg"; None if the robot rests on the floor.
+    turns until it points up, gradually during a movement; its x, y and yaw in the world do not change. The world's
+    origin is on the floor below the initial FRAME_ROBOT, and its x axis along that of FRAME_ROBOT.
     """
 
     def __init__(self, robot: NaoModel, q: Floats, posture: str | None = None) -> None:
         self._robot = robot
+        # The standing foot, "LLeg" or "RLeg"; None if the robot rests on the floor.
         self.support: str | None = None
         self._T_world_sole = np.eye(4)
         self._place, self._yaw, self._R_world_torso = np.zeros(2), 0.0, np.eye(3)
@@ -304,8 +286,7 @@ WHOLE = ("Body", "Joints", "Com")
 def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:
     """Return a part's mass [kg] and centre of mass in the torso's frame, shape (3,) [m]; without mass, the origin.
 
-    The name of a joint means the segment that the joint moves; that of a chain or group, the segments of all its
-    joints; "Torso" means the trunk alone; "Body", "Joints" and "Com" mean the whole robot.
+    The name of a joint means the segment that it moves, that of a chain or group the segments of all its joints.
     """
     if name in WHOLE:
         return robot.mass, np.array(robot.com(q))

@@ -33,22 +33,14 @@ ToPoses = Callable[[Any], Floats]
 
 @dataclass(frozen=True, eq=False)
 class EffectorRequest:
-    """The request for one effector.
-
-    Attributes:
-        effector: one of the six.
-        space, mask: the space of its poses, and the axes of this space that are controlled.
-        poses: the poses of its path in the space, or changes if `relative`, shape (k, 4, 4).
-        times: the times of the poses, shape (k,) [s]; empty for a method without times.
-        relative: whether the poses are changes of the effector's pose at the beginning.
-    """
+    """The request for one effector."""
 
     effector: str
     space: int
-    mask: int
-    poses: Floats
-    times: Floats
-    relative: bool
+    mask: int  # the controlled axes of the space
+    poses: Floats  # of its path in the space, or changes if `relative`, shape (k, 4, 4)
+    times: Floats  # of the poses, shape (k,) [s]; empty for a method without times
+    relative: bool  # whether the poses are changes of the effector's initial pose
 
 
 def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list[int]:
@@ -108,9 +100,8 @@ def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list
 class EffectorPath:
     """A curve through poses (k, 4, 4) at ascending times (k,) [s], at rest at both ends.
 
-    x, y and z each follow the monotone cubic of `nao_kin.motion`: straight to a single target, and never beyond the two
-    neighbouring keys. The rotation from key to key is about one axis (slerp); the sum of the angles follows such a
-    cubic too.
+    x, y, z and the sum of the angles each follow the monotone cubic of `nao_kin.motion`: straight to a single target,
+    and never beyond the two neighbouring keys. The rotation from key to key is about one axis (slerp).
     """
 
     def __init__(self, times: Sequence[float] | Floats, poses: Floats) -> None:
@@ -148,10 +139,7 @@ _FIRST = (TORSO, *LEGS)
 
 
 class CartesianState:
-    """The commanded configuration, shape (nq,), with the torso, FRAME_ROBOT (4, 4) and the feet (2, 4, 4) in the world.
-
-    FRAME_ROBOT moves with the feet; a task uses FRAME_ROBOT as it is when the task begins.
-    """
+    """The commanded q with torso, FRAME_ROBOT and feet in the world; a task keeps the FRAME_ROBOT of its beginning."""
 
     def __init__(self, nao: VirtualNao) -> None:
         self.robot = nao.robot
@@ -162,11 +150,7 @@ class CartesianState:
         self._standing = nao.base.support
 
     def path(self, request: EffectorRequest) -> Floats:
-        """Return the effector's current pose and all poses of a request, shape (k + 1, 4, 4).
-
-        Changes are added to the current pose. The poses are in the world; for a request in FRAME_TORSO, in the torso's
-        frame.
-        """
+        """Return the effector's current pose and all of a request, in the world, or in the torso for FRAME_TORSO."""
         now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
         if request.relative:  # positions add up, and rotations are about the axes of the space
@@ -343,18 +327,15 @@ class CartesianControl(Service):
     """The methods of ALMotion that move effectors by poses.
 
     Effectors are Head, LArm, RArm, LLeg, RLeg and Torso. A position is Position6D (x, y, z, wx, wy, wz), a transform
-    its 4 x 4 matrix row by row, 16 numbers or 12. The axis mask says which axes of the space are controlled: 7 for the
-    position, 56 for the rotation, 63 for both.
+    its matrix row by row, 16 numbers or 12. In an axis mask, 7 is the position, 56 the rotation, 63 both.
 
-    - The interpolations begin at the effector's commanded pose, reach every key at its time, and are at rest at both
-      ends. The path to one target is a straight line, the path through several a monotone cubic in x, y and z;
-      rotations from key to key are about one axis. FRAME_ROBOT is the one at the beginning.
-    - setPositions and its relatives find joint values for the target and send the joints there. All arrive together,
-      none faster than the fraction of its maximum speed; the path in space is not a straight line.
+    - Interpolations begin at the commanded pose, reach every key at its time, and are at rest at both ends.
+      FRAME_ROBOT is the one at the beginning.
+    - setPositions and its relatives send the joints straight to values for the target: the path in space is not
+    straight.
     - A relative target adds to the position, and rotates about the axes of the space.
     - Torso moves the legs with the feet in place; its yaw is adapted if the shared hip motor requires it.
-      A moving leg moves the other hip too, as on the robot; in FRAME_WORLD and FRAME_ROBOT the other foot
-      stays in place.
+      A moving leg moves the other hip too; in FRAME_WORLD and FRAME_ROBOT the other foot stays in place.
     - An unreachable target raises no error: the effector moves as near as it can, and the log says so.
     """
 
@@ -399,16 +380,9 @@ class CartesianControl(Service):
     ) -> tuple[EffectorRequest, ...]:
         """Return the requests of a method from its arguments; a method without a final s takes one effector.
 
-        Args:
-            name: the name of the method, which says whether poses are positions or transforms.
-            names: an effector, or a list of effectors.
-            spaces: one space for all effectors, or a list of one for each.
-            masks: one mask for all effectors, or a list of one for each.
-            paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
-                also just its path.
-            times: for one effector a time or a list of times; for several a list of times for each, or one list for
-                all; one time for each pose. None for a method without times.
-            relative: whether the poses are changes.
+        Spaces and masks are one for all effectors, or a list. `paths` has a path for each effector, a list of poses or
+        one pose; `times` a time or a list for one effector, for several a list for each, or one for all; None without
+        times.
         """
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))

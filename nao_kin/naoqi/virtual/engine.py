@@ -42,11 +42,10 @@ class NaoqiError(NaoKinError):
 
 
 class Call(Future[Any]):
-    """The result of a blocking method, available when the robot has done the task.
+    """The result of a blocking method, available when the robot has done the task; `stop` ends the task.
 
-    `result(timeout)`, `done()` and `add_done_callback` are those of `concurrent.futures.Future`. If its task is killed,
-    the call ends without an error, as in NAOqi; a call that reports success then returns False, any other None. `stop`
-    ends the task behind the call.
+    If its task is killed, the call ends without an error, as in NAOqi; a call that reports success then returns False,
+    any other None.
     """
 
     def __init__(self, stop: Callable[[], object] | None = None) -> None:
@@ -76,8 +75,8 @@ class Call(Future[Any]):
 class Monitor:
     """The lock for all state; callbacks run when the lock is free again.
 
-    A callback may wait for another thread, which may wait for the lock. Therefore no external function is called with
-    the lock held: `later` stores such calls until the thread leaves the outermost `with`.
+    A callback may wait for another thread, which may wait for the lock. So `later` stores calls of external functions
+    until the thread leaves the outermost `with`.
     """
 
     def __init__(self) -> None:
@@ -253,33 +252,19 @@ class MotionTask(ABC):
     them waits until they are free. A *reactive* task (setAngles, changeAngles, setPositions, move) reserves nothing:
     any later task that needs its joints takes them over. Subclasses implement `advance`, and `start`, `give_up` and
     `end` if needed. All are called with the lock held.
-
-    Attributes:
-        name: NAOqi's method, "angleInterpolation".
-        joints: the joints in the given order; when the task starts, it sets their `columns` in the arrays of
-            `nao.joints`.
-        resources: the joints or stiffnesses that it needs.
-        reactive: whether later tasks may take its resources.
-        keeps_feet: whether its plan keeps the standing foot in place. Without such a task, FRAME_ROBOT stays in place
-            while both soles are down.
-        id: number in the task list, from 1; 0 before it is listed.
-        call: the call, which gets the result at the end.
-        value: the result of the call.
-        notes: for remarks that are made once.
-        started: robot time at which the task started [s]; None before, when `begin` is not set either.
     """
 
-    reactive = False
-    keeps_feet = False
+    reactive = False  # whether later tasks may take its resources
+    keeps_feet = False  # whether its plan keeps the standing foot, not FRAME_ROBOT, in place
 
     def __init__(self, name: str, resources: Iterable[str]) -> None:
         self.name, self.joints = name, tuple(resources)
         self.resources, self.columns = frozenset(self.joints), list[int]()
-        self.id = 0
-        self.call = Call()
+        self.id = 0  # number in the task list, from 1; 0 before it is listed
+        self.call = Call()  # gets the result, `value`, at the end
         self.value: object = None
         self.notes: Notes
-        self.started: float | None = None
+        self.started: float | None = None  # robot time [s]; None before, when `begin` is not set either
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Start the task when its resources are free: find its joints. Nothing moves before the next tick."""

@@ -26,8 +26,7 @@ ON_TIME = 1e-9
 class Interpolation(MotionTask):
     """Joints follow a motion: angleInterpolation and its relatives.
 
-    When the joints are free, `plan` makes their motion, from time zero. Its argument is the array of their commanded
-    values, shape (joints,).
+    When the joints are free, `plan` makes their motion, from time zero, given their commanded values, shape (joints,).
     """
 
     def __init__(self, name: str, joints: Sequence[str], plan: Callable[[Floats], Motion]) -> None:
@@ -54,10 +53,7 @@ class Interpolation(MotionTask):
 
 
 class AtSpeed(Interpolation):
-    """Joints move straight to targets and arrive together: angleInterpolationWithSpeed.
-
-    The slowest joint determines the time: the motion takes max |target − start| / (fraction · max_speed).
-    """
+    """Joints move straight to targets and arrive together, after max |target − start| / (fraction · max_speed)."""
 
     def __init__(self, name: str, nao: VirtualNao, joints: Sequence[str], targets: Floats, fraction: float) -> None:
         speeds = fraction * nao.joints.max_speed[nao.joints.columns(joints)]
@@ -155,9 +151,6 @@ def through(
     kind: Literal["smooth", "linear", "bezier"] = "smooth",
     handles: Sequence[Floats] | None = None,
 ) -> Motion:
-    """Return the motion from `start`, shape (n,), at time zero through n lists of keys (k,) at times (k,) > 0 [s].
-
-    `handles` are n arrays (k + 1, 2, 2) for "bezier".
-    """
+    """Return the motion from `start` (n,) through n lists of keys (k,) at times > 0 [s], with handles (k + 1, 2, 2)."""
     with_start = [np.concatenate([[first], row]) for first, row in zip(start, keys, strict=True)]
     return Motion([np.concatenate([[0.0], row]) for row in times], joints, with_start, kind, handles)

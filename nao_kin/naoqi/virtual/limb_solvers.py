@@ -30,21 +30,13 @@ _CONVERGED = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class LimbTarget:
-    """The target pose of a frame, relative to the torso or to the sole of the standing foot.
-
-    Attributes:
-        frame: the robot's name of the frame.
-        T_reference_target: shape (4, 4).
-        mask: which of x, y, z, wx, wy, wz, along the axes of the space, are controlled.
-        R_reference_space: the rotation of the space, shape (3, 3).
-        reference: the frame that stays in place: "Torso", or a foot, whose leg then moves too.
-    """
+    """The target pose of a frame, relative to the torso or to the sole of the standing foot."""
 
     frame: str
     T_reference_target: Floats
-    mask: int
+    mask: int  # which of x, y, z, wx, wy, wz, along the axes of the space, are controlled
     R_reference_space: Floats
-    reference: str = TORSO
+    reference: str = TORSO  # the frame that stays in place: "Torso", or a foot, whose leg then moves too
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +59,7 @@ class _Limb:
 
 
 def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Return joint values near q, inside all limits, that bring an effector to its target or to a local minimum.
-
-    Only the effector's own joints move; q, shape (nq,), is inside the limits.
-    """
+    """Return joint values of one limb near q, inside all limits, that bring it to its target or to a local minimum."""
     limb = ik.cached_limb(robot, _Limb, target.frame, target.reference)
     chain, T, R = limb.chain, target.T_reference_target, target.R_reference_space
     # The solver measures errors along the axes of the target. The effector's frame and the target are turned equally,

@@ -34,13 +34,12 @@ _INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for",
 
 
 class Service:
-    """A service that scripts call by name.
+    """A service that scripts call by its `name`, such as "ALMotion".
 
-    A subclass sets `name`, such as "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does
-    with a Python object, its public methods are offered to scripts; the names of internal methods begin with an
-    underscore. Methods take NAOqi's positional arguments; default values replace overloads. They run with the lock held
-    (`nao.monitor`), so they must not wait or sleep: a method that takes time starts a task and returns its `Call`. The
-    module `arguments` reads their arguments; every `NaoKinError` becomes a `NaoqiError` that names service and method.
+    The methods of NAOqi's service that it lacks are `absent`. As qi does with a Python object, its public methods are
+    offered to scripts. They take NAOqi's positional arguments; default values replace overloads. They run with the lock
+    held (`nao.monitor`), so they must not wait or sleep: a method that takes time starts a task and returns its `Call`.
+    Every `NaoKinError` becomes a `NaoqiError`.
     """
 
     name: str
@@ -191,29 +190,17 @@ class Service:
 
 @dataclass(frozen=True)
 class Setting:
-    """A value that scripts set and read, without effect on the simulation.
+    """A value that scripts set and read, without effect on the simulation."""
 
-    Attributes:
-        name: the name after "set" and "get" in the two methods.
-        note: the help of the method that sets the value.
-        default: the initial value.
-        takes: the parameters of that method, the value last; the first of two is the owner of the value.
-        check: called with an argument and the argument's name in errors; returns the value.
-        what: the argument's name in errors; if empty, the parameter's name.
-        of: the kind and the valid names of the first of two parameters; None for any text.
-        log: the name of the setting in the log, if setting it is logged.
-        answer: the answer of the method that sets the value.
-    """
-
-    name: str
-    note: str
+    name: str  # the name after "set" and "get" in the two methods
+    note: str  # the help of the method that sets the value
     default: Any
-    takes: tuple[str, ...]
-    check: Callable[[Any, str], Any]
-    what: str = ""
-    of: tuple[str, tuple[str, ...]] | None = None
-    log: str = ""
-    answer: bool | None = None
+    takes: tuple[str, ...]  # parameters of that method, the value last; the first of two is the value's owner
+    check: Callable[[Any, str], Any]  # called with an argument and its name in errors; returns the value
+    what: str = ""  # the argument's name in errors; "" for the parameter's
+    of: tuple[str, tuple[str, ...]] | None = None  # kind and valid names of the owner; None for any text
+    log: str = ""  # its name in the log, if setting it is logged
+    answer: bool | None = None  # of the method that sets the value
 
     def owner(self, given: tuple[Any, ...]) -> str:
         """Return the owner of the value in a call; "" if there is only one value."""

@@ -163,29 +163,21 @@ def other(side: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Footstep:
-    """One step of the walk.
+    """One step of the walk."""
 
-    Attributes:
-        side: the foot that moves, "L" or "R"; the other one stands.
-        support: the pose of the standing foot, shape (3,).
-        start, end: the poses of the moving foot, shape (3,).
-        height: of the moving foot in the middle [m].
-        period: the duration, if the joints are fast enough [s].
-    """
-
-    side: str
-    support: Floats
-    start: Floats
+    side: str  # the foot that moves, "L" or "R"; the other one stands
+    support: Floats  # pose of the standing foot, shape (3,)
+    start: Floats  # pose of the moving foot, shape (3,)
     end: Floats
-    height: float
-    period: float
+    height: float  # of the moving foot in the middle [m]
+    period: float  # the duration, if the joints are fast enough [s]
 
 
 def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
     """Return a foot's pose relative to the standing foot, clipped to the limits of gait and shared hip motor.
 
-    Forwards and backwards up to MaxStepX; sideways from 88 mm to MaxStepY; turned outwards up to MaxStepTheta and
-    inwards up to 0.12 rad, because toes that turn inwards come near those of the other foot.
+    Sideways from 88 mm to MaxStepY; turned outwards up to MaxStepTheta and inwards up to 0.12 rad, because toes that
+    turn inwards come near those of the other foot.
     """
     x, y, theta = np.asarray(step, dtype=np.float64).tolist()
     outwards = 1.0 if side == "L" else -1.0

@@ -31,17 +31,11 @@ _THERE = 1e-9
 
 @dataclass(eq=False)
 class Walker:
-    """The state of a walking robot; poses on the floor, shape (3,).
+    """The state of a walking robot; poses on the floor, shape (3,)."""
 
-    Attributes:
-        feet: the poses of the feet, by "L" and "R".
-        body: the pose at the start of the next step.
-        side: the foot that moves next; None for either.
-    """
-
-    feet: dict[str, Floats]
-    body: Floats
-    side: str | None = None
+    feet: dict[str, Floats]  # by "L" and "R"
+    body: Floats  # the pose at the start of the next step
+    side: str | None = None  # the foot that moves next; None for either
 
 
 class WalkPlan(ABC):
@@ -62,9 +56,9 @@ class WalkPlan(ABC):
 
 
 class ToTargets(WalkPlan):
-    """Walk to poses one after the other, straight and turning evenly, and end with the feet side by side.
+    """Walk to poses (3,) one after the other, straight and turning evenly, and end with the feet side by side.
 
-    The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, every other one to its predecessor.
+    The first target is relative to FRAME_ROBOT at the beginning, every other one to its predecessor.
     """
 
     def __init__(self, targets: Sequence[Floats], gait: steps.Gait) -> None:
@@ -93,10 +87,7 @@ class ToTargets(WalkPlan):
 
 
 class AtVelocity(WalkPlan):
-    """Walk at a velocity of the body in its own frame, shape (3,) [m/s, m/s, rad/s], until stopped.
-
-    Feet step outwards only: when the robot walks sideways or turns, every second step only brings the feet together.
-    """
+    """Walk at a velocity of the body in its own frame, shape (3,) [m/s, m/s, rad/s], until stopped."""
 
     def __init__(self, velocity: Floats, gait: steps.Gait) -> None:
         self._velocity, self._gait = np.array(velocity), gait
@@ -122,10 +113,7 @@ class AtVelocity(WalkPlan):
 
 
 class ByFootsteps(WalkPlan):
-    """Make given steps, and leave the feet as they are at the end.
-
-    `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
-    """
+    """Make given steps: side, pose relative to the other foot (3,), duration [s]; do not close the feet at the end."""
 
     def __init__(self, given: Sequence[tuple[str, Floats, float]]) -> None:
         self.steps = list(given)
@@ -160,11 +148,7 @@ _PLACE = [0, 1, 5]
 
 
 class Walk(MotionTask):
-    """A kinematic walk: in each step, one foot stands, the other is lifted, and the torso moves between the feet.
-
-    There is no balance: unlike in a real walk, the centre of mass does not move over the standing foot. Before the
-    first step, the torso is brought over the feet.
-    """
+    """A kinematic walk: in each step, one foot stands, the other is lifted, and the torso moves between the feet."""
 
     def __init__(self, name: str, nao: VirtualNao, plan: WalkPlan) -> None:
         super().__init__(name, joint_names(nao.robot, "Legs"))
@@ -267,20 +251,14 @@ _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
     setWalkArmsEnabled="setMoveArmsEnabled",
 )
 class Locomotion(Service):
-    """The methods of ALMotion that walk.
-
-    The walk is kinematic: one foot stands, the other is lifted along a smooth arc and put down, the torso is level and
-    between them, and the legs follow by their closed form. There is no balance and no sway, and the arms do not swing.
+    """The methods of ALMotion that walk kinematically, without balance, sway or swinging arms.
 
     - Steps follow the move configuration, a list [[name, value], …] as getMoveConfig returns it: MaxStepX, MaxStepY,
       MaxStepTheta, MaxStepFrequency and StepHeight, or for one foot with "Left" or "Right" before the name. TorsoWx and
       TorsoWy have no effect. A step lasts 0.42 s at frequency 1 and 0.6 s at 0, and longer if joints would be too fast.
     - Feet step outwards only, because of the shared hip motor and so that they do not meet: when the robot walks
       sideways or turns, every second step only brings the feet together.
-    - The robot walks straight to a target and turns evenly on the way. It ends with its feet side by side, FRAME_ROBOT
-      at the target.
-    - A new command takes over a running walk after its current step; calls that wait for the first command return when
-      the robot stands.
+    - A new command takes over a running walk after its current step.
     """
 
     _arms = (True, True)

@@ -52,24 +52,16 @@ MASKS: dict[int, tuple[float, float]] = {
 
 @dataclass
 class BalanceControl:
-    """The constraints of whole-body control.
-
-    Attributes:
-        enabled: whether whole-body control is on.
-        feet: foot → "Fixed", "Plane" or "Free".
-        support: the feet above which the centre of mass is kept: "Legs", "LLeg" or "RLeg"; None for no constraint.
-    """
+    """The constraints of whole-body control."""
 
     enabled: bool = False
+    # "Fixed", "Plane" or "Free".
     feet: dict[str, str] = field(default_factory=lambda: dict.fromkeys(LEGS, "Fixed"))
-    support: str | None = None
+    support: str | None = None  # "Legs", "LLeg" or "RLeg" below the centre of mass; None for no constraint
 
 
 class WholeBodyTask(MotionTask):
-    """A task of all joints except the hands, with the feet in place and the centre of mass above its support.
-
-    `balance` is read in every tick.
-    """
+    """A task of all joints except the hands, with the feet in place and the centre of mass above its support."""
 
     keeps_feet = True
 
@@ -85,11 +77,10 @@ class WholeBodyTask(MotionTask):
         self._max_step = nao.robot.velocity_limits * TICK
 
     def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
-        """Command joint values for targets that can be reached in this tick, and return them.
+        """Command joint values for targets that can be reached in this tick, and return them; None as from `solve`.
 
         Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
-        targets from the effectors is then halved, repeatedly, until no joint is too fast: joints that come late would
-        let the feet slip. Targets, com and the answer None are those of `solve`; `missed` is the message for the log.
+        targets is then halved until no joint is too fast: joints that come late would let the feet slip.
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)
@@ -117,13 +108,11 @@ class WholeBodyTask(MotionTask):
         return joints
 
     def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
-        """Return joint values of the whole robot, near the initial ones; None if no foot stands.
+        """Return joint values of the whole robot, near q, shape (nq,); None if no foot stands.
 
-        Args:
-            targets: effector → pose (4, 4) or position (3,) in the world, and its weights for metres and for radians. A
-                foot with a target is not fixed.
-            q: the start of the search, shape (nq,).
-            com: the target of the centre of mass on the floor, shape (2,); None for any point above the support.
+        `targets` has effector → pose (4, 4) or position (3,) in the world, and its weights for metres and for radians;
+        a foot with a target is not fixed. `com` is the centre of mass on the floor, (2,); None for any above the
+        support.
         """
         feet, balance = dict(zip(LEGS, self._initial.T_world_feet, strict=True)), self._balance
         fixed = {foot: T for foot, T in feet.items() if foot not in targets and balance.feet[foot] != "Free"}
@@ -176,10 +165,7 @@ _MIN_DURATION = 0.1
 
 
 class GoToBalance(WholeBodyTask):
-    """The centre of mass moves above a foot, or between both: wbGoToBalance.
-
-    It takes `duration` [s], or at least the time for a `fraction` of the joints' largest speeds.
-    """
+    """wbGoToBalance: move the centre of mass above `support` in `duration` [s], or longer for a speed `fraction`."""
 
     def __init__(
         self, nao: VirtualNao, name: str, support: Any, duration: float, fraction: float | None = None
@@ -254,8 +240,7 @@ class WholeBodyPathTask(WholeBodyTask):
 class EffectorControl(WholeBodyTask):
     """The whole robot holds effectors at their last goals: wbSetEffectorControl.
 
-    `goals` are in the world: for an arm the position of its hand (3,), for the head its rotation (3, 3). The targets
-    move to the goals at 0.2 m/s and 0.8 rad/s.
+    Targets move to the `goals` in the world, hand positions (3,) or head rotation (3, 3), at 0.2 m/s and 0.8 rad/s.
     """
 
     reactive = True
@@ -319,15 +304,14 @@ _OPTIMIZED = ("All", "Arms", "Legs", "Head", "LArm", "RArm", "LLeg", "RLeg", "To
 class WholeBodyControl(CartesianControl):
     """The methods of ALMotion that move the whole robot, with its feet in place and its balance kept.
 
-    They use `nk.ik.whole_body`: the standing feet stay exactly in place, and with the balance constraint the centre of
-    mass stays 5 mm inside the support polygon of their pressure sensors. The balance is static: nothing has inertia.
+    They use `nk.ik.whole_body`: with the balance constraint the centre of mass stays 5 mm inside the support polygon of
+    the pressure sensors of the standing feet. The balance is static: nothing has inertia.
 
     - While whole-body control is on, positionInterpolations and transformInterpolations use it too: all joints except
       the hands help, and a foot that is neither moved nor "Free" stays. This works with the masks 7, 56 and 63; with
       other masks, effectors move with their own chains only.
     - setAngles, angleInterpolation and setPositions move their own joints; the balance does not correct them.
-    - "Plane" is treated as "Fixed": a foot does not slide.
-    - wbEnableEffectorOptimization has no effect.
+    - "Plane" is treated as "Fixed": a foot does not slide. wbEnableEffectorOptimization has no effect.
     """
 
     def __init__(self, nao: VirtualNao) -> None:

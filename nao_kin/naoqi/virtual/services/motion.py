@@ -36,15 +36,9 @@ _CLOSE = "Close a hand at its maximum speed, and remove its stiffness."
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
-    - angleInterpolation waits until the joints are free, and moves them from the commanded values through the keys at
-      their times, along a monotone cubic that is at rest at both ends.
-    - angleInterpolationWithSpeed moves all joints straight to their targets: the slowest at the fraction of its maximum
-      speed, the others so that all arrive together.
-    - angleInterpolationBezier follows the Bezier handles that NAOqi defines, and starts at rest.
-    - setAngles and changeAngles return immediately; each joint moves at the fraction of its own maximum speed.
-
-    If keys require more than a joint's maximum speed, the command reaches the keys in time and the joint lags behind;
-    the log says so. The blocking methods return when the command is at its last key.
+    angleInterpolation and angleInterpolationBezier reach the keys in time; a joint that is too slow lags behind, as the
+    log says. angleInterpolationWithSpeed moves all joints so that they arrive together, setAngles and changeAngles each
+    joint at its own speed. The blocking methods return when the command is at its last key.
     """
 
     def getAngles(self, names: Any, useSensors: Any) -> list[float]:
@@ -155,10 +149,7 @@ REST_SPEED = 0.3
 
 
 class StiffnessControl(Service):
-    """The methods of ALMotion that set stiffness, from 0 to 1.
-
-    A joint without stiffness does not move, and does not sink either.
-    """
+    """The methods of ALMotion that set stiffness, from 0 to 1; a joint without stiffness does not move or sink."""
 
     def wakeUp(self) -> None:
         """Switch on the stiffness of all joints and keep their values, as a NAO does."""
@@ -256,10 +247,7 @@ _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
     Setting("TangentialSecurityDistance", "Stored [m].", 0.1, ("securityDistance",), arguments.duration),
 )
 class GeneralTools(Service):
-    """The methods of ALMotion about the robot and its tasks.
-
-    Reflexes are not simulated: nothing falls, collides or breathes. Their switches are stored.
-    """
+    """The methods of ALMotion about the robot and its tasks; switches of reflexes are only stored."""
 
     def __init__(self, nao: Any) -> None:
         super().__init__(nao)

@@ -219,8 +219,7 @@ def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
     """Return joint values, ShoulderPitch to WristYaw, of a stretched arm that points at a point in the torso (3,).
 
     With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from the shoulder, where h is its position
-    with both at zero. The roll is found from y of the direction to the point, then the pitch from x and z. Limits are
-    ignored.
+    with both at zero. The roll follows from y of the direction, then the pitch from x and z. Limits are ignored.
     """
     names = [f"{side}{joint}" for joint in _ARM]
     columns = [robot.joint_names.index(name) for name in names]
