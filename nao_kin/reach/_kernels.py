@@ -34,36 +34,24 @@ _DIGITS = 12
 
 
 class ChainTables(NamedTuple):
-    """A serial chain of c coordinates, and their limits, for the kernels.
-
-    Attributes:
-        chain: the joints.
-        moving: number of coordinates that move the frame; the others only affect limits.
-        low, high: smallest and largest value of each coordinate, shape (c,).
-        tables: coupled limits in the order in which they are applied, shape (t, 4): the coordinate, the one it depends
-            on, and the first and last + 1 of its rows in `bends`.
-        bends: at, lower, upper, shape (b, 3).
-    """
+    """A serial chain of c coordinates, and their limits, for the kernels."""
 
     chain: Chain
-    moving: int
-    low: Floats1
+    moving: int  # number of coordinates that move the frame; the others only affect limits
+    low: Floats1  # of each coordinate, shape (c,)
     high: Floats1
-    tables: Ints2
-    bends: Floats2
+    tables: Ints2  # coupled limits (t, 4): coordinate, the one it depends on, first and last + 1 of its rows in `bends`
+    bends: Floats2  # at, lower, upper, shape (b, 3)
 
 
 @dataclass(frozen=True, eq=False)
 class MovedChain:
-    """The joints that move a frame relative to a reference frame, by name and as tables.
-
-    `radius` is the length of the stretched chain [m], the largest distance of the frame from `centre`.
-    """
+    """The joints that move a frame relative to a reference frame, by name and as tables."""
 
     frame: str
     reference: str
     joints: tuple[str, ...]
-    radius: float
+    radius: float  # of a ball about `centre` that contains the frame: the length of the stretched chain [m]
     tables: ChainTables
 
     @property
@@ -97,10 +85,7 @@ class MovedChain:
 
 
 def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedChain:
-    """Return the joints between a reference, None or "world" for the root, and a frame.
-
-    The name of a chain in the robot's semantics means its end effector, or else its last link.
-    """
+    """Return the joints between a reference (None or "world": the root) and a frame, or the end of a named chain."""
     frame = _frame_named(robot, name)
     if reference is not None and not isinstance(reference, str):
         raise UnknownName("frame", reference, robot.frame_names)
@@ -215,10 +200,7 @@ def cached_kernel(function: Callable[..., Any]) -> CachedKernel:
 
 @cached_kernel
 def joint_values(draws: Annotated[NDArray[np.uint64], "uint64", 2], tables: ChainTables, values: Floats2) -> None:
-    """Write values (m, c) inside all limits from 64 random bits each.
-
-    Each value is uniform in its box; a coupled joint's box is then mapped onto its range at the other's value.
-    """
+    """Write values (m, c) inside limits from 64 random bits each: uniform in boxes, then mapped to coupled ranges."""
     count = tables.low.shape[0]
     for sample in range(draws.shape[0]):
         for c in range(count):
