@@ -136,11 +136,7 @@ class Answers:
     def answer(
         self, question: Question, inputs: Sequence[ArrayLike], output: Output, *, one: bool = False
     ) -> NDArray[Any]:
-        """Return the answer to a question.
-
-        The inputs are q, or q and v, or q, v and a, with leading batch axes that broadcast. With `one`, the
-        axis of the frames, which has length 1, is dropped.
-        """
+        """Return the answer for (q), (q, v) or (q, v, a), which broadcast; `one` drops the single frame's axis."""
         kind = output.precision()
         threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MAX_THREADS)
         arrays = self._arrays(inputs)

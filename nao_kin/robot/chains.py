@@ -25,16 +25,11 @@ class SerialChain:
     """The n joints that lead from a base to a frame; a floating base counts as fixed.
 
     Placement k leads to a frame whose z axis is the axis of joint k; placement n leads from joint n − 1 to the frame.
-
-    Attributes:
-        placements: rotation and translation, shape (n + 1, 3, 4) [m].
-        slides: which joints slide instead of turning, n of them.
-        drivers: for each joint, the coordinate that moves it, by the name of its joint, with multiplier and offset.
     """
 
-    placements: Floats
-    slides: tuple[bool, ...]
-    drivers: tuple[Mimic, ...]
+    placements: Floats  # rotation and translation, shape (n + 1, 3, 4) [m]
+    slides: tuple[bool, ...]  # which joints slide instead of turning, n of them
+    drivers: tuple[Mimic, ...]  # the coordinate that moves each joint, with multiplier and offset
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -72,10 +67,7 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
 def joints_below(
     robot: RobotModel, frame: str, rows: Mapping[int, UrdfJoint] | None = None
 ) -> tuple[list[int], Floats]:
-    """Return Pinocchio's ids of the joints from the root to a frame, and the frame's pose (4, 4) in the last of them.
-
-    A floating base is not among the ids. `rows` are the `joint_rows` of the robot, if they are known.
-    """
+    """Return Pinocchio's ids of the joints from the root to a frame, without a floating base, and T_joint_frame."""
     rows, model = joint_rows(robot) if rows is None else rows, robot.model
     place = model.frames[robot.frame_ids([frame])[0]]
     ids = [int(joint_id) for joint_id in model.supports[place.parentJoint] if joint_id in rows]

@@ -121,13 +121,10 @@ _SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """The convex hull of points, grown by a radius, as coal's geometry and its pose in the link [m].
-
-    One point with a radius is a ball, and two a capsule; a hull of more has no radius.
-    """
+    """The convex hull of points, grown by a radius, as coal's geometry and its pose in the link [m]."""
 
     link: str
-    points: Floats
+    points: Floats  # one with a radius is a ball, two a capsule; a hull of more has no radius
     radius: float
     geometry: Any
     T_link_geometry: Floats
@@ -159,10 +156,7 @@ def hull_shape(link: str, points: Floats) -> Shape:
 
 
 def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
-    """Yield the collision shapes of a tree, or the visual shapes if it has none; warn of those left out.
-
-    A cylinder with two spheres of its radius at its ends, as a URDF writes a capsule, is a capsule.
-    """
+    """Yield the collision shapes of a tree, or else the visual ones, with capsules joined; warn of those left out."""
     notes = [] if tree.collisions else list(tree.visual_notes)
     rows: tuple[Visual | Collision, ...] = tree.collisions or tree.visuals
     round_ended = capsules(rows)
@@ -228,19 +222,12 @@ def covering_capsule(points: Floats) -> tuple[Floats, float]:
 
 
 class LinkShapes:
-    """The shapes of a robot's links, and the distances between the pairs of links that are checked.
-
-    Attributes:
-        links: the links with shapes.
-        shapes: the shapes, in the order of the links.
-        pairs: the pairs of links that are checked.
-        disabled: the other pairs, and the reason.
-    """
+    """The shapes of a robot's links, in the links' order, and the distances between the `pairs` that are checked."""
 
     def __init__(
         self,
         robot: RobotModel,
-        disabled: dict[LinkPair, str] | None = None,
+        disabled: dict[LinkPair, str] | None = None,  # the other pairs, and the reason
         shapes: Iterable[Shape] | None = None,
     ) -> None:
         self._robot = robot

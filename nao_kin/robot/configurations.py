@@ -29,13 +29,7 @@ _UNIT_ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
 
 
 class Coordinates:
-    """The coordinates of a robot: one column per independent joint, and the joints that follow one of them.
-
-    Args:
-        names: the independent joints.
-        mimics: the mimic joints, by name.
-        chains: names for several joints.
-    """
+    """The coordinates of a robot: a column per independent joint, mimic joints by name, and names for several."""
 
     def __init__(
         self, names: tuple[str, ...], mimics: Mapping[str, Mimic], chains: Mapping[str, tuple[str, ...]] | None = None
@@ -68,10 +62,7 @@ class Coordinates:
         return joints, named
 
     def plain_values(self, angles: Mapping[str, ArrayLike]) -> dict[str, float] | None:
-        """Return joint → value if `angles` is a dictionary of plain finite numbers without contradiction, else None.
-
-        None does not mean an error: `values` handles, or refuses, everything else.
-        """
+        """Return joint → value for plain finite numbers without contradiction; None leaves all others to `values`."""
         if type(angles) is not dict or not _PLAIN.issuperset(map(type, angles.values())):
             return None
         try:
@@ -147,15 +138,7 @@ _MAX_LISTED = 100
 
 
 class ConfigurationSpace:
-    """How one robot makes and checks configurations q of shape (..., nq); `RobotModel` describes most methods.
-
-    Args:
-        coordinates: its joints by name; their values are the last numbers of q.
-        limits: the limits of its joints.
-        neutral: the configuration of zeros, shape (nq,).
-        units: joint → unit.
-        postures: its postures by name.
-    """
+    """How one robot makes and checks configurations q of shape (..., nq); `RobotModel` describes most methods."""
 
     def __init__(
         self,

@@ -204,8 +204,7 @@ def disabled_collisions(robot: RobotModel, contacts: Contacts, *, samples: int, 
 
     "Adjacent": `adjacent_links`. "Default": they touch in the start posture, or without one with every joint at zero,
     or in the middle of its range if zero is outside; or two hinges are between them, and they touch in some posture.
-    "Always": they touch in more than 95 % of `samples` random configurations inside the limits. "Never": they touch in
-    none of them, and in no posture.
+    "Always": they touch in more than 95 % of random configurations. "Never": in none, and in no posture.
     """
     adjacent = adjacent_links(robot.tree, contacts.links)
     reasons = {pair: ADJACENT for pair in contacts.pairs if pair in adjacent}

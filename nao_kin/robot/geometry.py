@@ -61,10 +61,7 @@ _SAME = 1e-6
 
 
 def capsules(shapes: Sequence[Visual | Collision]) -> dict[int, tuple[int, int]]:
-    """Return the index of each cylinder that is a capsule → the indices of its caps: spheres of its radius at its ends.
-
-    URDF has no capsule element, so its files describe capsules in this way; the reader of MJCF files does the same.
-    """
+    """Return index of each cylinder that is a capsule → indices of its caps, spheres of its radius at its ends."""
     found = {}
     spheres = [index for index, shape in enumerate(shapes) if isinstance(shape.geometry, Sphere)]
     for index, shape in enumerate(shapes):
@@ -93,10 +90,7 @@ def mesh_path(mesh: MeshFile, packages: Packages) -> Path:
 
 
 def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Made:
-    """Return `convert(scene)` for the triangles of a mesh file, read by `trimesh.load_scene(path, **options)`.
-
-    Raises `UnreadableShape` if the file cannot be read, has no triangles, or makes `convert` fail.
-    """
+    """Return `convert(scene)` for the triangles of a mesh file, read by `trimesh.load_scene(path, **options)`."""
     import trimesh
 
     try:
@@ -111,10 +105,7 @@ def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Mad
 
 
 def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind) -> pin.GeometryModel:
-    """Return the shapes of a robot's links as a Pinocchio `GeometryModel`, named as Pinocchio's own parser names them.
-
-    Warns with `MissingShapeWarning` of shapes whose meshes are missing or unreadable.
-    """
+    """Return the shapes of a robot's links as a Pinocchio `GeometryModel`, with the names of Pinocchio's parser."""
     choice(kind, KINDS, "kind of geometry")
     geometry, packages = pin.GeometryModel(), tree.packages
     notes = list(tree.visual_notes if kind == "visual" else tree.collision_notes)

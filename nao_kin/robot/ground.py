@@ -105,10 +105,7 @@ def set_down(
 def rows_with_gravity(
     robot: RobotModel, q: ArrayLike, gravity: ArrayLike | None
 ) -> tuple[tuple[int, ...], Floats, Floats | None]:
-    """Return the common batch shape of configurations and gravity, and both with one row for each member.
-
-    Gravity is returned as unit vectors, shape (n, 3), or None if it is not given.
-    """
+    """Return the common batch shape of q and gravity, and both as rows, gravity as unit vectors (n, 3) or None."""
     array, down = robot.checked(q), None
     batch = array.shape[:-1]
     if gravity is not None:
@@ -189,26 +186,16 @@ def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Fl
 
 
 class Floor(NamedTuple):
-    """The points of a robot that can touch a floor.
+    """The points of a robot that can touch a floor."""
 
-    Attributes:
-        links: names of the links that have shapes.
-        rows: their indices in `robot.link_names`.
-        starts: the first point of each link, and the number of all points.
-        points: in the frames of their links, shape (p, 3) [m].
-        owner: the index in `links` of each point, shape (p,).
-        centres, radii: a sphere around the vertices of each link.
-        vertices: all vertices of each link, for the height of the floor; `points` suffice to find its direction.
-    """
-
-    links: tuple[str, ...]
-    rows: NDArray[np.intp]
-    starts: NDArray[np.intp]
-    points: Floats
-    owner: NDArray[np.intp]
-    centres: Floats
+    links: tuple[str, ...]  # names of the links that have shapes
+    rows: NDArray[np.intp]  # their indices in `robot.link_names`
+    starts: NDArray[np.intp]  # the first point of each link, and the number of all points
+    points: Floats  # in the frames of their links, shape (p, 3) [m]
+    owner: NDArray[np.intp]  # the index in `links` of each point, shape (p,)
+    centres: Floats  # of a sphere around the vertices of each link
     radii: Floats
-    vertices: tuple[Floats, ...]
+    vertices: tuple[Floats, ...]  # all of each link, for the height of the floor; `points` suffice for its direction
 
     def depth(self, T: Floats, down: Floats) -> Floats:
         """Return how far down the lowest point is, shape (n,), for links at T (n, L, 4, 4); −∞ without points."""

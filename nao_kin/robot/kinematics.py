@@ -36,19 +36,12 @@ POSE_SHAPES = {"matrix": (4, 4), "rotation": (3, 3), "position": (3,), "position
 
 
 class Question(NamedTuple):
-    """One question about configurations, for any number of them.
+    """One question about configurations, for any number of them."""
 
-    Attributes:
-        kind: "poses", "jacobian", "com", "com_jacobian", "velocity" or "acceleration".
-        frame_ids: the requested frames.
-        reference_id: the frame that poses and centres of mass are expressed in; None for the root.
-        form: for poses, one of POSE_SHAPES; for Jacobians and motions, the expression.
-    """
-
-    kind: str
+    kind: str  # "poses", "jacobian", "com", "com_jacobian", "velocity" or "acceleration"
     frame_ids: FrameIds = ()
-    reference_id: int | None = None
-    form: str = ""
+    reference_id: int | None = None  # of the frame that poses and centres of mass are expressed in; None for the root
+    form: str = ""  # for poses, one of POSE_SHAPES; for Jacobians and motions, the expression
 
     def shape(self, nv: int) -> tuple[int, ...]:
         """Return the shape of the answer for one configuration."""
@@ -293,11 +286,6 @@ class FrameTable:
     The frames of fixed joints are left out: they coincide with the frames of the links that these joints carry. A name
     that the URDF gives to a link and to a joint means the link, as in every tool that knows only links. If the joint's
     frame is another one, the first use of the name warns that the joint's frame has the name of the link it moves.
-
-    Attributes:
-        names: every name, in the order of the model.
-        places: name → id, in the same order.
-        link_names: the links.
     """
 
     def __init__(self, model: pin.Model, tree: UrdfTree) -> None:

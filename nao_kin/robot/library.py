@@ -79,13 +79,11 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
 
 
 def _files(missing: MissingExtra | None) -> dict[str, Path]:
-    """Return the URDF files of example-robot-data by name; without the package, raise `missing`, or return {} for None.
-
-    The package holds data but no module, so its folder is found through the list of its installed files.
-    """
+    """Return the URDF files of example-robot-data by name; without it raise `missing`, or return {} for None."""
     import importlib.metadata  # loading it takes as long as all other imports of this package
 
     try:
+        # The package holds data but no module: its folder is found through its installed files.
         installed = importlib.metadata.files(_PACKAGE) or []
     except importlib.metadata.PackageNotFoundError:
         if missing is None:

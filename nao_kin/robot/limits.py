@@ -120,8 +120,8 @@ class JointLimits:
     ) -> tuple[LimitViolation, ...]:
         """Return every joint outside its own limits, or else outside its table, by configuration and then by excess.
 
-        With `joints`, only these joints are checked, and only tables that contain one of them. Stops after
-        `max_configurations` configurations with a violation.
+        With `joints`, only these joints, and only tables that contain one of them. Stops after `max_configurations`
+        with any.
         """
         boxes, tables = self._outside(values, joints)
         affected = np.logical_or.reduce([boxes.any(axis=-1), *tables])

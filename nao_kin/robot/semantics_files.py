@@ -18,8 +18,7 @@ def find_semantics(
 ) -> Semantics:
     """Return the semantics given, or those of the .toml or .srdf file of the same name beside the robot's file.
 
-    `given` may be semantics or a path. `implied` are the semantics in the robot's own file (MJCF), which fill the parts
-    that the other file leaves empty. Notes say which file was used or could not be used.
+    `implied` are those in the robot's own file (MJCF), which fill the parts that the other file leaves empty.
     """
     kind, implied = ("URDF", Semantics()) if implied is None else ("MJCF", implied)
     if isinstance(given, Semantics):
@@ -59,11 +58,7 @@ def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:
 
 
 def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
-    """Return the semantics; raise `BadModel` if they do not fit the robot.
-
-    They must name existing joints, frames and postures; postures must fit shared motors; coupled limits must not name
-    mimic joints.
-    """
+    """Return the semantics; `BadModel` for missing joints, frames or postures, or conflicts with shared motors."""
     moving, mimics = [joint.name for joint in tree.moving_joints], tree.mimics
     _check(semantics.joints(), moving, "joint", tree.name)
     _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree.name)

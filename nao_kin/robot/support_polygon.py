@@ -104,10 +104,7 @@ def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:
-    """Return the names of soles, those of the semantics for None, after checking that they are frames.
-
-    Raise `BadArgument` if none are named, or with `needed` if the semantics have none.
-    """
+    """Return the names of soles, by default those of the semantics, after checking that they are frames."""
     if soles is None:
         if needed and not robot.semantics.soles:
             raise BadArgument(
@@ -125,8 +122,7 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     """Return points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot in the plane of the sole.
 
     On a NAO these are the four pressure sensors, which carry the robot: a rectangle of 100 × 53 mm, inside the area of
-    142 × 81 mm that touches the floor (`RobotModel.sole_outline`). A sole with fewer than three such frames raises
-    `BadArgument`.
+    142 × 81 mm that touches the floor (`RobotModel.sole_outline`).
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]

@@ -227,10 +227,7 @@ def _named(kind: str, rows: Sequence[_Named], name: str) -> _Named:
 
 
 def version_named(name: str) -> Version:
-    """Return the version called `name`, in any letter case, with or without the v: "v6", "V6", "6", "6.0", "3.2".
-
-    The minor number must be present if the version has one, and may be 0 if it has none.
-    """
+    """Return the version of a name, such as "v6", "V6", "6", "6.0", "3.2"; only a minor number of 0 is optional."""
     wanted = str(name).strip().lower().removeprefix("v")
     for version in VERSIONS:
         number = version.removeprefix("v")

@@ -76,45 +76,27 @@ class OffsetRow(VersionedRow):
 
 @dataclass(frozen=True)
 class JointRow:
-    """A joint with its position in the frame of its parent joint, and its axis.
+    """A joint with its position in the frame of its parent joint, and its axis."""
 
-    Attributes:
-        name: NAOqi's name.
-        chain: NAOqi's chain.
-        parent: the joint that carries it, or "torso".
-        link: the link it moves, by its name in the official ROS description.
-        origin: position in the parent's joint frame, in terms of offsets.
-        axis: direction of the axis in the torso-parallel joint frame, not normalised.
-        motion: the motion in words.
-        mimic: the joint whose motor also drives this one.
-    """
-
-    name: str
-    chain: str
-    parent: str
-    link: str
-    origin: tuple[Coordinate, Coordinate, Coordinate]
-    axis: Vector
-    motion: str
+    name: str  # NAOqi's name
+    chain: str  # NAOqi's chain
+    parent: str  # the joint that carries it, or "torso"
+    link: str  # the link it moves, by its name in the official ROS description
+    origin: tuple[Coordinate, Coordinate, Coordinate]  # position in the parent's joint frame, in terms of offsets
+    axis: Vector  # in the torso-parallel joint frame, not normalised
+    motion: str  # in words
     source: str
-    mimic: str | None = None
+    mimic: str | None = None  # the joint whose motor also drives this one
 
 
 @dataclass(frozen=True)
 class FingerRow:
-    """A phalanx joint, driven by the opening of the hand.
+    """A phalanx joint, driven by the opening of the hand."""
 
-    Attributes:
-        name: name without the side ("Finger11").
-        parent: the phalanx that carries it, or "WristYaw".
-        xyz_m: position in the parent's frame [m].
-        rpy: orientation in the parent's frame at opening 0 [rad].
-    """
-
-    name: str
-    parent: str
-    xyz_m: Vector
-    rpy: Vector
+    name: str  # without the side ("Finger11")
+    parent: str  # the phalanx that carries it, or "WristYaw"
+    xyz_m: Vector  # position in the parent's frame [m]
+    rpy: Vector  # orientation in the parent's frame at opening 0 [rad]
     source: str
 
 
@@ -182,21 +164,13 @@ class InertialRow(VersionedRow):
 
 @dataclass(frozen=True)
 class FrameRow(VersionedRow):
-    """A sensor or effector frame.
+    """A sensor or effector frame."""
 
-    Attributes:
-        name: NAOqi's name.
-        ros_name: its link in the official ROS description, None without one.
-        parent: the joint that carries it, or "torso".
-        xyz: position in the parent's joint frame, numbers [m] or offsets.
-        rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
-    """
-
-    name: str
-    ros_name: str | None
-    parent: str
-    xyz: tuple[Coordinate, Coordinate, Coordinate]
-    rpy: Vector
+    name: str  # NAOqi's name
+    ros_name: str | None  # its link in the official ROS description
+    parent: str  # the joint that carries it, or "torso"
+    xyz: tuple[Coordinate, Coordinate, Coordinate]  # position in the parent's joint frame, numbers [m] or offsets
+    rpy: Vector  # orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad]
     source: str
 
 
@@ -252,15 +226,10 @@ class ShapeRow:
 
 @dataclass(frozen=True)
 class OutlineRow:
-    """The area of a sole that touches the floor.
+    """The area of a sole that touches the floor."""
 
-    Attributes:
-        sole: NAOqi's name of the sole's frame.
-        corners_m: x and y of its corners in that frame, counter-clockwise [m].
-    """
-
-    sole: str
-    corners_m: tuple[tuple[float, float], ...]
+    sole: str  # NAOqi's name of the sole's frame
+    corners_m: tuple[tuple[float, float], ...]  # x and y of its corners in that frame, counter-clockwise [m]
     source: str
 
 
@@ -329,10 +298,7 @@ _Row = TypeVar("_Row", bound=VersionedRow)
 
 @dataclass(frozen=True, kw_only=True)
 class VersionTables:
-    """All rows of one version that may differ in another version.
-
-    `placeholder` is the inertia of links without a published mass; None for no inertia.
-    """
+    """All rows of one version that may differ in another version."""
 
     offsets: tuple[OffsetRow, ...] = ()
     limits: tuple[LimitRow, ...] = ()
@@ -341,15 +307,15 @@ class VersionTables:
     frames: tuple[FrameRow, ...] = ()
     cameras: tuple[CameraRow, ...] = ()
     visuals: tuple[VisualRow, ...] = ()
-    placeholder: InertialRow | None = None
+    placeholder: InertialRow | None = None  # inertia of links without a published mass; None for no inertia
 
 
 @dataclass(frozen=True, kw_only=True)
 class VersionPage(VersionTables):
-    """The rows in which one version differs from `base`.
+    """The rows in which one version differs from `base`; a row replaces the row of the base with the same key.
 
-    A row replaces the row of the base with the same key. Frames and visuals may also be added, and left out by their
-    names (`without_frames`) or keys, "joint/part" (`without_visuals`). A placeholder of None means that of the base.
+    Frames and visuals may also be added, and left out by their names or keys, "joint/part". A placeholder of None means
+    that of the base.
     """
 
     version: Version
@@ -373,7 +339,7 @@ def overlaid(
     """Return the rows of `base` with some of them changed, left out (by key) or added.
 
     A new row takes the position of the first row of the same place that was left out, or follows the last row of that
-    place. Only changes of existing rows are possible in a table without places; `what` describes the rows in errors.
+    place. Only changes of existing rows are possible in a table without places.
     """
     rows = {row.key: [row] for row in base}
     places = {key: row.place for key, (row,) in rows.items()}

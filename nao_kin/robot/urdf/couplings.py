@@ -20,10 +20,7 @@ class Refused(Exception):
 
 
 def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[str, UrdfJoint]:
-    """Return the joints with direct mimics: a follows b follows c becomes a follows c.
-
-    A joint that follows itself, a joint that does not exist, or one that cannot move is refused.
-    """
+    """Return the joints with direct mimics: a follows b follows c becomes a follows c."""
     direct: dict[str, Mimic] = {}
     for name in joints:
         chain, end = dict[str, Mimic](), name
@@ -59,7 +56,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
 
     If that is impossible (the driver is further out on the same branch, or two branches drive each other), the first
     joint of the group becomes its driver: the motion is the same, with another joint's coordinate, and the notes say
-    so. A change that would divide by a multiplier of zero is refused.
+    so.
     """
     walk = _walk(joints, root)
     position = {joint.name: index for index, joint in enumerate(walk)}
@@ -91,7 +88,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
 def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
     """Return the joints with every driving joint limited to values at which its mimic joints are inside their limits.
 
-    Limits that were copied from joint to joint can leave no value, or only one, to joints that can all move alone; for
+    Limits that were copied from joint to joint can leave at most one value to joints that can all move alone; for
     instance, a follower with the multiplier −1 has the limits [0, 1] of its driver. Then the driver's range does not
     change. If one of these joints cannot move alone and no value is left, the file is refused.
     """

@@ -41,8 +41,7 @@ def read_document(
 
     Prefixes need not be bound and belong to the name; a namespace declaration is an ordinary attribute; blank lines may
     precede the XML declaration. `expand` takes a description of a xacro source for messages, and returns its URDF; None
-    if sources cannot be expanded. With `always`, it is called for any file that mentions xacro. Dropped elements are
-    added to the notes.
+    if sources cannot be expanded. With `always`, it is called for any file that mentions xacro.
     """
     document = _document(path, content)
     if b"xacro" not in content and b"${" not in content and b"$(" not in content:
@@ -86,10 +85,7 @@ def finite_numbers(text: str) -> list[float]:
 
 
 def file_content(path: Path | str) -> bytes:
-    """Return the content of a file, read once because it may be a pipe.
-
-    A pipe or device of more than 2³⁰ bytes, which may be endless, raises `BadModel`, as an unreadable file does.
-    """
+    """Return the content of a file, read once because it may be a pipe, an endless one: at most 2³⁰ bytes."""
     try:
         with Path(path).open("rb") as file:
             return read_bounded(file, abbreviated(path))
@@ -121,14 +117,11 @@ def _document(path: Path | str, content: bytes, builder: ET.TreeBuilder | None =
 
 
 class _Xacro:
-    """The xacro elements in a document.
+    """The xacro elements in a document: the number of unexpanded ones, and whether the document is still a source.
 
-    Attributes:
-        count: number of unexpanded macros, conditions and ${…}.
-        is_unexpanded: whether the document is still a source: it defines macros, has ${…} or $(find …) as a value, has
-            links or joints inside an element of xacro, includes files and calls their macros, or has no link at all.
-
-    With `includes`, as for a file that is named .xacro, every include counts as unexpanded too.
+    It is a source if it defines macros, has ${…} or $(find …) as a value, has links or joints inside an element of
+    xacro, includes files and calls their macros, or has no link. With `includes` (a .xacro file), includes count as
+    unexpanded.
     """
 
     def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
@@ -353,10 +346,7 @@ _ROS_INDEX = "ament_index_python"
 def expand_xacro(
     path: Path, content: bytes, notes: list[str], *, arguments: Mapping[str, object], packages: Packages, what: str
 ) -> bytes:
-    """Return the URDF of a xacro source; `what` describes the file in the message if xacro is not installed.
-
-    The expressions of the source are Python code, and run with all rights of this process.
-    """
+    """Return the URDF of a xacro source, whose expressions are Python code with all rights of this process."""
     try:
         import xacro
     except ImportError:

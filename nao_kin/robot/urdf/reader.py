@@ -46,10 +46,9 @@ def read_urdf(
     xacro_arguments: Mapping[str, object] | None = None,
     content: bytes | None = None,
 ) -> UrdfTree:
-    """Return the tree of a URDF file, or of a xacro source (nao-kin[xacro]).
+    """Return the tree of a URDF file, or of a xacro source (nao-kin[xacro]); the arguments are those of `read_robot`.
 
-    `content` is what the file contains, if it has been read already. The other arguments are those of `read_robot`. The
-    expressions of a xacro source are Python code, so a file is expanded only on request.
+    The expressions of a xacro source are Python code, so a file is expanded only on request.
     """
     content, path = file_content(path) if content is None else content, Path(path).absolute()
     notes: list[str] = []
@@ -313,10 +312,7 @@ _OTHERS = {
 
 
 def file_format(path: Path | str, content: bytes | None = None) -> Literal["urdf", "mjcf"]:
-    """Return the format of a robot's file: "urdf" for URDF and its xacro sources, "mjcf" for MuJoCo's format.
-
-    `content` is what the file contains, if it has been read already.
-    """
+    """Return the format of a robot's file: "urdf" for URDF and its xacro sources, "mjcf" for MuJoCo's format."""
     tag = root_tag(path, file_content(path) if content is None else content)
     if tag not in _FORMATS:
         other = f": {_OTHERS[tag]}" if tag in _OTHERS else ""

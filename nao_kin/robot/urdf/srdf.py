@@ -17,9 +17,8 @@ from nao_kin.robot.urdf.tree import UrdfJoint, UrdfTree
 def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
     """Return the chains, end effectors, postures and disabled collisions of an SRDF.
 
-    A group is a chain if its moving joints follow one another on one branch. A group state is a posture; states of one
-    name for several groups form one posture. One SRDF often serves several variants of a robot: joints and links that
-    this robot does not have are left out with a note, and so is the value of a floating base.
+    A group is a chain if its moving joints follow one another on one branch. States of one name form one posture. One
+    SRDF often serves several variants of a robot: parts that this robot lacks are left out with a note.
     """
     document, _ = read_document(path, file_content(path), notes)
     if document.tag != "robot":

@@ -340,10 +340,7 @@ class UrdfTree:
 
 
 def rename_links(links: Iterable[str], joints: Iterable[str], notes: list[str]) -> dict[str, str]:
-    """Return new names for links that share theirs with a joint: "…_link", or "…_frame" if that is taken.
-
-    A line for each is added to the notes.
-    """
+    """Return new names for links that share theirs with a joint: "…_link", or "…_frame" if that is taken; note them."""
     links, joints = tuple(links), frozenset(joints)
     taken = joints.union(links)
     renamed: dict[str, str] = {}

@@ -31,16 +31,12 @@ from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile
 
 @dataclass(frozen=True, eq=False)
 class MeshAsset:
-    """A mesh of a model: its file, None for a mesh without one, and scale factors (3,) along its axes.
-
-    `T_mesh_file` (4, 4) is the pose of the file's coordinates, scaled, in those of the mesh (refpos and refquat).
-    `is_rigid` is False for a mesh that is turned and then scaled unevenly, which shears it.
-    """
+    """A mesh of a model."""
 
     path: Path | None
-    scale: Floats
-    T_mesh_file: Floats
-    is_rigid: bool
+    scale: Floats  # factors along its axes
+    T_mesh_file: Floats  # pose of the scaled file's coordinates in the mesh (refpos and refquat)
+    is_rigid: bool  # False for a mesh that is turned and then scaled unevenly, which shears it
 
 
 def mesh_asset(mesh: Any, file: Path | None, home: Path) -> MeshAsset:
@@ -146,21 +142,13 @@ _KINDS = {"jnt": "joint", "cam": "camera"}
 
 @dataclass(frozen=True, eq=False)
 class Compiled:
-    """A compiled model.
+    """A compiled model."""
 
-    Attributes:
-        model: the `mujoco.MjModel`.
-        name: its name, "" without one.
-        meshes: geom id → its mesh.
-        loaded: geom ids whose meshes MuJoCo has loaded, and moved to their centres of mass.
-        shapeless: geom ids of which only the pose is known, not the shape.
-    """
-
-    model: Any
+    model: Any  # the `mujoco.MjModel`
     name: str
-    meshes: Mapping[int, MeshAsset]
-    loaded: frozenset[int]
-    shapeless: frozenset[int]
+    meshes: Mapping[int, MeshAsset]  # geom id → its mesh
+    loaded: frozenset[int]  # geom ids whose meshes MuJoCo has loaded, and moved to their centres of mass
+    shapeless: frozenset[int]  # geom ids of which only the pose is known, not the shape
 
     def has_mass(self, body: int) -> bool:
         """Return whether a body's mass is known and positive."""
@@ -177,10 +165,7 @@ def import_mujoco() -> ModuleType:
 
 
 def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
-    """Return the compiled model of a file that contains `content`.
-
-    Notes are added on missing meshes and on MuJoCo's warnings. A file that MuJoCo refuses raises `BadModel`.
-    """
+    """Return the compiled model of a file that contains `content`; note missing meshes and MuJoCo's warnings."""
     mujoco = import_mujoco()
     try:
         with mujoco_warnings(mujoco) as warned:

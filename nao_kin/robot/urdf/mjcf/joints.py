@@ -29,26 +29,16 @@ _ON_JOINTS = (0, 1)
 
 
 class JointCoordinate(NamedTuple):
-    """One coordinate of a MuJoCo joint.
+    """One coordinate of a MuJoCo joint."""
 
-    Attributes:
-        id: the joint in MuJoCo.
-        part: 0, 1, 2 for the three turns of a ball joint about x, y, z; otherwise 0.
-        joint: its description without names of links; its own name is "" if the file gives none.
-        is_ball: whether it is part of a ball joint.
-    """
-
-    id: int
-    part: int
-    joint: UrdfJoint
-    is_ball: bool
+    id: int  # of the joint in MuJoCo
+    part: int  # 0, 1, 2 for the three turns of a ball joint about x, y, z; otherwise 0
+    joint: UrdfJoint  # its description without names of links; its own name is "" if the file gives none
+    is_ball: bool  # whether it is part of a ball joint
 
 
 def joint_coordinates(model: Any, body: int) -> tuple[list[JointCoordinate], Floats]:
-    """Return the coordinates that move a body, in order, and the pose (4, 4) of its frame in that of the last one.
-
-    A free joint is not included: it belongs to the base.
-    """
+    """Return the coordinates that move a body, in order, except a free joint's, and its pose in the last one."""
     T = pose(model.body_pos[body], model.body_quat[body])
     found: list[JointCoordinate] = []
     first = int(model.body_jntadr[body])

@@ -31,7 +31,6 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
 
     The robot is the child of the world with the most joints. It is the root if it floats (a free joint), or if it is
     fixed and alone in the world. Otherwise the world is the root, and all bodies that do not float belong to the robot.
-    A model without bodies raises `ValueError`.
     """
     if model.nbody < 2:
         raise ValueError("no bodies")
@@ -83,11 +82,7 @@ _FIXED_CAMERA = 0  # as `mujoco.mjtCamLight` numbers them
 def read_mjcf(
     path: Path | str, *, package_dirs: Iterable[Path | str] = (), content: bytes | None = None
 ) -> tuple[UrdfTree, Semantics]:
-    """Return the tree of an MJCF file, compiled by MuJoCo, and its cameras, keyframes and sensors as semantics.
-
-    `package_dirs` are searched for meshes that are not where the file says; `content` is what the file contains, if it
-    has been read already.
-    """
+    """Return the tree of an MJCF file, compiled by MuJoCo, and its cameras, keyframes and sensors as semantics."""
     content, path = file_content(path) if content is None else content, Path(path).absolute()
     tag = root_tag(path, content)
     if tag != "mujoco":
