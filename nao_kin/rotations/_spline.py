@@ -21,17 +21,11 @@ _SHORT_STEP = 1e-9
 
 
 def key_velocities(steps: Floats, arcs: Floats, first: Floats, last: Floats) -> Floats:
-    """Angular velocities at the keys in the moving frame, shape (..., n, 3).
+    """Angular velocities at the keys in the moving frame, shape (..., n, 3), from those of the first and last key.
 
-    For step i with arc vᵢ, time hᵢ, right Jacobian J of vᵢ and velocity ωᵢ at key i, the acceleration is
-    6 vᵢ/hᵢ² − 4 ωᵢ/hᵢ − 2 J⁻¹ωᵢ₊₁/hᵢ at the start and −6 vᵢ/hᵢ² + 2 J ωᵢ/hᵢ + 4 ωᵢ₊₁/hᵢ + a(vᵢ, J⁻¹ωᵢ₊₁) at the end,
-    where the function a is quadratic in its second argument. Newton's method makes both equal at all inner keys.
-
-    Args:
-        steps: hᵢ, shape (n − 1,).
-        arcs: vᵢ, shape (..., n − 1, 3).
-        first: the velocity at the first key, shape (..., 3).
-        last: the velocity at the last key, shape (..., 3).
+    For step i with arc vᵢ, time hᵢ, right Jacobian J of vᵢ and velocity ωᵢ at key i, the acceleration is 6 vᵢ/hᵢ² − 4
+    ωᵢ/hᵢ − 2 J⁻¹ωᵢ₊₁/hᵢ at the start and −6 vᵢ/hᵢ² + 2 J ωᵢ/hᵢ + 4 ωᵢ₊₁/hᵢ + a(vᵢ, J⁻¹ωᵢ₊₁) at the end, where the
+    function a is quadratic in its second argument. Newton's method makes both equal at all inner keys.
     """
     means = arcs / steps[:, None]
     between = 0.5 * (means[..., :-1, :] + means[..., 1:, :])

@@ -33,21 +33,14 @@ REQUIRED: Any = None
 
 @dataclass(frozen=True)
 class Convention:
-    """One of the 24 conventions as a sequence about moving axes i, j, then i or the remaining axis k.
-
-    Attributes:
-        i, j, k: the axes as numbers; k is the one that is neither i nor j.
-        sign: +1 where (i, j, k) is an even permutation of (x, y, z), −1 where it is odd.
-        symmetric: whether the third turn is about i again (proper Euler angles).
-        reversed: whether the angles are given in the opposite order (fixed axes).
-    """
+    """One of the 24 conventions as a sequence about moving axes i, j, then i or the remaining axis k."""
 
     i: int
     j: int
     k: int
-    sign: float
-    symmetric: bool
-    reversed: bool
+    sign: float  # +1 where (i, j, k) is an even permutation of (x, y, z), −1 where it is odd
+    symmetric: bool  # whether the third turn is about i again (proper Euler angles)
+    reversed: bool  # whether the angles are given in the opposite order (fixed axes)
 
 
 def _convention(sequence: str, axes: str) -> Convention:
