@@ -104,15 +104,10 @@ _LOADING = threading.Lock()
 class PickledRobot:
     """A copy of a robot; two are equal if their robots have equal numbers.
 
-    Loading builds a Pinocchio model. Each process does this once for all chunks; a scheduler never does, because it
-    only passes the bytes on.
-
-    Attributes:
-        token: identifies the robot, the same in every process.
-        data: its pickle.
+    Loading builds a Pinocchio model. Each process does this once for all chunks; a scheduler only passes the bytes on.
     """
 
-    token: str
+    token: str  # identifies the robot, the same in every process
     data: bytes = field(repr=False, compare=False)
 
     @classmethod

@@ -34,44 +34,26 @@ _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a run.
+    """Progress of a run."""
 
-    Attributes:
-        end: the beginning of the next block in the source.
-        rows_read: rows so far, bad ones included.
-        rows_written: rows of the parts so far.
-        bad_rows: rows so far without a valid configuration.
-        first_bad_rows: the first of them.
-        clamped: changes by clamping so far.
-        size: bytes of the last part.
-    """
-
-    end: Position
-    rows_read: int = 0
-    rows_written: int = 0
-    bad_rows: int = 0
+    end: Position  # beginning of the next block in the source
+    rows_read: int = 0  # bad ones included
+    rows_written: int = 0  # rows of the parts so far
+    bad_rows: int = 0  # without a valid configuration
     first_bad_rows: tuple[BadRow, ...] = ()
     clamped: Clamped = NOT_CLAMPED
-    size: int = 0
+    size: int = 0  # bytes of the last part
 
 
 class PartFolder:
-    """The finished parts of one output.
-
-    Attributes:
-        path: the folder.
-        parts: the finished parts.
-        last: progress at their end; None before the first.
-        resumable: a later run may use them.
-        busy: held while a part is written, so that a signal never interrupts a part.
-    """
+    """The finished parts of one output."""
 
     def __init__(self, output: Path | None) -> None:
         """Open and lock the folder of an output file; a device or a pipe (None) gets a temporary folder."""
-        self.resumable = output is not None
-        self.busy = threading.RLock()
+        self.resumable = output is not None  # a later run may use them
+        self.busy = threading.RLock()  # held while a part is written, so that a signal never interrupts a part
         self.parts: list[Path] = []
-        self.last: Progress | None = None
+        self.last: Progress | None = None  # progress at their end; None before the first
         if output is None:
             self.path = Path(tempfile.mkdtemp(prefix="nao_kin-"))
         else:

@@ -198,24 +198,18 @@ def fk(
 
 @dataclass
 class _PoseRun:
-    """The work on every block.
-
-    Attributes:
-        joints: meaning of the columns of each file of the source.
-        warned: whether the warning of degrees was given; further blocks would repeat it with other numbers.
-        notes: assumptions about the source.
-    """
+    """The work on every block."""
 
     robot: RobotModel
     source: TableSource
-    joints: Sequence[JointColumns]
+    joints: Sequence[JointColumns]  # meaning of the columns of each file of the source
     frames: tuple[str, ...]
     reference: str | None
     columns: PoseColumns
     sink: Sink
     on_error: str
-    warned: bool = False
-    notes: list[str] = field(default_factory=list)
+    warned: bool = False  # of degrees: further blocks would repeat the warning with other numbers
+    notes: list[str] = field(default_factory=list)  # assumptions about the source
     _time_units: dict[int, str] = field(default_factory=dict)
 
     def poses(self, block: Block, before: Progress) -> tuple[_Poses, Progress]:

@@ -44,12 +44,9 @@ FEW_ROWS = 10_000
 class PoseColumns:
     """The form of a pose as a row of numbers.
 
-    Attributes:
-        style: "matrix": the 16 entries of the homogeneous matrix, row by row, t11 … t44.
-            "position_quaternion": x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
-            "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as in NAOqi.
-            "rpy": the same numbers as x, y, z, roll, pitch, yaw.
-        degrees: angles in degrees, whose names then end in _deg.
+    "matrix" is the 16 entries of the homogeneous matrix, row by row, t11 … t44; "position_quaternion" is x, y, z and
+    the unit quaternion r0, r1, r2, r3, scalar first; "position6d" is x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx),
+    named as in NAOqi; "rpy" is the same numbers as x, y, z, roll, pitch, yaw. Names of angles in `degrees` end in _deg.
     """
 
     style: PoseStyle = "matrix"
@@ -112,10 +109,7 @@ def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
 def pose_lines(
     rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any], times: Floats | None = None
 ) -> bytes:
-    """Return a line for each of `rows` (n,) and each frame, of numbers (n, frames, k) and perhaps times (n,), in UTF-8.
-
-    Without pyarrow the lines are the same, but take longer.
-    """
+    """Return a line in UTF-8 for each of `rows` (n,) and each frame, of numbers (n, frames, k) and times (n,)."""
     names = [_field(name) for name in frames]
     flat = numbers.reshape(-1, numbers.shape[-1])
     if numbers.size > _FEW and has_pyarrow():
@@ -162,21 +156,13 @@ _ROWS_OF_GROUP = 1 << 17
 
 @dataclass(frozen=True)
 class Sink(ABC):
-    """A format of output files.
-
-    Attributes:
-        frames: names of the frames.
-        columns: names of the numbers of a pose.
-        shape: shape of the numbers of one row.
-        dtype: their type.
-        timed: the rows have times.
-    """
+    """A format of output files."""
 
     frames: tuple[str, ...]
-    columns: tuple[str, ...]
-    shape: tuple[int, ...]
+    columns: tuple[str, ...]  # names of the numbers of a pose
+    shape: tuple[int, ...]  # of the numbers of one row
     dtype: np.dtype[Any]
-    timed: bool = False
+    timed: bool = False  # the rows have times
 
     @abstractmethod
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:

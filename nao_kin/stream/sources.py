@@ -32,43 +32,25 @@ Problems = dict[int, tuple[int, str]]
 
 @dataclass(frozen=True)
 class Block:
-    """Some rows of a table.
+    """Some rows of a table, n of them."""
 
-    Attributes:
-        values: shape (n, columns); NaN in rows that could not be read.
-        end: beginning of the next block.
-        times: shape (n,), in the unit of the file; None without times.
-        problems: rows that could not be read.
-        last: whether no block follows.
-        lines: line of each row, found on demand; None in files without lines.
-        file: index of the file, if there are several.
-    """
-
-    values: Floats
-    end: Position
-    times: Floats | None = None
-    problems: Problems = field(default_factory=dict)
-    last: bool = False
-    lines: Sequence[int] | None = None
-    file: int = 0
+    values: Floats  # shape (n, columns); NaN in rows that could not be read
+    end: Position  # beginning of the next block
+    times: Floats | None = None  # in the unit of the file
+    problems: Problems = field(default_factory=dict)  # rows that could not be read
+    last: bool = False  # whether no block follows
+    lines: Sequence[int] | None = None  # line of each row, found on demand; None in files without lines
+    file: int = 0  # index of the file, if there are several
 
 
 class TableSource(ABC):
-    """A table of joint values in a file.
-
-    Attributes:
-        path: the file.
-        table: the columns of joints and times, and their units.
-        whole: whether the columns are those of q, a floating base included.
-        start: beginning of the first block.
-        size: length of the file, in the unit of the number with index `counted` in a position; None if unknown.
-    """
+    """A table of joint values in a file."""
 
     path: str
     table: TableColumns
-    whole: bool = False
-    start: Position
-    size: int | None = None
+    whole: bool = False  # whether the columns are those of q, a floating base included
+    start: Position  # beginning of the first block
+    size: int | None = None  # length of the file, in the unit of number `counted` of a position
     counted: int = 0
 
     @property

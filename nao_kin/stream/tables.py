@@ -296,8 +296,7 @@ def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips 
 def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
     """Return times (n,) in seconds, and a note if their size determined the unit.
 
-    Without a `unit`, which is "s", "ms", "us", "µs" or "ns", they are in seconds, or in another unit if they then are
-    times since 1970.
+    Without a `unit`, they are in seconds, or in another unit if they then are times since 1970.
     """
     taken = time_unit_of(times) if unit is None else unit
     note = f"times are taken as {taken} since 1970, by their size; a heading such as time [s] says otherwise"
@@ -360,21 +359,13 @@ _OUTSIDE = "outside the joint limits: "
 
 @dataclass(frozen=True)
 class JointColumns:
-    """The meaning of the columns of a table of joint values.
-
-    Attributes:
-        robot: the robot.
-        table: joint and unit of every column; with `whole`, of every column after the seven of a floating base.
-        limits: joints outside their limits: "raise" makes the row a bad row; "clamp"; "ignore".
-        hips: value of a motor whose two joints differ; None makes the row a bad row.
-        whole: whether the columns are those of q.
-    """
+    """The meaning of the columns of a table of joint values."""
 
     robot: RobotModel
-    table: TableColumns
-    limits: LimitPolicy = "raise"
-    hips: Hips | None = None
-    whole: bool = False
+    table: TableColumns  # joint and unit of every column; with `whole`, of those after the floating base
+    limits: LimitPolicy = "raise"  # "raise" makes a row with joints outside their limits a bad row
+    hips: Hips | None = None  # value of a motor whose two joints differ; None makes the row a bad row
+    whole: bool = False  # whether the columns are those of q
 
     def __post_init__(self) -> None:
         choice(self.limits, get_args(LimitPolicy), "limits policy")
