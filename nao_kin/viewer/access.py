@@ -58,8 +58,7 @@ class Access:
     """The access rules of a server that listens on the numeric `address`, given as `host`, with allowed `names`.
 
     `token` is text, True for a random one, False for none; None for a random one if the address or a name is not
-    loopback. The attribute `token` is the required text, "" for none; `expected` has random roles in which a page needs
-    no token, each for one socket. Raises BadArgument for "*" without a token.
+    loopback.
     """
 
     def __init__(self, address: str, host: str, names: Sequence[str], token: Token) -> None:
@@ -72,7 +71,7 @@ class Access:
         if token is None:
             token = not (self._local and all(map(is_loopback, self._given)))
         self.token = token if isinstance(token, str) else secrets.token_urlsafe(_TOKEN_BYTES) if token else ""
-        self.expected: set[str] = set()
+        self.expected: set[str] = set()  # random roles in which a page needs no token, each for one socket
         if ANY_NAME in self._given and not self.token:
             raise BadArgument('allow_hosts has "*", which allows every name; that needs a token')
 

@@ -58,8 +58,8 @@ _MIN_EDGE, _MAX_EDGE = 16, 8192
 class PictureBrowser:
     """A browser that draws this program's pictures: it starts with the first one and ends with the program.
 
-    Loading the page takes most of the time of a picture, so one page stays open, and receives the messages of each
-    viewer that needs a picture. A scene with other robots needs another page, and starts another browser.
+    Loading the page takes most of the time of a picture, so one page stays open for all viewers. A scene with other
+    robots needs another page, and starts another browser.
     """
 
     def __init__(self) -> None:
@@ -67,12 +67,7 @@ class PictureBrowser:
         self._page: _PicturePage | None = None
 
     def picture(self, messages: RetainedMessages, camera: str, size: tuple[int, int], timeout: float) -> bytes:
-        """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds.
-
-        Raises:
-            BadArgument: the size is out of range.
-            NoBrowser: no browser was found, or it ended or sent no picture in time.
-        """
+        """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds."""
         if not isinstance(size, (tuple, list)) or len(size) != 2:
             raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
         width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
@@ -102,11 +97,7 @@ class PictureBrowser:
 
 
 class _PicturePage:
-    """A page in a headless browser, and the server that sends it messages and receives its pictures.
-
-    The constructor waits until the page shows the scene, at most until the time `end`, `timeout` seconds after the
-    request, and then raises NoBrowser.
-    """
+    """A page in a headless browser, which shows the scene by the time `end` or raises NoBrowser, and its server."""
 
     def __init__(self, messages: RetainedMessages, end: float, timeout: float) -> None:
         self._messages, self._answers = RetainedMessages(), queue.Queue[Answer]()
@@ -232,8 +223,7 @@ class Browser:
 def start_browser(url: str) -> Browser:
     """Open `url` in a headless browser, which ends with `Browser.close`, or if this process ends or is killed.
 
-    All that the browser writes is in a temporary folder, which is removed too: `nao_kin._core.supervisor` runs the
-    browser for as long as this process lives.
+    All that the browser writes is in a temporary folder, which is removed too (`nao_kin._core.supervisor`).
     """
     program = find_browser()
     python = _python()

@@ -39,21 +39,10 @@ _BODY_CAMERAS: Mapping[str, Vector] = {
 class SceneRobot:
     """A robot in a scene: its shapes and links, and its description for the panel.
 
-    Parts that the semantics do not define are derived from the tree: branches are chains, and their ends effectors.
-    If the scene already has a robot with the same tree, `like`, the mesh files are not read again.
-
-    Attributes:
-        number: its number among the robots of a scene; the leading robot has 0.
-        key: prefix of the keys of its messages.
-        ground: path of the node that the robot stands on, with a slash at its end; "" for the scene itself.
-        drawables: its shapes.
-        notes: shapes that cannot be shown, one line each.
-        paths: link → path of its node, parents first.
-        cameras: name of a view → direction to the camera in the world, and the links to show with all links that they
-            carry; without links, the whole robot.
-        light_names: names of all lights, groups first.
-        start: the configuration that a viewer opens with, shape (nq,).
-        rest: posture → vertical in the root's frame; other postures stand on the soles.
+    Parts that the semantics do not define are derived from the tree: branches are chains, and their ends effectors. If
+    the scene already has a robot with the same tree, `like`, the mesh files are not read again. `number` is its number
+    in the scene, 0 for the leading robot, `key` the prefix of the keys of its messages, and `ground` the path of the
+    node that it stands on, with a slash at its end, or "" for the scene.
     """
 
     def __init__(self, robot: RobotModel, number: int = 0, like: SceneRobot | None = None) -> None:
@@ -63,11 +52,12 @@ class SceneRobot:
         self.drawables: tuple[Drawable, ...]
         self.notes: tuple[str, ...]
         self.drawables, self.notes = robot_drawables(tree) if like is None else (like.drawables, like.notes)
-        self.paths = link_paths(tree)
+        self.paths = link_paths(tree)  # link → path of its node, parents first
         self._places = {link: index for index, link in enumerate(self.paths)}
         self._moved = {joint.name: joint.child for joint in tree.moving_joints}
         self._carriers = carriers(tree, self.drawables)
         child = {joint.name: joint.child for joint in tree.joints}
+        # Name of a view → direction to the camera in the world, and the links to show with all that they carry.
         self.cameras: dict[str, tuple[Vector, tuple[str, ...]]] = {
             name: (direction, ()) for name, direction in _BODY_CAMERAS.items()
         }
@@ -75,8 +65,9 @@ class SceneRobot:
             self.cameras[name] = view.direction, tuple(child[joint] for joint in view.joints)
         names = tuple(drawable.light for drawable in self.drawables if drawable.light)
         self._light_groups = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
-        self.light_names = (*self._light_groups, *names)
+        self.light_names = (*self._light_groups, *names)  # groups first
         self.start = robot.posture(semantics.start) if semantics.start else robot.clamp(robot.neutral())
+        # Posture → vertical in the root's frame; other postures stand on the soles.
         self.rest = {name: posture.up for name, posture in semantics.postures.items() if posture.up is not None}
 
     @property
@@ -172,8 +163,7 @@ class SceneRobot:
         """Return the description for the page: shapes, joints, limits, postures, mirror, frames, masses, cameras.
 
         Links are given by their index in `links`, coordinates by their index in q. Names from foreign files are values,
-        never keys, because some keys have a meaning in JavaScript. Mimic joints that carry no joint with a coordinate
-        are not part of a lower pair.
+        never keys, because some keys have a meaning in JavaScript.
         """
         robot, semantics, place = self.robot, self.robot.semantics, self._places
         moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view

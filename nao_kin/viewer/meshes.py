@@ -21,19 +21,12 @@ _CREASE = np.radians(40.0)
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles of one colour.
+    """Triangles of one colour."""
 
-    Attributes:
-        vertices: positions in the frame of the file, shape (n, 3) [m].
-        normals: unit vectors, shape (n, 3).
-        faces: rows of `vertices` at the corners of the triangles, shape (m, 3).
-        colour: the colour in the file, None for none.
-    """
-
-    vertices: Floats
-    normals: Floats
-    faces: NDArray[np.uint32]
-    colour: Rgba | None = None
+    vertices: Floats  # in the frame of the file, shape (n, 3) [m]
+    normals: Floats  # unit vectors, shape (n, 3)
+    faces: NDArray[np.uint32]  # rows of `vertices` at the corners, shape (m, 3)
+    colour: Rgba | None = None  # in the file
 
 
 Shape = Box | Cylinder | Sphere | Mesh
@@ -53,10 +46,7 @@ def shape_box(shape: Shape) -> tuple[Floats, Floats]:
 
 
 def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
-    """Return the triangles of a file, one mesh per colour, scaled by factors along the axes, shape (3,).
-
-    The faces of a mirror image still point outwards. Raises UnreadableShape for a file without triangles.
-    """
+    """Return the triangles of a file, one mesh per colour, scaled along the axes; mirrored faces point outwards."""
 
     def parts_of(scene: Any) -> list[Mesh]:
         # Normals in the file determine the smooth edges, otherwise the angle between faces.

@@ -40,14 +40,11 @@ _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
 
 
 class RetainedMessages:
-    """The newest message of every key, retained for pages that open later; safe for several threads.
-
-    `scene` has the keys of the constant messages, and `scene_tag` their digest, set by `scene_is_complete`.
-    """
+    """The newest message of every key, retained for pages that open later; safe for several threads."""
 
     def __init__(self) -> None:
-        self.scene: frozenset[str] = frozenset()
-        self.scene_tag = ""
+        self.scene: frozenset[str] = frozenset()  # keys of the constant messages
+        self.scene_tag = ""  # their digest
         self._messages: dict[str, bytes] = {}
         self._lock = threading.Lock()
         self._watchers: list[Callable[[str], None]] = []
@@ -86,11 +83,7 @@ class RetainedMessages:
             return tuple(self._messages.values())
 
     def copy(self, other: RetainedMessages, removing: Callable[[str], bytes | None]) -> None:
-        """Replace all messages with those of `other`; `removing` returns the message that removes a key's drawing.
-
-        Watchers get all the messages again, except those of the scene if it is the same. A page then shows the messages
-        of `other` as a new page would.
-        """
+        """Replace all messages with those of `other`; `removing` returns the message that removes a key's drawing."""
         is_same = self.scene_tag == other.scene_tag
         theirs = dict(zip(other.names(), other.messages(), strict=True))
         self.scene, self.scene_tag = other.scene, other.scene_tag
@@ -127,10 +120,7 @@ def named_key(kind: str, name: str) -> str:
 
 
 class NamedMessages:
-    """One message for each name, and the list of the names: a page removes all others, even if it has missed messages.
-
-    `kind` is the kind of the messages, `listing` the kind of the list's message, with the names under `field`.
-    """
+    """One message per name, and a list of the names, by which even a page that missed messages removes all others."""
 
     def __init__(self, messages: RetainedMessages, kind: str, listing: str, field: str = "names") -> None:
         self._messages, self._kind, self._listing, self._field = messages, kind, listing, field
@@ -272,17 +262,11 @@ def geometry_pose(shape: Shape) -> Floats:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of message for the panel.
+    """A kind of message for the panel."""
 
-    Attributes:
-        fields: name → TypeScript type; a question mark after the name marks an optional field.
-        is_kept: whether pages that open later get the newest one; others are sent once, to open pages.
-        blank: fields of the message that removes the drawing of this kind; None if there is nothing to remove.
-    """
-
-    fields: Mapping[str, str]
-    is_kept: bool = True
-    blank: Mapping[str, Any] | None = None
+    fields: Mapping[str, str]  # name → TypeScript type; a question mark after the name marks an optional field
+    is_kept: bool = True  # pages that open later get the newest one; others are sent once, to open pages
+    blank: Mapping[str, Any] | None = None  # fields of the message that removes the drawing; None if there is none
 
 
 _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high": "string"}

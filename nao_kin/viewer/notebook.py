@@ -60,10 +60,9 @@ def has_bridge() -> bool:
 
 
 class Bridge:
-    """A connection of the frame `name` in a notebook to the messages of a viewer, until `close`.
+    """A connection of a frame in a notebook to the messages of a viewer, until `close`.
 
-    It sends what has changed since its construction; `on_answer` is called in the kernel's thread with the page's
-    messages. The cell displays `widget` next to the frame.
+    `on_answer` is called in the kernel's thread with the page's messages. The cell displays `widget` next to the frame.
     """
 
     def __init__(self, messages: RetainedMessages, on_answer: Callable[[Answer], None]) -> None:

@@ -134,10 +134,7 @@ def clip(
 
 
 def check_size(robot: RobotModel, qs: Floats) -> None:
-    """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which a page cannot draw.
-
-    Values are not wrapped, because a whole turn changes q.
-    """
+    """Refuse configurations beyond ±1e6 rad or m, which a page cannot draw; wrapping a whole turn would change q."""
     beyond = np.argwhere(np.abs(qs) > LARGEST)
     if len(beyond):
         column = int(beyond[0][-1]) - robot.nq_base

@@ -29,18 +29,14 @@ _GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Drawable:
-    """One shape of one link, in one colour and opacity, each in [0, 1].
-
-    `light` is the name of the light, "" for other shapes; `accent` is whether the editions of our NAO differ in its
-    colour.
-    """
+    """One shape of one link, in one colour and opacity, each in [0, 1]."""
 
     link: str
     T_link_shape: Floats
     shape: Shape
     rgba: Rgba
-    light: str = ""
-    accent: bool = False
+    light: str = ""  # name of the light, "" for other shapes
+    accent: bool = False  # whether the editions of our NAO differ in its colour
 
     @cached_property
     def geometry(self) -> tuple[str, bytes]:
@@ -125,15 +121,12 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Driver:
-    """The coordinate that moves a joint: its value is multiplier · q[column] + offset [rad or m].
-
-    `follows` is the driving joint of a mimic joint, otherwise "".
-    """
+    """The coordinate that moves a joint: its value is multiplier · q[column] + offset [rad or m]."""
 
     column: int
     multiplier: float = 1.0
     offset: float = 0.0
-    follows: str = ""
+    follows: str = ""  # the driving joint of a mimic joint, otherwise ""
 
     def values(self, q: Floats) -> Floats:
         """Return the joint's values in configurations, shape (..., nq)."""

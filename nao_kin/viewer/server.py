@@ -60,8 +60,7 @@ def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]
 class LiveServer:
     """A server of a page and its messages on one port, the first free one for None, from construction until `close`.
 
-    `on_answer` is called with each message of a page, in the server's thread. Raises BadArgument if the address or the
-    port is not available, every name is allowed without a token, or this process can open no more files.
+    `on_answer` is called with each message of a page, in the server's thread.
     """
 
     def __init__(

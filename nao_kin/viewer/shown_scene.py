@@ -23,11 +23,10 @@ _SILENCE = 3.0
 
 
 class Lead:
-    """The page whose playback is followed if several play at once.
+    """The page whose playback is followed if several play at once; callers hold the viewer's lock.
 
-    It is the page in which a user last began to play or moved the time, or else the first page that reported.
-    A change of the robot by other means also takes the lead, so that outdated reports of a page are ignored.
-    Callers hold the viewer's lock.
+    It is the page in which a user last began to play or moved the time, or else the first page that reported. A change
+    of the robot by other means also takes the lead, so that outdated reports of a page are ignored.
     """
 
     def __init__(self) -> None:
@@ -73,9 +72,8 @@ class Subscription:
 class Changes:
     """Calls callbacks on changes, one at a time and in order, in a separate thread.
 
-    The thread runs while there are changes. Changes during a call are combined into one: the newest configuration, and
-    every joint that changed; the newest place of each target. A slow callback therefore delays neither the server nor
-    the page, and no queue grows.
+    Changes during a call are combined into one: the newest configuration, and every joint that changed; the newest
+    place of each target. A slow callback therefore delays neither the server nor the page, and no queue grows.
     """
 
     def __init__(self) -> None:
@@ -169,10 +167,7 @@ def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
 
 
 def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
-    """Return, for each joint, the first configuration of a clip in which it is outside its limits, except at zero.
-
-    A joint that is outside for minutes violates its limits in every frame; the first one is enough.
-    """
+    """Return, for each joint, the first configuration of a clip in which it is outside its limits, except at zero."""
     outside = ~robot.within_limits(qs, per_joint=True)
     values = qs[:, robot.nq_base :]
     moved = outside & (values != 0.0)

@@ -345,11 +345,7 @@ class Viewer:
             self._list_robots()
 
     def _list_robots(self) -> None:
-        """Send the list of robots: a page removes all others and their parts, even if it has missed messages.
-
-        The list comes after the robots, also for a page that opens later, so that no part is removed before its robot
-        comes.
-        """
+        """Send the list of robots, after them, so that a page keeps their parts but removes those of all others."""
         self._messages.drop("robots")
         self._messages.put("robots", panel_message("robots", {"robots": [look.number for look in self._robots[1:]]}))
 
