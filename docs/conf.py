@@ -30,11 +30,17 @@ myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_generated"]
 nitpicky = True
+# Rows of results and tables: whatever contains them describes their attributes, and they have no entries of their own.
+ROWS = (
+    "BadRow|CameraRow|Change|Clamped|Collision|Contact|CouplingViolation|Finger|Frame|Inertial|InertialRow|Joint|JointTableRow"
+    "|MotionViolation|MultiDofJoint|Origin|Row|ShapeRow|Stance|Step|UrdfJoint|Visual|VisualRow"
+)
 # Types of other libraries, whose documentation a build without a network cannot ask, and names of ours that nobody
 # meets but as a value.
 nitpick_ignore_regex = [
     ("py:class", r"(?!nao_kin\.).*"),
     ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|IsoTimes|CachedKernel|Made|Question|Segments|Subscription)"),
+    ("py:class", rf"nao_kin\.(?:\w+\.)+(?:{ROWS})"),
     ("py:class", r"nao_kin\.(?:\w+\.)+(?:TableColumns|Tables|Task|_\w+)"),
 ]
 default_role = "code"

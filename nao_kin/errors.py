@@ -40,7 +40,6 @@ __all__ = [
     "UnknownName",
     "WrongShape",
     "ZeroNorm",
-    "nearest_names",
 ]
 
 
@@ -100,7 +99,7 @@ def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str,
     """Return the valid names most similar to `name`, best first, whatever their letter case.
 
     Examples:
-        >>> nk.errors.nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
+        >>> nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
         ('LHand', 'RHand')
     """
     name = name[:MAX_ECHOED]
@@ -342,7 +341,7 @@ class DisagreeingJoints(CouplingViolated):
 
     Attributes:
         nearest: value of the driving joint that gives the values nearest to those given.
-        violations: the `CouplingViolation` rows; the attributes above are those of the first.
+        violations: what `MultiDofModel.violations` returns; the attributes above are those of the first.
     """
 
     def __init__(self, violations: Sequence[Any]) -> None:

@@ -3,13 +3,12 @@
 from nao_kin.calibration.design import NextPosture, next_posture
 from nao_kin.calibration.files import read_observations
 from nao_kin.calibration.observations import Contacts, Pixels, Poses
-from nao_kin.calibration.solve import Calibration, Outlier, calibrate
+from nao_kin.calibration.solve import Calibration, calibrate
 
 __all__ = [
     "Calibration",
     "Contacts",
     "NextPosture",
-    "Outlier",
     "Pixels",
     "Poses",
     "calibrate",

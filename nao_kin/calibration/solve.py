@@ -71,7 +71,9 @@ class Calibration:
         notes: one sentence for each of these, and for outliers and residuals larger than the noise.
         residuals: for each observation, residuals in standard deviations, shape (items seen, numbers).
         initial_residuals: the same before the calibration.
-        outliers: items beyond their noise, the largest first.
+        outliers: items beyond their noise, the largest first, each with the number of its `observation`, its `kind`
+            ("pixels", "poses" or "contacts"), its `item` ("posture 3, point 2"), and `sigmas`, the length of its
+            residual in standard deviations.
 
     Examples:
         >>> nao = nk.load_nao()

@@ -49,7 +49,8 @@ def run(
             of π/2.
         seed: seed of the random configurations, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
         conversions: the functions under test; None for the library's own.
-        steps: the robot's numbers for the kinematics from elementary rotations; None for `steps_of(robot)`.
+        steps: the robot's numbers for the kinematics from elementary rotations, as `steps_of_nao` returns
+            them; None for those of `robot`.
         progress: called with the number of configurations done and their total.
 
     Returns:
@@ -68,7 +69,7 @@ def run(
     if conversions is not None and not isinstance(conversions, Conversions):
         raise BadArgument(f"conversions must be Conversions, got {type(conversions).__name__}")
     if steps is not None and not (isinstance(steps, Sequence) and all(isinstance(step, Step) for step in steps)):
-        raise BadArgument("steps must be a sequence of Step")
+        raise BadArgument("steps must be a sequence of steps, as steps_of_nao returns them")
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
     samples = whole_number(samples, "samples", 1, _MOST_SAMPLES)

@@ -151,7 +151,10 @@ class Report:
         joint_names: the joints of the configurations, in their order.
         seed: seed of the run.
         strata: number of compared configurations of each kind.
-        rows: the table.
+        rows: the table. Each row has a `convention`, the oracle `against` which it is compared, the number of compared
+            `pairs`, the `worst` discrepancy, the `tolerance`, `ok`, the `failing` frames or joints, a `note`, the text
+            of its `cells`, and the `place` of the worst discrepancy, or None: the `frame` or joint, the index of the
+            `configuration`, the `stratum` (kind of configuration), and `q`.
         columns: headings of the cells of every row.
     """
 

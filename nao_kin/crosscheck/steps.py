@@ -52,7 +52,7 @@ def steps_of(robot: RobotModel) -> tuple[Step, ...]:
     """Return the steps of a robot: from the parameters for a NAO, from the URDF for another or a calibrated robot.
 
     Examples:
-        >>> [step.name for step in nk.crosscheck.steps_of(nk.load_nao()) if step.axis][:2]
+        >>> [step.name for step in steps_of(nk.load_nao()) if step.axis][:2]
         ['HeadYaw', 'HeadPitch']
     """
     nominal = robot.parameters is not None and not robot.tree.offsets
@@ -61,6 +61,10 @@ def steps_of(robot: RobotModel) -> tuple[Step, ...]:
 
 def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
     """Return the steps of a NAO from its parameters alone, under all names that its model has for them.
+
+    A step is a frame with its `name`, its `parent` frame or None, and its pose there: position `xyz` [m], elementary
+    `turns` about moving axes [rad], and the `axis` of its joint or None, whether it is `sliding`, and the `mimic` of
+    the coordinate that moves it.
 
     Examples:
         >>> steps = nk.crosscheck.steps_of_nao(nk.parameters.nao_parameters("v6"))

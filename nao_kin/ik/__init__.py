@@ -4,8 +4,7 @@ from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
 from nao_kin.ik.collision_free import without_collisions as without_collisions
 from nao_kin.ik.descent import Goal as Goal, descended as descended
-from nao_kin.ik.follow import FollowedPath, Stretch, follow
-from nao_kin.ik.follow_branches import FollowedLimb, Jump
+from nao_kin.ik.follow import FollowedPath, follow
 from nao_kin.ik.geometry import cached_limb as cached_limb
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
@@ -19,14 +18,11 @@ from nao_kin.ik.whole_body import WholeBodyResult, whole_body
 
 __all__ = [
     "Family",
-    "FollowedLimb",
     "FollowedPath",
     "IKResult",
-    "Jump",
     "LegsResult",
     "Obstacles",
     "Reason",
-    "Stretch",
     "TwistMap",
     "VelocityResult",
     "WholeBodyResult",

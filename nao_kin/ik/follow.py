@@ -45,7 +45,7 @@ class Stretch:
         """Return the segment in a sentence.
 
         Examples:
-            >>> nk.ik.Stretch(0, "LElbowYaw", given=0.1, needed=0.25).describe()
+            >>> Stretch(0, "LElbowYaw", given=0.1, needed=0.25).describe()
             'LElbowYaw needs 0.25 s instead of 0.1 s after sample 0'
         """
         return f"{self.joint} needs {self.needed:.3g} s instead of {self.given:.3g} s after sample {self.index}"
@@ -111,9 +111,14 @@ class FollowedPath:
         q: configurations, shape (n, nq). At a sample that is not reached, the limb is at the nearest pose, or its
             joints are nan if its solver does not find one.
         torso: the pose of the torso in the world, shape (n, 4, 4); None if targets are in the torso.
-        limbs: reasons and residuals of each limb.
-        jumps: steps in which a limb cannot move continuously, in order.
-        stretched: segments that take longer than requested, in order.
+        limbs: the limbs, each with its `name` ("LLeg", "RLeg", "legs", "LArm", "RArm" or "Head"), the `columns` of q
+            that it moves, the samples `reached`, their `reasons` and `residual`, as in `IKResult`, and `messages`,
+            sample → reason in words, for the samples that are not reached.
+        jumps: steps in which a limb cannot move continuously, in order, each with the `index` of its first sample, the
+            `limb`, the `joint` that takes longest, its change `size` [rad] and the `cause`; `describe()` says it in
+            words.
+        stretched: segments that take longer than requested, in order, each with the `index` of its first sample, the
+            `joint` that needs the time, and the times `given` and `needed` [s]; `describe()` says it in words.
         speed_shares: speed of each joint in each segment as a share of its limit, shape (n − 1, joints).
         motion: the sum over the path of the squared motion Σ (Δq_j / v_j)² of the limbs that follow it [s²].
         notes: notes on the call, one line each.

@@ -244,7 +244,7 @@ class Jump:
         """Return the jump in a sentence.
 
         Examples:
-            >>> nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch").describe()
+            >>> Jump(3, "LArm", "LElbowYaw", 2.1, "another branch").describe()
             'LArm jumps after sample 3: LElbowYaw by 2.1 rad; another branch'
         """
         return f"{self.limb} jumps after sample {self.index}: {self.joint} by {self.size:.3g} rad; {self.cause}"

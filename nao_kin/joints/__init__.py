@@ -1,25 +1,20 @@
 """Joint types: the kinematic pairs, a robot's revolute, universal and spherical joints, and anatomy."""
 
-from nao_kin.joints._readings import CouplingViolation
 from nao_kin.joints.grouping import JointAxes, Rule as Rule, group_joints
 from nao_kin.joints.multidof_model import CouplingPolicy as CouplingPolicy, MultiDofModel
 from nao_kin.joints.pairs import (
     KINEMATIC_PAIRS,
     JointGroups,
     KinematicPair,
-    MultiDofJoint,
-    Singularity,
+    MultiDofJoint as MultiDofJoint,
     kinematic_pair,
     mobility,
 )
 from nao_kin.joints.tables import (
     ANATOMY,
     NAO_ANATOMY,
-    AnatomicalJoint,
-    AnatomyTable,
-    BodyPart,
     JointTable,
-    JointTableRow,
+    JointTableRow as JointTableRow,
     joint_table,
 )
 
@@ -31,19 +26,12 @@ __all__ = [
     "ANATOMY",
     "KINEMATIC_PAIRS",
     "NAO_ANATOMY",
-    "AnatomicalJoint",
-    "AnatomyTable",
-    "BodyPart",
-    "CouplingViolation",
     "JointAxes",
     "JointGroups",
     "JointTable",
-    "JointTableRow",
     "KinematicPair",
     "LowerPair",
-    "MultiDofJoint",
     "MultiDofModel",
-    "Singularity",
     "TypedModel",
     "group_joints",
     "joint_table",

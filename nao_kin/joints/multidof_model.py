@@ -54,7 +54,7 @@ class MultiDofModel:
         robot: the robot it was made from.
         model: the Pinocchio model. As with every fixed base, its `centerOfMass` leaves out the root link.
         groups: the merged joints, their couplings, and the joints that only follow.
-        pairs: the merged joints, parents first.
+        pairs: the merged joints, parents first, with the attributes that `JointGroups` lists.
         carriers: names of the joints that only carry links between the axes of merged joints.
         frame_names: its frames: those of the robot unless links were dropped.
         link_names: the links among them.
@@ -216,6 +216,11 @@ class MultiDofModel:
         Args:
             q_typed: typed configurations, shape (..., nq).
             reference: as in `to_q`.
+
+        Returns:
+            The violations, each with its driving joint `primary` and the joint that follows it, `mimic`; their values
+            `primary_value` and `mimic_value`; the `expected` value of the follower; the value of the driving joint
+            that is `nearest` to the given ones; and the `index` of the configuration in the batch.
 
         Examples:
             >>> nao = nk.load_nao()

@@ -275,7 +275,12 @@ class JointGroups:
     """All joints of a robot, and the couplings between them; iterating yields the joints, `len` counts them.
 
     Attributes:
-        joints: the joints, parents first.
+        joints: the joints, parents first. Each has a `name`, its `pair`, the `joints` of the URDF that are its parts,
+            its `parent` joint ("" for the root), the common point `centre` of its axes [m], the unit vectors `axes`,
+            the `angles_between` them [rad], the axes as `lines`, and the largest distance of an axis from the centre,
+            `residual` [m], all in the root's frame with all joints at zero; `lower`, `upper` and `units` of its parts;
+            and, with three axes, a `singularity`, else None: the middle `joint`, its two singular values `at` [rad],
+            the `margin` between its limits and the nearest of them [rad], and whether one is `reachable`.
         mimics: joints that follow another one, and how; each removes a freedom.
         driven: joints of the URDF that follow another one and carry none with its own coordinate, such as fingers that
             follow the hand: each adds a freedom and removes it again, so they are not among `joints`.

@@ -108,12 +108,7 @@ class AnatomicalJoint:
 
 
 class AnatomyTable(tuple[AnatomicalJoint, ...]):
-    """A tuple of anatomical joints that prints as a table.
-
-    Examples:
-        >>> len(nk.joints.ANATOMY), isinstance(nk.joints.ANATOMY, nk.joints.AnatomyTable)
-        (6, True)
-    """
+    """A tuple of anatomical joints that prints as a table."""
 
     __slots__ = ()
 
@@ -263,7 +258,9 @@ class JointTable:
         robot: name of the robot.
         rule: the rule that merged its joints, "none" for the joints as its URDF has them.
         tolerance: largest distance of the axes of a merged joint from their common point [m]; zero for "none".
-        rows: the joints.
+        rows: the joints, each with its `chain`, its name `joint`, its `parts` (joints of the URDF), `pair`, `symbol`,
+            `freedoms`, `axes`, `centre`, `lower`, `upper` and `units`; the part of the `body` and the `anatomical`
+            joint, "" for none; Plücker coordinates of its axes, `screws`; and `coupled_to`, the joints that drive it.
         driven: joints of the URDF that only follow another one and are not rows.
         dof: degrees of freedom.
         summary: the count, such as "25 DOF = 2×3 + 7×2 + 6×1 − 1".

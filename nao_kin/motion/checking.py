@@ -107,7 +107,11 @@ class MotionReport:
         joints: joints that the motion names.
         start: time of the first key [s].
         end: time of the last key [s].
-        violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst.
+        violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst. Each has a `kind`
+            ("limit", "coupled limit", "speed", "motor" or "collision"), a `joint` (a link for "collision"), the
+            interval from `start` to `end` [s], the `time` of the largest excess [s], the `value` then, the bounds
+            `lower` and `upper`, their `unit`, and for all but "limit" and "speed" the other joint or link `of`, and
+            its value `of_value`; `describe()` says it in words.
         left_out: number of the violations that are left out.
         sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all violations
             were found in closed form.

@@ -88,7 +88,9 @@ class MendedMotion:
 
     Attributes:
         motion: the changed motion; the original one if nothing had to be changed.
-        changes: the changes made.
+        changes: the changes made. Each has a `kind` ("clamped", "resampled", "one motor" or "slower"), a `joint` (""
+            for all), the interval from `start` to `end` in the original motion [s], and an `amount`, the largest change
+            of a value, with its `unit`; for "slower" it is the factor of the duration. `describe()` says it in words.
     """
 
     motion: Motion

@@ -2,13 +2,11 @@
 
 from nao_kin.reach._kernels import direction_cells
 from nao_kin.reach.files import check_column as check_column
-from nao_kin.reach.reach_map import ReachMap, ReachSettings, Stance, load
+from nao_kin.reach.reach_map import ReachMap, load
 from nao_kin.reach.sampling import map_settings as map_settings, workspace
 
 __all__ = [
     "ReachMap",
-    "ReachSettings",
-    "Stance",
     "direction_cells",
     "load",
     "workspace",

@@ -162,7 +162,9 @@ class ReachMap:
     can be added: `part_a + part_b`.
 
     Attributes:
-        settings: robot, frames, voxel size and seed.
+        settings: what the maps must share to be added: names of `robot`, `frame` and `reference`; the `joints` drawn at
+            random; `chain`, a fingerprint of the geometry and limits between the two frames; `voxel` [m]; `seed`; and
+            `step`, the unit in which manipulability is summed.
         ranges: the samples counted, as ranges (start, stop) in ascending order.
         indices: (i, j, k) of every voxel, shape (m, 3).
         count: samples in it, shape (m,).
@@ -269,6 +271,11 @@ class ReachMap:
             targets: points in a frame with z up, shape (m, 3) with m ≥ 1 [m].
             height: height of the reference frame in the targets' frame: one value, or (low, high); None for any [m].
             yaws: number of headings, the first along x.
+
+        Returns:
+            The stance: its `position`, shape (3,) [m], and heading `yaw`, in (−π, π] [rad], in the targets' frame, both
+            in `pose`, shape (4, 4); which targets are `reached`, shape (m,), and their `count`; and the best
+            `manipulability` at each target, 0 out of reach, shape (m,).
 
         Raises:
             BadArgument: the map is empty, or the targets are so far apart that their grid is too large.

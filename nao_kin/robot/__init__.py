@@ -10,7 +10,7 @@ from nao_kin.robot.chains import (
     serial_chain as serial_chain,
     topology,
 )
-from nao_kin.robot.collisions import Clearance, Contact, LinkShapes as LinkShapes
+from nao_kin.robot.collisions import Clearance, Contact as Contact, LinkShapes as LinkShapes
 from nao_kin.robot.configurations import COUPLING_TOLERANCE as COUPLING_TOLERANCE, UNIT_TOLERANCE as UNIT_TOLERANCE
 from nao_kin.robot.contacts import (
     LinkContacts as LinkContacts,
@@ -73,7 +73,6 @@ from nao_kin.robot.support_polygon import (
 
 __all__ = [
     "Clearance",
-    "Contact",
     "LimitViolation",
     "NaoModel",
     "RobotModel",

@@ -992,7 +992,9 @@ class RobotModel:
             margin: distance below which links are listed [m].
 
         Returns:
-            The contacts, by configuration and then by distance.
+            The contacts, by configuration and then by distance. Each has the names of its `links`; their `distance`,
+            negative if they overlap [m]; the nearest `points` of the two, or the deepest ones, in the root's frame,
+            shape (2, 3) [m]; and the `index` of the configuration in the batch. `describe()` says it in words.
 
         Raises:
             BadArgument: the robot has no shapes.

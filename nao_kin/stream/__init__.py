@@ -1,6 +1,6 @@
 """Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
-from nao_kin.stream.results import BadRow, Clamped, StreamResult, clamp
+from nao_kin.stream.results import Clamped as Clamped, StreamResult, clamp as clamp
 from nao_kin.stream.run import ErrorPolicy as ErrorPolicy, fk
 from nao_kin.stream.sinks import (
     FEW_ROWS as FEW_ROWS,
@@ -13,11 +13,8 @@ from nao_kin.stream.sources import Configurations
 from nao_kin.stream.tables import log_columns as log_columns, read_configurations, read_log
 
 __all__ = [
-    "BadRow",
-    "Clamped",
     "Configurations",
     "StreamResult",
-    "clamp",
     "fk",
     "read_configurations",
     "read_log",

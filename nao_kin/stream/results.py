@@ -70,7 +70,7 @@ def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
 
     Examples:
         >>> nao = nk.load_nao()
-        >>> nk.stream.clamp(nao, nao.posture("Stand")[None])[1].rows
+        >>> clamp(nao, nao.posture("Stand")[None])[1].rows
         0
     """
     check_robot(robot)
@@ -96,8 +96,10 @@ class StreamResult:
         rows_written: rows of the output, each with one pose per frame.
         rows_resumed: how many of the rows read an earlier run had finished.
         bad_rows: rows without a valid configuration: left out, or written as NaN.
-        first_bad_rows: the first of them.
-        clamped: the changes by limits="clamp".
+        first_bad_rows: the first of them, each with its `row` in the source, from 0, its `line` and `column` in a CSV
+            file, from 1 (0 for none), its `reason`, and its `file`, "" if there is only one.
+        clamped: the changes by limits="clamp": the number of changed `rows`, the largest change of a joint `most`
+            [rad, m or ratio], and that `joint`, "" for none.
         notes: assumptions about the source.
     """
 

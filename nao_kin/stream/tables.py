@@ -113,9 +113,10 @@ def read_log(
             refuses them.
 
     Returns:
-        Configurations and times. Times without a unit are in seconds, or in another unit if they then are times since
-        1970. Dates and times as in ISO 8601, such as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from
-        the first row.
+        The configurations `q`, shape (n, nq), and the `times` of the rows, shape (n,) [s], or None; `many`, False for a
+        JSON file with one object instead of a list; and `notes`, assumptions about the file. Times without a unit are
+        in seconds, or in another unit if they then are times since 1970. Dates and times as in ISO 8601, such as
+        2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
 
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.

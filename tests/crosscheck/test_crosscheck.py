@@ -16,9 +16,9 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
-from nao_kin.crosscheck.report import LEFT_OUT, Tally, angle_difference
+from nao_kin.crosscheck.report import LEFT_OUT, Row, Tally, angle_difference
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
-from nao_kin.crosscheck.steps import StepKinematics
+from nao_kin.crosscheck.steps import Step, StepKinematics, steps_of
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.nao import nao_parameters
 
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 SOMEWHERE = {"xyz": (0.1, -0.2, 0.3), "rpy": (0.3, -0.5, 0.7)}
 
 
-def row_of(report: crosscheck.Report, convention: str, against: str = "") -> crosscheck.Row:
+def row_of(report: crosscheck.Report, convention: str, against: str = "") -> Row:
     return next(row for row in report.rows if row.convention == convention and against in row.against)
 
 
@@ -51,7 +51,7 @@ def test_romeo_agrees_with_everyone() -> None:
 
 
 def test_every_frame_of_the_nao_has_a_pose_by_hand(nao: nk.NaoModel) -> None:
-    assert {step.name for step in crosscheck.steps_of(nao)} == set(nao.frame_names)
+    assert {step.name for step in steps_of(nao)} == set(nao.frame_names)
 
 
 def test_the_report_has_a_row_for_every_conversion(report: crosscheck.Report) -> None:
@@ -84,9 +84,9 @@ def test_rows_say_where_the_worst_case_was(nao: nk.NaoModel, report: crosscheck.
     row = row_of(report, "poses from elementary rotations", "Pinocchio")
     place = row.place
     assert place is not None
-    walk = StepKinematics(crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions())
+    walk = StepKinematics(steps_of(nao), nao.joint_names, crosscheck.Conversions())
     by_hand = walk.poses(np.array([place.q]))
-    names = [step.name for step in crosscheck.steps_of(nao)]
+    names = [step.name for step in steps_of(nao)]
     found = np.abs(by_hand[0, names.index(place.frame)] - nao.fk(place.q, place.frame)).max()
     assert found == pytest.approx(row.worst, abs=1e-17)
     assert 0.0 < row.worst < 1e-14
@@ -286,7 +286,7 @@ def test_bad_numbers_are_refused(nao: nk.NaoModel, samples: object, seed: object
 
 
 def test_a_step_that_hangs_nowhere_is_refused(nao: nk.NaoModel) -> None:
-    steps = crosscheck.steps_of(nao)
+    steps = steps_of(nao)
     with pytest.raises(UnknownName, match="frame 'Waist'"):
         crosscheck.run(nao, 3, steps=[steps[0], replace(steps[1], parent="Waist")])
 
@@ -353,7 +353,7 @@ def test_a_report_in_which_a_row_compared_nothing_is_not_ok(nao: nk.NaoModel) ->
     assert row in report.failures
 
 
-def steps_of_v6() -> tuple[crosscheck.Step, ...]:
+def steps_of_v6() -> tuple[Step, ...]:
     return crosscheck.steps_of_nao(nao_parameters("v6"))
 
 

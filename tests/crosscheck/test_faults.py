@@ -15,7 +15,8 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
-from nao_kin.crosscheck import Conversions, Step
+from nao_kin.crosscheck import Conversions
+from nao_kin.crosscheck.steps import Step, steps_of
 from nao_kin.joints import JointAxes
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import NaoParameters, nao_parameters
@@ -641,7 +642,7 @@ def changed(steps: tuple[Step, ...], change: Callable[[Step], Step]) -> tuple[St
 
 
 def test_turns_of_a_urdf_about_moving_axes_are_caught_and_named(nao: nk.NaoModel) -> None:
-    steps = crosscheck.steps_of(nao)
+    steps = steps_of(nao)
     report = crosscheck.run(nao, 15, steps=changed(steps, lambda step: replace(step, turns=step.turns[::-1])))
     assert failing(report) == {ORIENTATION, ELEMENTARY}
     several = {step.name for step in steps if sum(angle != 0.0 for _, angle in step.turns) > 1}
@@ -655,7 +656,7 @@ def geared(step: Step, multiplier: float) -> Step:
 
 
 def test_fingers_that_follow_in_full_are_caught_and_named(nao: nk.NaoModel) -> None:
-    steps = changed(crosscheck.steps_of(nao), lambda step: geared(step, 1.0))
+    steps = changed(steps_of(nao), lambda step: geared(step, 1.0))
     report = crosscheck.run(nao, 15, steps=steps)
     assert failing(report) == {COUPLED, ELEMENTARY}
     assert blamed(report, COUPLED) == FINGERS
@@ -665,7 +666,7 @@ def test_a_joint_driven_in_degrees_is_caught_and_named(nao: nk.NaoModel) -> None
     def degrees(step: Step) -> Step:
         return geared(step, math.pi / 180) if step.name == "LKneePitch" else step
 
-    report = crosscheck.run(nao, 15, steps=changed(crosscheck.steps_of(nao), degrees))
+    report = crosscheck.run(nao, 15, steps=changed(steps_of(nao), degrees))
     assert failing(report) == {TRAVEL, ELEMENTARY}
     assert blamed(report, TRAVEL) == {"LKneePitch"}
 
@@ -676,7 +677,7 @@ def test_a_joint_on_the_wrong_body_is_caught_and_named(nao: nk.NaoModel) -> None
 
 
 def test_a_missing_and_a_misspelt_frame_are_caught_and_named(nao: nk.NaoModel) -> None:
-    steps = [step for step in crosscheck.steps_of(nao) if step.name != "RLeg" and step.parent != "RLeg"]
+    steps = [step for step in steps_of(nao) if step.name != "RLeg" and step.parent != "RLeg"]
     steps = [replace(step, name="Gaze_") if step.name == "gaze" else step for step in steps]
     report = crosscheck.run(nao, 5, steps=steps)
     assert failing(report) == {"frame names"}

@@ -152,7 +152,4 @@ def test_names_are_escaped_in_notebooks(tmp_path) -> None:
 
 def test_earlier_names_are_the_same_things() -> None:
     assert nk.joints.LowerPair is nk.joints.KinematicPair
-    assert nk.joints.KINEMATIC_PAIRS is nk.joints.KINEMATIC_PAIRS
-    assert nk.joints.kinematic_pair is nk.joints.kinematic_pair
-    assert nk.joints.MultiDofJoint is nk.joints.MultiDofJoint
     assert nk.typed.TypedModel is nk.joints.MultiDofModel

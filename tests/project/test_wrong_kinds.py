@@ -55,7 +55,6 @@ ROOMS = (
 # Parts of programs that serve robots and files, which have been given what they take when they are called.
 INNER = {
     "crosscheck.run",
-    "crosscheck.steps_of",
     "crosscheck.steps_of_nao",
 }
 # Methods of a robot with an argument that is true or false, for which NumPy has no answer to an array.

@@ -96,7 +96,9 @@ class VirtualNao:
         stepped: only `step` and `call` advance the time; no thread runs, and results are reproducible.
         posture: the initial posture.
         behaviors: a folder with Choregraphe's behaviours (.xar), which ALBehaviorManager plays; None for none.
-        on_change: called with every `Event`, on the thread that makes it; it must not wait.
+        on_change: called with every event, on the thread that makes it; it must not wait. An event has a robot `time`
+            [s], a `kind` ("log", "limp", "leds", "speech", "posture", "life" …) and a `value`, a text for "log" and for
+            "limp" (a command to joints without stiffness).
 
     Attributes:
         robot, clock, joints, tasks, base, log: the parts of the virtual NAO; hold `monitor` while you read or change

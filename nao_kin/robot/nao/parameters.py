@@ -153,20 +153,33 @@ class Frame:
 class NaoParameters:
     """The numbers of one NAO version, SI units.
 
+    Inertias, cameras, meshes and shapes also have the code of their `source`, a key of `SOURCES`, and, if they may
+    differ between versions, the `versions` that have them.
+
     Attributes:
         version: "v3.2" … "v6".
         offsets: Aldebaran's named distances [m].
-        joints: the 26 joints in NAOqi's Body order.
-        fingers: the 16 phalanges, left hand first, each after the phalanx that carries it.
-        inertials: mass, centre of mass and inertia by the joint that moves the link, and "torso".
+        joints: the 26 joints in NAOqi's Body order, each with its `name`, `chain`, `parent` (a joint, or "torso"),
+            `link`, position `xyz` in the parent's joint frame [m], unit vector `axis`, `lower`, `upper`, `unit` ("rad",
+            or "1" for a hand), `velocity`, `effort` [N m] and `mimic`, the joint that it follows, or None.
+        fingers: the 16 phalanges, left hand first, each after the phalanx that carries it, with `name`, `phalanx`,
+            `parent`, `parent_link`, `link`, `driver` (the joint of the hand), `multiplier` (angle at opening 1 [rad]),
+            `xyz` [m], `rpy` [rad], `axis`, `lower`, `upper`, `velocity` and `effort`.
+        inertials: mass and inertia by the joint that moves the link, and "torso": `mass_kg`, centre of mass `com_m` in
+            the joint frame, and `inertia`, ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
         placeholder: inertia of links without a published mass; None for no inertia.
-        frames: sensor and effector frames.
-        cameras: sensor, field of view and largest resolution of the cameras.
+        frames: sensor and effector frames, each with its `name`, `ros_name`, `parent` (a joint, or "torso"), and its
+            place in the parent's joint frame, `xyz` [m] and `rpy` [rad].
+        cameras: the cameras, each with the name of its frame `camera`, its `sensor`, `field_of_view_deg` (horizontal
+            and vertical [deg]) and `largest`, the name of its largest resolution.
         resolutions: name → width and height of the images that both cameras give [pixel].
         coupled_limits: the anti-collision tables.
-        visuals: the meshes of the links, by the joint that moves the link, "torso", or a phalanx without its side.
-        collision_shapes: shapes that contain the meshes, for collisions.
-        naoqi_shapes: NAOqi's collision primitives.
+        visuals: the meshes of the links, each with its `parent` (the joint that moves the link, "torso", or a phalanx
+            without its side), `part`, `colours`, and the names `meshes` of its files.
+        collision_shapes: shapes that contain the meshes, for collisions, each with its `name`, `parent` (a joint, or
+            "torso"), `kind` ("sphere", "cylinder", "capsule" or "box"), `size_m` (radius; radius and length; or edge
+            lengths), `center_m` in the joint frame, and `axis`.
+        naoqi_shapes: NAOqi's collision primitives, likewise.
 
     Examples:
         >>> parameters = nk.parameters.nao_parameters("v6")
@@ -208,11 +221,11 @@ class NaoParameters:
         return MappingProxyType(joints | {row.name: Mimic(row.driver, row.multiplier) for row in self.fingers})
 
     def joint(self, name: str) -> Joint:
-        """Return the joint with this name."""
+        """Return the joint with this name, one of `joints`."""
         return _named("joint", self.joints, name)
 
     def frame(self, name: str) -> Frame:
-        """Return the sensor or effector frame with this name of NAOqi."""
+        """Return the sensor or effector frame with this name of NAOqi, one of `frames`."""
         return _named("frame", self.frames, name)
 
 

@@ -36,7 +36,7 @@ class Origin:
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
 
     Examples:
-        >>> nk.urdf.Origin(xyz=(0.0, 0.0, 0.1)).matrix[:3, 3]
+        >>> Origin(xyz=(0.0, 0.0, 0.1)).matrix[:3, 3]
         array([0. , 0. , 0.1])
     """
 
@@ -271,18 +271,26 @@ class UrdfJoint:
 class UrdfTree:
     """A URDF as read and repaired.
 
+    In the joints, shapes and inertias, an `origin` is a pose, with `xyz` [m], `rpy` [rad] and `matrix`, shape (4, 4);
+    a `geometry` is a box with a `size`, a cylinder with `radius` and `length`, a sphere with a `radius`, or a mesh with
+    `filename` and `scale`.
+
     Attributes:
         path: the file.
         name: name of the robot.
         root: the link that no joint moves.
         links: link names in order of the file.
-        inertials: link → its mass and inertia, if it has them.
-        joints: all joints in depth-first order, every driving joint before its mimic joints.
-        visuals: the visual shapes of the links.
+        inertials: link → its mass and inertia, if it has them: `mass` [kg], `origin` (centre of mass, and the axes of
+            the tensor), and `inertia`, ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
+        joints: all joints in depth-first order, every driving joint before its mimic joints. Each has a `name`, `kind`
+            ("revolute", "prismatic" or "fixed"), `parent` and `child` links, `origin` (its frame in the parent link's,
+            at zero), unit vector `axis`, `lower`, `upper`, `velocity`, `effort`, `damping`, `friction`, and `mimic`,
+            the joint that it follows, or None.
+        visuals: the visual shapes, each with its `link`, `origin`, `geometry`, `material`, `rgba` and `name`.
         shared_names: name that the file gives to a link and to a joint → the name of the link in this tree.
         notes: repairs, one line each.
         visual_notes: visual shapes that cannot be read, one line each.
-        collisions: the shapes of the links for contacts.
+        collisions: the shapes for contacts, each with its `link`, `origin`, `geometry` and `name`.
         collision_notes: collision shapes that cannot be read, one line each.
         package_dirs: folders that are searched first for packages.
         expanded: the URDF text made from a xacro source; "" if the file is a URDF.

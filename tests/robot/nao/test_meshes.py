@@ -20,9 +20,10 @@ from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
-from nao_kin.robot.nao import VERSIONS, ShapeRow, nao_parameters
+from nao_kin.robot.nao import VERSIONS, nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import VISUALS
+from nao_kin.robot.nao.rows import ShapeRow
 from nao_kin.robot.nao.v6 import COLLISION_SHAPES, colours_of
 
 pytestmark = pytest.mark.slow

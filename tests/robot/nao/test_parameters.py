@@ -23,7 +23,6 @@ from nao_kin.robot.nao import (
     OFFSETS,
     SOURCES,
     VERSIONS,
-    LimitRow,
     Version,
     nao_parameters,
 )
@@ -31,7 +30,7 @@ from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.older import PAGES, TABLES, V6
 from nao_kin.robot.nao.parameters import ACTUATORS, CAMERA_ROWS, FRAMES, PLACEHOLDER, VISUALS, version_named
-from nao_kin.robot.nao.rows import FrameRow, Offset, VersionPage, overlaid
+from nao_kin.robot.nao.rows import FrameRow, LimitRow, Offset, VersionPage, overlaid
 from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES, RESOLUTIONS, SOLE_OUTLINES
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.reader import read_urdf
