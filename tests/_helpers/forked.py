@@ -16,7 +16,7 @@ from viewer_pages import PATIENCE
 
 # Replies with the number of each program's process, and at its end with its exit code.
 _FORKING = """
-import json, os, struct, sys
+import json, os, struct, sys, traceback
 {imports}
 for line in sys.stdin:
     cwd, environment, code, words = json.loads(line)
@@ -30,8 +30,16 @@ for line in sys.stdin:
     for stream in (0, 1, 2):
         os.dup2(os.open(os.path.join({folder!r}, str(stream)), os.O_RDWR | os.O_TRUNC), stream)
     sys.argv[1:] = words
-    exec(code, {{"__name__": "__main__"}})
-    break
+    status = 1
+    try:
+        exec(code, {{"__name__": "__main__"}})
+        status = 0
+    except SystemExit as end:
+        status = end.code
+    except BaseException:
+        traceback.print_exc()
+    sys.stdout.flush()
+    os._exit(status)  # to take down all that has been imported takes longer than the program
 """
 
 
