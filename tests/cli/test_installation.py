@@ -24,20 +24,31 @@ def test_a_sound_installation_has_no_problems() -> None:
     assert Path(pin["location"] or "").name == "pinocchio"
 
 
-def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture) -> None:
+def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run(["doctor"]) == 0
     out = capsys.readouterr().out
     assert "No problems found." in out
     assert "yourdfpy" in out
+    monkeypatch.setattr(probes, "_PROBE", "print('25 ')")
+    monkeypatch.setattr(probes, "_NUMBA_PROBE", "")
     assert run(["doctor", "--json"]) == 0
     assert {"python", "libraries", "browser", "problems"} <= json.loads(capsys.readouterr().out).keys()
 
 
+@pytest.fixture
+def loads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let all libraries load at once."""
+    monkeypatch.setattr(probes, "_PROBE", "print('25 ')")
+    monkeypatch.setattr(probes, "_NUMBA_PROBE", "")
+
+
+@pytest.mark.usefixtures("loads")
 def test_a_ros_workspace_in_the_path_is_named() -> None:
     state = inspect_installation({**os.environ, "PYTHONPATH": "/opt/ros/jazzy/lib/python3.12/site-packages"})
     assert any("/opt/ros/jazzy" in problem and "unset PYTHONPATH" in problem for problem in state["problems"])
 
 
+@pytest.mark.usefixtures("loads")
 def test_two_pinocchios_in_one_conda_environment_are_named(tmp_path: Path) -> None:
     (tmp_path / "conda-meta").mkdir()
     (tmp_path / "conda-meta" / "pinocchio-3.2.0-py311.json").touch()
@@ -62,6 +73,7 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
 
 
 def test_a_model_that_does_not_load_is_a_problem_and_code_1(monkeypatch, capsys: pytest.CaptureFixture) -> None:
+    monkeypatch.setattr(probes, "_NUMBA_PROBE", "")
     monkeypatch.setattr(probes, "_PROBE", "raise ImportError('numpy.core failed')")
     assert run(["doctor"]) == 1
     assert "problem: the NAO does not load: ImportError: numpy.core failed" in capsys.readouterr().out

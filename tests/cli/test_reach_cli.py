@@ -208,29 +208,26 @@ def counting(tasks: Path) -> bool:
 
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(
-    nao: nk.NaoModel, tmp_path: Path, number: signal.Signals
+    capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path
 ) -> None:
-    code, out, err = interrupted(tmp_path, number, "LArm", "--samples", "4e9", "--threads", "1", "-o", "a.npz")
-    assert (code, out) == (128 + number, "")
+    code, out, err = interrupted(tmp_path, signal.SIGINT, "LArm", "--samples", "4e9", "--threads", "1", "-o", "a.npz")
+    assert (code, out) == (130, "")
     part = nk.reach.load(tmp_path / "a.npz")
     assert 0 < part.samples < 4_000_000_000
     assert err == f"nao-kin: ended after {part.samples} of 4000000000 samples; kept in a.npz\n"
     assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
     some = part.ranges[-1][1] + 1000
-    process = program(tmp_path, "LArm", "--samples", str(some), "-o", "a.npz", "--json")
-    out, err = process.communicate(timeout=60)
-    assert (process.returncode, err) == (0, "")
+    out = said(capsys, "LArm", "--samples", str(some), "-o", str(tmp_path / "a.npz"), "--json")
     assert json.loads(out)["samples"] == some
     assert nk.reach.load(tmp_path / "a.npz") == nk.reach.workspace(nao, "LArm", some)
 
 
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
-def test_ctrl_c_without_a_file_says_that_nothing_is_kept(tmp_path: Path) -> None:
-    code, out, err = interrupted(tmp_path, signal.SIGINT, "LArm", "--samples", "4e9")
-    assert (code, out) == (130, "")
+def test_sigterm_without_a_file_says_that_nothing_is_kept(tmp_path: Path) -> None:
+    code, out, err = interrupted(tmp_path, signal.SIGTERM, "LArm", "--samples", "4e9")
+    assert (code, out) == (143, "")
     assert err.startswith("nao-kin: ended after ")
     assert err.endswith(" of 4000000000 samples; without -o FILE nothing is kept\n")
 
@@ -250,7 +247,7 @@ def test_standard_output_gets_the_map_and_nothing_else(tmp_path: Path) -> None:
 
 @pytest.mark.full
 def test_parts_from_several_processes_add_up_to_the_whole(nao: nk.NaoModel) -> None:
-    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
-        running = [pool.submit(nk.reach.workspace, nao, "LLeg", 20_000, shard=(k, 3)) for k in range(3)]
-        parts = [part.result(timeout=60) for part in running]
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        running = [pool.submit(nk.reach.workspace, nao, "LLeg", 20_000, shard=(k, 3)) for k in range(2)]
+        parts = [part.result(timeout=60) for part in running] + [nk.reach.workspace(nao, "LLeg", 20_000, shard=(2, 3))]
     assert parts[2] + parts[0] + parts[1] == nk.reach.workspace(nao, "LLeg", 20_000)

@@ -11,12 +11,14 @@ import subprocess
 import sys
 import threading
 import urllib.request
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 import command_line
 import numpy as np
 import pytest
+from forked import Forks, forks
 from loops import first_now
 from viewer_pages import PATIENCE, messages_of, processes, read_png, until
 
@@ -230,16 +232,16 @@ def test_a_page_goes_through_a_link_and_a_pipe(capsys: pytest.CaptureFixture, tm
 
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
-def test_a_page_on_standard_output_has_nothing_behind_it(tmp_path: Path, nao: nk.NaoModel) -> None:
+def test_a_page_on_standard_output_has_nothing_behind_it(
+    capfd: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
     link = tmp_path / "stdout"
     link.symlink_to("/proc/self/fd/1")
     command = [sys.executable, "-m", "nao_kin", "view", "--html", str(link)]
     with (tmp_path / "page.html").open("w") as file:
         subprocess.run(command, stdout=file, check=True)
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == _with_camera(nao)
-    both = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
-    assert (both.returncode, both.stdout) == (2, "")
-    assert "and --json both write to standard output; give one" in both.stderr
+    assert "and --json both write to standard output; give one" in _refused(capfd, "--html", str(link), "--json")
 
 
 @pytest.mark.parametrize(
@@ -308,10 +310,18 @@ def test_an_address_that_is_dead_at_once_is_refused(capsys: pytest.CaptureFixtur
     assert "--no-wait without --open shows nothing" in _refused(capsys, "--no-wait")
 
 
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forks]:
+    """A process that has loaded what `nao-kin view` needs."""
+    imports = "import nao_kin as nk, nao_kin.cli.app, nao_kin.viewer.browser\nnk.Viewer(nk.load_nao())"
+    with forks(imports, tmp_path_factory.mktemp("programs")) as programs:
+        yield programs
+
+
 @pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_picture_cut_short_leaves_nothing_behind(short_folder: Path, number: signal.Signals) -> None:
+def test_a_picture_cut_short_leaves_nothing_behind(programs: Forks, short_folder: Path, number: signal.Signals) -> None:
     try:
         find_browser()
     except NoBrowser as error:
@@ -320,19 +330,10 @@ def test_a_picture_cut_short_leaves_nothing_behind(short_folder: Path, number: s
     def running() -> bool:
         return processes(str(short_folder)) != []
 
-    process = subprocess.Popen(
-        [sys.executable, "-m", "nao_kin", "view", "--png", "x.png"],
-        cwd=short_folder,
-        env={**os.environ, "TMPDIR": str(short_folder), "PYTHONPATH": str(Path(nk.__file__).parent.parent)},
-    )
-    try:
-        assert until(lambda: running() or process.poll() is not None)
-        assert running()
-        process.send_signal(number)
-        assert process.wait(PATIENCE) == 128 + number
-        assert not running()
-        assert list(short_folder.iterdir()) == []
-    finally:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
+    code = "from nao_kin.cli import main\nmain()"
+    process = programs.start(code, "view", "--png", "x.png", cwd=short_folder, TMPDIR=str(short_folder))
+    assert until(running)
+    os.kill(process, number)
+    assert programs.end() == (128 + number, "", "")
+    assert not running()
+    assert list(short_folder.iterdir()) == []

@@ -19,6 +19,7 @@ from viewer_pages import PATIENCE, processes, until
 
 import nao_kin as nk
 from nao_kin._core import supervisor
+from nao_kin.cli.app import run
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
@@ -181,17 +182,13 @@ def test_a_program_that_is_no_browser_is_noticed_at_once(
 
 
 @pytest.mark.full
-def test_the_command_line_says_so_in_one_line(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "nao_kin", "view", "--png", "x.png"],
-        cwd=tmp_path,
-        env={**ENVIRONMENT, "NAO_KIN_BROWSER": "/bin/true"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "nao-kin: the browser /bin/true ended with exit code 0 before it showed the scene\n"
+def test_the_command_line_says_so_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("NAO_KIN_BROWSER", "/bin/true")
+    assert run(["view", "--png", str(tmp_path / "x.png")]) == 2
+    said = "nao-kin: the browser /bin/true ended with exit code 0 before it showed the scene\n"
+    assert capfd.readouterr() == ("", said)
 
 
 def test_a_browser_that_never_shows_anything_is_ended_when_the_time_is_over(

@@ -9,11 +9,12 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from forked import Forks, forks
 
 import nao_kin as nk
 from nao_kin._kernels import cache as kernel_cache
@@ -27,14 +28,11 @@ ours, pinocchios = nao.fk(q, threads=1), np.array([nao.fk(row) for row in q])
 assert abs(ours - pinocchios).max() < 1e-14
 print("right")
 """
-WHAT = "the batch kernel, double precision (about 10 s)"
-ANNOUNCED = f"nao_kin: compiling {WHAT}, once on this machine …\n"
-WAITING = f"nao_kin: waiting for another process that compiles {WHAT} …\n"
 
 
-def start(code: str, **environment: str) -> subprocess.Popen[str]:
+def start(code: str, *arguments: str | Path, **environment: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", code],
+        [sys.executable, "-c", code, *arguments],
         env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -49,18 +47,7 @@ def outcome(process: subprocess.Popen[str]) -> tuple[str, str]:
     return out, err
 
 
-@pytest.mark.full
-def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not(tmp_path: Path) -> None:
-    outcomes = [outcome(each) for each in [start(ASK, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(3)]]
-    assert [out for out, _ in outcomes] == ["right\n"] * 3
-    said = [err for _, err in outcomes]
-    assert said.count(ANNOUNCED) == 1
-    assert set(said) <= {ANNOUNCED, WAITING, ""}
-    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
-    assert (out, err) == ("right\n", "")
-
-
-# The same with a kernel that is compiled in no time.
+# Kernels that are compiled in no time.
 SMALL = """
 import sys
 from pathlib import Path
@@ -75,6 +62,7 @@ assert first(3.0) == 6.0 and second(3.0) == 1.5
 print("right")
 """
 SAID = "nao_kin: compiling a small kernel (about 10 s), once on this machine …\n"
+WAITING = "nao_kin: waiting for another process that compiles a small kernel (about 10 s) …\n"
 
 
 KERNELS = """
@@ -99,6 +87,39 @@ def small(tmp_path: Path) -> str:
     return SMALL.format(folder=str(folder))
 
 
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forks]:
+    """A process that has loaded the compiler."""
+    imports = "import numba, nao_kin._kernels.cache\nnumba.njit('float64(float64)')(lambda x: x)"
+    with forks(imports, tmp_path_factory.mktemp("programs")) as programs:
+        yield programs
+
+
+# Waits until three programs are about to need the kernel.
+TOGETHER = """
+import os, time
+Path(os.environ["READY"], str(os.getpid())).touch()
+while len(os.listdir(os.environ["READY"])) < 3:
+    time.sleep(0.01)
+"""
+
+
+@pytest.mark.full
+def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not(
+    programs: Forks, small: str, tmp_path: Path
+) -> None:
+    (tmp_path / "ready").mkdir()
+    where = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "READY": str(tmp_path / "ready")}
+    alone = small.replace(" and second(3.0) == 1.5", "")
+    together = alone.replace("assert first", f"{TOGETHER}assert first")
+    outcomes = [outcome(each) for each in [start(together, **where) for _ in range(3)]]
+    assert [out for out, _ in outcomes] == ["right\n"] * 3
+    said = [err for _, err in outcomes]
+    assert said.count(SAID) == 1
+    assert set(said) <= {SAID, WAITING, ""}
+    assert programs.run(alone, cwd=tmp_path, **where) == (0, "right\n", "")
+
+
 def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path: Path) -> None:
     occupied = tmp_path / "file"
     occupied.write_text("not a folder")
@@ -120,24 +141,24 @@ def test_a_full_disk_costs_one_warning(small: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.full
-def test_damaged_files_are_made_anew(small: str, tmp_path: Path) -> None:
+def test_damaged_files_are_made_anew(programs: Forks, small: str, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
-    assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    assert programs.run(small, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", SAID)
     for ending in ("nbi", "nbc"):
         for path in cache.rglob(f"*.{ending}"):
             path.write_bytes(b"")
-        assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
-        assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+        assert programs.run(small, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", SAID)
+        assert programs.run(small, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", "")
 
 
 @pytest.mark.full
-def test_kernels_are_read_where_nobody_may_write(small: str, tmp_path: Path) -> None:
+def test_kernels_are_read_where_nobody_may_write(programs: Forks, small: str, tmp_path: Path) -> None:
     """As in the image of a container: from a copy, for Numba reads only where it may write."""
     cache = tmp_path / "cache"
-    outcome(start(small, NUMBA_CACHE_DIR=str(cache)))
+    programs.run(small, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache))
     kept = {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
     forbidden = "import os\nos.access = lambda *_: False\n"  # root may write everywhere
-    assert outcome(start(forbidden + small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+    assert programs.run(forbidden + small, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", "")
     assert kept == {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
 
 
@@ -224,16 +245,19 @@ def test_without_a_home_or_anybody_who_listens_it_works(small: str, monkeypatch:
 
 
 @pytest.mark.full
-def test_a_changed_comment_costs_no_compilation_and_a_changed_constant_does(small: str, tmp_path: Path) -> None:
+def test_a_changed_comment_costs_no_compilation_and_a_changed_constant_does(
+    programs: Forks, small: str, tmp_path: Path
+) -> None:
     cache, source = tmp_path / "cache", tmp_path / "sources" / "small.py"
     ask = small.replace("== 6.0", "> 0.0").replace("== 1.5", "> 0.0")
-    assert outcome(start(ask, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    assert programs.run(ask, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", SAID)
     kept = sorted(cache.rglob("*"))
     source.write_text('"""What this is."""\n# A comment.\n' + KERNELS.replace("(x):", '(x):\n    """Say it."""'))
-    assert outcome(start(ask, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+    assert programs.run(ask, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", "")
     assert sorted(cache.rglob("*")) == kept
     source.write_text(KERNELS.replace("0.5", "0.25"))
-    assert outcome(start(small.replace("1.5", "0.75"), NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    changed = small.replace("1.5", "0.75")
+    assert programs.run(changed, cwd=tmp_path, NUMBA_CACHE_DIR=str(cache)) == (0, "right\n", SAID)
 
 
 # A kernel, what it calls and what that calls, each in a module of its own.
@@ -248,47 +272,47 @@ CHAIN = {
     "third.py": "import numpy as np\nLENGTHS = np.array([1.0, 2.0])\ndef last(x):\n    return x + 1.0\n",
     "fourth.py": "def unrelated(x):\n    return x\n",
 }
-FINGERPRINT = """
-import sys
-sys.path.insert(0, sys.argv[1])
-import importlib
-from nao_kin._kernels.cache import fingerprint
-package = importlib.import_module("made_up.first")
-print(fingerprint(package.kernel, "kernel"))
+FINGERPRINTS = """
+import importlib, sys
+from nao_kin._kernels import cache
+for folder in sys.argv[1:]:
+    for name in [name for name in sys.modules if name.startswith("made_up")]:
+        del sys.modules[name]
+    cache._tree.cache_clear()
+    sys.path.insert(0, folder)
+    print(cache.fingerprint(importlib.import_module("made_up.first").kernel, "kernel"))
 """
+CHANGES = [
+    ("first.py", "", "", False),
+    ("first.py", "x.one", "-x.one", True),
+    ("factory.py", "2.0 *", "3.0 *", True),
+    ("second.py", "middle(x):", "middle(x):  # quick", False),
+    ("second.py", "[0]\n", "[1]\n", True),
+    ("second.py", "one: float", "one: float; two: float", True),
+    ("third.py", "x + 1.0", "x + 1.5", True),
+    ("third.py", "2.0]", "2.5]", True),
+    ("third.py", "last(x):", 'last(x):\n    """Add one."""', False),
+    ("fourth.py", "return x", "return -x", False),
+]
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(
-    ("file", "old", "new", "counts"),
-    [
-        ("first.py", "x.one", "-x.one", True),
-        ("factory.py", "2.0 *", "3.0 *", True),
-        ("second.py", "middle(x):", "middle(x):  # quick", False),
-        ("second.py", "[0]\n", "[1]\n", True),
-        ("second.py", "one: float", "one: float; two: float", True),
-        ("third.py", "x + 1.0", "x + 1.5", True),
-        ("third.py", "2.0]", "2.5]", True),
-        ("third.py", "last(x):", 'last(x):\n    """Add one."""', False),
-        ("fourth.py", "return x", "return -x", False),
-    ],
-)
-def test_a_fingerprint_depends_on_all_that_a_kernel_calls_and_on_nothing_else(
-    tmp_path: Path, file: str, old: str, new: str, counts: bool
-) -> None:
-    digests = []
-    for place, change in (("a", False), ("b", True)):
-        folder = tmp_path / place / "made_up"
-        folder.mkdir(parents=True)
+def test_a_fingerprint_depends_on_all_that_a_kernel_calls_and_on_nothing_else(tmp_path: Path) -> None:
+    folders = []
+    for number, (file, old, new, _) in enumerate(CHANGES):
+        folders.append(tmp_path / str(number))
+        (folders[-1] / "made_up").mkdir(parents=True)
         for name, text in CHAIN.items():
             source = re.sub(r"^from (second|third|factory) ", r"from made_up.\1 ", text, flags=re.MULTILINE)
-            if change and name == file:
+            if name == file:
                 assert old in source
                 source = source.replace(old, new)
-            (folder / name).write_text(source)
-        command = [sys.executable, "-c", FINGERPRINT, str(folder.parent)]
-        digests.append(subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout)
-    assert (digests[0] != digests[1]) == counts
+            (folders[-1] / "made_up" / name).write_text(source)
+    (first, *others), again = (
+        outcome(start(FINGERPRINTS, *folders, PYTHONHASHSEED=seed))[0].split() for seed in ("1", "2")
+    )
+    assert [first, *others] == again
+    assert [digest != first for digest in others] == [counts for *_, counts in CHANGES[1:]]
 
 
 # A kernel that is quicker to run as Python once than to compile, in a program that ends at once.
@@ -422,10 +446,7 @@ def test_the_lock_of_a_process_that_was_killed_holds_nobody_up(small: str, tmp_p
     assert holder.stdout.readline() == "has it\n"
     waiting = start(small, NUMBA_CACHE_DIR=str(cache))
     assert waiting.stderr is not None
-    assert (
-        waiting.stderr.readline()
-        == "nao_kin: waiting for another process that compiles a small kernel (about 10 s) …\n"
-    )
+    assert waiting.stderr.readline() == WAITING
     holder.kill()
     holder.communicate()
     assert outcome(waiting) == ("right\n", SAID)
@@ -486,30 +507,18 @@ def test_a_small_batch_does_not_load_the_compiler() -> None:
     assert outcome(start(code)) == ("False\n", "")
 
 
-def program(*arguments: str, **environment: str) -> Sequence[str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "nao_kin", *arguments],
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=True,
-    )
-    return done.stdout, done.stderr
-
-
 @pytest.mark.full
 def test_warmup_says_what_is_ready_and_where() -> None:
-    program("warmup")
-    out, err = program("warmup", "--json")
-    kernels = json.loads(out)["kernels"]
+    nk.warm_up([name for name, kernel in nk._kernels.KERNELS.items() if not kernel._is_cached()])
+    out, err = outcome(start("from nao_kin.cli.app import run\nrun(['warmup'])\nrun(['warmup', '--json'])"))
+    table, _, document = out.partition("{")
+    kernels = json.loads("{" + document)["kernels"]
     assert err == ""
     rooms = Counter(kernel["name"].split(" kernel, ")[0] for kernel in kernels)
     assert rooms == {"batch": 3, "collision": 1, "reach": 4, "ik": 11}
     assert not any(kernel["compiled"] for kernel in kernels)
     assert all(Path(kernel["folder"]).is_dir() for kernel in kernels)
-    out, _ = program("warmup")
-    assert out.count("found") == len(kernels)
+    assert table.count("found") == len(kernels)
 
 
 @pytest.mark.parametrize(

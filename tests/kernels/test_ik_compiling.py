@@ -89,12 +89,12 @@ def test_one_target_and_a_batch_get_the_same_bits_of_a_kernel_in_memory(nao: nk.
 
 FIRST_USE = """
 import sys
-import numpy as np, nao_kin as nk
+import numpy as np, nao_kin as nk, nao_kin.ik
 from nao_kin._kernels import cache as kernel_cache
 kernel_cache.CachedKernel.compile_in_background = lambda kernel: started.add(kernel.name)
 started = set()
 if ready:
-    nk.warm_up()
+    nk.warm_up([name for name in nk._kernels.KERNELS if name.startswith("ik")])
 nao = nk.load_nao("v6")
 far = nao.fk(nao.posture("StandInit"), "LArm")
 far[0, 3] += 0.5

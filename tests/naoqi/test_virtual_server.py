@@ -115,10 +115,12 @@ def shared() -> Iterator[Served]:
     assert all("without stiffness: no movement" in line for line in errors.splitlines())
 
 
-def _script(served: Served, code: str) -> subprocess.Popen[str]:
+def _script(served: Served | str, code: str) -> subprocess.Popen[str]:
+    """Start a script that drives a robot, which may be given by its address."""
     body = f"{HEAD}{textwrap.dedent(code)}\nprint(json.dumps(found))"
+    endpoint = served if isinstance(served, str) else served.endpoint
     return subprocess.Popen(
-        [sys.executable, "-c", body, served.endpoint], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", body, endpoint], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
 
@@ -128,7 +130,7 @@ def _result(script: subprocess.Popen[str]) -> dict[str, Any]:
     return json.loads(out.splitlines()[-1])
 
 
-def _found(served: Served, code: str) -> dict[str, Any]:
+def _found(served: Served | str, code: str) -> dict[str, Any]:
     return _result(_script(served, code))
 
 
@@ -420,38 +422,39 @@ def test_the_log_says_what_happens(serve: Callable[..., Served]) -> None:
 
 
 @pytest.mark.full
-def test_it_may_begin_awake_and_says_of_a_chain_once_that_it_does_not_move(serve: Callable[..., Served]) -> None:
+def test_it_may_begin_awake_with_a_page_and_says_of_a_chain_once_that_it_does_not_move(
+    serve: Callable[..., Served],
+) -> None:
     begun_awake = """
         found["awake"] = motion.robotIsWakeUp()
         motion.setAngles("Head", 0.1, 1.0)
         motion.setAngles("HeadYaw", 0.1, 1.0)
         """
-    awake, asleep = serve("--awake", "--speed", "10"), serve("--speed", "10")
+    awake, asleep = serve("--awake", "--speed", "10", "--view"), serve("--speed", "10")
     assert _found(awake, begun_awake) == {"awake": True}
     assert _found(asleep, begun_awake) == {"awake": False}
-    assert awake.end()[1] == ""
+    with urllib.request.urlopen(awake.url, timeout=SECONDS) as page:
+        assert b"nao" in page.read()
+    assert awake.end(signal.SIGINT) == (130, "")
     errors = asleep.end()[1]
     assert errors.count("\n") == 1
     assert "setAngles (task 1): HeadYaw, HeadPitch without stiffness: no movement" in errors
 
 
 @pytest.mark.full
-def test_a_calibrated_robot_is_served_and_shown(
-    serve: Callable[..., Served], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_calibrated_robot_is_served_and_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("[joints]\nHeadYaw = 0.1\n\n[frames]\nCameraTop = [0.01, 0, 0, 0, 0.02, 0]\n")
     mine = nk.load_nao(offsets=path)
     T_torso_camera = mine.fk(mine.posture("StandInit"), "CameraTop")
-    served = serve("--offsets", str(path), "--posture", "StandInit")
-    found = _found(served, "found['camera'] = motion.getTransform('CameraTop', 0, True)")
-    assert np.allclose(np.reshape(found["camera"], (4, 4)), T_torso_camera, atol=1e-6)
     shown: list[nk.RobotModel] = []
     true_viewer = LivePage.viewer
     monkeypatch.setattr(LivePage, "viewer", lambda page, robot: shown.append(robot) or true_viewer(page, robot))
     page = LivePage(page_port=0)
-    given = {"host": "127.0.0.1", "port": 0, "speed": 1.0, "posture": "Crouch", "awake": False, "behaviors": None}
-    with served_nao(RobotOptions(offsets=str(path)), page=page, kinds=(), **given):
+    given = {"host": "127.0.0.1", "port": 0, "speed": 1.0, "posture": "StandInit", "awake": False, "behaviors": None}
+    with served_nao(RobotOptions(offsets=str(path)), page=page, kinds=(), **given) as served:
+        found = _found(served["endpoint"], "found['camera'] = motion.getTransform('CameraTop', 0, True)")
+        assert np.allclose(np.reshape(found["camera"], (4, 4)), T_torso_camera, atol=1e-6)
         assert shown[0].base == "floating"
         assert np.allclose(shown[0].fk(shown[0].posture("StandInit"), "CameraTop"), T_torso_camera)
 
@@ -486,14 +489,6 @@ def test_a_program_may_end_right_after_it_has_closed_its_server() -> None:
         command = [sys.executable, "-c", textwrap.dedent(program)]
         done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=SECONDS)
         assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.full
-def test_a_page_is_served_where_it_is_asked_for(serve: Callable[..., Served]) -> None:
-    served = serve("--view")
-    with urllib.request.urlopen(served.url, timeout=10.0) as page:
-        assert b"nao" in page.read()
-    assert served.end(signal.SIGINT) == (130, "")
 
 
 @pytest.mark.full

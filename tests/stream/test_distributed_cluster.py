@@ -186,7 +186,10 @@ def test_the_program_of_the_documentation_runs(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     program = tmp_path / "program.py"
-    program.write_text(block.replace("1_000_000", "10_000").replace("100_000", "1_000"), encoding="utf-8")
+    for shown, fewer in (("1_000_000", "10_000"), ("100_000", "1_000"), ("workers=2", "workers=1")):
+        assert shown in block
+        block = block.replace(shown, fewer)
+    program.write_text(block, encoding="utf-8")
     done = subprocess.run([sys.executable, program], env=ENVIRONMENT, capture_output=True, text=True, timeout=100)
     assert done.returncode == 0, done.stderr
     assert len(re.findall(r"-?\d+\.\d+", done.stdout)) == 6

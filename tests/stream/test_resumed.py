@@ -6,14 +6,13 @@ import csv
 import fcntl
 import json
 import os
-import resource
 import signal
 import stat
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ import pyarrow.csv
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
+from forked import Forks, forks
 from loops import first_now
 from viewer_pages import PATIENCE, until
 
@@ -63,6 +63,12 @@ add = parts.PartFolder.add
 parts.PartFolder.add = lambda *arguments: (add(*arguments), time.sleep(0.05))
 """
 
+# The disk is full for files of this many bytes.
+_LIMITED = """
+import resource
+resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))
+"""
+
 # Two parts are finished, and then nothing happens until a signal comes.
 _HELD = """
 add, finished = parts.PartFolder.add, []
@@ -80,6 +86,25 @@ def compiled(nao: nk.NaoModel) -> None:
     """Compile the kernels first, because compiling prints a note on standard error."""
     for dtype in (np.float64, np.float32):
         nao.fk(nao.random(0, 10), "Head", dtype=dtype, threads=1)
+
+
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forks]:
+    """A process that has loaded what `nao-kin fk` needs."""
+    imports = """
+import pyarrow.feather, pyarrow.parquet
+import nao_kin as nk
+from nao_kin.cli import app
+app.run(["fk"])
+nao = nk.load_nao()
+nao.fk(nao.random(0, 100), threads=1)
+"""
+    with forks(imports, tmp_path_factory.mktemp("programs")) as programs:
+        yield programs
+
+
+def _program(happening: str) -> str:
+    return _PROGRAM.format(happening=happening)
 
 
 @pytest.fixture
@@ -114,29 +139,6 @@ def command(
         return app.run(list(arguments)), *capsys.readouterr()
 
     return called
-
-
-def _start(happening: str, *arguments: str, cwd: Path, **options) -> subprocess.Popen:
-    return subprocess.Popen(
-        [sys.executable, "-c", _PROGRAM.format(happening=happening), *arguments],
-        cwd=cwd,
-        env={**ENVIRONMENT, **options.pop("env", {})},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=options.pop("stderr", subprocess.PIPE),
-        text=True,
-        **options,
-    )
-
-
-def _run(happening: str, *arguments: str, cwd: Path, **options) -> tuple[int, str, str]:
-    process = _start(happening, *arguments, cwd=cwd, **options)
-    out, err = process.communicate(timeout=PATIENCE)
-    return process.returncode, out, err
-
-
-def _wait_for(path: Path) -> None:
-    assert until(path.exists)
 
 
 def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
@@ -175,7 +177,14 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
     ),
 )
 def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
-    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, source: str, sink: str, steps: int
+    nao: nk.NaoModel,
+    programs: Forks,
+    walk: Path,
+    tmp_path: Path,
+    small_parts: None,
+    source: str,
+    sink: str,
+    steps: int,
 ) -> None:
     poses = tmp_path / f"poses.{sink}"
     # Groups and batches that end elsewhere than blocks and parts.
@@ -184,7 +193,8 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     pyarrow.feather.write_feather(table, tmp_path / "walk.arrow", chunksize=90)
     expected = _whole(nao, tmp_path / source, poses)
     poses.write_bytes(b"old")
-    code, _, err = _run(_KILLED.format(steps=steps), "fk", source, *FEET, "-o", poses.name, "--force", cwd=tmp_path)
+    killed = _program(_KILLED.format(steps=steps))
+    code, _, err = programs.run(killed, "fk", source, *FEET, "-o", poses.name, "--force", cwd=tmp_path)
     assert (code, err) == (-signal.SIGKILL, "")
     assert poses.read_bytes() == b"old"
     finished = len(list(tmp_path.glob("poses.*.parts/part-*.json")))
@@ -197,15 +207,19 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
 
 @pytest.mark.parametrize("number", first_now([signal.SIGINT, signal.SIGTERM, signal.SIGKILL]))
 def test_a_signal_leaves_the_finished_parts_and_nothing_else(
-    command: Callable[..., tuple[int, str, str]], nao: nk.NaoModel, walk: Path, tmp_path: Path, number: signal.Signals
+    command: Callable[..., tuple[int, str, str]],
+    nao: nk.NaoModel,
+    programs: Forks,
+    walk: Path,
+    tmp_path: Path,
+    number: signal.Signals,
 ) -> None:
     poses = tmp_path / "poses.csv"
     expected = _whole(nao, walk, poses)
-    process = _start(_HELD, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
-    _wait_for(tmp_path / "poses.csv.parts" / "part-000001.json")
-    process.send_signal(number)
-    out, err = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, out, err) == (-number if number == signal.SIGKILL else 128 + number, "", "")
+    process = programs.start(_program(_HELD), "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    assert until((tmp_path / "poses.csv.parts" / "part-000001.json").exists)
+    os.kill(process, number)
+    assert programs.end() == (-number if number == signal.SIGKILL else 128 + number, "", "")
     assert not poses.exists()
     left = {path.name for path in (tmp_path / "poses.csv.parts").iterdir()}
     assert "part-000001.json" in left
@@ -217,13 +231,12 @@ def test_a_signal_leaves_the_finished_parts_and_nothing_else(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["poses.csv", "walk.csv", "walk.npy"]
 
 
-def test_ctrl_c_before_the_first_part_leaves_nothing(walk: Path, tmp_path: Path) -> None:
-    happening = _SLOW + "run._BLOCKS_OF_PART = 10**9\nrun._PoseRun.poses = lambda *_: time.sleep(600)\n"
-    process = _start(happening, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
-    _wait_for(tmp_path / "poses.csv.parts" / "run.json")
-    process.send_signal(signal.SIGINT)
-    assert process.wait(PATIENCE) == 130
-    process.communicate()
+def test_ctrl_c_before_the_first_part_leaves_nothing(programs: Forks, walk: Path, tmp_path: Path) -> None:
+    happening = "run._BLOCKS_OF_PART = 10**9\nrun._PoseRun.poses = lambda *_: time.sleep(600)\n"
+    process = programs.start(_program(happening), "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    assert until((tmp_path / "poses.csv.parts" / "run.json").exists)
+    os.kill(process, signal.SIGINT)
+    assert programs.end() == (130, "", "")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
 
 
@@ -241,15 +254,12 @@ def test_an_exception_in_python_leaves_the_finished_parts(
 
 @pytest.mark.full
 def test_a_full_disk_is_named_and_the_next_run_goes_on(
-    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None
+    nao: nk.NaoModel, programs: Forks, walk: Path, tmp_path: Path, small_parts: None
 ) -> None:
     poses = tmp_path / "poses.csv"
     expected = _whole(nao, walk, poses)
-
-    def limited() -> None:  # parts fit, the whole file does not
-        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-
-    code, out, err = _run("", "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path, preexec_fn=limited)
+    limited = _program(_LIMITED.format(size=60_000))  # parts fit, the whole file does not
+    code, out, err = programs.run(limited, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
     assert (code, out) == (2, "")
     assert err == "nao-kin: cannot write poses.csv: File too large; run it again to resume from row 500\n"
     assert not poses.exists()
@@ -260,15 +270,14 @@ def test_a_full_disk_is_named_and_the_next_run_goes_on(
 
 @pytest.mark.full
 @pytest.mark.parametrize("sink", first_now(SINKS))
-def test_a_disk_that_is_full_at_once_leaves_the_old_file(walk: Path, tmp_path: Path, sink: str) -> None:
+def test_a_disk_that_is_full_at_once_leaves_the_old_file(
+    programs: Forks, walk: Path, tmp_path: Path, sink: str
+) -> None:
     poses = tmp_path / f"poses.{sink}"
     poses.write_bytes(b"old")
-
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (3_000, 3_000))
-
-    code, out, err = _run("", "fk", "walk.npy", *FEET, "-o", poses.name, "--force", cwd=tmp_path, preexec_fn=limited)
-    assert (code, out, err) == (2, "", f"nao-kin: cannot write {poses.name}: File too large\n")
+    limited = _program(_LIMITED.format(size=3_000))
+    ended = programs.run(limited, "fk", "walk.npy", *FEET, "-o", poses.name, "--force", cwd=tmp_path)
+    assert ended == (2, "", f"nao-kin: cannot write {poses.name}: File too large\n")
     assert poses.read_bytes() == b"old"
     assert not list(tmp_path.glob("*.parts"))
 
@@ -454,16 +463,16 @@ def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 def test_standard_input_and_output_are_files_too(
-    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None
+    command: Callable[..., tuple[int, str, str]], nao: nk.NaoModel, walk: Path, tmp_path: Path
 ) -> None:
     expected = _whole(nao, walk, tmp_path / "poses.csv")
-    program = [sys.executable, "-c", _PROGRAM.format(happening=""), "fk", "-", *FEET, "-o", "/dev/stdout"]
+    program = [sys.executable, "-c", _program(""), "fk", "-", *FEET, "-o", "/dev/stdout"]
     with walk.open("rb") as file:
         done = subprocess.run(program, stdin=file, capture_output=True, env=ENVIRONMENT, cwd=tmp_path, check=True)
     assert (done.stdout, done.stderr) == (expected, b"")
-    done = subprocess.run([*program, "--json"], input=b"", capture_output=True, env=ENVIRONMENT, check=False)
-    assert done.returncode == 2
-    assert b"both write to standard output" in done.stderr
+    code, _, err = command(*program[3:], "--json")
+    assert code == 2
+    assert "both write to standard output" in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
 
 
@@ -471,7 +480,7 @@ def test_standard_input_and_output_are_files_too(
 def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_path: Path) -> None:
     text = walk.read_bytes()
     for content, code, message in ((text, 0, b""), (text + b"1,2\n", 2, b"standard input, line 502: 2 values")):
-        program = [sys.executable, "-c", _PROGRAM.format(happening=""), "fk", "-", *FEET, "-o", "poses.npy", "--force"]
+        program = [sys.executable, "-c", _program(""), "fk", "-", *FEET, "-o", "poses.npy", "--force"]
         done = subprocess.run(program, input=content, capture_output=True, env=ENVIRONMENT, cwd=tmp_path, check=False)
         assert done.returncode == code
         assert message in done.stderr
@@ -483,12 +492,10 @@ def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_
 
 
 @pytest.mark.full
-def test_the_file_is_what_is_printed(walk: Path, tmp_path: Path) -> None:
-    code, printed, _ = _run("", "fk", "walk.csv", *FEET, "--csv", "--deg", "--ignore-limits", cwd=tmp_path)
+def test_the_file_is_what_is_printed(command: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+    code, printed, _ = command("fk", "walk.csv", *FEET, "--csv", "--deg", "--ignore-limits")
     assert code == 0
-    code, out, err = _run(
-        "", "fk", "walk.csv", *FEET, "-o", "poses.csv", "--deg", "--ignore-limits", "--json", cwd=tmp_path
-    )
+    code, out, err = command("fk", "walk.csv", *FEET, "-o", "poses.csv", "--deg", "--ignore-limits", "--json")
     assert (code, err) == (0, "")
     assert (tmp_path / "poses.csv").read_text() == printed
     assert json.loads(out) == {
@@ -507,13 +514,15 @@ def test_the_file_is_what_is_printed(walk: Path, tmp_path: Path) -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize(("policy", "done"), [("skip", "left out"), ("nan", "written as nan")])
-def test_bad_rows_are_reported_on_standard_error(walk: Path, tmp_path: Path, policy: str, done: str) -> None:
+def test_bad_rows_are_reported_on_standard_error(
+    command: Callable[..., tuple[int, str, str]], walk: Path, tmp_path: Path, policy: str, done: str
+) -> None:
     lines = walk.read_text().splitlines()
     for row in range(100, 130):
         lines[row + 1] = "x" + lines[row + 1]
     walk.write_text("\n".join(lines))
     arguments = ("fk", "walk.csv", *FEET, "-o", "poses.parquet", "--on-error", policy, "--dtype", "float32")
-    code, out, err = _run("", *arguments, cwd=tmp_path)
+    code, out, err = command(*arguments)
     assert (code, out) == (0, "poses.parquet\n")
     first, second, *_, last = err.splitlines()
     assert first == f"nao-kin: 30 bad rows of 500 {done}:"
@@ -561,7 +570,10 @@ def test_a_terminal_shows_rows_rate_and_time_left(walk: Path, tmp_path: Path) ->
     ours, theirs = pty.openpty()
     happening = _SLOW.replace("0.05", "0.3")
     env = {"TERM": "xterm", "COLUMNS": "120"}
-    process = _start(happening, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path, stderr=theirs, env=env)
+    command = [sys.executable, "-c", _program(happening), "fk", "walk.csv", *FEET, "-o", "poses.csv"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env={**ENVIRONMENT, **env}, stdout=subprocess.DEVNULL, stderr=theirs
+    )
     os.close(theirs)
     printed = b""
     try:
@@ -572,7 +584,6 @@ def test_a_terminal_shows_rows_rate_and_time_left(walk: Path, tmp_path: Path) ->
     finally:
         os.close(ours)
     assert process.wait(PATIENCE) == 0
-    process.communicate()
     assert b"forward kinematics" in printed
     assert b" rows, " in printed
     assert b"/s" in printed
