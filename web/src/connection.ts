@@ -45,7 +45,11 @@ export class Connection {
    */
   read(lines: string[]) {
     for (const line of lines) {
-      this.page.viewer.handle_command_bytearray(Uint8Array.from(atob(line), (letter) => letter.charCodeAt(0)));
+      const letters = atob(line);
+      const bytes = new Uint8Array(letters.length);
+      // A loop, because Uint8Array.from with a function takes several times as long.
+      for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
+      this.page.viewer.handle_command_bytearray(bytes);
     }
     this.page.complete();
   }

@@ -7,6 +7,7 @@ import importlib
 import json
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ SOURCES = WEB / "src"
 
 # What the page does for each target; numbers that are no numbers do not go through JSON.
 DRIVER = f"""
-import {{ readFileSync }} from "node:fs";
+import {{ createInterface }} from "node:readline";
 import {{ ArmPlace }} from "{(SOURCES / "ik" / "arm_place.ts").as_posix()}";
 import {{ LIMB_CLASSES }} from "{(SOURCES / "ik" / "limbs.ts").as_posix()}";
 """
@@ -42,14 +43,18 @@ const solvers = {
   gaze: (limb, [p], reference, enforce) => limb.solveGaze(p, reference, enforce),
   stand: (limb, [T, hip], reference) => limb.stand(T, hip, reference),
 };
-const jobs = JSON.parse(readFileSync(0, "utf8")).map(({ limb, solver, enforce, targets, references }) => {
+const solve = ({ limb, solver, enforce, targets, references }) => {
   const made = new LIMB_CLASSES[limb.kind](limb);
   return targets.map((target, i) => {
     const { branches, reason, joint, needed, limit, nearest } = solvers[solver](made, target, references[i], enforce);
     return { branches, reason, joint, needed, limit, nearest };
   });
-});
-process.stdout.write(JSON.stringify(jobs));
+};
+for await (const line of createInterface({ input: process.stdin })) {
+  let answer;
+  try { answer = JSON.parse(line).map(solve); } catch (error) { answer = error.stack; }
+  process.stdout.write(JSON.stringify(answer) + "\\n");
+}
 """
 
 
@@ -101,17 +106,37 @@ def driver() -> str:
         return source.with_suffix(".mjs").read_text(encoding="utf-8")
 
 
+@functools.cache
+def solver() -> subprocess.Popen[str]:
+    """A Node that answers one line of jobs after another."""
+    command = [node(), "--input-type=module", "-e", driver()]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _end_of_the_solver() -> Iterator[None]:
+    yield
+    if solver.cache_info().currsize:
+        with solver() as running:
+            running.kill()
+        solver.cache_clear()
+
+
 def answered(*jobs: Job) -> None:
-    """Let one Node solve all of them."""
+    """Let Node solve all of them."""
     rows = [
         {"limb": job.limb, "solver": job.solver, "enforce": job.enforce, "targets": job.targets}
         | {"references": job.references[:, job.limb["columns"]].tolist()}
         for job in jobs
     ]
-    command = [node(), "--input-type=module", "-e", driver()]
-    done = subprocess.run(command, input=json.dumps(rows), capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 0, done.stderr
-    for job, answers in zip(jobs, json.loads(done.stdout), strict=True):
+    running = solver()
+    assert running.stdin
+    assert running.stdout
+    running.stdin.write(json.dumps(rows) + "\n")
+    running.stdin.flush()
+    found = json.loads(running.stdout.readline() or '"Node has ended"')
+    assert isinstance(found, list), found
+    for job, answers in zip(jobs, found, strict=True):
         job.answers = answers
 
 

@@ -932,93 +932,100 @@ def test_sliders_are_as_long_as_the_panel_and_numbers_are_fields(page: Page) -> 
 PHONE = {"has_touch": True, "is_mobile": True}
 
 
+def of_kind(request: pytest.FixtureRequest, kind: str, size: tuple[int, int]) -> Any:
+    """The tab of the module's page on a desk or on a phone, as at first but for the size of its window."""
+    shared: Page = request.getfixturevalue("shared_phone" if kind == "phone" else "shared")
+    shared.reset(request.getfixturevalue("nao").posture("StandInit"), size)
+    return shared.tab
+
+
 @pytest.mark.parametrize(
-    ("size", "options"),
+    ("kind", "size"),
     first_now(
         [
-            ((320, 568), PHONE),
-            ((844, 390), PHONE),
-            ((1400, 300), {}),
-            ((390, 844), PHONE),
-            ((760, 420), {}),
-            ((3840, 2160), {}),
+            ("phone", (320, 568)),
+            ("phone", (844, 390)),
+            ("desk", (1400, 300)),
+            ("phone", (390, 844)),
+            ("desk", (760, 420)),
+            ("desk", (3840, 2160)),
         ]
     ),
 )
 def test_every_joint_can_be_reached_in_every_window(
-    browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool]
+    request: pytest.FixtureRequest, kind: str, size: tuple[int, int]
 ) -> None:
-    with another(browser, document, size, **options) as tab:
-        for joint in ("HeadYaw", "RAnkleRoll", "RHand"):
-            number = tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
-            number.scroll_into_view_if_needed()
-            box = number.bounding_box()
-            assert box["width"] > 30
-            assert box["x"] >= 0
-            assert box["x"] + box["width"] <= size[0]
-            number.tap() if options else number.click()
-            tab.keyboard.type("3")
-            tab.keyboard.press("Enter")
-            assert number.input_value().startswith("3")
-        tab.get_by_label("Frame", exact=True).scroll_into_view_if_needed()
-        view = tab.locator("#view").bounding_box()
-        assert view["width"] > 150
-        assert view["height"] > 150
-        assert tab.evaluate("() => document.documentElement.scrollWidth") == size[0]
-        before = view["width"] * view["height"]
-        tab.get_by_role("button", name="Panel", exact=True).click()
-        view = tab.locator("#view").bounding_box()
-        assert view["width"] * view["height"] > before
-        assert (view["width"], view["height"]) == size
-        tab.get_by_role("button", name="Panel", exact=True).click()
-        assert tab.locator("#panel").is_visible()
+    tab = of_kind(request, kind, size)
+    for joint in ("HeadYaw", "RAnkleRoll", "RHand"):
+        number = tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
+        number.scroll_into_view_if_needed()
+        box = number.bounding_box()
+        assert box["width"] > 30
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= size[0]
+        number.tap() if kind == "phone" else number.click()
+        tab.keyboard.type("3")
+        tab.keyboard.press("Enter")
+        assert number.input_value().startswith("3")
+    tab.get_by_label("Frame", exact=True).scroll_into_view_if_needed()
+    view = tab.locator("#view").bounding_box()
+    assert view["width"] > 150
+    assert view["height"] > 150
+    assert tab.evaluate("() => document.documentElement.scrollWidth") == size[0]
+    before = view["width"] * view["height"]
+    tab.get_by_role("button", name="Panel", exact=True).click()
+    view = tab.locator("#view").bounding_box()
+    assert view["width"] * view["height"] > before
+    assert (view["width"], view["height"]) == size
+    tab.get_by_role("button", name="Panel", exact=True).click()
+    assert tab.locator("#panel").is_visible()
 
 
-@pytest.mark.parametrize(("size", "options"), first_now([((1400, 900), {}), ((390, 844), PHONE)]))
+@pytest.mark.parametrize(("kind", "size"), first_now([("desk", (1400, 900)), ("phone", (390, 844))]))
 def test_what_has_the_focus_or_is_read_is_in_sight(
-    browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool]
+    request: pytest.FixtureRequest, kind: str, size: tuple[int, int]
 ) -> None:
-    with another(browser, document, size, **options) as tab:
-        box = lambda place: tab.locator(place).bounding_box()  # noqa: E731
-        first = box('.joint[data-joint="HeadYaw"]')
-        assert first["y"] + first["height"] <= box(".readout")["y"]  # a joint is there from the start
-        slider = tab.locator('.joint[data-joint="RHand"] input[type="range"]')
-        slider.focus()
-        edges = """() => [".joints .search", ".readout", ":focus"].map((place) => {
-            const { top, bottom } = document.querySelector(place).getBoundingClientRect();
-            return [top, bottom];
-        })"""
-        for _ in range(30):  # backwards, row by row, behind the search that stays at the top
-            tab.keyboard.press("Shift+Tab")
-            (_, end_of_search), (readout, _), (top, bottom) = tab.evaluate(edges)
-            assert end_of_search - 1 <= top
-            assert bottom <= readout + 1
-        tab.get_by_role("button", name="Measure").click()
-        for which, frame in enumerate(("LArm", "RArm")):
-            tab.locator('.readout select[aria-label^="Measure "]').nth(which).select_option(f"frame:{frame}")
-        heights = tab.evaluate(
-            """() => [...document.querySelectorAll('.readout .numbers > div')]
-                .filter((cell) => cell.checkVisibility() && cell.innerText).map((cell) => cell.offsetHeight)"""
-        )
-        assert len(heights) == 5
-        assert len(set(heights)) == 1  # no name and number on two lines
+    tab = of_kind(request, kind, size)
+    box = lambda place: tab.locator(place).bounding_box()  # noqa: E731
+    first = box('.joint[data-joint="HeadYaw"]')
+    assert first["y"] + first["height"] <= box(".readout")["y"]  # a joint is there from the start
+    slider = tab.locator('.joint[data-joint="RHand"] input[type="range"]')
+    slider.focus()
+    edges = """() => [".joints .search", ".readout", ":focus"].map((place) => {
+        const { top, bottom } = document.querySelector(place).getBoundingClientRect();
+        return [top, bottom];
+    })"""
+    for _ in range(30):  # backwards, row by row, behind the search that stays at the top
+        tab.keyboard.press("Shift+Tab")
+        (_, end_of_search), (readout, _), (top, bottom) = tab.evaluate(edges)
+        assert end_of_search - 1 <= top
+        assert bottom <= readout + 1
+    tab.get_by_role("button", name="Measure").click()
+    for which, frame in enumerate(("LArm", "RArm")):
+        tab.locator('.readout select[aria-label^="Measure "]').nth(which).select_option(f"frame:{frame}")
+    heights = tab.evaluate(
+        """() => [...document.querySelectorAll('.readout .numbers > div')]
+            .filter((cell) => cell.checkVisibility() && cell.innerText).map((cell) => cell.offsetHeight)"""
+    )
+    assert len(heights) == 5
+    assert len(set(heights)) == 1  # no name and number on two lines
 
 
 @pytest.mark.full
-def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> None:
+def test_targets_for_fingers_are_large_enough(request: pytest.FixtureRequest) -> None:
     small = """(shown) => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
         .filter((e) => e.checkVisibility() && (shown ? e.closest(shown) : !e.closest('[popover], #player')))
         .map((e) => [e.ariaLabel ?? e.textContent, (e.type === 'checkbox' ? e.closest('label') : e)])
         .map(([name, e]) => [name, e.getBoundingClientRect()])
         .filter(([, { width, height }]) => Math.min(width, height) < 44).map(([name]) => name)"""
     for size in ((390, 844), (844, 390)):
-        with another(browser, document, size, **PHONE) as tab:
-            assert tab.evaluate(small) == []
-            tab.locator("summary", has_text="View").tap()
-            assert tab.evaluate(small, ".sheet") == []
-            tab.locator("summary", has_text="View").tap()
-            tab.get_by_role("button", name="Settings").tap()
-            assert tab.evaluate(small, ":popover-open") == []
+        tab = of_kind(request, "phone", size)
+        assert tab.evaluate(small) == []
+        tab.locator("summary", has_text="View").tap()
+        assert tab.evaluate(small, ".sheet") == []
+        tab.locator("summary", has_text="View").tap()
+        tab.get_by_role("button", name="Settings").tap()
+        assert tab.evaluate(small, ":popover-open") == []
 
 
 def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(phone: Page) -> None:
@@ -1160,8 +1167,14 @@ def test_under_the_view_the_panel_is_pulled_up_by_its_head(phone: Page) -> None:
 # --- everybody --------------------------------------------------------------------------------------------------------
 
 
-def violations(tab: Any) -> list[str]:
-    results = tab.evaluate("() => axe.run(document, { resultTypes: ['violations'] })")
+def violations(tab: Any, part: str = "", *rules: str) -> list[str]:
+    """What axe finds in the page, or in a part of it alone, by all of its rules or by some."""
+    results = tab.evaluate(
+        """([part, rules]) => axe.run(part || document, {
+            resultTypes: ["violations"], ...(rules.length > 0 ? { runOnly: rules } : {}),
+        })""",
+        [part, rules],
+    )
     return [
         f"{violation['id']}: {[node['html'][:120] for node in violation['nodes'][:3]]}"
         for violation in results["violations"]
@@ -1169,19 +1182,26 @@ def violations(tab: Any) -> list[str]:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(
-    ("size", "options", "scheme"),
-    [((1400, 900), {}, "light"), ((1400, 900), {}, "dark"), ((390, 844), PHONE, "dark"), ((3840, 2160), {}, "light")],
-    ids=["desktop-light", "desktop-dark", "phone-dark", "4k-light"],
-)
-def test_axe_finds_nothing(
-    browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool], scheme: str
-) -> None:
+@pytest.mark.parametrize("kind", ["desk", "phone", "4k"])
+def test_axe_finds_nothing(browser: Any, document: Path, kind: str) -> None:
+    """On a desk everything is looked at again after each step, in both schemes; elsewhere what the step has added."""
     axe = pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
     script = (Path(axe.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
-    with another(browser, document, size, color_scheme=scheme, **options) as tab:
-        tab.evaluate(script)
+    size = {"desk": (1400, 900), "phone": (390, 844), "4k": (3840, 2160)}[kind]
+    options: dict[str, Any] = {"color_scheme": "dark", **PHONE} if kind == "phone" else {}
+
+    def assert_nothing(part: str = "") -> None:
+        if kind != "desk":
+            assert violations(tab, part) == []
+            return
         assert violations(tab) == []
+        tab.emulate_media(color_scheme="dark")
+        assert violations(tab, "", "color-contrast", "link-in-text-block") == []
+        tab.emulate_media(color_scheme="light")
+
+    with another(browser, document, size, **options) as tab:
+        tab.evaluate(script)
+        assert_nothing()
         tab.evaluate("""() => {
             naoKin.show({ axes: true, frames: true });
             naoKin.set(naoKin.q.map((value, i) => (i === 0 ? 3 : value)));
@@ -1192,14 +1212,14 @@ def test_axe_finds_nothing(
         number.click()
         tab.keyboard.type("x")
         tab.keyboard.press("Enter")
-        assert violations(tab) == []
+        assert_nothing()
         tab.get_by_role("button", name="Settings").click()
-        assert violations(tab) == []
+        assert_nothing(":popover-open")
         tab.get_by_text("Keys …").click()
-        assert violations(tab) == []
+        assert_nothing("dialog[open]")
         tab.keyboard.press("Escape")
         tab.get_by_role("button", name="Copy the configuration").click()
-        assert violations(tab) == []
+        assert_nothing(":popover-open")
 
 
 @pytest.mark.full

@@ -152,7 +152,7 @@ def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:
 def test_a_cut_changes_the_picture(browser: Any, nao: nk.NaoModel, reach: ReachMap, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.show_reach(reach)
-    with opened(browser, viewer.save_html(tmp_path / "a.html"), (900, 420), draws=True) as page:
+    with opened(browser, viewer.save_html(tmp_path / "a.html"), draws=True) as page:
         slider(page).focus()
         page.tab.keyboard.press("End")
         page.animation_frames(2)
