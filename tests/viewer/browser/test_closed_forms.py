@@ -19,6 +19,7 @@ from loops import first_now
 import nao_kin as nk
 from nao_kin.errors import BadArgument
 from nao_kin.ik import Family, IKResult, Reason
+from nao_kin.robot.nao import VERSIONS
 from nao_kin.rotations import exp
 
 pytestmark = pytest.mark.slow
@@ -193,8 +194,15 @@ def pushed(T: Floats) -> Floats:
     return T
 
 
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+# All pairs of a version, a side and limits.
+WAYS = [("L", "enforce"), ("R", "ignore"), ("L", "ignore"), ("R", "enforce")]
+CASES = [("v6", *way) for way in WAYS] + [
+    (version, *way) for k, version in enumerate(VERSIONS[:-1]) for way in (WAYS[:2], WAYS[2:])[k % 2]
+]
+cases = pytest.mark.parametrize(("each_nao", "side", "limits"), first_now(CASES), indirect=["each_nao"])
+
+
+@cases
 def test_legs_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "leg", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Leg"))
@@ -207,8 +215,7 @@ def test_legs_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: 
     assert {answer["reason"] for answer in job.answers} == expected
 
 
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+@cases
 def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "arm", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Arm"))
@@ -221,8 +228,7 @@ def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+@cases
 def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "arm", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Arm"))
