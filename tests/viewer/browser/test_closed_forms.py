@@ -7,6 +7,8 @@ import importlib
 import json
 import subprocess
 import tempfile
+import threading
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,7 +31,7 @@ SOURCES = WEB / "src"
 
 # What the page does for each target; numbers that are no numbers do not go through JSON.
 DRIVER = f"""
-import {{ readFileSync }} from "node:fs";
+import {{ createInterface }} from "node:readline";
 import {{ ArmPlace }} from "{(SOURCES / "ik" / "arm_place.ts").as_posix()}";
 import {{ LIMB_CLASSES }} from "{(SOURCES / "ik" / "limbs.ts").as_posix()}";
 """
@@ -43,14 +45,16 @@ const solvers = {
   gaze: (limb, [p], reference, enforce) => limb.solveGaze(p, reference, enforce),
   stand: (limb, [T, hip], reference) => limb.stand(T, hip, reference),
 };
-const jobs = JSON.parse(readFileSync(0, "utf8")).map(({ limb, solver, enforce, targets, references }) => {
+const answered = ({ limb, solver, enforce, targets, references }) => {
   const made = new LIMB_CLASSES[limb.kind](limb);
   return targets.map((target, i) => {
     const { branches, reason, joint, needed, limit, nearest } = solvers[solver](made, target, references[i], enforce);
     return { branches, reason, joint, needed, limit, nearest };
   });
-});
-process.stdout.write(JSON.stringify(jobs));
+};
+for await (const line of createInterface({ input: process.stdin })) {
+  process.stdout.write(JSON.stringify(JSON.parse(line).map(answered)) + "\\n");
+}
 """
 
 
@@ -102,17 +106,38 @@ def driver() -> str:
         return source.with_suffix(".mjs").read_text(encoding="utf-8")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _one_node() -> Iterator[None]:
+    """Let the Node of all tests, if there is one, end after them."""
+    yield
+    if started.cache_info().currsize:
+        started().communicate()
+
+
+@functools.cache
+def started() -> subprocess.Popen[str]:
+    """A Node that answers lists of jobs, one a line."""
+    command = [node(), "--input-type=module", "-e", driver()]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
 def answered(*jobs: Job) -> None:
-    """Let one Node solve all of them."""
+    """Let Node solve all of them."""
     rows = [
         {"limb": job.limb, "solver": job.solver, "enforce": job.enforce, "targets": job.targets}
         | {"references": job.references[:, job.limb["columns"]].tolist()}
         for job in jobs
     ]
-    command = [node(), "--input-type=module", "-e", driver()]
-    done = subprocess.run(command, input=json.dumps(rows), capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 0, done.stderr
-    for job, answers in zip(jobs, json.loads(done.stdout), strict=True):
+    process = started()
+    assert process.stdin is not None
+    assert process.stdout is not None
+    print(json.dumps(rows), file=process.stdin, flush=True)
+    waiting = threading.Timer(120.0, process.kill)
+    waiting.start()
+    line = process.stdout.readline()
+    waiting.cancel()
+    assert line, "Node has ended; its error is in the captured stderr"
+    for job, answers in zip(jobs, json.loads(line), strict=True):
         job.answers = answers
 
 
