@@ -16,6 +16,7 @@ Example:
 from __future__ import annotations
 
 import argparse
+import functools
 import itertools
 import math
 import sys
@@ -57,22 +58,34 @@ def surfaces() -> dict[tuple[str, str], Floats]:
 
     For the fingers these are the corners of their hulls at all openings, shape (n, 1, 3).
     """
-    found: dict[tuple[str, str], list[Floats]] = {}
+    found: dict[tuple[str, str], dict[object, Floats]] = {}
     for version in VERSIONS:
         nao = load_nao(version)
         joints = {"torso": "torso"} | {joint.link: joint.name for joint in nao.parameters.joints}
         for visual in nao.tree.visuals:
             path = mesh_path(visual.geometry, nao.tree.packages)  # type: ignore[arg-type]
-            mesh = read_mesh(path, lambda scene: scene.to_geometry())
-            corners, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, _FINE, max_iter=30)  # type: ignore[no-untyped-call]
-            if visual.link in joints:
-                found.setdefault((joints[visual.link], ""), []).append(corners[faces])
-            elif visual.link.startswith("L"):
+            joint = joints.get(visual.link, "")
+            if joint and not joint.startswith("R"):
+                parts = found.setdefault((joint, ""), {})
+                if path not in parts:
+                    corners, faces = _subdivided(path)
+                    parts[path] = corners[faces]
+            elif not joint and visual.link.startswith("L"):
                 T = nao.fk(nao.configuration({"LHand": _OPENINGS}, limits="ignore"), visual.link, reference="l_wrist")
-                hull = corners[ConvexHull(corners).vertices]
-                moved = _products(hull, T[:, None, :3, :3]) + T[:, None, :3, 3]
-                found.setdefault(("LWristYaw", "Fingers"), []).append(moved.reshape(-1, 1, 3))
-    return {key: np.concatenate(parts) for key, parts in found.items() if not key[0].startswith("R")}
+                moved = _products(_hull(path), T[:, None, :3, :3]) + T[:, None, :3, 3]
+                found.setdefault(("LWristYaw", "Fingers"), {})[version, visual.link] = moved.reshape(-1, 1, 3)
+    return {key: np.concatenate(list(parts.values())) for key, parts in found.items()}
+
+
+def _subdivided(path: Path) -> tuple[Floats, Floats]:
+    mesh = read_mesh(path, lambda scene: scene.to_geometry())
+    return trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, _FINE, max_iter=30)  # type: ignore[no-any-return, no-untyped-call]
+
+
+@functools.cache
+def _hull(path: Path) -> Floats:
+    corners, _ = _subdivided(path)
+    return corners[ConvexHull(corners).vertices]
 
 
 def pieces() -> Iterator[tuple[str, str, Floats]]:
@@ -207,7 +220,7 @@ def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
 def _radius(points: Floats, ends: Floats) -> float:
     along = ends[1] - ends[0]
     offset = points - ends[0]
-    share = np.clip(_products(offset, along[None])[:, 0] / max(math.hypot(*along) ** 2, 1e-18), 0.0, 1.0)
+    share = np.clip((offset * along).sum(axis=1) / max(math.hypot(*along) ** 2, 1e-18), 0.0, 1.0)
     return math.sqrt(float(np.square(offset - share[:, None] * along).sum(axis=1).max()))
 
 

@@ -8,12 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, choice, cross_matrix, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
-from nao_kin.screws import adjoint
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 # Largest offsets in practice [rad or a joint's unit; m]: the data do not determine a number with a larger standard
@@ -30,11 +29,19 @@ class Moving:
 
     def __matmul__(self, other: Moving) -> Moving:
         """T_ab T_bc, whose twist is that of b, moved to c, plus that of c in b."""
-        return Moving(self.T @ other.T, adjoint(rigid_inverse(other.T)) @ self.J + other.J)
+        return Moving(self.T @ other.T, _adjoint(rigid_inverse(other.T)) @ self.J + other.J)
 
     def inverse(self) -> Moving:
         """T_ba; a moves in b against the motion of b in a."""
-        return Moving(rigid_inverse(self.T), -adjoint(self.T) @ self.J)
+        return Moving(rigid_inverse(self.T), -_adjoint(self.T) @ self.J)
+
+
+def _adjoint(T: Floats) -> Floats:
+    """Return `nk.screws.adjoint` of poses that need no check."""
+    found = np.zeros((*T.shape[:-2], 6, 6))
+    found[..., :3, :3] = found[..., 3:, 3:] = T[..., :3, :3]
+    found[..., :3, 3:] = cross_matrix(T[..., :3, 3]) @ T[..., :3, :3]
+    return found
 
 
 @dataclass(frozen=True)
@@ -113,11 +120,18 @@ class State:
     def __init__(self, unknowns: Unknowns, x: Floats) -> None:
         self.unknowns, self.x = unknowns, x
         self.fixed = Moving(np.eye(4), np.zeros((6, len(x))))
+        self._known: dict[tuple[bytes, str], Moving] = {}  # by configurations and frame, which observations share
 
     def frame(self, q: Floats, name: str | None) -> Moving:
         """Return T_root_frame at reported joint values q, shape (n, nq)."""
         if name is None:
             return self.fixed
+        key = q.tobytes(), name
+        if key not in self._known:
+            self._known[key] = self._frame(q, name)
+        return self._known[key]
+
+    def _frame(self, q: Floats, name: str) -> Moving:
         unknowns, robot = self.unknowns, self.unknowns.robot
         q = q.copy()
         for value, column in zip(self.x, unknowns._columns, strict=False):

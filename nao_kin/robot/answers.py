@@ -147,11 +147,12 @@ class Answers:
             self._kinematics.check_mass()
         count, out = math.prod(batch), output.out
         if (threads is None and count < CROSSOVER) or not has_numba():
-            started = time.thread_time()
+            slow = count >= CROSSOVER
+            started = time.thread_time() if slow else 0.0  # a call into the system, as long as a single answer
             q, nv = self._checks.posed(arrays[0]), self._nv
             rates = [as_floats(array, (nv,), name) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
             few = self._kinematics.answer(question, q, *rates).reshape(shape)
-            if count >= CROSSOVER:
+            if slow:
                 note_slowness(time.thread_time() - started)
             with np.errstate(over="ignore"):
                 if out is None:

@@ -38,12 +38,15 @@ def looking(
     robot: nk.RobotModel, rng: np.random.Generator, count: int, limbs: Iterable[str] = LIMBS, camera: str = "CameraTop"
 ) -> np.ndarray:
     """Postures in which a camera sees the marks on some limb, each limb in turn; shape (count, nq)."""
-    limbs, found = list(limbs), list[np.ndarray]()
-    lens = nk.world.camera(robot, camera)
-    while len(found) < count:
-        limb = limbs[len(found) % len(limbs)]
-        q = robot.random(rng, 500)
-        found += list(q[np.isfinite(pixels_of(robot, lens, q, robot.fk(q, limb))[:, 0, 0])][:1])
+    limbs, lens = list(limbs), nk.world.camera(robot, camera)
+    stock = {limb: list[np.ndarray]() for limb in limbs}
+    found = list[np.ndarray]()
+    for k in range(count):
+        left = stock[limb := limbs[k % len(limbs)]]
+        while not left:
+            q = robot.random(rng, 500)
+            left += list(q[np.isfinite(pixels_of(robot, lens, q, robot.fk(q, limb))[:, 0, 0])])
+        found.append(left.pop(0))
     return np.array(found)
 
 

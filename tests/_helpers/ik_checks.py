@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,17 @@ def pose_errors(T: Floats, wanted: Floats) -> Floats:
     away = np.linalg.norm(T[..., :3, 3] - wanted[..., :3, 3], axis=-1)
     chord = np.linalg.norm((T - wanted)[..., :3, :3], axis=(-2, -1))
     return np.stack([away, 2.0 * np.arcsin(np.minimum(1.0, chord / np.sqrt(8.0)))], axis=-1)
+
+
+def derivatives(errors: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
+    """Return the Jacobian of `errors`, which takes values (n, k) and returns (n, m), by forward differences at once."""
+
+    def jacobian(values: Floats) -> Floats:
+        step = 1e-8
+        rows = errors(np.vstack([values, values + step * np.eye(len(values))]))
+        return (rows[1:] - rows[0]).T / step
+
+    return jacobian
 
 
 def assert_solved(robot: nk.RobotModel, frame: str, T: Floats, found: IKResult, *, inside: bool = True) -> None:

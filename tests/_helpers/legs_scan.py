@@ -54,9 +54,12 @@ def scanned(nao: nk.NaoModel, side: str, T: Floats, hips: Floats, *, enforce: bo
 
 
 def least_turns(
-    nao: nk.NaoModel, T_left: Floats, T_right: Floats, priority: str, steps: int, *, enforce: bool
-) -> tuple[float, float]:
-    """Return the least turns of both feet over HipYawPitch, as `priority` compares them; infinite without solutions."""
+    nao: nk.NaoModel, T_left: Floats, T_right: Floats, steps: int, *, enforce: bool
+) -> dict[str, tuple[float, float]]:
+    """Return the least turns of both feet over HipYawPitch, by the priority that compares them.
+
+    They are infinite without solutions.
+    """
     column = nao.joint_names.index("LHipYawPitch")
     ends = (nao.lower[column], nao.upper[column]) if enforce else (-np.pi, np.pi)
     hips = np.linspace(*ends, steps)
@@ -67,7 +70,7 @@ def least_turns(
     left, right = turns
     both = np.isfinite(left) & np.isfinite(right)
     if not both.any():
-        return np.inf, np.inf
-    cost = {"balanced": np.hypot(left, right), "left": left, "right": right}[priority]
-    best = np.argmin(np.where(both, cost, np.inf))
-    return float(left[best]), float(right[best])
+        left[:] = right[:] = np.inf
+    costs = {"balanced": np.hypot(left, right), "left": left, "right": right}
+    best = {priority: np.argmin(np.where(both, cost, np.inf)) for priority, cost in costs.items()}
+    return {priority: (float(left[at]), float(right[at])) for priority, at in best.items()}

@@ -499,7 +499,7 @@ TIE_BREAK_FAULTS: tuple[ConversionFault, ...] = (
 @pytest.mark.full
 @named(CONVERSION_FAULTS)
 def test_a_broken_conversion_is_caught_and_named(robot: nk.RobotModel, fault: ConversionFault) -> None:
-    report = crosscheck.run(robot, 150, conversions=fault.conversions)
+    report = crosscheck.run(robot, 60, conversions=fault.conversions)
     assert failing(report) == fault.rows
     assert all(row.failing and row.worst > 1e-10 for row in report.failures)
 
@@ -510,7 +510,7 @@ def test_the_robot_of_these_tests_passes_unbroken(robot: nk.RobotModel) -> None:
 
 @named(LOCK_FAULTS)
 def test_a_fault_at_lock_is_caught_there(nao: nk.NaoModel, fault: ConversionFault) -> None:
-    report = crosscheck.run(nao, 60, conversions=fault.conversions)
+    report = crosscheck.run(nao, 30, conversions=fault.conversions)
     (row,) = report.failures
     assert {row.convention} == fault.rows
     assert row.worst > 1e-8
@@ -522,7 +522,7 @@ def test_a_fault_at_lock_is_caught_there(nao: nk.NaoModel, fault: ConversionFaul
 
 @named(TIE_BREAK_FAULTS)
 def test_a_wrong_tie_break_is_caught_and_named(nao: nk.NaoModel, fault: ConversionFault) -> None:
-    assert failing(crosscheck.run(nao, 60, conversions=fault.conversions)) == fault.rows
+    assert failing(crosscheck.run(nao, 30, conversions=fault.conversions)) == fault.rows
 
 
 def test_minus_pi_is_as_good_as_pi(nao: nk.NaoModel) -> None:
@@ -632,7 +632,7 @@ PARAMETER_FAULTS: tuple[StepFault, ...] = (
 
 @named(PARAMETER_FAULTS)
 def test_a_wrong_number_is_caught_and_blamed_on_its_joint_or_frame(nao: nk.NaoModel, fault: StepFault) -> None:
-    report = crosscheck.run(nao, 15, steps=crosscheck.steps_of_nao(fault.parameters))
+    report = crosscheck.run(nao, 5, steps=crosscheck.steps_of_nao(fault.parameters))
     assert failing(report) == {fault.row, ELEMENTARY}
     assert blamed(report, fault.row) == fault.culprits
 
@@ -827,7 +827,7 @@ LIMIT_FAULTS: tuple[RobotFault, ...] = (
 def test_a_wrong_limit_is_caught_and_blamed_on_its_joint(fault: RobotFault) -> None:
     robot = nk.load_nao()
     fault.change(robot)
-    report = crosscheck.run(robot, 100)
+    report = crosscheck.run(robot, 25)
     assert failing(report) == fault.rows
     assert {joint for row in report.failures for joint in row.failing} == fault.culprits
     for convention in fault.rows - {VIOLATIONS, CLAMP}:

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions, pose_errors
+from ik_checks import BESIDE, Floats, assert_solved, derivatives, distance_to_solutions, pose_errors
 from loops import for_all
 
 import nao_kin as nk
@@ -73,13 +73,14 @@ def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> No
         columns = list(found.columns)
 
         def error(values: Floats, T: Floats = T, side: str = side, columns: list[int] = columns) -> Floats:
-            q = np.zeros(25)
-            q[columns] = np.mod(values + math.pi, 2 * math.pi) - math.pi
-            return ((nao.fk(q, side + "Leg") - T)[:3] * [1.0, 1.0, 1.0, 10.0]).ravel()
+            q = np.zeros((*values.shape[:-1], 25))
+            q[..., columns] = np.mod(values + math.pi, 2 * math.pi) - math.pi
+            entries = (nao.fk(q, side + "Leg") - T)[..., :3, :] * [1.0, 1.0, 1.0, 10.0]
+            return entries.reshape(*values.shape[:-1], 12)
 
         seen = set()
         for start in rng.uniform(-math.pi, math.pi, (250, 6)):
-            end = optimize.least_squares(error, start, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+            end = optimize.least_squares(error, start, derivatives(error), xtol=1e-14, ftol=1e-14, gtol=1e-14)
             if end.cost < 1e-20:
                 wrapped = np.mod(end.x + math.pi, 2 * math.pi) - math.pi
                 gaps = np.abs(np.mod(found.branches - wrapped + math.pi, 2 * math.pi) - math.pi).max(axis=-1)

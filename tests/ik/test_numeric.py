@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from ik_checks import derivatives
 from made_up_robots import J, made_up
 from scipy.optimize import least_squares
+from scipy.spatial import cKDTree
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
@@ -260,13 +262,16 @@ def test_the_nearest_pose_is_a_minimum_no_step_inside_the_limits_improves(nao: n
     for k in lost:
 
         def cost(values: np.ndarray, k: int = k) -> np.ndarray:
-            q = found.q[k].copy()
-            q[motion.columns] = values
-            return weights * pose_errors(nao.fk(q[None], "LArm"), T[k : k + 1])[0]
+            q = np.tile(found.q[k], (*values.shape[:-1], 1))
+            q[..., motion.columns] = values
+            errors = pose_errors(nao.fk(q, "LArm").reshape(-1, 4, 4), T[k : k + 1])
+            return (weights * errors).reshape(*values.shape[:-1], 6)
 
         best = found.best[k]
         ours = 0.5 * float(np.square(cost(best)).sum())
-        scipys = least_squares(cost, np.clip(best, low + 1e-9, high - 1e-9), bounds=(low, high), xtol=1e-12, ftol=1e-12)
+        scipys = least_squares(
+            cost, np.clip(best, low + 1e-9, high - 1e-9), derivatives(cost), bounds=(low, high), xtol=1e-12, ftol=1e-12
+        )
         assert ours <= float(scipys.cost) * (1.0 + 1e-6) + 1e-15
 
 
@@ -286,12 +291,13 @@ def test_beyond_the_stretched_limb_no_search_of_scipy_ends_nearer(nao: nk.NaoMod
     for k in range(8):
 
         def cost(values: np.ndarray, k: int = k) -> np.ndarray:
-            q = found.q[k].copy()
-            q[motion.columns] = values
-            return weights * pose_errors(robot.fk(q[None], frame), T[k : k + 1])[0]
+            q = np.tile(found.q[k], (*values.shape[:-1], 1))
+            q[..., motion.columns] = values
+            errors = pose_errors(robot.fk(q, frame).reshape(-1, 4, 4), T[k : k + 1])
+            return (weights * errors).reshape(*values.shape[:-1], 6)
 
         for start in rng.uniform(low, high, (8, len(low))):
-            other, q = least_squares(cost, start, bounds=(low, high)), found.q[k].copy()
+            other, q = least_squares(cost, start, derivatives(cost), bounds=(low, high)), found.q[k].copy()
             q[motion.columns] = other.x
             if robot.within_limits(q):  # coupled ones are unknown to SciPy
                 assert 0.5 * np.square(cost(found.best[k])).sum() <= other.cost * (1.0 + 1e-6)
@@ -463,7 +469,7 @@ def test_the_nearest_point_of_a_plane_region_is_nearer_than_all_points_of_a_fine
     low, high = (np.clip(bound, *boxes[1]) for bound in table.range(at))
     share = np.linspace(0.0, 1.0, 60)[:, None]
     grid = np.stack(np.broadcast_arrays(at, low + share * (high - low)), axis=-1).reshape(-1, 2)
-    distances = np.array([np.linalg.norm(grid - point, axis=-1).min() for point in points])
+    distances = cKDTree(grid).query(points)[0]
     gaps = np.linalg.norm(found - points, axis=-1)
     assert (gaps <= distances + 1e-12).all()
     assert (gaps >= distances - 0.05).all()

@@ -321,7 +321,7 @@ def _short_motions(count: int) -> Iterator[nk.Motion]:
 @pytest.mark.parametrize("name", SHORT)
 def test_motions_of_one_and_two_keys_are_motions_like_any_other(nao: nk.NaoModel, name: str) -> None:
     mended = {"clamp": {"limit", "coupled limit"}, "share_motors": {"motor"}}
-    for motion in _short_motions(30):
+    for motion in _short_motions(18):
         found = SHORT[name](nao, motion)
         if isinstance(found, nk.Motion):
             left = {row.kind for row in check(nao, found).violations}
@@ -403,7 +403,7 @@ def test_a_joint_that_is_not_named_is_not_moved(nao: nk.NaoModel) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("how", ["local", "uniform"])
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_slowed_motions_keep_every_speed_limit(nao: nk.NaoModel, kind: str, how: Any, seed: int) -> None:
     motion = time_warp(_motion(nao, seed, kind), 0.3)
     mended = slow_down(nao, motion, how=how)
@@ -488,7 +488,7 @@ def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, how: Any) 
 @pytest.mark.full
 @pytest.mark.parametrize("rule", get_args(nk.motion.Hips))
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_hips_that_share_a_motor_agree_as_the_rule_says(nao: nk.NaoModel, kind: str, seed: int, rule: Any) -> None:
     motion = _motion(nao, seed, kind)
     mended = share_motors(nao, motion, rule)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import pickle
 import subprocess
@@ -171,12 +172,14 @@ def _corners(nao: nk.NaoModel, q: np.ndarray, wanted: str, reference: str) -> np
         while link not in nao.link_shapes.links:
             link = above[link]
         if link == wanted:
-            corners = read_mesh(
-                mesh_path(visual.geometry, nao.tree.packages), lambda scene: scene.to_geometry().vertices
-            )
             T = nao.fk(q, visual.link, reference=reference)
-            found.append(np.asarray(corners) @ T[:3, :3].T + T[:3, 3])
+            found.append(_vertices(mesh_path(visual.geometry, nao.tree.packages)) @ T[:3, :3].T + T[:3, 3])
     return np.concatenate(found)
+
+
+@functools.cache
+def _vertices(mesh: Path) -> np.ndarray:
+    return np.asarray(read_mesh(mesh, lambda scene: scene.to_geometry().vertices))
 
 
 def _outside(shape: Shape, points: np.ndarray) -> np.ndarray:
@@ -196,11 +199,12 @@ def test_every_vertex_of_a_mesh_is_inside_a_hull_and_inside_a_simple_shape_of_it
         "LAnklePitch_link",
         "RAnklePitch_link",
     }
-    for opening in (0.0, 0.35, 1.0):
-        q = nao.configuration({"LHand": opening, "RHand": opening}, limits="ignore")
-        for link in nao.link_shapes.links:
+    simple = list(shapes_of(nao.tree))
+    for link in nao.link_shapes.links:
+        for opening in (0.0, 0.35, 1.0) if link in ("l_wrist", "r_wrist") else (0.0,):
+            q = nao.configuration({"LHand": opening, "RHand": opening}, limits="ignore")
             points = _corners(nao, q, link, link)
-            for shapes in (nao.link_shapes.shapes, list(shapes_of(nao.tree))):
+            for shapes in (nao.link_shapes.shapes, simple):
                 outside = np.min([_outside(shape, points) for shape in shapes if shape.link == link], axis=0)
                 assert outside.max() <= 0.0, (link, opening)
 
@@ -245,9 +249,9 @@ def test_no_collision_of_the_meshes_is_missed() -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("version", ["v3.2", "v3.3", "v4", "v5", "v6"])
-def test_no_collision_of_the_meshes_is_missed_in_any_version(version: str) -> None:
-    _verdicts(version, 3000, 4)
+@pytest.mark.parametrize(("version", "n"), [("v6", 3000), ("v5", 1000), ("v4", 1000), ("v3.3", 1000), ("v3.2", 1000)])
+def test_no_collision_of_the_meshes_is_missed_in_any_version(version: str, n: int) -> None:
+    _verdicts(version, n, 4)
 
 
 def _verdicts(version: str, n: int, seed: int) -> None:

@@ -7,6 +7,7 @@ import importlib
 import json
 import subprocess
 import tempfile
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,7 @@ from loops import first_now
 import nao_kin as nk
 from nao_kin.errors import BadArgument
 from nao_kin.ik import Family, IKResult, Reason
+from nao_kin.robot.nao import VERSIONS
 from nao_kin.rotations import exp
 
 pytestmark = pytest.mark.slow
@@ -43,7 +45,7 @@ const solvers = {
   gaze: (limb, [p], reference, enforce) => limb.solveGaze(p, reference, enforce),
   stand: (limb, [T, hip], reference) => limb.stand(T, hip, reference),
 };
-const solve = ({ limb, solver, enforce, targets, references }) => {
+const answered = ({ limb, solver, enforce, targets, references }) => {
   const made = new LIMB_CLASSES[limb.kind](limb);
   return targets.map((target, i) => {
     const { branches, reason, joint, needed, limit, nearest } = solvers[solver](made, target, references[i], enforce);
@@ -51,9 +53,7 @@ const solve = ({ limb, solver, enforce, targets, references }) => {
   });
 };
 for await (const line of createInterface({ input: process.stdin })) {
-  let answer;
-  try { answer = JSON.parse(line).map(solve); } catch (error) { answer = error.stack; }
-  process.stdout.write(JSON.stringify(answer) + "\\n");
+  process.stdout.write(JSON.stringify(JSON.parse(line).map(answered)) + "\\n");
 }
 """
 
@@ -106,20 +106,19 @@ def driver() -> str:
         return source.with_suffix(".mjs").read_text(encoding="utf-8")
 
 
-@functools.cache
-def solver() -> subprocess.Popen[str]:
-    """A Node that answers one line of jobs after another."""
-    command = [node(), "--input-type=module", "-e", driver()]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8")
-
-
 @pytest.fixture(scope="module", autouse=True)
-def _end_of_the_solver() -> Iterator[None]:
+def _one_node() -> Iterator[None]:
+    """Let the Node of all tests, if there is one, end after them."""
     yield
-    if solver.cache_info().currsize:
-        with solver() as running:
-            running.kill()
-        solver.cache_clear()
+    if started.cache_info().currsize:
+        started().communicate()
+
+
+@functools.cache
+def started() -> subprocess.Popen[str]:
+    """A Node that answers lists of jobs, one a line."""
+    command = [node(), "--input-type=module", "-e", driver()]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 def answered(*jobs: Job) -> None:
@@ -129,14 +128,16 @@ def answered(*jobs: Job) -> None:
         | {"references": job.references[:, job.limb["columns"]].tolist()}
         for job in jobs
     ]
-    running = solver()
-    assert running.stdin
-    assert running.stdout
-    running.stdin.write(json.dumps(rows) + "\n")
-    running.stdin.flush()
-    found = json.loads(running.stdout.readline() or '"Node has ended"')
-    assert isinstance(found, list), found
-    for job, answers in zip(jobs, found, strict=True):
+    process = started()
+    assert process.stdin is not None
+    assert process.stdout is not None
+    print(json.dumps(rows), file=process.stdin, flush=True)
+    waiting = threading.Timer(120.0, process.kill)
+    waiting.start()
+    line = process.stdout.readline()
+    waiting.cancel()
+    assert line, "Node has ended; its error is in the captured stderr"
+    for job, answers in zip(jobs, json.loads(line), strict=True):
         job.answers = answers
 
 
@@ -218,8 +219,15 @@ def pushed(T: Floats) -> Floats:
     return T
 
 
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+# All pairs of a version, a side and limits.
+WAYS = [("L", "enforce"), ("R", "ignore"), ("L", "ignore"), ("R", "enforce")]
+CASES = [("v6", *way) for way in WAYS] + [
+    (version, *way) for k, version in enumerate(VERSIONS[:-1]) for way in (WAYS[:2], WAYS[2:])[k % 2]
+]
+cases = pytest.mark.parametrize(("each_nao", "side", "limits"), first_now(CASES), indirect=["each_nao"])
+
+
+@cases
 def test_legs_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "leg", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Leg"))
@@ -232,8 +240,7 @@ def test_legs_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: 
     assert {answer["reason"] for answer in job.answers} == expected
 
 
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+@cases
 def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "arm", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Arm"))
@@ -246,8 +253,7 @@ def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+@cases
 def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "arm", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Arm"))
