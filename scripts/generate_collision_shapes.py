@@ -85,7 +85,7 @@ def _subdivided(path: Path) -> tuple[Floats, Floats]:
 @functools.cache
 def _hull(path: Path) -> Floats:
     corners, _ = _subdivided(path)
-    return corners[ConvexHull(corners).vertices]
+    return np.asarray(corners[ConvexHull(corners).vertices])
 
 
 def pieces() -> Iterator[tuple[str, str, Floats]]:
