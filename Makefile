@@ -104,9 +104,9 @@ $(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py
 	$(LOWEST)/bin/$(PIP_INSTALL) --constraint $(LOWEST)/constraints.txt --editable ".[robots,test]"
 	touch $@
 
-# In one process, for `make test-all` runs it beside the full tests, and each worker would read all tests.
+# One worker, for `make test-all` runs it beside the full tests, and each worker reads all tests.
 test-lowest: $(LOWEST)/.installed
-	$(LOWEST)/bin/python -m pytest -n 0 $(QUICK)
+	$(LOWEST)/bin/python -m pytest -n 1 $(QUICK)
 
 $(LIGHT)/.installed: pyproject.toml | $(STAMP)
 	$(PYTHON) -m venv $(LIGHT)
