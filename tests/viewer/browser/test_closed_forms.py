@@ -112,6 +112,7 @@ def _one_node() -> Iterator[None]:
     yield
     if started.cache_info().currsize:
         started().communicate()
+        started.cache_clear()
 
 
 @functools.cache
