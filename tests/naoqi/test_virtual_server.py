@@ -170,8 +170,9 @@ def test_the_first_walk_is_not_overtaken_while_kernels_load(serve: Callable[...,
         motion.setStiffnesses("Body", 1.0)
         walk = motion.moveTo(0.1, 0.0, 0.0, _async=True)
         motion.waitUntilMoveIsFinished()
-        found["walked"] = walk.isFinished()
         found["place"] = motion.getRobotPosition(True)
+        walk.wait(60_000)  # its reply may come after that of the call that waited for it
+        found["walked"] = walk.isFinished()
         """,
     )
     assert found["walked"]
