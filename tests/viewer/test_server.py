@@ -91,8 +91,18 @@ def _q_of(message: dict[str, Any]) -> np.ndarray:
     return np.frombuffer(message["q"].data, dtype=np.float64)
 
 
+_others: list[threading.Thread] = []
+
+
+@pytest.fixture(autouse=True)
+def _servers_of_others() -> None:
+    """Note the servers of earlier tests in this process: nobody may have collected a viewer of theirs yet."""
+    _others[:] = [thread for thread in threading.enumerate() if thread.name == "nao_kin viewer"]
+
+
 def _viewer_threads() -> list[threading.Thread]:
-    return [thread for thread in threading.enumerate() if thread.name == "nao_kin viewer"]
+    """Return the threads of the servers that the test itself has started."""
+    return [thread for thread in threading.enumerate() if thread.name == "nao_kin viewer" and thread not in _others]
 
 
 def _answers(url: str) -> bool:
