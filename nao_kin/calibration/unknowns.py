@@ -8,11 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, choice, cross_matrix, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
+from nao_kin.screws import adjoint
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 # Largest offsets in practice [rad or a joint's unit; m]: the data do not determine a number with a larger standard
@@ -29,19 +30,11 @@ class Moving:
 
     def __matmul__(self, other: Moving) -> Moving:
         """T_ab T_bc, whose twist is that of b, moved to c, plus that of c in b."""
-        return Moving(self.T @ other.T, _adjoint(rigid_inverse(other.T)) @ self.J + other.J)
+        return Moving(self.T @ other.T, adjoint(rigid_inverse(other.T)) @ self.J + other.J)
 
     def inverse(self) -> Moving:
         """T_ba; a moves in b against the motion of b in a."""
-        return Moving(rigid_inverse(self.T), -_adjoint(self.T) @ self.J)
-
-
-def _adjoint(T: Floats) -> Floats:
-    """Return `nk.screws.adjoint` of poses that need no check."""
-    found = np.zeros((*T.shape[:-2], 6, 6))
-    found[..., :3, :3] = found[..., 3:, 3:] = T[..., :3, :3]
-    found[..., :3, 3:] = cross_matrix(T[..., :3, 3]) @ T[..., :3, :3]
-    return found
+        return Moving(rigid_inverse(self.T), -adjoint(self.T) @ self.J)
 
 
 @dataclass(frozen=True)

@@ -24,13 +24,12 @@ def test_a_sound_installation_has_no_problems() -> None:
     assert Path(pin["location"] or "").name == "pinocchio"
 
 
-def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture, request: pytest.FixtureRequest) -> None:
     assert run(["doctor"]) == 0
     out = capsys.readouterr().out
     assert "No problems found." in out
     assert "yourdfpy" in out
-    monkeypatch.setattr(probes, "_PROBE", "print('25 ')")
-    monkeypatch.setattr(probes, "_NUMBA_PROBE", "")
+    request.getfixturevalue("loads")
     assert run(["doctor", "--json"]) == 0
     assert {"python", "libraries", "browser", "problems"} <= json.loads(capsys.readouterr().out).keys()
 
