@@ -371,17 +371,36 @@ def test_starting_over_is_one_line_on_the_command_line(
     assert err == f"nao-kin: {half_done} {changed}\n"
 
 
-@pytest.mark.parametrize("damage", first_now(["truncated", "no record", "half a record", "no run", "half a run"]))
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *("a flipped bit", "zeros", "an empty record", "a record of a later version"),
+        *first_now(["truncated", "no record", "half a record", "a record of another part", "no run", "half a run"]),
+    ],
+)
 def test_damaged_parts_are_done_again(
     nao: nk.NaoModel, walk: Path, half_done: Path, small_parts: None, damage: str
 ) -> None:
     poses, part = walk.with_name("poses.csv"), half_done / "part-000001"
-    if damage == "truncated":
+    record = half_done / "part-000001.json"
+    if damage == "a flipped bit":
+        content = bytearray(part.read_bytes())
+        content[len(content) // 2] ^= 1
+        part.write_bytes(content)
+    elif damage == "zeros":
+        part.write_bytes(bytes(part.stat().st_size))
+    elif damage == "an empty record":
+        record.write_text("{}")
+    elif damage == "a record of a later version":
+        record.write_text(record.read_text().replace('"rows_read"', '"later": 1, "rows_read"'))
+    elif damage == "a record of another part":
+        record.write_bytes((half_done / "part-000000.json").read_bytes())
+    elif damage == "truncated":
         os.truncate(part, 10)
     elif damage == "no record":
-        (half_done / "part-000001.json").unlink()
+        record.unlink()
     elif damage == "half a record":
-        (half_done / "part-000001.json").write_text('{"end": [1')
+        record.write_text('{"end": [1')
     elif damage == "no run":
         for path in half_done.iterdir():
             if path.name not in ("lock", "unfinished"):
