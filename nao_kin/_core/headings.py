@@ -30,6 +30,10 @@ _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sens
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
 # Seconds since 1970 have ten digits until the year 2286; larger numbers are in a smaller unit.
 _LARGEST_SECONDS = 1e11
+# Rows of a log follow each other faster than this [s].
+_LONGEST_STEP = 1e3
+# The first times show the unit, so that it does not depend on how much of a log is read at once.
+_FIRST_TIMES = 100
 _ISO_TIME = re.compile(
     r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<time>\d\d:\d\d(?::\d\d(?:[.,](?P<fraction>\d+))?)?) ?"
     r"(?P<zone>Z|(?P<sign>[+-])(?P<hours>[01]\d|2[0-3]):?(?P<minutes>[0-5]\d)?)?",
@@ -77,11 +81,27 @@ def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
 
 def time_unit_of(times: Floats) -> str:
     """Return the unit that the size of times since 1970 implies; "s" for smaller ones, such as times since a start."""
-    size = float(np.median(np.abs(times[np.isfinite(times)]))) if np.isfinite(times).any() else 0.0
+    first = _first(times)
+    size = float(np.median(np.abs(first))) if first.size else 0.0
     for unit in ("s", "ms", "us"):
         if size < _LARGEST_SECONDS * TIME_UNITS[unit]:
             return unit
     return "ns"
+
+
+def guessed_time_unit(times: Floats) -> tuple[str, str]:
+    """Return the unit of times whose heading has none, by their size, and a note if it is not plain seconds."""
+    unit = time_unit_of(times)
+    advice = "a heading such as time [s], or columns= (--columns), says otherwise"
+    if unit != "s":
+        return unit, f"times are taken as {unit} since 1970, by their size; {advice}"
+    first = _first(times)
+    step = float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0
+    return unit, f"times are taken as s, {step:.6g} s from row to row; {advice}" if step > _LONGEST_STEP else ""
+
+
+def _first(times: Floats) -> Floats:
+    return times[np.isfinite(times)][:_FIRST_TIMES]
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
 from nao_kin._core.files import opened
+from nao_kin._core.headings import guessed_time_unit
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
@@ -52,6 +53,8 @@ class TableSource(ABC):
     start: Position  # beginning of the first block
     size: int | None = None  # length of the file, in the unit of number `counted` of a position
     counted: int = 0
+    time_note: str = ""  # on the unit of the times, if it is not stated but determined by their size
+    guessed: bool = False  # whether it is
 
     @property
     def files(self) -> tuple[TableSource, ...]:
@@ -61,6 +64,18 @@ class TableSource(ABC):
     @abstractmethod
     def blocks(self, start: Position) -> Iterator[Block]:
         """Yield the blocks from a position on; they do not depend on earlier blocks."""
+
+    def first_times(self) -> Floats | None:
+        """Return the times of some rows at the beginning; None without rows or times."""
+        block = next(self.blocks(self.start), None)
+        return None if block is None else block.times
+
+    def find_time_unit(self) -> None:
+        """Determine the unit of the times, if it is not stated, before any row is processed."""
+        if self.table.timed and self.table.time_unit is None:
+            times = self.first_times()
+            unit, self.time_note = guessed_time_unit(np.empty(0) if times is None else times)
+            self.table, self.guessed = replace(self.table, time_unit=unit), True
 
     def fraction(self, place: Position) -> float | None:
         """Return the share of the file before a position; None if its length is unknown."""
@@ -81,6 +96,8 @@ BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24
 # Blocks of this size that pyarrow refuses are read field by field.
 _SMALL = 1 << 14
+# Bytes of the first rows, which show the unit of the times.
+_FIRST_ROWS = 1 << 16
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -125,6 +142,11 @@ class CsvSource(TableSource):
                 break
         if not some and start == self.start:
             raise BadInputFile(self.path, "a header and no configurations")
+
+    def first_times(self) -> Floats | None:
+        """As `TableSource`; a pipe is not read further."""
+        rows = self._rest[:_FIRST_ROWS]
+        return self.table.split(self._read(rows[: whole_lines(rows) or None], at_end=True)[1])[1]
 
     def close(self) -> None:
         """As `TableSource`."""
@@ -422,6 +444,7 @@ class JoinedSource(TableSource):
                 raise BadInputFile(without.path, f"no column of times, which {abbreviated(with_times.path)} has")
             _check_times_alike(file, first)
         self.path, self.table, self.start = first.path, first.table, (0, *first.start)
+        self.time_note = next((file.time_note for file in self._files if file.time_note), "")
 
     @property
     def files(self) -> tuple[TableSource, ...]:
@@ -447,6 +470,12 @@ def _check_times_alike(file: TableSource, first: TableSource) -> None:
     """Refuse times that cannot be a continuation of the first file's times."""
     times, before = file.table.iso_times, first.table.iso_times
     other = abbreviated(first.path)
+    unit, expected = file.table.time_unit, first.table.time_unit
+    if times is None and before is None and unit != expected and (file.guessed or first.guessed):
+        advice = "headings such as time [ns], or columns= (--columns), give the units"
+        raise BadInputFile(
+            file.path, f"its times are in {unit} by their size, those of {other} in {expected}; {advice}"
+        )
     if (times is None) != (before is None):
         forms = "numbers", "dates and times"
         given, expected = forms if times is None else forms[::-1]
@@ -469,6 +498,8 @@ def _opened(path: str, robot: RobotModel, options: TableOptions) -> TableSource:
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
         kind = ParquetSource if ending in PARQUET_ENDINGS else ArrowSource if ending in ARROW_ENDINGS else CsvSource
     try:
-        return kind(path, robot, options)
+        source = kind(path, robot, options)
+        source.find_time_unit()
+        return source
     except OSError as error:
         raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from None

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice, flag, texts
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
-from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, time_unit_of
+from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, guessed_time_unit, in_si_units
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
 from nao_kin.robot import (
@@ -115,8 +115,8 @@ def read_log(
     Returns:
         The configurations `q`, shape (n, nq), and the `times` of the rows, shape (n,) [s], or None; `many`, False for a
         JSON file with one object instead of a list; and `notes`, assumptions about the file. Times without a unit are
-        in seconds, or in another unit if they then are times since 1970. Dates and times as in ISO 8601, such as
-        2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
+        in seconds, or in another unit if the first ones then are times since 1970. Dates and times as in ISO 8601, such
+        as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
 
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
@@ -174,8 +174,9 @@ def read_log(
         raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
     if not table.timed:
         return Log(q, None, many)
-    times, note = times_in_seconds(rows[:, -1], table.time_unit)
-    return Log(q, times, many, (note,) if note else ())
+    times = rows[:, -1]
+    unit, note = guessed_time_unit(times) if table.time_unit is None else (table.time_unit, "")
+    return Log(q, times / TIME_UNITS[unit], many, (note,) if note else ())
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
@@ -292,16 +293,6 @@ def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips 
     several = [name for joints in joints_by_motor(robot, names).values() if len(joints) > 1 for name in joints]
     shared = {name: columns.pop(name) for name in several}
     return columns | motor_values(robot, shared, hips)
-
-
-def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
-    """Return times (n,) in seconds, and a note if their size determined the unit.
-
-    Without a `unit`, they are in seconds, or in another unit if they then are times since 1970.
-    """
-    taken = time_unit_of(times) if unit is None else unit
-    note = f"times are taken as {taken} since 1970, by their size; a heading such as time [s] says otherwise"
-    return times / TIME_UNITS[taken], "" if unit is not None or taken == "s" else note
 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:

@@ -294,6 +294,21 @@ def test_a_full_device_is_named(nao: nk.NaoModel, walk: Path, tmp_path: Path) ->
     assert stat.S_ISCHR(full.stat().st_mode)
 
 
+def test_a_resumed_run_writes_times_in_the_unit_of_the_whole_file(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A clock in ns passes 100 s, where the size of its times would be that of ms since 1970.
+    header, *rows = walk.read_text().splitlines()
+    walk.write_text("\n".join([f"time,{header}", *(f"{index * 10**9},{row}" for index, row in enumerate(rows))]))
+    poses = tmp_path / "poses.csv"
+    expected = _whole(nao, walk, poses)
+    _interrupt(nao, walk, poses, monkeypatch)
+    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
+    assert 100 < result.rows_resumed < 500
+    assert poses.read_bytes() == expected
+    assert len(result.notes) == 1
+
+
 # --- what has changed ---------------------------------------------------------------------------------------------
 
 
