@@ -24,7 +24,7 @@ from typing import Any, BinaryIO, cast
 
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 
 _DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
 _MAX_LINKS = 40
@@ -442,6 +442,26 @@ def read_table_text(name: str, what: str, advice: str = "") -> tuple[str, bool]:
     if not text or text.isspace():
         raise BadInputFile(name, f"empty; expected {what}")
     return text, Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{")
+
+
+# --- NumPy's files.
+
+
+@contextmanager
+def numpy_errors(name: str, wrong: str) -> Iterator[None]:
+    """Turn errors inside the context, which reads a .npy or .npz file, into a `BadInputFile` that begins with `wrong`.
+
+    Errors of the operating system pass: the file may be sound.
+    """
+    try:
+        yield
+    except NaoKinError:
+        raise
+    except Exception as error:  # NumPy and zipfile raise errors of a dozen types for a broken file, tokenize's too
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        text = error.args[0] if error.args and isinstance(error.args[0], str) else error
+        raise BadInputFile(name, f"{wrong}: {abbreviated(text)}") from None
 
 
 # --- TOML files.

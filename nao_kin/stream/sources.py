@@ -15,7 +15,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
-from nao_kin._core.files import opened
+from nao_kin._core.files import numpy_errors, opened
 from nao_kin._core.headings import guessed_time_unit
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
@@ -247,10 +247,8 @@ class NpySource(TableSource):
             yield Block(values, (end,), times, last=end == self.size)
 
     def _rows(self) -> np.ndarray[Any, Any]:
-        try:
+        with numpy_errors(self.path, "not a whole NumPy array"):
             rows = np.load(self.path, mmap_mode="r", allow_pickle=False)
-        except (ValueError, EOFError) as error:
-            raise BadInputFile(self.path, f"not a whole NumPy array: {abbreviated(error)}") from None
         if not isinstance(rows, np.ndarray):
             raise BadInputFile(self.path, "an archive of arrays, expected one array")
         return rows

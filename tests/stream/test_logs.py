@@ -649,7 +649,10 @@ def test_a_bad_file_is_refused_before_meshes_are_read(
         assert "unknown joint 'HeadYam'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("content", [b"", b"\x93NUMPY", b"\x93NUMPY\x01\x00v\x00{"])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x93NUMPY", b"\x93NUMPY\x01\x00v\x00{", b"\x93NUMPY\x01\x00v\x00((((" + b" " * 113 + b"\n" + bytes(24)],
+)
 def test_targets_in_an_array_that_is_cut_off_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes
 ) -> None:

@@ -459,9 +459,13 @@ def _save(name: str, array: object, *, pickle: bool = False) -> Callable[[Path],
     return write
 
 
-def _text(name: str, text: str) -> Callable[[Path], Path]:
+# NumPy reads a header with the tokenizer of Python, whose errors are no ValueErrors.
+_BROKEN_NPY = b"\x93NUMPY\x01\x00v\x00((((" + b" " * 113 + b"\n" + bytes(25 * 8)
+
+
+def _text(name: str, text: str | bytes) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        (folder / name).write_text(text)
+        (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
         return folder / name
 
     return write
@@ -485,6 +489,7 @@ def _columns(**columns: object) -> Callable[[Path], Path]:
         (_save("q.npy", np.zeros((3, 25), complex)), "an array of complex128, expected real numbers"),
         (_save("q.npy", np.full((3, 25), None), pickle=True), "not a whole NumPy array"),
         (_text("q.npy", "HeadYaw"), "not a whole NumPy array"),
+        (_text("q.npy", _BROKEN_NPY), "not a whole NumPy array: EOF in multi-line statement"),
         (_text("q.npy", ""), "not a whole NumPy array"),
         (_text("q.parquet", "HeadYaw"), "not a Parquet file"),
         (_text("q.arrow", "HeadYaw"), "not an Arrow IPC file"),
