@@ -438,7 +438,7 @@ def read_text(name: str, advice: str = "") -> str:
 
 def read_table_text(name: str, what: str, advice: str = "") -> tuple[str, bool]:
     """Return the text of a CSV or JSON file that holds `what`, as `read_text` does, and whether it is JSON."""
-    text = read_text(name, advice)
+    text = read_text(name, advice or f"; expected {what}")
     if not text or text.isspace():
         raise BadInputFile(name, f"empty; expected {what}")
     return text, Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{")

@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import Any
 
 import numpy as np
 
@@ -67,6 +68,52 @@ def read_heading(text: str) -> Heading:
 def is_index(text: str) -> bool:
     """Return whether a heading says that the first column contains row numbers."""
     return text.strip() in _INDEX_NAMES
+
+
+def joint_state_columns(headings: Sequence[str], first: Sequence[str]) -> dict[str, str | None]:
+    """Return heading → joint, or None to skip it, of ROS messages of joint states as `rostopic echo -p` prints them.
+
+    The joint of column field.position3 is in column field.name3 of every row; `first` is the first one. Other tables
+    give nothing.
+    """
+    at = {heading: index for index, heading in enumerate(headings)}
+    joints = {}
+    for heading in headings:
+        place = at.get(heading.replace("position", "name"))
+        if heading.startswith("field.position") and place is not None and place < len(first):
+            joints[heading] = first[place]
+    return {heading: None for heading in headings if joints and heading.startswith("field.")} | joints
+
+
+def is_joint_state(value: object) -> bool:
+    """Return whether a JSON value is a ROS JointState, or the message of rosbridge that contains one."""
+    message = _message(value)
+    return isinstance(message, dict) and all(isinstance(message.get(name), list) for name in ("name", "position"))
+
+
+def joint_state_values(value: Any) -> dict[str, Any]:
+    """Return joint → position, and the time if the header has a stamp, of a JSON value with `is_joint_state`.
+
+    Raises ValueError unless there is one position for each name.
+    """
+    message = _message(value)
+    names, positions = message["name"], message["position"]
+    if len(names) != len(positions) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"a JointState with {len(positions)} positions for {len(names)} names")
+    found = dict(zip(names, positions, strict=True))
+    if len(found) < len(names):
+        raise ValueError("a JointState that names a joint twice")
+    header = message.get("header")
+    stamp = header.get("stamp") if isinstance(header, dict) else None
+    if isinstance(stamp, dict):
+        whole, rest = (stamp.get(ros_2, stamp.get(ros_1)) for ros_2, ros_1 in (("sec", "secs"), ("nanosec", "nsecs")))
+        if type(whole) is int and type(rest) is int:
+            found["time [s]"] = whole + rest / TIME_UNITS["ns"]
+    return found
+
+
+def _message(value: Any) -> Any:
+    return value.get("msg", value) if isinstance(value, dict) else value
 
 
 def in_si_units(values: Floats, units: Sequence[str]) -> Floats:

@@ -146,7 +146,7 @@ def fk(
     Raises:
         BadInputFile: the source cannot be read, or changes during the run, or, with on_error="stop", has a bad row.
         BadArgument: the output exists or cannot be written, or is the source.
-        MissingExtra: the files need pyarrow, and it is not installed.
+        MissingExtra: pyarrow is not installed, and a file is Parquet or Arrow, or a CSV source of more than 100 MB.
 
     Examples:
         >>> from pathlib import Path

@@ -14,7 +14,16 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
-from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
+from nao_kin._core.csv_numbers import (
+    Records,
+    RowLines,
+    TableColumns,
+    csv_head,
+    has_pyarrow,
+    line_ends,
+    quick_numbers,
+    whole_lines,
+)
 from nao_kin._core.files import numpy_errors, opened
 from nao_kin._core.headings import guessed_time_unit
 from nao_kin._core.text import abbreviated, quoted
@@ -96,8 +105,11 @@ BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24
 # Blocks of this size that pyarrow refuses are read field by field.
 _SMALL = 1 << 14
+# pyarrow reads larger files about ten times as fast.
+_MOST_WITHOUT_PYARROW = 100_000_000
 # Bytes of the first rows, which show the unit of the times.
 _FIRST_ROWS = 1 << 16
+_CONTENT = "joint names and values"
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -105,7 +117,7 @@ class CsvSource(TableSource):
     """A CSV file as in `read_log`; positions in a .gz file are those of the unpacked text."""
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
-        self.path = path
+        self.path, self._quick = path, has_pyarrow()
         self._file = opened(path)
         # Bytes read in advance: after the header, and after the last whole line.
         self._rest, self._behind = b"", b""
@@ -158,14 +170,14 @@ class CsvSource(TableSource):
         mark = len(_BOM) if head.startswith(_BOM) else 0
         head = head[mark:]
         ends = len(head) < BYTES_AT_ONCE - mark
-        beginning = csv_head(self.path, head, "joint names and values", at_end=ends)
+        beginning = csv_head(self.path, head, _CONTENT, at_end=ends)
         try:
             head[: beginning.size].decode("utf-8")
         except UnicodeDecodeError as error:
-            raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start})") from None
+            raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start}); expected {_CONTENT}") from None
         self.start = mark + beginning.size, beginning.lines
         self._rest = head[beginning.size :]
-        table = options.table(self.path, beginning.fields, robot, beginning.line)
+        table = options.table(self.path, beginning.fields, robot, beginning)
         self.table = table.of_csv(beginning, self._rest)
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
@@ -184,7 +196,7 @@ class CsvSource(TableSource):
 
     def _read(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
         """Return the length of the whole records in a block, their rows, NaN if unreadable, and the problems."""
-        if b'"' in block:
+        if b'"' in block or not self._quick:
             return self._read_exactly(block, at_end=at_end)
         numbers = quick_numbers(block, self.table)
         if numbers is not None:
@@ -489,12 +501,15 @@ def _opened(path: str, robot: RobotModel, options: TableOptions) -> TableSource:
         raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
     name = Path(path)
     ending = (name.with_suffix("") if name.suffix.lower() == ".gz" else name).suffix.lower()
-    kind: Callable[[str, RobotModel, TableOptions], TableSource] = CsvSource
-    if ending == ".npy":
-        kind = NpySource
-    else:
+    binary = ending in (*PARQUET_ENDINGS, *ARROW_ENDINGS)
+    large = name.is_file() and name.stat().st_size > _MOST_WITHOUT_PYARROW
+    if binary or (ending != ".npy" and (large or has_pyarrow())):
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
-        kind = ParquetSource if ending in PARQUET_ENDINGS else ArrowSource if ending in ARROW_ENDINGS else CsvSource
+    kind: Callable[[str, RobotModel, TableOptions], TableSource] = CsvSource
+    if binary:
+        kind = ParquetSource if ending in PARQUET_ENDINGS else ArrowSource
+    elif ending == ".npy":
+        kind = NpySource
     try:
         source = kind(path, robot, options)
         source.find_time_unit()

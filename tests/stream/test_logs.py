@@ -506,6 +506,13 @@ def test_two_hips_of_sensors_are_settled_as_asked(
         read_log(nao, source)
     with pytest.raises(BadInputFile, match=r"drives RHipYawPitch, .*--hips average"):
         nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy")
+    (tmp_path / "poses.csv").write_text(_text(table))
+    assert run(["fk", str(tmp_path / "poses.csv"), "--ignore-limits"]) == 2
+    assert "--hips average" in capsys.readouterr().err
+    # What the message advises is accepted, without times as with them, for one file and for several.
+    for arguments in ([str(source), "--csv"], [str(source), str(source), "-o", str(tmp_path / "two.csv")]):
+        assert run(["fk", *arguments, "--ignore-limits", "--hips", "average"]) == 0
+        capsys.readouterr()
     for hips, off in (("average", 0.001), ("left", 0.0), ("right", 0.002)):
         expected = q.copy()
         expected[:, nao.joint_names.index("LHipYawPitch")] += off

@@ -579,7 +579,8 @@ def no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [name for name in sys.modules if name.partition(".")[0] == "pyarrow"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setattr(csv_text, "has_pyarrow", lambda: False)
+    for module in (csv_text, csv_source):
+        monkeypatch.setattr(module, "has_pyarrow", lambda: False)
 
 
 def test_arrays_need_no_extra_and_the_others_name_it(
@@ -593,11 +594,27 @@ def test_arrays_need_no_extra_and_the_others_name_it(
     for ending in ("parquet", "arrow", "feather"):
         with pytest.raises(MissingExtra, match=rf"writing .*poses\.{ending} needs .* 'nao-kin\[arrow\]'"):
             nk.stream.fk(nao, tmp_path / "q.npy", FEET, tmp_path / f"poses.{ending}")
-    for ending in ("parquet", "arrow", "csv"):
+    for ending in ("parquet", "arrow"):
         (tmp_path / f"q.{ending}").write_text("something")
         with pytest.raises(MissingExtra, match=rf"reading .*q\.{ending} as a stream needs .* 'nao-kin\[arrow\]'"):
             nk.stream.fk(nao, tmp_path / f"q.{ending}", FEET, tmp_path / "poses2.npy")
     assert not (tmp_path / "poses2.npy").exists()
+
+
+def test_a_csv_file_needs_pyarrow_only_if_it_is_large(
+    nao: nk.NaoModel,
+    q: np.ndarray,
+    tmp_path: Path,
+    small_blocks: None,
+    no_pyarrow: None,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    source, sink = _write(nao, q, tmp_path / "q.csv"), tmp_path / "poses.csv"
+    nk.stream.fk(nao, source, FEET, sink)
+    assert _same(_read(sink, 2, 16)[2], nao.fk(q, FEET).reshape(ROWS, 2, 16))
+    monkeypatch.setattr(csv_source, "_MOST_WITHOUT_PYARROW", source.stat().st_size - 1)
+    with pytest.raises(MissingExtra, match=r"reading .*q\.csv as a stream needs .* CSV files of up to 100 MB"):
+        nk.stream.fk(nao, source, FEET, tmp_path / "large.csv")
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -63,7 +63,8 @@ def _read_csv(source: MotionSource) -> Motion:
         def error(reason: str, place: int) -> BadInputFile:
             return source.error(reason, first.field(place))
 
-        table, times = TableColumns.of(head.fields, source.joints, units_of, error, degrees=source.degrees)
+        headings = [head.read_as.get(field, field) for field in head.fields]
+        table, times = TableColumns.of(headings, source.joints, units_of, error, degrees=source.degrees)
         if len(times) != 1:
             reason = f"{len(times)} columns of times, expected one, headed time [s] or time [ms]"
             raise source.error(reason, FilePosition(head.line))
