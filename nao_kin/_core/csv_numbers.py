@@ -20,7 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_decimal
-from nao_kin._core.headings import TIME_UNITS, IsoTimes, is_decimal, is_index, is_iso_time, read_heading
+from nao_kin._core.headings import (
+    TIME_UNITS,
+    IsoTimes,
+    is_decimal,
+    is_index,
+    is_iso_time,
+    joint_state_columns,
+    read_heading,
+)
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadInputFile
 
@@ -53,10 +61,19 @@ class CsvHead:
     mark: str  # the decimal mark
     lines: int  # before the first row
     size: int  # bytes before the first row
+    first: tuple[str, ...]  # fields of the first row; none if there is no row
+
+    @cached_property
+    def read_as(self) -> dict[str, str | None]:
+        """Heading → joint, or None to skip it, in a table whose columns do not name the joints but its rows do."""
+        return joint_state_columns(self.fields, self.first)
 
 
 def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> CsvHead:
-    """Return the head of a table: headings follow comment lines, or are the last comment line before numbers."""
+    """Return the head of a table: headings follow comment lines, or are the last comment line before numbers.
+
+    A row of numbers and names, as `rostopic echo -p` prints it, follows a comment line with as many headings.
+    """
     lines = block.splitlines(keepends=True)
     above, comment, comment_line = 0, "", 0
     for number, content in enumerate(lines, start=1):
@@ -68,20 +85,24 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
             comment, comment_line = text.lstrip("#%/ "), number
     size = sum(map(len, lines[:above]))
     delimiter = delimiter_of(lines[above].decode("utf-8", "replace")) if above < len(lines) else ","
-    last, fields, problem = next(iter(Records(block[size:], delimiter, at_end=at_end)), (0, [], ""))
+    records = iter(Records(block[size:], delimiter, at_end=at_end))
+    last, fields, problem = next(records, (0, [], ""))
     line = above + last if last else 0
     if problem:
         raise BadInputFile(name, problem, line)
     if not fields:
         raise BadInputFile(name, f"empty; expected {expected}")
-    if comment and all(is_decimal(field) or is_iso_time(field) for field in fields):
-        fields, line = next(csv.reader([comment], delimiter=delimiter)), comment_line
+    headings = next(csv.reader([comment], delimiter=delimiter), [])
+    numbers = [is_decimal(field) or is_iso_time(field) for field in fields]
+    if comment and (all(numbers) or (any(numbers) and len(headings) == len(fields))):
+        first, fields, line = fields, headings, comment_line
     else:
+        first = next(records, (0, [], ""))[1]
         above += last
         size += sum(map(len, lines[above - last : above]))
     rows = _SECONDS_FRACTION.sub(b"", block[size : size + _SHOWN_ROWS]) if delimiter != "," else b""
     commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
-    return CsvHead(tuple(fields), line, delimiter, "," if commas else ".", above, size)
+    return CsvHead(tuple(fields), line, delimiter, "," if commas else ".", above, size, tuple(first))
 
 
 def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
@@ -105,6 +126,8 @@ def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
             ),
         )
     except pa.ArrowInvalid:
+        return None
+    if table.fixed and block.count(table.delimiter.join(table.fixed).encode()) != columns.num_rows:
         return None
     numbers = np.empty((columns.num_rows, len(read)))
     for column, values in enumerate(columns.itercolumns()):
@@ -170,6 +193,8 @@ class TableColumns:
     blanks: bool = False  # whether empty cells are NaN rather than errors
     delimiter: str = ","
     mark: str = "."  # the decimal mark
+    fixed: tuple[str, ...] = ()  # fields that are the same in every row
+    fixed_from: int = 0  # the column of the first of them
 
     @classmethod
     def of(
@@ -232,6 +257,9 @@ class TableColumns:
     def of_csv(self, head: CsvHead, rows: bytes) -> TableColumns:
         """Return the columns with the delimiter, decimal mark and form of times that head and first rows show."""
         table = replace(self, delimiter=head.delimiter, mark=head.mark)
+        if head.read_as:
+            names = [place for place, field in enumerate(head.fields) if field.startswith("field.name")]
+            table = replace(table, fixed_from=names[0], fixed=head.first[names[0] : names[-1] + 1])
         if not self.timed:
             return table
         # The first rows show whether times are numbers or ISO 8601 times.
@@ -267,6 +295,8 @@ class TableColumns:
             if not reason and len(fields) != self.all:
                 what = "joints" if self.all == len(self.names) else "columns"
                 reason = f"{len(fields)} values, the header names {self.all} {what}"
+            elif not reason and tuple(fields[self.fixed_from :][: len(self.fixed)]) != self.fixed:
+                reason = "its joints are not those of the first row, or in another order"
             if reason:
                 yield line, None, 0, reason
                 continue

@@ -56,7 +56,7 @@ EXTRAS = {
             "arrow",
             ("pyarrow",),
             "Parquet, Arrow and large CSV files",
-            ".npy files stream without it, and CSV and JSON are read whole",
+            ".npy files, and CSV files of up to 100 MB, are read without it",
         ),
         Extra(
             "dask",

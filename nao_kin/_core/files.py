@@ -24,7 +24,7 @@ from typing import Any, BinaryIO, cast
 
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 
 _DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
 _MAX_LINKS = 40
@@ -96,6 +96,8 @@ def move_into_place(finished: Path, path: Path | str) -> None:
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable and (target.state is None or _copy_owner_and_mode(finished, target.state)):
+            with finished.open("rb") as content:
+                sync(content)
             os.replace(finished, target.path)
             return
         with finished.open("rb") as content, _opened(target) as stream:
@@ -167,8 +169,15 @@ def _replace(target: _Target, content: bytes) -> bool:
             if target.state is not None and not _copy_owner_and_mode(temporary, target.state):
                 return False
             file.write(content)
+            sync(file)
         os.replace(temporary, target.path)
     return True
+
+
+def sync(file: BinaryIO) -> None:
+    """Write a file's content to the disk; a file that is renamed before may be empty after a power cut."""
+    file.flush()
+    os.fsync(file.fileno())
 
 
 @contextmanager
@@ -284,10 +293,17 @@ def _files_in(folder: Path) -> Iterator[Path]:
     return (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
 
 
+def _sync_files(folder: Path) -> None:
+    for path in _files_in(folder):
+        with path.open("rb") as file:
+            sync(file)
+
+
 def _swap(target: Path, files: Mapping[str, bytes]) -> None:
     """Replace the top-level files and folders of the target by new ones; all of them, or none."""
     tops = dict.fromkeys(name.split("/")[0] for name in files)
     with filled_folder(target, {f"new/{name}": content for name, content in files.items()}) as fresh, uninterrupted():
+        _sync_files(fresh)
         (fresh / "old").mkdir()
         done: list[tuple[Path, Path]] = []
         try:
@@ -351,6 +367,7 @@ def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str,
         return
     made: list[Path] = []
     with filled_folder(folder, extras) as fresh, uninterrupted():
+        _sync_files(fresh)
         try:
             for name in extras:
                 place = folder / name
@@ -421,10 +438,30 @@ def read_text(name: str, advice: str = "") -> str:
 
 def read_table_text(name: str, what: str, advice: str = "") -> tuple[str, bool]:
     """Return the text of a CSV or JSON file that holds `what`, as `read_text` does, and whether it is JSON."""
-    text = read_text(name, advice)
+    text = read_text(name, advice or f"; expected {what}")
     if not text or text.isspace():
         raise BadInputFile(name, f"empty; expected {what}")
     return text, Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{")
+
+
+# --- NumPy's files.
+
+
+@contextmanager
+def numpy_errors(name: str, wrong: str) -> Iterator[None]:
+    """Turn errors inside the context, which reads a .npy or .npz file, into a `BadInputFile` that begins with `wrong`.
+
+    Errors of the operating system pass: the file may be sound.
+    """
+    try:
+        yield
+    except NaoKinError:
+        raise
+    except Exception as error:  # NumPy and zipfile raise errors of a dozen types for a broken file, tokenize's too
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        text = error.args[0] if error.args and isinstance(error.args[0], str) else error
+        raise BadInputFile(name, f"{wrong}: {abbreviated(text)}") from None
 
 
 # --- TOML files.

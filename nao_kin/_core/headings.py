@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,10 @@ _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sens
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
 # Seconds since 1970 have ten digits until the year 2286; larger numbers are in a smaller unit.
 _LARGEST_SECONDS = 1e11
+# Rows of a log follow each other faster than this [s].
+_LONGEST_STEP = 1e3
+# The first times show the unit, so that it does not depend on how much of a log is read at once.
+_FIRST_TIMES = 100
 _ISO_TIME = re.compile(
     r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<time>\d\d:\d\d(?::\d\d(?:[.,](?P<fraction>\d+))?)?) ?"
     r"(?P<zone>Z|(?P<sign>[+-])(?P<hours>[01]\d|2[0-3]):?(?P<minutes>[0-5]\d)?)?",
@@ -65,6 +70,52 @@ def is_index(text: str) -> bool:
     return text.strip() in _INDEX_NAMES
 
 
+def joint_state_columns(headings: Sequence[str], first: Sequence[str]) -> dict[str, str | None]:
+    """Return heading → joint, or None to skip it, of ROS messages of joint states as `rostopic echo -p` prints them.
+
+    The joint of column field.position3 is in column field.name3 of every row; `first` is the first one. Other tables
+    give nothing.
+    """
+    at = {heading: index for index, heading in enumerate(headings)}
+    joints = {}
+    for heading in headings:
+        place = at.get(heading.replace("position", "name"))
+        if heading.startswith("field.position") and place is not None and place < len(first):
+            joints[heading] = first[place]
+    return {heading: None for heading in headings if joints and heading.startswith("field.")} | joints
+
+
+def is_joint_state(value: object) -> bool:
+    """Return whether a JSON value is a ROS JointState, or the message of rosbridge that contains one."""
+    message = _message(value)
+    return isinstance(message, dict) and all(isinstance(message.get(name), list) for name in ("name", "position"))
+
+
+def joint_state_values(value: Any) -> dict[str, Any]:
+    """Return joint → position, and the time if the header has a stamp, of a JSON value with `is_joint_state`.
+
+    Raises ValueError unless there is one position for each name.
+    """
+    message = _message(value)
+    names, positions = message["name"], message["position"]
+    if len(names) != len(positions) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"a JointState with {len(positions)} positions for {len(names)} names")
+    found = dict(zip(names, positions, strict=True))
+    if len(found) < len(names):
+        raise ValueError("a JointState that names a joint twice")
+    header = message.get("header")
+    stamp = header.get("stamp") if isinstance(header, dict) else None
+    if isinstance(stamp, dict):
+        whole, rest = (stamp.get(ros_2, stamp.get(ros_1)) for ros_2, ros_1 in (("sec", "secs"), ("nanosec", "nsecs")))
+        if type(whole) is int and type(rest) is int:
+            found["time [s]"] = whole + rest / TIME_UNITS["ns"]
+    return found
+
+
+def _message(value: Any) -> Any:
+    return value.get("msg", value) if isinstance(value, dict) else value
+
+
 def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
     """Convert values (n, k), with one unit for each column, to rad, m and ratios."""
     given = np.array(units)
@@ -77,11 +128,27 @@ def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
 
 def time_unit_of(times: Floats) -> str:
     """Return the unit that the size of times since 1970 implies; "s" for smaller ones, such as times since a start."""
-    size = float(np.median(np.abs(times[np.isfinite(times)]))) if np.isfinite(times).any() else 0.0
+    first = _first(times)
+    size = float(np.median(np.abs(first))) if first.size else 0.0
     for unit in ("s", "ms", "us"):
         if size < _LARGEST_SECONDS * TIME_UNITS[unit]:
             return unit
     return "ns"
+
+
+def guessed_time_unit(times: Floats) -> tuple[str, str]:
+    """Return the unit of times whose heading has none, by their size, and a note if it is not plain seconds."""
+    unit = time_unit_of(times)
+    advice = "a heading such as time [s], or columns= (--columns), says otherwise"
+    if unit != "s":
+        return unit, f"times are taken as {unit} since 1970, by their size; {advice}"
+    first = _first(times)
+    step = float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0
+    return unit, f"times are taken as s, {step:.6g} s from row to row; {advice}" if step > _LONGEST_STEP else ""
+
+
+def _first(times: Floats) -> Floats:
+    return times[np.isfinite(times)][:_FIRST_TIMES]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from nao_kin._core.process import usable_cores
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
-from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, is_motion, refuse_for_motions
+from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, is_motion
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -204,8 +204,6 @@ def fk(
     log = None if one is None or as_motion else given.log_columns(model, one)
     moves = moves and log is None
     timed = log is not None and log.timed
-    if not (moves or timed or unseen):
-        refuse_for_motions(first, hips=given.hips)
     if moves and given.renamed:
         raise BadArgument(f"--columns is for whole configurations; {quoted(one)} is read as a motion")
     rule: Any = "average" if given.hips is None and timed else given.hips  # as for a motion

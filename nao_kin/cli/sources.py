@@ -27,7 +27,7 @@ COLUMNS = (
 )
 IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
 IGNORE_LIMITS = flag("Accept joints outside their limits.")
-HIPS = "RULE", "For a motion with two HipYawPitch joints: average (default), left or right."
+HIPS = "RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right."
 
 
 @dataclass(frozen=True)
@@ -111,13 +111,13 @@ class FileOptions:
     hips: str | None = option(*HIPS)
     timeline: str | None = option(*TIMELINE)
 
-    def check(self, file: str | None, posture: str | None, *, moves: bool, hips: str | None = None) -> None:
+    def check(self, file: str | None, posture: str | None, *, moves: bool) -> None:
         """Refuse the options of a motion if there is no motion, and those of a file if there is no file."""
         if not moves:
             posture = None if file is None else posture
-            refuse_for_motions(file, posture=posture, rate=self.rate, hips=hips, timeline=self.timeline)
-        if file is None and (self.columns or self.ignore_other):
-            raise BadArgument("--columns and --ignore-other are for a file; name it")
+            refuse_for_motions(file, posture=posture, rate=self.rate, timeline=self.timeline)
+        if file is None and (self.columns or self.ignore_other or self.hips):
+            raise BadArgument("--columns, --ignore-other and --hips are for a file; name it")
 
     @property
     def renamed(self) -> dict[str, str | None] | None:
@@ -149,15 +149,12 @@ class FileOptions:
         moves = file is not None and is_motion(file)
         self.check(file, joints.posture, moves=moves)
         if file is None:
-            refuse_for_motions(None, hips=self.hips)
             return joints.configuration(model, deg=deg, limits=limits)[None], None, False
         as_motion = joints.posture is not None or self.rate is not None or self.timeline is not None
         log = None if as_motion else self.log_columns(model, file)
         if moves and log is None:
             path = self.trajectory(model, file, deg=deg, posture=joints.posture, rate=self.rate)
             return model.clamp(path.q) if limits == "clamp" else path.q, path.times, True
-        if not (log is not None and log.timed):
-            refuse_for_motions(file, hips=self.hips)
         found = self.log(model, file, deg=deg, limits=limits, hips=self.hips)
         print_note(*found.notes)
         return found.q, found.times, found.many

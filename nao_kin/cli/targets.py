@@ -20,7 +20,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, finite_decimal, join_poses
 from nao_kin._core.csv_numbers import Records, TableColumns, delimiter_of
-from nao_kin._core.files import described, is_finite_number, read_json, read_table_text
+from nao_kin._core.files import described, is_finite_number, numpy_errors, read_json, read_table_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
@@ -140,11 +140,10 @@ def _named(name: str, rows: Floats, feet: bool, degrees: bool, lines: Sequence[i
 
 def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
     try:
-        array = np.load(name, allow_pickle=False)
+        with numpy_errors(name, "not a .npy file"):
+            array = np.load(name, allow_pickle=False)
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
-    except (ValueError, EOFError) as error:  # an EOFError would end the program like Ctrl-D
-        raise BadInputFile(name, f"not a .npy file: {error}") from None
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:
         raise BadInputFile(name, "expected an array of numbers, one target in each row")
     if not len(array):

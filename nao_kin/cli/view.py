@@ -143,7 +143,7 @@ def view(
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
     check_outputs({"--html": html, "--png": png}, force=force, printed="--json" if json else None)
     moves = file is not None and is_motion(file)
-    given.check(file, joints.posture, moves=moves, hips=given.hips)
+    given.check(file, joints.posture, moves=moves)
 
     model = robot.load()
     # The file is read before any mesh, so that its errors are reported without delay.

@@ -6,7 +6,6 @@ import io
 import json
 import math
 import zipfile
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, choice, colours, whole_number
-from nao_kin._core.files import read_bounded
+from nao_kin._core.files import numpy_errors, read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 
@@ -103,22 +102,22 @@ def npz_bytes(settings: Mapping[str, Any], ranges: Sequence[SampleRange], arrays
 
 def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...], dict[str, NDArray[Any]]]:
     """Read the parts of a map: settings, ranges, and the arrays of its voxels."""
+    name = abbreviated(path)
     try:
-        with Path(path).open("rb") as file:
-            content = io.BytesIO(read_bounded(file, abbreviated(path)))
-        _check_sizes(content)
-        content.seek(0)
-        with np.load(content, allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-        if str(found.pop("format")) != _FORMAT:
-            raise ValueError("of another format")
-        settings = json.loads(str(found.pop("settings")))
-        ranges = tuple((int(start), int(stop)) for start, stop in found.pop("ranges"))
-        _check_arrays(found, sum(stop - start for start, stop in ranges))
+        with numpy_errors(name, "no reach map of nao-kin (.npz), or an incomplete one"):
+            with Path(path).open("rb") as file:
+                content = io.BytesIO(read_bounded(file, name))
+            _check_sizes(content)
+            content.seek(0)
+            with np.load(content, allow_pickle=False) as archive:
+                found = {part: archive[part] for part in archive.files}
+            if "format" not in found or str(found.pop("format")) != _FORMAT:
+                raise ValueError("of another format")
+            settings = json.loads(str(found.pop("settings")))
+            ranges = tuple((int(start), int(stop)) for start, stop in found.pop("ranges"))
+            _check_arrays(found, sum(stop - start for start, stop in ranges))
     except OSError as error:
-        raise BadInputFile(abbreviated(path), error.strerror or "cannot be read") from None
-    except (ValueError, TypeError, KeyError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error):
-        raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or an incomplete one") from None
+        raise BadInputFile(name, error.strerror or "cannot be read") from None
     return settings, ranges, found
 
 
@@ -133,20 +132,20 @@ def _check_sizes(content: io.BytesIO) -> None:
             if part.filename not in _SMALL_PARTS:
                 counts.add(rows)
             elif math.prod(shape) * kind.itemsize > _MAX_BYTES:
-                raise ValueError(part.filename)
+                raise ValueError(f"{part.filename} is too large")
             if math.prod(shape) > 3 * rows or part.file_size > math.prod(shape) * kind.itemsize + _MAX_BYTES:
-                raise ValueError(part.filename)
+                raise ValueError(f"{part.filename} is too large")
     if len(counts) != 1 or max(counts) > MAX_VOXELS:
-        raise ValueError("rows")
+        raise ValueError("arrays of different lengths, or too long")
 
 
 def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:
     rows = len(arrays["count"])
     for name, array in arrays.items():
         if array.shape != ((rows, 3) if name == "indices" else (rows,)) or array.dtype.kind != "i":
-            raise ValueError(name)
+            raise ValueError(f"{name} has shape {array.shape} and type {array.dtype}")
     if int(arrays["count"].sum()) != samples:
-        raise ValueError("count")
+        raise ValueError("the counts are not those of its samples")
 
 
 def vtk_bytes(title: str, indices: NDArray[np.int32], voxel: float, columns: Mapping[str, Floats]) -> bytes:

@@ -53,6 +53,7 @@ from nao_kin.robot.motors import (
     joints_of_side as joints_of_side,
     motor_values as motor_values,
     other_side as other_side,
+    with_shared_motors as with_shared_motors,
 )
 from nao_kin.robot.nao.model import NaoModel, load_nao, nao_urdf_path as nao_urdf_path
 from nao_kin.robot.offsets import (

@@ -193,11 +193,15 @@ class ConfigurationSpace:
         q[..., self._offset :] = self._limits.random(generator, shape)
         return q
 
+    def by_joint(self, angles: Mapping[str, ArrayLike], degrees: bool) -> dict[str, Floats]:
+        """Return joint → values [rad, m or ratio] from values by joint or chain."""
+        given = self._coordinates.arrays(angles)
+        return {name: np.radians(v) if degrees and self._units[name] == "rad" else v for name, v in given.items()}
+
     def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
         """Return the configuration with the given joint values."""
         if degrees:
-            given = self._coordinates.arrays(angles)
-            angles = {name: np.radians(v) if self._units[name] == "rad" else v for name, v in given.items()}
+            angles = self.by_joint(angles, degrees)
         values = self._coordinates.plain_values(angles)
         check_policy(limits)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):

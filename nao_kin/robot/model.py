@@ -32,6 +32,7 @@ from nao_kin.robot.kinematics import (
     expression_named,
 )
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
+from nao_kin.robot.motors import Hips, check_hips, with_shared_motors
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
@@ -434,24 +435,31 @@ class RobotModel:
         return self._configurations.random(rng, n)
 
     def configuration(
-        self, angles: Mapping[str, ArrayLike], *, limits: LimitPolicy = "raise", degrees: bool = False
+        self,
+        angles: Mapping[str, ArrayLike],
+        *,
+        limits: LimitPolicy = "raise",
+        degrees: bool = False,
+        hips: Hips | None = None,
     ) -> Floats:
         """Return the configuration with the given joint values; joints not named are at zero.
 
-        A mimic joint may be named too: alone, it sets its driving joint; if both are named, they must agree. The name
-        of a chain means its joints, from the trunk outwards.
+        A mimic joint may be named too: alone, it sets its driving joint; if both are named, they must agree, or `hips`
+        decides. The name of a chain means its joints, from the trunk outwards.
 
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
                 the values of its joints, shape (..., number of joints).
             limits: what to do with a named joint outside its limits: "raise", "clamp" or "ignore".
             degrees: whether the values of turning joints are in degrees.
+            hips: value of a motor whose two joints differ, such as the two HipYawPitch as a NAO's sensors measure them:
+                "average", or "left" or "right" for the joint of that side; None refuses them.
 
         Returns:
             q, shape (..., nq), in radians whatever `degrees` says.
 
         Raises:
-            CouplingViolated: two joints of one motor have different values.
+            CouplingViolated: two joints of one motor have different values, and `hips` is None.
             OutsideLimits: a named joint is outside its limits.
             BadArgument: batch shapes that do not broadcast, or a joint named twice.
 
@@ -461,6 +469,10 @@ class RobotModel:
             >>> nao.angles(q)["RShoulderPitch"]
             1.4
         """
+        if hips is not None:
+            check_hips(hips)
+            angles = with_shared_motors(self, self._configurations.by_joint(angles, degrees), hips)
+            degrees = False
         return self._configurations.configuration(angles, limits, degrees)
 
     def angles(self, q: ArrayLike, *, degrees: bool = False) -> dict[str, Floats | float]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, choice
-from nao_kin.robot.model import RobotModel
+
+if TYPE_CHECKING:
+    from nao_kin.robot.model import RobotModel
 
 # --- Left and right in the names of joints.
 
@@ -89,3 +91,10 @@ def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) ->
         ]
         found[motor] = columns[0] if len(columns) == 1 else np.mean(columns, axis=0)
     return found
+
+
+def with_shared_motors(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
+    """Return joint → values with one value for each motor of which several joints are given, as in `motor_values`."""
+    several = [name for joints in joints_by_motor(robot, values).values() if len(joints) > 1 for name in joints]
+    alone = {name: value for name, value in values.items() if name not in several}
+    return alone | motor_values(robot, {name: values[name] for name in several}, hips)

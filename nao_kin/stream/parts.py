@@ -3,11 +3,12 @@
     poses.parquet.parts/
         run.json           inputs of the parts: source, robot, arguments, version
         part-000000        rows of the first part, in a form that is quickly joined
-        part-000000.json   end of the part in the source, and counts so far; without it a part is not valid
+        part-000000.json   end of the part in the source, counts so far, and a checksum; without it a part is not valid
         unfinished         the file being written
         lock               held by the process that writes here
 
-Every file is written under the name "unfinished" and renamed: a file under any other name is complete.
+Every file is written under the name "unfinished", synchronised with the disk, and renamed. The checksum, a crc32, is
+that of the inputs, the part and its record together, so that a part of another run or a damaged one is not valid.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ import json
 import os
 import tempfile
 import threading
+import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from nao_kin._core.files import sync
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
@@ -30,6 +33,7 @@ from nao_kin.stream.results import NOT_CLAMPED, BadRow, Clamped
 from nao_kin.stream.sources import Position
 
 _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
+_READ_AT_ONCE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,12 @@ class Progress:
     bad_rows: int = 0  # without a valid configuration
     first_bad_rows: tuple[BadRow, ...] = ()
     clamped: Clamped = NOT_CLAMPED
-    size: int = 0  # bytes of the last part
+
+    @classmethod
+    def of(cls, record: dict[str, Any]) -> Progress:
+        """Return the progress in a record, which `dataclasses.asdict` has made."""
+        end, bad, clamped = (record.pop(name) for name in ("end", "first_bad_rows", "clamped"))
+        return cls(tuple(end), first_bad_rows=tuple(BadRow(**row) for row in bad), clamped=Clamped(**clamped), **record)
 
 
 class PartFolder:
@@ -54,6 +63,7 @@ class PartFolder:
         self.busy = threading.RLock()  # held while a part is written, so that a signal never interrupts a part
         self.parts: list[Path] = []
         self.last: Progress | None = None  # progress at their end; None before the first
+        self._run = 0  # checksum of the inputs
         if output is None:
             self.path = Path(tempfile.mkdtemp(prefix="nao_kin-"))
         else:
@@ -82,17 +92,18 @@ class PartFolder:
         if changed or not (run and before):
             self._clear()
         self._write_json(_RUN, run)
+        self._run = zlib.crc32(json.dumps(run).encode())
         self._find_parts()
         return changed
 
     def add(self, file: BinaryIO, progress: Progress) -> None:
         """Turn `file`, the file named "unfinished", into the next part."""
+        sync(file)
         file.close()
         part = self.path / f"part-{len(self.parts):06d}"
-        size = self.unfinished.stat().st_size
         os.replace(self.unfinished, part)
-        record = asdict(progress) | {"size": size}
-        self._write_json(f"{part.name}.json", record)
+        record = asdict(progress)
+        self._write_json(f"{part.name}.json", {"progress": record, "crc32": self._checksum(part, record)})
         self.parts.append(part)
         self.last = progress
 
@@ -130,13 +141,21 @@ class PartFolder:
     def _find_parts(self) -> None:
         while True:
             part = self.path / f"part-{len(self.parts):06d}"
-            record = _read_json(part.with_name(f"{part.name}.json"))
-            if record is None or not part.is_file() or part.stat().st_size != record["size"]:
-                return
-            bad = tuple(BadRow(**row) for row in record.pop("first_bad_rows"))
-            clamped = Clamped(**record.pop("clamped"))
-            self.last = Progress(end=tuple(record.pop("end")), first_bad_rows=bad, clamped=clamped, **record)
+            record = _read_json(part.with_name(f"{part.name}.json")) or {}
+            try:
+                if record["crc32"] != self._checksum(part, record["progress"]):
+                    return
+                self.last = Progress.of(record["progress"])
+            except (OSError, KeyError, TypeError, ValueError, AttributeError):
+                return  # no record of this version
             self.parts.append(part)
+
+    def _checksum(self, part: Path, record: Any) -> int:
+        found = zlib.crc32(json.dumps(record).encode(), self._run)
+        with part.open("rb") as file:
+            while block := file.read(_READ_AT_ONCE):
+                found = zlib.crc32(block, found)
+        return found
 
     def _clear(self) -> None:
         self.parts.clear()
@@ -146,7 +165,9 @@ class PartFolder:
                 path.unlink()
 
     def _write_json(self, name: str, content: Mapping[str, Any]) -> None:
-        self.unfinished.write_text(json.dumps(content), encoding="utf-8")
+        with self.unfinished.open("wb") as file:
+            file.write(json.dumps(content).encode())
+            sync(file)
         os.replace(self.unfinished, self.path / name)
 
 

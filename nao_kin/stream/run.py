@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, get_args
 
@@ -21,7 +21,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import __version__, files as atomic
 from nao_kin._core.arrays import Floats, choice, float_dtype
-from nao_kin._core.headings import time_unit_of
+from nao_kin._core.headings import TIME_UNITS
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
@@ -31,7 +31,7 @@ from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MAX_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
 from nao_kin.stream.sources import Block, Configurations, TableSource, found_files, open_source
-from nao_kin.stream.tables import JointColumns, TableOptions, times_in_seconds
+from nao_kin.stream.tables import JointColumns, TableOptions
 
 # --- Progress of a long run: rows, rate, and the time left.
 
@@ -106,7 +106,9 @@ def fk(
     The suffixes of the names are the formats. A source is CSV (.csv; also without a suffix, and "-" for standard
     input), packed CSV (.csv.gz), a NumPy array of configurations (N, nq) (.npy), Parquet (.parquet) or Arrow IPC
     (.arrow, .feather). Tables have one column per joint, in any order, and perhaps one of times: numbers, timestamps of
-    Arrow, or in CSV dates and times of ISO 8601, which become seconds from the first row of the first file. The output
+    Arrow, or in CSV dates and times of ISO 8601, which become seconds from the first row of the first file. Numbers
+    without a unit are in seconds, or in another unit if the first ones then are times since 1970; all files must agree
+    in it, otherwise the run fails before it begins. The output
     is CSV, Parquet or Arrow with one record for each row and frame (the index of the row, its time [s] if the source
     has times, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or
     (N, frames, 7 or 6), without the axis of frames for a single name.
@@ -144,7 +146,7 @@ def fk(
     Raises:
         BadInputFile: the source cannot be read, or changes during the run, or, with on_error="stop", has a bad row.
         BadArgument: the output exists or cannot be written, or is the source.
-        MissingExtra: the files need pyarrow, and it is not installed.
+        MissingExtra: pyarrow is not installed, and a file is Parquet or Arrow, or a CSV source of more than 100 MB.
 
     Examples:
         >>> from pathlib import Path
@@ -188,6 +190,7 @@ def fk(
             "bad rows": on_error,
             "columns": None if columns is None else dict(columns),
             "other columns": ignore_other,
+            "time unit": opened.table.time_unit,
             "hips": hips,
             "format": type(writer).__name__,
         }
@@ -209,8 +212,6 @@ class _PoseRun:
     sink: Sink
     on_error: str
     warned: bool = False  # of degrees: further blocks would repeat the warning with other numbers
-    notes: list[str] = field(default_factory=list)  # assumptions about the source
-    _time_units: dict[int, str] = field(default_factory=dict)
 
     def poses(self, block: Block, before: Progress) -> tuple[_Poses, Progress]:
         """Return rows (n,), numbers (n, frames, k) and times (n,) of a block's poses, and the progress after it."""
@@ -219,7 +220,8 @@ class _PoseRun:
         if block.times is not None and not np.isfinite(block.times).all():
             values = np.where(np.isfinite(block.times)[:, None], values, np.nan)
         q, good, clamped = joints.configurations(values)
-        times = self._seconds(block)
+        unit = joints.table.time_unit
+        times = None if block.times is None or unit is None else block.times / TIME_UNITS[unit]
         # The kernels compute every row of a file of several blocks, so that the bits of a row do not depend on where
         # the run began. For a file of one block it may not be worthwhile to load the kernels.
         alone = block.last and not before.rows_read
@@ -250,18 +252,6 @@ class _PoseRun:
             before.clamped.and_then(clamped),
         )
         return (rows, numbers, times), after
-
-    def _seconds(self, block: Block) -> Floats | None:
-        """Return the times of a block [s]."""
-        if block.times is None:
-            return None
-        unit = self.joints[block.file].table.time_unit or self._time_units.get(block.file)
-        times, note = times_in_seconds(block.times, unit)
-        if unit is None:
-            # The first block determines the unit of all blocks.
-            self._time_units[block.file] = time_unit_of(block.times)
-            self.notes += [note] if note and note not in self.notes else []
-        return times
 
     def _numbers(self, q: Floats, threads: int | None) -> Floats:
         """Return the numbers of the poses, shape (n, frames, k)."""
@@ -344,7 +334,7 @@ def _to_sink(
         done.bad_rows,
         done.first_bad_rows,
         done.clamped,
-        tuple(job.notes),
+        (job.source.time_note,) if job.source.time_note else (),
     )
 
 

@@ -14,8 +14,18 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
-from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
-from nao_kin._core.files import opened
+from nao_kin._core.csv_numbers import (
+    Records,
+    RowLines,
+    TableColumns,
+    csv_head,
+    has_pyarrow,
+    line_ends,
+    quick_numbers,
+    whole_lines,
+)
+from nao_kin._core.files import numpy_errors, opened
+from nao_kin._core.headings import guessed_time_unit
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
@@ -52,6 +62,8 @@ class TableSource(ABC):
     start: Position  # beginning of the first block
     size: int | None = None  # length of the file, in the unit of number `counted` of a position
     counted: int = 0
+    time_note: str = ""  # on the unit of the times, if it is not stated but determined by their size
+    guessed: bool = False  # whether it is
 
     @property
     def files(self) -> tuple[TableSource, ...]:
@@ -61,6 +73,18 @@ class TableSource(ABC):
     @abstractmethod
     def blocks(self, start: Position) -> Iterator[Block]:
         """Yield the blocks from a position on; they do not depend on earlier blocks."""
+
+    def first_times(self) -> Floats | None:
+        """Return the times of some rows at the beginning; None without rows or times."""
+        block = next(self.blocks(self.start), None)
+        return None if block is None else block.times
+
+    def find_time_unit(self) -> None:
+        """Determine the unit of the times, if it is not stated, before any row is processed."""
+        if self.table.timed and self.table.time_unit is None:
+            times = self.first_times()
+            unit, self.time_note = guessed_time_unit(np.empty(0) if times is None else times)
+            self.table, self.guessed = replace(self.table, time_unit=unit), True
 
     def fraction(self, place: Position) -> float | None:
         """Return the share of the file before a position; None if its length is unknown."""
@@ -81,6 +105,11 @@ BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24
 # Blocks of this size that pyarrow refuses are read field by field.
 _SMALL = 1 << 14
+# pyarrow reads larger files about ten times as fast.
+_MOST_WITHOUT_PYARROW = 100_000_000
+# Bytes of the first rows, which show the unit of the times.
+_FIRST_ROWS = 1 << 16
+_CONTENT = "joint names and values"
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -88,7 +117,7 @@ class CsvSource(TableSource):
     """A CSV file as in `read_log`; positions in a .gz file are those of the unpacked text."""
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
-        self.path = path
+        self.path, self._quick = path, has_pyarrow()
         self._file = opened(path)
         # Bytes read in advance: after the header, and after the last whole line.
         self._rest, self._behind = b"", b""
@@ -126,6 +155,11 @@ class CsvSource(TableSource):
         if not some and start == self.start:
             raise BadInputFile(self.path, "a header and no configurations")
 
+    def first_times(self) -> Floats | None:
+        """As `TableSource`; a pipe is not read further."""
+        rows = self._rest[:_FIRST_ROWS]
+        return self.table.split(self._read(rows[: whole_lines(rows) or None], at_end=True)[1])[1]
+
     def close(self) -> None:
         """As `TableSource`."""
         if self.path != "-":
@@ -136,14 +170,14 @@ class CsvSource(TableSource):
         mark = len(_BOM) if head.startswith(_BOM) else 0
         head = head[mark:]
         ends = len(head) < BYTES_AT_ONCE - mark
-        beginning = csv_head(self.path, head, "joint names and values", at_end=ends)
+        beginning = csv_head(self.path, head, _CONTENT, at_end=ends)
         try:
             head[: beginning.size].decode("utf-8")
         except UnicodeDecodeError as error:
-            raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start})") from None
+            raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start}); expected {_CONTENT}") from None
         self.start = mark + beginning.size, beginning.lines
         self._rest = head[beginning.size :]
-        table = options.table(self.path, beginning.fields, robot, beginning.line)
+        table = options.table(self.path, beginning.fields, robot, beginning)
         self.table = table.of_csv(beginning, self._rest)
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
@@ -162,7 +196,7 @@ class CsvSource(TableSource):
 
     def _read(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
         """Return the length of the whole records in a block, their rows, NaN if unreadable, and the problems."""
-        if b'"' in block:
+        if b'"' in block or not self._quick:
             return self._read_exactly(block, at_end=at_end)
         numbers = quick_numbers(block, self.table)
         if numbers is not None:
@@ -225,10 +259,8 @@ class NpySource(TableSource):
             yield Block(values, (end,), times, last=end == self.size)
 
     def _rows(self) -> np.ndarray[Any, Any]:
-        try:
+        with numpy_errors(self.path, "not a whole NumPy array"):
             rows = np.load(self.path, mmap_mode="r", allow_pickle=False)
-        except (ValueError, EOFError) as error:
-            raise BadInputFile(self.path, f"not a whole NumPy array: {abbreviated(error)}") from None
         if not isinstance(rows, np.ndarray):
             raise BadInputFile(self.path, "an archive of arrays, expected one array")
         return rows
@@ -422,6 +454,7 @@ class JoinedSource(TableSource):
                 raise BadInputFile(without.path, f"no column of times, which {abbreviated(with_times.path)} has")
             _check_times_alike(file, first)
         self.path, self.table, self.start = first.path, first.table, (0, *first.start)
+        self.time_note = next((file.time_note for file in self._files if file.time_note), "")
 
     @property
     def files(self) -> tuple[TableSource, ...]:
@@ -447,6 +480,12 @@ def _check_times_alike(file: TableSource, first: TableSource) -> None:
     """Refuse times that cannot be a continuation of the first file's times."""
     times, before = file.table.iso_times, first.table.iso_times
     other = abbreviated(first.path)
+    unit, expected = file.table.time_unit, first.table.time_unit
+    if times is None and before is None and unit != expected and (file.guessed or first.guessed):
+        advice = "headings such as time [ns], or columns= (--columns), give the units"
+        raise BadInputFile(
+            file.path, f"its times are in {unit} by their size, those of {other} in {expected}; {advice}"
+        )
     if (times is None) != (before is None):
         forms = "numbers", "dates and times"
         given, expected = forms if times is None else forms[::-1]
@@ -462,13 +501,18 @@ def _opened(path: str, robot: RobotModel, options: TableOptions) -> TableSource:
         raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
     name = Path(path)
     ending = (name.with_suffix("") if name.suffix.lower() == ".gz" else name).suffix.lower()
-    kind: Callable[[str, RobotModel, TableOptions], TableSource] = CsvSource
-    if ending == ".npy":
-        kind = NpySource
-    else:
+    binary = ending in (*PARQUET_ENDINGS, *ARROW_ENDINGS)
+    large = name.is_file() and name.stat().st_size > _MOST_WITHOUT_PYARROW
+    if binary or (ending != ".npy" and (large or has_pyarrow())):
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
-        kind = ParquetSource if ending in PARQUET_ENDINGS else ArrowSource if ending in ARROW_ENDINGS else CsvSource
+    kind: Callable[[str, RobotModel, TableOptions], TableSource] = CsvSource
+    if binary:
+        kind = ParquetSource if ending in PARQUET_ENDINGS else ArrowSource
+    elif ending == ".npy":
+        kind = NpySource
     try:
-        return kind(path, robot, options)
+        source = kind(path, robot, options)
+        source.find_time_unit()
+        return source
     except OSError as error:
         raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from None

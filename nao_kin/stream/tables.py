@@ -3,7 +3,8 @@
 A file names every joint once, in any order: the robot's independent joints, and perhaps mimic joints, as in NAOqi's 26
 Body names. Names may be followed by a unit in brackets, or be keys of NAOqi's devices; there may be a column of times.
 CSV has the names in its header and one configuration a line, separated by commas, semicolons or tabs; lines above the
-header that begin with # are skipped. JSON has one object name → value, or a list of such objects.
+header that begin with # are skipped. JSON has one object name → value, or a list of such objects. ROS messages of joint
+states, which name the joints in every row, are read as `rostopic echo -p` prints them in CSV, and in JSON.
 """
 
 from __future__ import annotations
@@ -19,9 +20,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, choice, flag, texts
-from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
+from nao_kin._core.csv_numbers import CsvHead, Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
-from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, time_unit_of
+from nao_kin._core.headings import (
+    JOINT_UNITS,
+    TIME_UNITS,
+    guessed_time_unit,
+    in_si_units,
+    is_decimal,
+    is_iso_time,
+    is_joint_state,
+    joint_state_values,
+    read_heading,
+)
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
 from nao_kin.robot import (
@@ -33,8 +44,9 @@ from nao_kin.robot import (
     check_hips,
     check_robot,
     joints_by_motor,
-    motor_values,
+    with_shared_motors,
 )
+from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.stream.results import Clamped, clamp
 
 # Bytes of a file to inspect.
@@ -103,11 +115,12 @@ def read_log(
 
     Args:
         robot: its joints are named in the file.
-        path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input.
+        path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in CSV as
+            `rostopic echo -p` prints them, or in JSON.
         limits: "raise", "clamp" or "ignore" joints outside their limits.
         degrees: turning joints are in degrees if the file does not give their unit.
         columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
-            "time [ms]"; None leaves the column out.
+            "time [ms]"; None leaves the column out, and a joint in it is at zero.
         ignore_other: leave out columns that name no joint and no time.
         hips: value of a motor whose two joints differ: "average", or "left" or "right" for the joint of that side; None
             refuses them.
@@ -115,8 +128,8 @@ def read_log(
     Returns:
         The configurations `q`, shape (n, nq), and the `times` of the rows, shape (n,) [s], or None; `many`, False for a
         JSON file with one object instead of a list; and `notes`, assumptions about the file. Times without a unit are
-        in seconds, or in another unit if they then are times since 1970. Dates and times as in ISO 8601, such as
-        2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
+        in seconds, or in another unit if the first ones then are times since 1970. Dates and times as in ISO 8601, such
+        as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
 
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
@@ -152,7 +165,7 @@ def read_log(
         table, rows, lines = read_csv(
             name,
             text.encode(),
-            lambda head: options.table(name, head.fields, robot, head.line),
+            lambda head: options.table(name, head.fields, robot, head),
             "joint names and values",
         )
         if not len(rows):
@@ -174,8 +187,9 @@ def read_log(
         raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
     if not table.timed:
         return Log(q, None, many)
-    times, note = times_in_seconds(rows[:, -1], table.time_unit)
-    return Log(q, times, many, (note,) if note else ())
+    times = rows[:, -1]
+    unit, note = guessed_time_unit(times) if table.time_unit is None else (table.time_unit, "")
+    return Log(q, times / TIME_UNITS[unit], many, (note,) if note else ())
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
@@ -203,19 +217,21 @@ class TableOptions:
         texts([text for pair in (self.columns or {}).items() for text in pair if text is not None], "columns")
 
     def table(
-        self, name: str, headings: Sequence[str], robot: RobotModel, line: int = 0, where: str = ""
+        self, name: str, headings: Sequence[str], robot: RobotModel, head: CsvHead | None = None, where: str = ""
     ) -> TableColumns:
         """Return the columns of a table, which must name every joint of a robot once; `where` begins its messages.
 
         A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
         Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may follow in brackets. A first column without a name
-        is an index, and left out. `line` is that of the headings in a CSV file, else 0.
+        is an index, and left out. `head` is that of a CSV file. A joint whose column is left out is at zero.
         """
         known = {*robot.joint_names, *robot.mimics}
-        given, renamed = [heading.strip() for heading in headings], self.columns or {}
-        for heading in renamed:
+        line = 0 if head is None else head.line
+        given, columns = [heading.strip() for heading in headings], self.columns or {}
+        for heading in columns:
             if heading not in given:
                 raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, given)))
+        renamed = {**(head.read_as if head else {}), **columns}
 
         def error(reason: str, place: int) -> BadInputFile:
             return BadInputFile(name, where + reason, line, place + 1 if line else 0)
@@ -228,15 +244,37 @@ class TableOptions:
             raise error(_unknown(robot, text), place)
 
         read_as = [renamed.get(heading, heading) for heading in given]
+        if head is not None and not any(read_heading(text).name in known for text in read_as if text is not None):
+            _check_header(name, head, known)
         table, times = TableColumns.of(read_as, known, units_of, error, degrees=self.degrees)
         if len(times) > 1:
             raise error("two columns of times; columns= (--columns) leaves one out", times[1])
-        determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in table.names}
+        left_out = [read_heading(heading).name for heading, read in columns.items() if read is None]
+        named = {*table.names, *left_out} & known
+        determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in named}
         missing = [joint for joint in robot.joint_names if joint not in determined]
         if missing:
             shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
             raise BadInputFile(name, f"{where}missing joints: {shown}", line)
         return table
+
+
+# Numbers in a row of a NAO's joints without names → the orders that they may have.
+_ORDERS = {
+    25: "; 25 may be in the order of joint_names or, as nk.naoqi.from_order reads them, of LoLA",
+    26: "; 26 may be in NAOqi's order H25, as nk.naoqi.from_order reads them, or a time and 25 joints",
+}
+
+
+def _check_header(name: str, head: CsvHead, known: set[str]) -> None:
+    """Refuse the first line of a file that names no joint, if it is no header: numbers, or a line of a text."""
+    expected = "the first line must name the joints"
+    if all(is_decimal(field) or is_iso_time(field) for field in head.fields):
+        count = len(head.fields)
+        order = _ORDERS.get(count, "") if known >= {*BODY_ORDER} else ""
+        raise BadInputFile(name, f"{count} numbers and no header: {expected}{order}", head.line)
+    if head.first and not any(map(is_decimal, head.first)):
+        raise BadInputFile(name, f"no table of joint values: {expected}, and rows of numbers follow", head.line)
 
 
 def _unknown(robot: RobotModel, text: str) -> str:
@@ -273,7 +311,7 @@ def log_columns(
     beginning = (data or b"")[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
     try:
         head = csv_head(str(path), beginning, "a header", at_end=whole)
-        table = TableOptions(columns=columns, ignore_other=True).table(str(path), head.fields, robot)
+        table = TableOptions(columns=columns, ignore_other=True).table(str(path), head.fields, robot, head)
     except (BadArgument, BadInputFile):
         return None
     rows = beginning[head.size :]
@@ -287,21 +325,7 @@ def log_columns(
 def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
     """Return joint → values (n,) of the columns (n, columns); with a rule `hips`, one value for each shared motor."""
     columns = dict(zip(names, values.T, strict=True))
-    if hips is None:
-        return columns
-    several = [name for joints in joints_by_motor(robot, names).values() if len(joints) > 1 for name in joints]
-    shared = {name: columns.pop(name) for name in several}
-    return columns | motor_values(robot, shared, hips)
-
-
-def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
-    """Return times (n,) in seconds, and a note if their size determined the unit.
-
-    Without a `unit`, they are in seconds, or in another unit if they then are times since 1970.
-    """
-    taken = time_unit_of(times) if unit is None else unit
-    note = f"times are taken as {taken} since 1970, by their size; a heading such as time [s] says otherwise"
-    return times / TIME_UNITS[taken], "" if unit is not None or taken == "s" else note
+    return columns if hips is None else with_shared_motors(robot, columns, hips)
 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
@@ -329,6 +353,11 @@ def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -
         where = f"configuration {index}: " if many else ""
         if not isinstance(entry, dict):
             raise BadInputFile(name, f"{where}expected an object of joint values, got {described(entry)}")
+        if is_joint_state(entry):
+            try:
+                entry = joint_state_values(entry)
+            except ValueError as error:
+                raise BadInputFile(name, f"{where}{error}") from None
         if not names:
             names = list(entry)
             table = options.table(name, names, robot, where=where)

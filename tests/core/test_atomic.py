@@ -8,6 +8,7 @@ import stat
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -64,6 +65,47 @@ def test_an_existing_file_keeps_its_mode(tmp_path: Path, mode: int) -> None:
     assert stat.S_IMODE(path.stat().st_mode) == mode
     path.chmod(0o600)
     assert path.read_bytes() == b"new"
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+@pytest.mark.parametrize("how", ["a file", "a finished file", "a document", "a folder"])
+def test_content_is_on_the_disk_before_it_replaces_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    synced, renamed = {}, []
+
+    def fsync(descriptor: int, fsync: Callable[[int], None] = os.fsync) -> None:
+        fsync(descriptor)
+        path = Path(f"/proc/self/fd/{descriptor}")
+        synced[path.stat().st_ino] = path.read_bytes()
+
+    def renaming(rename: Callable[..., None]) -> Callable[..., None]:
+        def called(old: Path, new: Path) -> None:
+            for file in [Path(old), *Path(old).rglob("*")]:
+                if file.is_file() and file.read_bytes().startswith(b"new"):
+                    renamed.append(synced.get(file.stat().st_ino) == file.read_bytes())
+            rename(old, new)
+
+        return called
+
+    folder, path = tmp_path / "folder", tmp_path / "folder" / "file"
+    folder.mkdir()
+    for name in ("file", "mesh"):
+        (folder / name).write_bytes(b"old")
+    monkeypatch.setattr(os, "fsync", fsync)
+    for name in ("replace", "rename"):
+        monkeypatch.setattr(os, name, renaming(getattr(os, name)))
+    if how == "a file":
+        atomic.write_bytes(path, b"new")
+    elif how == "a finished file":
+        (tmp_path / "finished").write_bytes(b"new")
+        atomic.move_into_place(tmp_path / "finished", path)
+    elif how == "a document":
+        atomic.write_document(path, b"new", {"mesh": b"new mesh"}, overwrite=True)
+    else:
+        atomic.write_folder(folder, {"file": b"new", "mesh": b"new mesh"}, overwrite=True)
+    assert path.read_bytes() == b"new"
+    assert renamed == [True] * (2 if how in ("a document", "a folder") else 1)
 
 
 @pytest.mark.skipif(not ROOT, reason="only root gives files away")

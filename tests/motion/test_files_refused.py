@@ -569,6 +569,20 @@ def test_npz_with_pickles_or_wrong_arrays_is_refused(tmp_path: Path) -> None:
     assert "not an npz file" in str(_refused(tmp_path, (tmp_path / "good.npz").read_bytes()[:200], "a.npz"))
 
 
+def test_an_npz_file_holds_the_arrays_of_a_motion_and_no_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: dict[str, Any] = {}
+
+    def savez_of_numpy_2_0(file: Any, *args: Any, **kwds: Any) -> None:
+        """Save every keyword as an array: `allow_pickle` is one since NumPy 2.1."""
+        written.update(kwds)
+
+    monkeypatch.setattr(np, "savez_compressed", savez_of_numpy_2_0)
+    write_motion(nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.1]]), tmp_path / "a.npz")
+    assert sorted(written) == ["counts", "interpolation", "joint_names", "keys", "times"]
+
+
 READERS: dict[str, Callable[[str], Any]] = {
     "motion": read_motion,
     "configurations": lambda name: read_configurations(load_nao(), name),

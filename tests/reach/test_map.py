@@ -9,6 +9,7 @@ import re
 import shutil
 import struct
 import threading
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -380,6 +381,9 @@ def files_that_are_no_maps(folder: Path, whole: ReachMap) -> list[Path]:
     contents = {"empty": b"", "text": b"hello", "cut": good[: len(good) // 2], "bad": good[:400] + b"x" + good[401:]}
     for name, content in contents.items():
         (folder / f"{name}.npz").write_bytes(content)
+    with zipfile.ZipFile(folder / "good.npz") as archive, zipfile.ZipFile(folder / "header.npz", "w") as broken:
+        for name in archive.namelist():
+            broken.writestr(name, archive.read(name).replace(b"'descr'", b"(((((((", 1))
     np.savez(folder / "other.npz", a=np.arange(3))
     np.save(folder / "array.npy", np.arange(3))
     (folder / "picture.npz").write_bytes(b"\x80\x04N.")  # a pickle
@@ -388,8 +392,8 @@ def files_that_are_no_maps(folder: Path, whole: ReachMap) -> list[Path]:
     np.savez(folder / "sum.npz", **{**parts, "ranges": parts["ranges"] + [[0, 1]]})
     np.savez(folder / "floats.npz", **{**parts, "masks": parts["masks"] * 1.0})
     np.savez(folder / "more.npz", **parts, extra=parts["count"])
-    names = "empty.npz text.npz cut.npz bad.npz other.npz array.npy picture.npz short.npz sum.npz floats.npz more.npz"
-    return [*(folder / name for name in names.split()), folder, folder / "none.npz"]
+    names = "empty text cut bad header other picture short sum floats more"
+    return [*(folder / f"{name}.npz" for name in names.split()), folder / "array.npy", folder, folder / "none.npz"]
 
 
 def test_files_that_are_no_maps_are_named(whole: ReachMap, tmp_path: Path) -> None:

@@ -130,6 +130,15 @@ def test_body_values_are_those_of_the_joints_on_a_floating_base_too() -> None:
 
 
 def test_two_hips_that_disagree_are_refused_by_both_names_and_values(nao: nk.NaoModel) -> None:
+    both = {"LHipYawPitch": np.array([-0.1, -0.3]), "RHipYawPitch": np.array([-0.2, -0.3]), "HeadYaw": 0.5}
+    for hips, value in (("average", -0.15), ("left", -0.1), ("right", -0.2)):
+        found = nao.angles(nao.configuration(both, hips=hips))
+        assert np.allclose(found["LHipYawPitch"], [value, -0.3], rtol=0.0, atol=1e-15)
+        assert found["HeadYaw"].tolist() == [0.5, 0.5]
+        in_degrees = {name: np.degrees(angle) for name, angle in both.items()}
+        assert np.allclose(nao.configuration(in_degrees, degrees=True, hips=hips), nao.configuration(both, hips=hips))
+    with pytest.raises(UnknownName, match="rule for the hips"):
+        nao.configuration(both, hips="both")
     with pytest.raises(CouplingViolated, match=r"LHipYawPitch = 0\.1 drives RHipYawPitch.* RHipYawPitch = 0\.2"):
         nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.2})
     body = nao.to_body(nao.neutral())

@@ -6,6 +6,7 @@ import math
 import random
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import nao_kin as nk
 from nao_kin._core import csv_numbers
 from nao_kin.errors import BadInputFile
-from nao_kin.stream.tables import read_configurations
+from nao_kin.stream.tables import read_configurations, read_log
 
 
 def _csv(nao: nk.NaoModel, q: np.ndarray, names: list[str], delimiter: str = ",") -> str:
@@ -118,6 +119,148 @@ def test_bad_csv_names_line_and_column(nao: nk.NaoModel, tmp_path: Path, change,
     path.write_text(change(_csv(nao, nao.posture("StandInit")[None], list(nao.joint_names))))
     with pytest.raises(BadInputFile, match=message):
         read_configurations(nao, path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", f"{','.join(['0.1'] * 25)}\n" * 2, "line 1: 25 numbers and no header: .* joint_names or, .* LoLA$"),
+        (
+            "a.csv",
+            f"{','.join(['0.1'] * 26)}\n" * 2,
+            "line 1: 26 numbers and no header: .* H25, .* 25 joints$",
+        ),
+        ("a.csv", f"0;{';'.join(['0.1'] * 26)}\n" * 2, "line 1: 27 numbers and no header: the .* name the joints$"),
+        ("a.csv", f"2026-03-01T12:00:00,{','.join(['0.1'] * 25)}\n", "line 1: 26 numbers and no header"),
+        (
+            "a.txt",
+            "Dear robot,\nhow are you?\n",
+            "line 1: no table of joint values: the first line must name the joints",
+        ),
+        ("a.yaml", "header:\n  stamp:\n    sec: 1\nname:\n- HeadYaw\n", "line 1: no table of joint values"),
+        ("a.html", "<!DOCTYPE html>\n<html></html>\n", "line 1: no table of joint values"),
+        ("a.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", r"not UTF-8 text \(byte 0\); expected joint names and values$"),
+    ],
+)
+def test_a_file_whose_first_line_names_no_joint_is_told_so(
+    nao: nk.NaoModel, tmp_path: Path, name: str, text: str | bytes, message: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    for ignore_other in (False, True):
+        with pytest.raises(BadInputFile, match=message):
+            read_log(nao, path, ignore_other=ignore_other)
+        with pytest.raises(BadInputFile, match=message):
+            nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy", ignore_other=ignore_other)
+
+
+# --- ROS messages, which name the joints in every row -----------------------------------------------------------------
+
+
+def _rostopic(nao: nk.NaoModel, q: np.ndarray, names: list[str]) -> str:
+    """Return joint states as `rostopic echo -p` prints them: the header is a comment."""
+    columns = nao.angles(q)
+    columns["RHipYawPitch"] = columns["LHipYawPitch"]
+    heads = [f"field.{kind}{index}" for kind in ("name", "position") for index in range(len(names))]
+    lines = [",".join(["%time", "field.header.seq", "field.header.stamp", "field.header.frame_id", *heads])]
+    for row in range(len(q)):
+        stamp = 1_700_000_000_000_000_000 + 20_000_000 * row
+        values = (repr(float(columns[name][row])) for name in names)
+        lines.append(",".join([str(stamp), str(row), str(stamp), "", *names, *values]))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("large", [False, True], ids=["", "large"])
+def test_joint_states_that_rostopic_prints_are_read_by_the_names_in_their_rows(
+    nao: nk.NaoModel, shuffled: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: bool
+) -> None:
+    monkeypatch.setattr(csv_numbers, "_LARGE", 0 if large else 1 << 30)
+    q, path, sink = nao.random(0, 7), tmp_path / "states.csv", tmp_path / "poses.npy"
+    text = _rostopic(nao, q, ["RHipYawPitch", *shuffled])
+    path.write_text(text)
+    log = read_log(nao, path)
+    assert np.array_equal(log.q, q)
+    assert np.allclose(log.times, 1.7e9 + 0.02 * np.arange(7), rtol=0.0, atol=1e-6)
+    nk.stream.fk(nao, path, "LArm", sink)
+    assert np.allclose(np.load(sink), nao.fk(q, "LArm"), rtol=0.0, atol=1e-12)
+    motion = nk.motion.read_motion(path)
+    assert np.array_equal(motion.configurations(nao).q, q)
+    # columns= has the last word.
+    swapped = {"field.position1": shuffled[1], "field.position2": shuffled[0]}
+    one, other = (nao.joint_names.index(name) for name in shuffled[:2])
+    expected = q.copy()
+    expected[:, [one, other]] = q[:, [other, one]]
+    assert np.array_equal(read_log(nao, path, columns=swapped, limits="ignore").q, expected)
+    # A message in another order, as of another node, is a bad row.
+    lines = text.splitlines()
+    lines[4] = lines[4].replace(f"{shuffled[0]},{shuffled[1]}", f"{shuffled[1]},{shuffled[0]}")
+    path.write_text("\n".join(lines))
+    message = r"line 5: its joints are not those of the first row"
+    for read in (lambda: read_log(nao, path), lambda: nk.stream.fk(nao, path, "LArm", sink, overwrite=True)):
+        with pytest.raises(BadInputFile, match=message):
+            read()
+    done = nk.stream.fk(nao, path, "LArm", sink, on_error="skip", overwrite=True)
+    assert (done.bad_rows, done.first_bad_rows[0].line) == (1, 5)
+
+
+def _state(nao: nk.NaoModel, q: np.ndarray, stamp: dict[str, int]) -> dict[str, Any]:
+    values = nao.angles(q)
+    header = {"stamp": stamp, "frame_id": "base_link"}
+    return {"header": header, "name": [*values], "position": [*values.values()], "velocity": [], "effort": []}
+
+
+def test_joint_states_in_json_are_configurations_with_their_stamps(nao: nk.NaoModel, tmp_path: Path) -> None:
+    q, path = nao.random(0, 2), tmp_path / "state.json"
+    first = _state(nao, q[0], {"sec": 12, "nanosec": 500_000_000})
+    second = {"op": "publish", "topic": "/joint_states", "msg": _state(nao, q[1], {"secs": 13, "nsecs": 0})}
+    for document, times in ((first, [12.5]), (second, [13.0]), ([first, second], [12.5, 13.0])):
+        path.write_text(json.dumps(document))
+        log = read_log(nao, path)
+        assert np.array_equal(log.q, q[-1:] if document is second else q[: len(times)])
+        assert log.times.tolist() == times
+        assert log.many is isinstance(document, list)
+        assert not nk.motion.is_motion_file(path)
+    path.write_text(json.dumps({**first, "header": {}}))
+    assert read_log(nao, path).times is None
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"position": []}, "a JointState with 0 positions for 25 names"),
+        ({"name": [1] * 25}, "a JointState with 25 positions for 25 names"),
+        ({"name": ["HeadYaw"] * 25}, "a JointState that names a joint twice"),
+        ({"position": [None] * 25}, "HeadYaw is null, expected a finite number"),
+    ],
+)
+def test_a_wrong_joint_state_is_refused(nao: nk.NaoModel, tmp_path: Path, change: dict, message: str) -> None:
+    path = tmp_path / "state.json"
+    path.write_text(json.dumps({**_state(nao, nao.neutral(), {}), **change}))
+    with pytest.raises(BadInputFile, match=message):
+        read_log(nao, path)
+
+
+def test_a_joint_state_is_no_motion(nao: nk.NaoModel, tmp_path: Path) -> None:
+    path = tmp_path / "state.json"
+    path.write_text(json.dumps(_state(nao, nao.neutral(), {})))
+    for format in (None, "motion2"):
+        with pytest.raises(BadInputFile, match="a ROS JointState, which is one configuration"):
+            nk.motion.read_motion(path, format=format)
+
+
+def test_a_joint_whose_column_is_left_out_is_at_zero(nao: nk.NaoModel, tmp_path: Path) -> None:
+    # naoqi_driver publishes NaN for the hands.
+    q, path, sink = nao.random(0, 3), tmp_path / "log.csv", tmp_path / "poses.npy"
+    hands = [nao.joint_names.index(name) for name in ("LHand", "RHand")]
+    q[:, hands] = np.nan
+    path.write_text("\n".join([",".join(nao.joint_names), *(",".join(map(repr, row)) for row in q.tolist())]))
+    with pytest.raises(BadInputFile, match="LHand is 'nan'"):
+        read_log(nao, path)
+    left_out = {"LHand": None, "RHand": None}
+    q[:, hands] = 0.0
+    assert np.array_equal(read_log(nao, path, columns=left_out).q, q)
+    nk.stream.fk(nao, path, "LArm", sink, columns=left_out)
+    assert np.allclose(np.load(sink), nao.fk(q, "LArm"), rtol=0.0, atol=1e-12)
 
 
 def test_two_hips_that_disagree_are_refused_with_their_line(nao: nk.NaoModel, tmp_path: Path) -> None:

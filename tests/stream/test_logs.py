@@ -11,6 +11,7 @@ from collections.abc import Callable
 from contextlib import closing
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -153,6 +154,55 @@ def test_times_are_seconds_or_what_their_unit_or_size_says(
     assert np.array_equal(pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy(), expected)
     assert log.notes == result.notes
     assert [re.search(r"taken as (\w+) since 1970", line)[1] for line in log.notes] == [note] * bool(note)
+
+
+def test_times_without_a_unit_whose_steps_are_too_long_for_a_log_are_noted(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path
+) -> None:
+    source, sink = tmp_path / "log.csv", tmp_path / "poses.csv"
+    for heading, step, noted in (("time", 1e7, True), ("time", 20.0, False), ("time [ns]", 1e7, False)):
+        source.write_text(_text({heading: step * np.arange(ROWS), **_table(nao, q)}))
+        log = read_log(nao, source)
+        result = nk.stream.fk(nao, source, "Head", sink, overwrite=True)
+        assert log.notes == result.notes
+        assert [re.search(r"taken as s, (\S+) s from row to row", note)[1] for note in log.notes] == ["1e+07"] * noted
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_the_first_rows_determine_the_unit_of_times_however_much_is_read_at_once(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, kind: str
+) -> None:
+    source, sink = tmp_path / f"log.{kind}", tmp_path / "poses.csv"
+    # A clock in ns that passes 100 s, where the size of its times would be that of ms since 1970.
+    table = {"time": 1e9 * np.arange(300.0), **_table(nao, np.repeat(q, 300 // ROWS + 1, axis=0)[:300])}
+    (tmp_path / "log.csv").write_text(_text(table))
+    if kind == "parquet":
+        pyarrow.parquet.write_table(pa.table(table), source, row_group_size=20)
+    nk.stream.fk(nao, source, "Head", sink)
+    written = [float(line.split(",")[1]) for line in sink.read_text().splitlines()[1:]]
+    assert written == table["time"].tolist()
+    assert read_log(nao, tmp_path / "log.csv").times.tolist() == written
+
+
+def test_files_of_one_run_have_times_of_one_unit(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    sources, sink = [tmp_path / "a.csv", tmp_path / "b.csv"], tmp_path / "poses.csv"
+
+    def written(headings: tuple[str, str], starts: tuple[float, float], **options: Any) -> list[float]:
+        """Return the times of the poses of two files with a clock in ns."""
+        for source, heading, start in zip(sources, headings, starts, strict=True):
+            source.write_text(_text({heading: np.rint(1e9 * (TIMES + start)), **_table(nao, q)}))
+        nk.stream.fk(nao, sources, "Head", sink, overwrite=True, **options)
+        return [float(line.split(",")[1]) for line in sink.read_text().splitlines()[1:]]
+
+    for headings in (("time", "time"), ("time [s]", "time")):
+        with pytest.raises(BadInputFile, match=r"b\.csv: its times are in ms by their size, those of .*a\.csv in s; "):
+            written(headings, (0.0, 300.0))
+    # Headings are believed, also if they differ, and columns= counts as a heading.
+    expected = pytest.approx([*TIMES, *(TIMES + 300.0)], abs=1e-9)
+    assert written(("time [ns]", "time [ns]"), (0.0, 300.0)) == expected
+    assert written(("time", "time"), (0.0, 300.0), columns={"time": "time [ns]"}) == expected
+    # One unit by size is one unit.
+    assert written(("time", "time"), (1.7e9, 1.7e9 + 300.0))[0] == pytest.approx(1.7e9 + TIMES[0])
 
 
 def _iso(seconds: float, form: str) -> str:
@@ -456,6 +506,13 @@ def test_two_hips_of_sensors_are_settled_as_asked(
         read_log(nao, source)
     with pytest.raises(BadInputFile, match=r"drives RHipYawPitch, .*--hips average"):
         nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy")
+    (tmp_path / "poses.csv").write_text(_text(table))
+    assert run(["fk", str(tmp_path / "poses.csv"), "--ignore-limits"]) == 2
+    assert "--hips average" in capsys.readouterr().err
+    # What the message advises is accepted, without times as with them, for one file and for several.
+    for arguments in ([str(source), "--csv"], [str(source), str(source), "-o", str(tmp_path / "two.csv")]):
+        assert run(["fk", *arguments, "--ignore-limits", "--hips", "average"]) == 0
+        capsys.readouterr()
     for hips, off in (("average", 0.001), ("left", 0.0), ("right", 0.002)):
         expected = q.copy()
         expected[:, nao.joint_names.index("LHipYawPitch")] += off
@@ -599,7 +656,10 @@ def test_a_bad_file_is_refused_before_meshes_are_read(
         assert "unknown joint 'HeadYam'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("content", [b"", b"\x93NUMPY", b"\x93NUMPY\x01\x00v\x00{"])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x93NUMPY", b"\x93NUMPY\x01\x00v\x00{", b"\x93NUMPY\x01\x00v\x00((((" + b" " * 113 + b"\n" + bytes(24)],
+)
 def test_targets_in_an_array_that_is_cut_off_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes
 ) -> None:

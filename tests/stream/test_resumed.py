@@ -294,6 +294,21 @@ def test_a_full_device_is_named(nao: nk.NaoModel, walk: Path, tmp_path: Path) ->
     assert stat.S_ISCHR(full.stat().st_mode)
 
 
+def test_a_resumed_run_writes_times_in_the_unit_of_the_whole_file(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A clock in ns passes 100 s, where the size of its times would be that of ms since 1970.
+    header, *rows = walk.read_text().splitlines()
+    walk.write_text("\n".join([f"time,{header}", *(f"{index * 10**9},{row}" for index, row in enumerate(rows))]))
+    poses = tmp_path / "poses.csv"
+    expected = _whole(nao, walk, poses)
+    _interrupt(nao, walk, poses, monkeypatch)
+    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
+    assert 100 < result.rows_resumed < 500
+    assert poses.read_bytes() == expected
+    assert len(result.notes) == 1
+
+
 # --- what has changed ---------------------------------------------------------------------------------------------
 
 
@@ -371,17 +386,36 @@ def test_starting_over_is_one_line_on_the_command_line(
     assert err == f"nao-kin: {half_done} {changed}\n"
 
 
-@pytest.mark.parametrize("damage", first_now(["truncated", "no record", "half a record", "no run", "half a run"]))
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *("a flipped bit", "zeros", "an empty record", "a record of a later version"),
+        *first_now(["truncated", "no record", "half a record", "a record of another part", "no run", "half a run"]),
+    ],
+)
 def test_damaged_parts_are_done_again(
     nao: nk.NaoModel, walk: Path, half_done: Path, small_parts: None, damage: str
 ) -> None:
     poses, part = walk.with_name("poses.csv"), half_done / "part-000001"
-    if damage == "truncated":
+    record = half_done / "part-000001.json"
+    if damage == "a flipped bit":
+        content = bytearray(part.read_bytes())
+        content[len(content) // 2] ^= 1
+        part.write_bytes(content)
+    elif damage == "zeros":
+        part.write_bytes(bytes(part.stat().st_size))
+    elif damage == "an empty record":
+        record.write_text("{}")
+    elif damage == "a record of a later version":
+        record.write_text(record.read_text().replace('"rows_read"', '"later": 1, "rows_read"'))
+    elif damage == "a record of another part":
+        record.write_bytes((half_done / "part-000000.json").read_bytes())
+    elif damage == "truncated":
         os.truncate(part, 10)
     elif damage == "no record":
-        (half_done / "part-000001.json").unlink()
+        record.unlink()
     elif damage == "half a record":
-        (half_done / "part-000001.json").write_text('{"end": [1')
+        record.write_text('{"end": [1')
     elif damage == "no run":
         for path in half_done.iterdir():
             if path.name not in ("lock", "unfinished"):

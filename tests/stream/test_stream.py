@@ -459,9 +459,13 @@ def _save(name: str, array: object, *, pickle: bool = False) -> Callable[[Path],
     return write
 
 
-def _text(name: str, text: str) -> Callable[[Path], Path]:
+# NumPy reads a header with the tokenizer of Python, whose errors are no ValueErrors.
+_BROKEN_NPY = b"\x93NUMPY\x01\x00v\x00((((" + b" " * 113 + b"\n" + bytes(25 * 8)
+
+
+def _text(name: str, text: str | bytes) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        (folder / name).write_text(text)
+        (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
         return folder / name
 
     return write
@@ -485,6 +489,7 @@ def _columns(**columns: object) -> Callable[[Path], Path]:
         (_save("q.npy", np.zeros((3, 25), complex)), "an array of complex128, expected real numbers"),
         (_save("q.npy", np.full((3, 25), None), pickle=True), "not a whole NumPy array"),
         (_text("q.npy", "HeadYaw"), "not a whole NumPy array"),
+        (_text("q.npy", _BROKEN_NPY), "not a whole NumPy array: EOF in multi-line statement"),
         (_text("q.npy", ""), "not a whole NumPy array"),
         (_text("q.parquet", "HeadYaw"), "not a Parquet file"),
         (_text("q.arrow", "HeadYaw"), "not an Arrow IPC file"),
@@ -574,7 +579,8 @@ def no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [name for name in sys.modules if name.partition(".")[0] == "pyarrow"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setattr(csv_text, "has_pyarrow", lambda: False)
+    for module in (csv_text, csv_source):
+        monkeypatch.setattr(module, "has_pyarrow", lambda: False)
 
 
 def test_arrays_need_no_extra_and_the_others_name_it(
@@ -588,11 +594,27 @@ def test_arrays_need_no_extra_and_the_others_name_it(
     for ending in ("parquet", "arrow", "feather"):
         with pytest.raises(MissingExtra, match=rf"writing .*poses\.{ending} needs .* 'nao-kin\[arrow\]'"):
             nk.stream.fk(nao, tmp_path / "q.npy", FEET, tmp_path / f"poses.{ending}")
-    for ending in ("parquet", "arrow", "csv"):
+    for ending in ("parquet", "arrow"):
         (tmp_path / f"q.{ending}").write_text("something")
         with pytest.raises(MissingExtra, match=rf"reading .*q\.{ending} as a stream needs .* 'nao-kin\[arrow\]'"):
             nk.stream.fk(nao, tmp_path / f"q.{ending}", FEET, tmp_path / "poses2.npy")
     assert not (tmp_path / "poses2.npy").exists()
+
+
+def test_a_csv_file_needs_pyarrow_only_if_it_is_large(
+    nao: nk.NaoModel,
+    q: np.ndarray,
+    tmp_path: Path,
+    small_blocks: None,
+    no_pyarrow: None,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    source, sink = _write(nao, q, tmp_path / "q.csv"), tmp_path / "poses.csv"
+    nk.stream.fk(nao, source, FEET, sink)
+    assert _same(_read(sink, 2, 16)[2], nao.fk(q, FEET).reshape(ROWS, 2, 16))
+    monkeypatch.setattr(csv_source, "_MOST_WITHOUT_PYARROW", source.stat().st_size - 1)
+    with pytest.raises(MissingExtra, match=r"reading .*q\.csv as a stream needs .* CSV files of up to 100 MB"):
+        nk.stream.fk(nao, source, FEET, tmp_path / "large.csv")
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -15,9 +15,7 @@ from __future__ import annotations
 import io
 import math
 import re
-import tokenize
 import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -26,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
+from nao_kin._core.files import numpy_errors
 from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, read_heading, time_unit_of
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.files.source import FilePosition, Format, MotionSource
 from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, warn_of_curves
@@ -64,7 +63,8 @@ def _read_csv(source: MotionSource) -> Motion:
         def error(reason: str, place: int) -> BadInputFile:
             return source.error(reason, first.field(place))
 
-        table, times = TableColumns.of(head.fields, source.joints, units_of, error, degrees=source.degrees)
+        headings = [head.read_as.get(field, field) for field in head.fields]
+        table, times = TableColumns.of(headings, source.joints, units_of, error, degrees=source.degrees)
         if len(times) != 1:
             reason = f"{len(times)} columns of times, expected one, headed time [s] or time [ms]"
             raise source.error(reason, FilePosition(head.line))
@@ -115,11 +115,6 @@ CSV = Format(
 
 # A motion of 10⁷ keys has a fifth of this size.
 _MAX_BYTES = 1 << 31
-# Errors of zipfile and NumPy for broken files.
-_BROKEN = (
-    *(ValueError, EOFError, OSError, KeyError, MemoryError, OverflowError, RuntimeError, SyntaxError, TypeError),
-    *(zipfile.BadZipFile, zlib.error, tokenize.TokenError),
-)
 _REQUIRED = ("joint_names", "counts", "times", "keys", "interpolation")
 
 
@@ -173,15 +168,13 @@ def _read_npz(source: MotionSource) -> Motion:
 
 def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
     """Return the known arrays of the file."""
-    try:
+    with numpy_errors(source.name, "not an npz file of a motion"):
         with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
         if size > _MAX_BYTES:
             raise source.error(f"unpacked it is {size} bytes, more than {_MAX_BYTES}")
         with np.load(io.BytesIO(source.data), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files if name in (*_REQUIRED, "handles")}
-    except _BROKEN as error:
-        raise source.error(f"not an npz file of a motion: {abbreviated(error)}") from None
 
 
 def _write_npz(motion: Motion, _: Motion) -> bytes:
@@ -196,7 +189,7 @@ def _write_npz(motion: Motion, _: Motion) -> bytes:
     if motion.handles is not None:
         arrays["handles"] = np.concatenate(motion.handles)
     file = io.BytesIO()
-    np.savez_compressed(file, allow_pickle=False, **arrays)
+    np.savez_compressed(file, **arrays)  # none of them is pickled: they hold numbers and text
     return file.getvalue()
 
 

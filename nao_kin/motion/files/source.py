@@ -16,6 +16,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.files import described, is_finite_number, read_json
+from nao_kin._core.headings import is_joint_state
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.motion import Motion
@@ -98,8 +99,11 @@ class MotionSource:
 
     @cached_property
     def json(self) -> Any:
-        """The text parsed as JSON."""
-        return read_json(self.name, self.text)
+        """The text parsed as JSON, which is no motion if it is a ROS message."""
+        value = read_json(self.name, self.text)
+        if is_joint_state(value):
+            raise self.error("a ROS JointState, which is one configuration: nao_kin.stream.read_log reads it")
+        return value
 
     def at(self, *path: str | int) -> Any:
         """Return the value at the end of a path in the JSON text."""
