@@ -358,7 +358,7 @@ class GeneralTools(Service):
 # The compiled kernels of nk.ik that an effector needs, by a part of its name.
 _KERNELS = {
     "Arm": ("arms by pose", "arms by place"),
-    "Torso": ("both legs", "projections onto limits", "damped least squares"),
+    "Torso": ("both legs", "bodies"),
 }
 _PATHS = ("positionInterpolation", "transformInterpolation")
 _MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", *_PATHS)
