@@ -396,6 +396,42 @@ def test_footsteps_take_the_time_they_are_given_and_no_less_than_a_step_needs(sc
     assert time == pytest.approx(0.8 + 0.42, abs=1e-9)
 
 
+# Aldebaran documentation 2.1, locomotion control: "Footsteps clipping" gives the extremal values of a step.
+@pytest.mark.parametrize(
+    ("given", "made", "clipped"),
+    [
+        ((0.06, 0.1, 0.0), (0.06, 0.1, 0.0), False),
+        ((-0.08, 0.16, 0.524), (-0.08, 0.16, 0.524), False),
+        ((0.2, 0.3, 0.9), (0.08, 0.16, 0.524), True),
+    ],
+)
+def test_footsteps_are_clipped_to_the_documented_extremes_and_told_as_they_are_made(
+    script: Script, given: tuple, made: tuple, clipped: bool
+) -> None:
+    script("moveInit")
+    begun = [[0.0, -0.1, 0.0], list(given)]
+    script("setFootSteps", ["RLeg", "LLeg"], begun, [0.6, 1.2], False)
+    script.nao.step(0.1)
+    _, _, coming = script("getFootSteps")
+    assert coming[0][2] == pytest.approx(made, abs=1e-9)
+    script.watch(script.nao.post("ALMotion", "waitUntilMoveIsFinished"))
+    left, right = (_floor(T) for T in script.feet().values())
+    assert seen_from(right, left) == pytest.approx(made, abs=1e-6)
+    lines = [line for _, line in script.nao.log.lines if "is clipped to" in line]
+    expected = "setFootSteps: LLeg [0.2, 0.3, 0.9] is clipped to [0.08, 0.16, 0.524]"
+    assert lines == ([expected] if clipped else [])
+
+
+def test_values_of_a_move_configuration_that_are_clipped_are_logged(script: Script) -> None:
+    config = [["MaxStepX", 0.2], ["MaxStepFrequency", 5.0], ["LeftStepHeight", 0.5], ["MaxStepY", 0.14]]
+    script.nao.post("ALMotion", "moveTo", 0.02, 0.0, 0.0, config)
+    assert [line for _, line in script.nao.log.lines] == [
+        "moveTo: MaxStepX = 0.2 is clipped to 0.08",
+        "moveTo: MaxStepFrequency = 5 is clipped to 1",
+        "moveTo: LeftStepHeight = 0.5 is clipped to 0.04",
+    ]
+
+
 # --- what is kept, and errors -----------------------------------------------------------------------------------------
 
 
