@@ -282,6 +282,18 @@ PYTHON_2 = """\
 """
 
 
+def test_a_script_without_a_walk_loads_no_kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr("nao_kin.naoqi.virtual.service.warm_up", asked.extend)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
+    script = tmp_path / "hello.py"
+    with VirtualNao(speed=SPEED, posture="StandInit") as virtual, QiServer(virtual, port=0, quiet=True) as server:
+        for calls, kernels in (("motion.setAngles('HeadYaw', 0.1, 0.5)", []), ("motion.moveInit()", ["both legs"])):
+            script.write_text(f"from naoqi import ALProxy\nmotion = ALProxy('ALMotion', '127.0.0.1', 9559)\n{calls}\n")
+            assert run_script(script, endpoint=server.endpoint) == 0
+            assert asked == [f"ik kernel, {kernel}" for kernel in kernels]
+
+
 def test_python_2_runs_translated_and_its_exit_code_is_kept(
     robot: tuple[VirtualNao, str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,10 +12,10 @@ from scipy.interpolate import PchipInterpolator
 
 import nao_kin as nk
 from nao_kin._kernels.cache import CachedKernel
+from nao_kin._kernels import cache
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
-from nao_kin.naoqi.virtual.service import KERNELS
 from nao_kin.naoqi.virtual.virtual_nao import Missing
 
 
@@ -1106,11 +1106,11 @@ def test_preferences_are_kept_by_domain(virtual: VirtualNao) -> None:
 @pytest.mark.parametrize(
     ("method", "arguments", "kernels"),
     [
-        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place"}),
+        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place", "damped least squares"}),
         (
             "setPositions",
             (["LArm", "Torso"], 0, [[0.1] * 6] * 2, 0.5, 7),
-            {"arms by pose", "arms by place", "both legs", "projections onto limits", "damped least squares"},
+            {"arms by pose", "arms by place", "both legs", "bodies", "damped least squares"},
         ),
         ("moveTo", (0.1, 0.0, 0.0), {"both legs"}),
         ("moveIsActive", (), set()),
@@ -1139,7 +1139,7 @@ def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
 
     monkeypatch.setattr("nao_kin.naoqi.virtual.service.warm_up", warm_up)
     monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
-    assert kernels <= set(KERNELS)
+    assert {f"ik kernel, {kernel}" for kernel in kernels} <= set(cache.KERNELS)
     if kernels:
         with pytest.raises(BadArgument, match="enough"):
             virtual.services["ALMotion"].invoke(method, *arguments)

@@ -379,3 +379,5 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
         if name.startswith("wb") or (name.startswith(_PATHS) and self.balance.enabled):
             needed.add("bodies")
         return frozenset(needed)
+        if name.startswith(_MOVES):
+            needed.add("damped least squares")
