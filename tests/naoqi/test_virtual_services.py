@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
+from scipy.spatial import ConvexHull
 
 import nao_kin as nk
-from nao_kin._kernels.cache import CachedKernel
 from nao_kin._kernels import cache
+from nao_kin._kernels.cache import CachedKernel
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
@@ -609,6 +610,39 @@ def test_a_battery_without_a_number_says_so(virtual: VirtualNao) -> None:
 # --- ALMemory ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("space", [0, 1, 2])
+def test_the_support_polygon_is_the_hull_of_the_soles_on_the_floor(virtual: VirtualNao, space: int) -> None:
+    virtual.call("ALRobotPosture", "goToPosture", "StandInit", 1.0)
+    robot = virtual.robot
+    for feet, lifted in (("LR", 0.0), ("L", 0.02)):
+        if lifted:
+            change = [0.0, 0.0, lifted, 0.0, 0.0, 0.0]
+            _motion(virtual, "positionInterpolation", "RLeg", 1, change, 63, 0.5, False)
+        q, T_world_torso = virtual.joints.q(), virtual.torso_in_world()
+        names = [
+            f"{foot}Foot/FSR/{end}{side}" for foot in feet for end in ("Front", "Rear") for side in ("Left", "Right")
+        ]
+        T_space_torso = (
+            np.eye(4),
+            T_world_torso,
+            np.linalg.inv(robot_frame(robot, q, torso_in_world=T_world_torso)) @ T_world_torso,
+        )
+        hull = ConvexHull((T_world_torso @ robot.fk(q, names))[:, :2, 3])
+        expected = (T_space_torso[space] @ robot.fk(q, names))[hull.vertices, :2, 3]
+        found = np.array(_motion(virtual, "getSupportPolygon", space, True))
+        first = int(np.argmin(np.linalg.norm(expected - found[0], axis=1)))
+        assert np.abs(found - np.roll(expected, -first, axis=0)).max() < 1e-9
+
+
+def test_a_robot_that_sits_has_no_support_polygon_and_notifications_are_stored(virtual: VirtualNao) -> None:
+    assert _motion(virtual, "areNotificationsEnabled") is True
+    _motion(virtual, "setEnableNotifications", False)
+    assert _motion(virtual, "areNotificationsEnabled") is False
+    assert _motion(virtual, "getFootGaitConfig", "Max") == _motion(virtual, "getMoveConfig", "Max")
+    virtual.call("ALRobotPosture", "goToPosture", "Sit", 1.0)
+    assert _motion(virtual, "getSupportPolygon", 1, True) == []
+
+
 def test_memory_shows_every_joint(virtual: VirtualNao, nao: nk.NaoModel) -> None:
     virtual.post("ALMotion", "angleInterpolation", "HeadYaw", 2.0, 0.1, True)
     _motion(virtual, "setStiffnesses", "LHand", 0.25)
@@ -817,6 +851,30 @@ def test_events_are_told_to_whoever_subscribes(virtual: VirtualNao) -> None:
     assert {"mine", "other", "declared"} <= set(virtual.call("ALMemory", "getEventList"))
 
 
+def test_memory_tells_when_a_value_was_stored_and_an_event_raised(virtual: VirtualNao) -> None:
+    memory = "ALMemory"
+    start = virtual.clock.now
+    virtual.call(memory, "insertData", "Here", [1, "two"])
+    virtual.step(1.25)
+    assert virtual.call(memory, "getTimestamp", "Here") == [[1, "two"], int(start), round(1e6 * (start % 1.0))]
+    assert virtual.call(memory, "getType", "Here") == "list"
+    assert virtual.call(memory, "getTimestamp", "DCM/Time") == [1250, 1, 250000]
+    virtual.call(memory, "raiseMicroEvent", "Ping", 1)
+    virtual.step(0.5)
+    virtual.call(memory, "raiseEvent", "Ping", 2.0)
+    assert virtual.call(memory, "getEventHistory", "Ping") == [[1, 1, 250000], [2.0, 1, 750000]]
+    assert virtual.call(memory, "getEventHistory", "None") == []
+    heard: list[Any] = []
+    virtual.call(memory, "subscriber", "Ping").connect(heard.append)
+    virtual.call(memory, "removeMicroEvent", "Ping")
+    assert "Ping" not in virtual.call(memory, "getEventList")
+    assert virtual.call(memory, "getEventHistory", "Ping") == []
+    assert "unknown key 'Ping'" in _refused(virtual, memory, "getData", "Ping")
+    virtual.call(memory, "raiseEvent", "Ping", 3)
+    assert heard == []
+    assert "unknown event 'Pong' (nearest: Ping)" in _refused(virtual, memory, "removeMicroEvent", "Pong")
+
+
 def test_old_scripts_have_a_method_of_a_service_called(virtual: VirtualNao) -> None:
     called: list[tuple[Any, ...]] = []
     memory = virtual.services["ALMemory"]
@@ -922,6 +980,17 @@ def test_leds_have_their_actuators_names_too(virtual: VirtualNao, actuator: str,
     virtual.call("ALLeds", "setIntensity", "mine", 0.8)
     assert virtual.call("ALLeds", "getIntensity", led) == lit
     assert virtual.call("ALLeds", "listGroup", "mine") == virtual.call("ALLeds", "listGroup", led)
+
+
+def test_leds_are_reset_to_their_initial_colours(virtual: VirtualNao) -> None:
+    initial = dict(virtual.state().leds)
+    assert virtual.call("ALLeds", "listLED") == virtual.call("ALLeds", "listLEDs") == list(initial)
+    virtual.call("ALLeds", "off", "AllLeds")
+    virtual.call("ALLeds", "reset", "LeftEarLeds")
+    changed = virtual.state().leds
+    assert all((changed[led] == colour) == led.startswith("LeftEar") for led, colour in initial.items())
+    virtual.call("ALLeds", "reset", "AllLeds")
+    assert virtual.state().leds == initial
 
 
 def test_leds_go_on_and_off_by_group_led_and_channel(virtual: VirtualNao) -> None:

@@ -262,6 +262,10 @@ class Base:
         """The world's vertical in the torso's frame, as an accelerometer at rest measures it; shape (3,)."""
         return np.array(self.torso(q)[2, :3])
 
+    def is_down(self, foot: str, q: Floats) -> bool:
+        """Return whether the robot stands on its feet with this sole on the floor, to a millimetre."""
+        return self.support is not None and bool((self.torso(q) @ self._robot.fk(q, foot))[2, 3] <= LOWER)
+
     def _both_down(self, q: Floats) -> bool:
         """Return whether the other sole is on the floor too."""
         assert self.support is not None

@@ -249,6 +249,7 @@ _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
     waitUntilWalkIsFinished="waitUntilMoveIsFinished",
     walkIsActive="moveIsActive",
     setWalkArmsEnabled="setMoveArmsEnabled",
+    getFootGaitConfig="getMoveConfig",
 )
 class Locomotion(Service):
     """The methods of ALMotion that walk kinematically, without balance, sway or swinging arms.
