@@ -522,6 +522,16 @@ def test_it_begins_with_frame_robot_at_the_worlds_origin(nao: nk.NaoModel) -> No
 STANDING = ("Crouch", "Stand", "StandInit", "StandZero")
 
 
+@pytest.mark.parametrize("rest", ["Sit", "SitRelax", "LyingBelly", "LyingBack"])
+def test_a_robot_stands_up_where_it_stood(nao: nk.NaoModel, rest: str) -> None:
+    with VirtualNao(nao, stepped=True) as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        for standing in ("Stand", "Crouch", "StandInit"):
+            virtual.call("ALRobotPosture", "goToPosture", rest, 1.0)
+            virtual.call("ALRobotPosture", "goToPosture", standing, 1.0)
+            assert np.abs(virtual.call("ALMotion", "getRobotPosition", True)).max() < 1e-9
+
+
 @pytest.mark.parametrize("posture", STANDING)
 def test_a_posture_does_not_turn_the_robot_while_both_soles_are_down(nao: nk.NaoModel, posture: str) -> None:
     with VirtualNao(nao, stepped=True, posture=posture) as virtual:

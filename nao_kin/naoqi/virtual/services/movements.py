@@ -58,6 +58,7 @@ class GoToPosture(AtSpeed):
         super().start(nao, time)
         rest = nao.robot.semantics.postures[self._posture].up
         self._from_feet, self._to_feet = nao.base.support is not None, rest is None
+        self.keeps_feet = not self._from_feet  # its end puts a foot in place
         self._up_before = nao.base.vertical(nao.joints.q())
         foot = nao.base.standing_foot(self._q)
         self._up_after = nao.robot.fk(self._q, foot)[:3, 2] if rest is None else np.array(rest)
@@ -81,7 +82,7 @@ class GoToPosture(AtSpeed):
         near[nao.joints.columns(_HANDS)] = True
         self.value = bool(near.all())
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
-            nao.base.stand_on(nao.base.standing_foot(self._q), self._q)
+            nao.base.stand_up(nao.base.standing_foot(self._q), self._q)
         nao.log.change("posture", self._posture)
         if self.value:
             nao.announce("PostureChanged", self._posture)
