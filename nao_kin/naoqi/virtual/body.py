@@ -51,6 +51,7 @@ class Joints:
         self._stiffness = np.zeros(len(self.names))
         self._set: list[tuple[list[int], Floats, Notes]] = []
         self._released: list[int] = []
+        self._left_moving: dict[int, tuple[float, int]] = {}  # velocity and tick of joints whose task was killed
         self._chain = {self.column[name]: chain for chain in chain_names(robot) for name in robot.chains[chain]}
         self._reported_limp: set[str] = set()
 
@@ -98,6 +99,15 @@ class Joints:
     def release(self, columns: Sequence[int]) -> None:
         """Remove the stiffness of joints at the end of this tick, after they have followed its commands."""
         self._released += columns
+
+    def leave_moving(self, columns: Sequence[int], velocity: Floats, tick: int) -> None:
+        """Note the velocities of joints whose movement ends before it is done, in a tick [rad/s]."""
+        self._left_moving = {column: (float(speed), tick) for column, speed in zip(columns, velocity, strict=True)}
+
+    def velocity_left(self, columns: Sequence[int], tick: int) -> Floats:
+        """Return the velocities of joints whose movement ended before it was done in this tick, else 0 [rad/s]."""
+        left = [self._left_moving.get(column, (0.0, tick)) for column in columns]
+        return np.array([speed if ended == tick else 0.0 for speed, ended in left])
 
     def hold(self) -> None:
         """Command every joint to stay at its measured value."""

@@ -73,6 +73,7 @@ class GoToPosture(AtSpeed):
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Set the result to whether the posture was reached; if it is a posture on the feet, stand on a foot."""
+        super().end(nao, killed=killed)
         if killed or self.started is None:
             return
         # The last command is applied at the end of this tick; check whether the joints could follow.
