@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from scipy.linalg import expm
 
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
@@ -311,6 +312,23 @@ def test_a_velocity_is_kept_and_changed_after_a_step(script: Script, velocity: t
     script.watch(script.nao.post("ALMotion", "waitUntilMoveIsFinished"))
     assert not script("moveIsActive")
     assert script("getRobotVelocity") == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("velocity", [(0.04, 0.0, 0.2), (-0.03, 0.01, 0.1), (0.05, 0.0, 0.0)])
+def test_a_walk_at_a_velocity_follows_the_arc(velocity: tuple) -> None:
+    plan, gait = AtVelocity(np.array(velocity), Gait()), Gait()
+    walker = Walker({side: foot_beside(np.zeros(3), side) for side in "LR"}, np.zeros(3))
+    plan.begin(walker.body)
+    x, y, turn = velocity
+    generator = np.array([[0.0, -turn, x], [turn, 0.0, y], [0.0, 0.0, 0.0]])
+    time = 0.0
+    for _ in range(16):
+        step = plan.step(walker)
+        assert step is not None
+        walker.feet[step.side] = step.end
+        time += gait.left.period
+        exact = expm(time * generator)
+        assert walker.body == pytest.approx([exact[0, 2], exact[1, 2], turn * time], abs=1e-9)
 
 
 def test_full_speed_forwards_is_a_step_each_time(script: Script) -> None:

@@ -149,6 +149,14 @@ def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
     return np.array([c * x + s * y, c * y - s * x, wrapped(more - angle)])
 
 
+def arc(twist: ArrayLike) -> Floats:
+    """Return the pose at the end of an arc with a constant velocity in the body's frame, times its duration."""
+    x, y, theta = np.asarray(twist, dtype=np.float64).tolist()
+    # The chord is turned by half the angle, and shorter than the arc by sin(θ/2)/(θ/2).
+    c, s = (float(np.sinc(theta / (2.0 * math.pi))) * part for part in (math.cos(0.5 * theta), math.sin(0.5 * theta)))
+    return np.array([c * x - s * y, s * x + c * y, theta])
+
+
 def foot_beside(body: ArrayLike, side: str) -> Floats:
     """Return the pose of a foot below a body."""
     return composed(body, (0.0, _FOOT_Y[side], 0.0))

@@ -101,7 +101,7 @@ class AtVelocity(WalkPlan):
         """Return a step towards the place of the body's moving target at the end of the step."""
         if self._stopped:
             return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
-        advance = self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period
+        advance = steps.arc(self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period)
         # A delay of more than one step is dropped, so that it does not accumulate.
         late = np.clip(steps.seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
         self._target = steps.composed(steps.composed(walker.body, late), advance)

@@ -234,7 +234,7 @@ class ALMemory(Service):
             raise UnknownName("event", key, tuple(sorted(self._events)))
         self._events.remove(key)
         for stored in (self._values, self._times, self._history, self._modules, self.listening):
-            stored.pop(key, None)  # type: ignore[attr-defined]
+            stored.pop(key, None)
 
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Store a value under a key, and notify the subscribers."""
