@@ -1175,11 +1175,12 @@ def test_preferences_are_kept_by_domain(virtual: VirtualNao) -> None:
 @pytest.mark.parametrize(
     ("method", "arguments", "kernels"),
     [
-        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place", "damped least squares"}),
+        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place"}),
+        ("positionInterpolation", ("LLeg", 0, [0.1] * 6, 63, 1.0), {"damped least squares"}),
         (
             "setPositions",
             (["LArm", "Torso"], 0, [[0.1] * 6] * 2, 0.5, 7),
-            {"arms by pose", "arms by place", "both legs", "bodies", "damped least squares"},
+            {"arms by pose", "arms by place", "both legs", "bodies"},
         ),
         ("moveTo", (0.1, 0.0, 0.0), {"both legs"}),
         ("moveIsActive", (), set()),

@@ -400,7 +400,7 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
         """Return the kernels that a call needs to move arms or the torso by pose, to walk, or for the whole body."""
         named = str(given[:1]) if name.startswith(_MOVES) else ""
         needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
-        if name.startswith(_MOVES):
+        if name.startswith(_PATHS):  # a descent in each tick
             needed.add("damped least squares")
         if name.startswith(_WALKS) and not name.endswith("Active"):
             needed.add("both legs")
