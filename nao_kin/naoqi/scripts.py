@@ -22,7 +22,8 @@ _LOOK_SECONDS = 0.1
 def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: str | None = None) -> int:
     """Run a script for NAOqi in a process of its own, and wait for its end.
 
-    The script can import `naoqi`, `almath` and `motion`, from an installed SDK if there is one; Python 2 is translated.
+    The script can import `naoqi`, `almath`, `motion` and `vision_definitions`, from an installed SDK if there is one;
+    Python 2 is translated.
 
     Args:
         script: the file.

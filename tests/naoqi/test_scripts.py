@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -281,6 +282,18 @@ PYTHON_2 = """\
 """
 
 
+def test_a_script_without_a_walk_loads_no_kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr("nao_kin.naoqi.virtual.service.warm_up", asked.extend)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
+    script = tmp_path / "hello.py"
+    with VirtualNao(speed=SPEED, posture="StandInit") as virtual, QiServer(virtual, port=0, quiet=True) as server:
+        for calls, kernels in (("motion.setAngles('HeadYaw', 0.1, 0.5)", []), ("motion.moveInit()", ["both legs"])):
+            script.write_text(f"from naoqi import ALProxy\nmotion = ALProxy('ALMotion', '127.0.0.1', 9559)\n{calls}\n")
+            assert run_script(script, endpoint=server.endpoint) == 0
+            assert asked == [f"ik kernel, {kernel}" for kernel in kernels]
+
+
 def test_python_2_runs_translated_and_its_exit_code_is_kept(
     robot: tuple[VirtualNao, str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -402,6 +415,56 @@ def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["helper.py", "old.py"]
     script.write_text("from __future__ import division\nprint 1 / 2\n")
     assert _run(script, "tcp://127.0.0.1:1").stdout == "0.5\n"
+
+
+def test_python_2_beside_python_3_runs_translated_and_other_modules_do_not(tmp_path: Path) -> None:
+    (tmp_path / "moves.py").write_text("def half(x):\n\tprint 'half of', x\n        return x / 2\n")
+    (tmp_path / "new.py").write_text("def half(x):\n    return x / 2\n")
+    script = tmp_path / "main.py"
+    script.write_text("import moves, new\nprint(moves.half(5), new.half(5), 1 / 2)\n")
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "half of 5\n2 2.5 0.5\n"
+    assert done.stderr == "nao-kin: moves.py is Python 2, and runs translated\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["main.py", "moves.py", "new.py"]
+
+
+def test_scripts_find_the_documented_numbers_of_cameras(tmp_path: Path) -> None:
+    """Aldebaran documentation 2.5, ALVideoDevice: indexes, resolutions, colour spaces and parameters of cameras."""
+    documented = {
+        "kTopCamera": 0,
+        "kBottomCamera": 1,
+        "kQQVGA": 0,
+        "kVGA": 2,
+        "k4VGA": 3,
+        "k960p": 3,
+        "kQQQQVGA": 8,
+        "kYuvColorSpace": 0,
+        "kYUV422ColorSpace": 9,
+        "kRGBColorSpace": 11,
+        "kHSYColorSpace": 12,
+        "kHSVColorSpace": 12,
+        "kBGRColorSpace": 13,
+        "kDepthColorSpace": 17,
+        "kDistanceColorSpace": 21,
+        "kRawDepthColorSpace": 23,
+        "kCameraBrightnessID": 0,
+        "kCameraSelectID": 18,
+        "kCameraSharpnessID": 24,
+        "kCameraKeepAliveID": 35,
+        "kCameraAecAlgorithmID": 22,
+        "kCameraAutoFocusID": 40,
+        "kOV7670": 1,
+        "kMT9M114": 2,
+    }
+    script = tmp_path / "camera.py"
+    script.write_text(
+        "import json, vision_definitions\nfrom vision_definitions import kVGA\n"
+        f"print(json.dumps({{name: getattr(vision_definitions, name) for name in {list(documented)}}}))\n"
+    )
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == documented
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from loops import first_now
+from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation, Slerp
 
 import nao_kin as nk
 from nao_kin import naoqi
 from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
-from nao_kin.naoqi.virtual.limb_solvers import LimbTarget, anywhere, columns_of, descend
+from nao_kin.naoqi.virtual.limb_solvers import LimbTarget, anywhere, columns_of, descend, torso_over_feet
 
 pytestmark = pytest.mark.slow
 
@@ -335,6 +336,71 @@ def test_the_torso_keeps_what_the_mask_leaves_out(script: Script) -> None:
     script("setPositions", "Torso", ROBOT, start.tolist(), 0.5, 63)
     script.nao.step(2.0)
     assert np.abs(script.position("Torso", ROBOT) - start).max() < 1e-6
+
+
+def _error(T: np.ndarray, wanted: np.ndarray) -> float:
+    """Metres, with a radian as 0.1 m."""
+    turn = Rotation.from_matrix(T[:3, :3].T @ wanted[:3, :3]).magnitude()
+    return float(np.hypot(np.linalg.norm(T[:3, 3] - wanted[:3, 3]), 0.1 * turn))
+
+
+SMALL = [sign * change for sign in (1.0, -1.0) for change in np.diag([0.01] * 3 + [np.radians(4.0)] * 3)]
+
+
+@pytest.mark.parametrize("posture", ["Crouch", "Stand", "StandZero", "StandInit"])
+def test_the_torso_ends_no_farther_off_than_it_was_on_feet_that_stay(posture: str) -> None:
+    script = Script(posture)
+    robot, q, feet, start = script.nao.robot, script.nao.joints.q(), _feet(script), script.pose("Torso", WORLD)
+    for change in SMALL:
+        wanted = naoqi.pose(change) @ start
+        wanted[:3, 3] = start[:3, 3] + change[:3]
+        found = torso_over_feet(robot, wanted, feet, q)
+        left, right = robot.fk(found.q, ["LLeg", "RLeg"])
+        T = feet[0] @ np.linalg.inv(left)
+        assert np.abs(T @ right - feet[1]).max() < 1e-6
+        assert robot.within_limits(found.q)
+        assert found.missing == pytest.approx(_error(T, wanted), abs=1e-6)
+        assert found.missing <= _error(start, wanted) + 1e-9
+    script.nao.close()
+
+
+@pytest.mark.parametrize("change", [(0.02, 0.0, 0.0), (0.03, 0.0, 0.0), (0.02, 0.0, 0.005)])
+def test_in_crouch_the_torso_goes_as_near_as_scipy_finds_with_both_feet_in_place(change: tuple) -> None:
+    script = Script("Crouch")
+    robot, q, start = script.nao.robot, script.nao.joints.q(), script.pose("Torso", WORLD)
+    feet, wanted, columns = _feet(script), start.copy(), columns_of(robot, ["Torso"])
+    wanted[:3, 3] += change
+
+    def torso(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        moved = q.copy()
+        moved[columns] = x
+        left, right = robot.fk(moved, ["LLeg", "RLeg"])
+        T = feet[0] @ np.linalg.inv(left)
+        return T, np.linalg.inv(feet[1]) @ T @ right
+
+    def slip(x: np.ndarray) -> np.ndarray:
+        T = torso(x)[1]
+        return np.concatenate([T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_rotvec()])
+
+    found = minimize(
+        lambda x: 1e4 * _error(torso(x)[0], wanted) ** 2,
+        q[columns],
+        method="SLSQP",
+        bounds=list(zip(robot.lower[columns], robot.upper[columns], strict=True)),
+        constraints={"type": "eq", "fun": slip},
+        options={"maxiter": 300, "ftol": 1e-12},
+    )
+    best = q.copy()
+    best[columns] = found.x
+    assert np.abs(slip(found.x)).max() < 1e-6
+    assert robot.within_limits(robot.clamp(best))
+    assert np.abs(robot.clamp(best) - best).max() < 1e-6
+    script("positionInterpolation", "Torso", WORLD, [*change, 0.0, 0.0, 0.0], 63, 0.3, False)
+    script.nao.step(0.1)
+    assert np.abs(_feet(script) - feet).max() < 1e-6
+    assert _error(script.pose("Torso", WORLD), wanted) == pytest.approx(_error(torso(found.x)[0], wanted), abs=2e-5)
+    assert "Torso goes as near to its target as" in script.log()
+    script.nao.close()
 
 
 @pytest.mark.parametrize("foot", ["LLeg", "RLeg"])

@@ -522,6 +522,46 @@ def test_it_begins_with_frame_robot_at_the_worlds_origin(nao: nk.NaoModel) -> No
 STANDING = ("Crouch", "Stand", "StandInit", "StandZero")
 
 
+@pytest.mark.parametrize(("target", "overshoot"), [(0.9, 0.0), (2.0, 0.0), (0.0, 0.05), (0.5, 0.05)])
+def test_an_interpolation_after_a_killed_one_begins_with_its_velocity(
+    awake: VirtualNao, target: float, overshoot: float
+) -> None:
+    awake.post("ALMotion", "angleInterpolation", "HeadYaw", 1.0, 2.0, True)
+    awake.step(1.0)
+    assert _angle(awake, "HeadYaw") == pytest.approx(0.5)
+    (task,) = awake.call("ALMotion", "getTaskList")
+    awake.call("ALMotion", "killTask", task[1])
+    call = awake.post("ALMotion", "angleInterpolation", "HeadYaw", target, 1.5, True)
+    way = []
+    while not call.done():
+        awake.step(0.01)
+        way.append(_angle(awake, "HeadYaw"))
+    # A smooth movement by 1 rad in 2 s has 1.5 times its mean velocity in the middle; the joint may brake at once.
+    assert (0.3 if overshoot else 0.7) < (way[0] - 0.5) / 0.01 < 0.76
+    assert way[-1] == pytest.approx(target, abs=1e-9)
+    assert len(way) == 150
+    assert max(way) <= max(target, 0.5) + overshoot
+    # One tick later, the joint stands.
+    awake.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
+    awake.step(0.5)
+    awake.call("ALMotion", "killAll")
+    awake.step(0.01)
+    stands = _angle(awake, "HeadYaw")
+    awake.post("ALMotion", "angleInterpolation", "HeadYaw", 0.0, 1.0, True)
+    awake.step(0.01)
+    assert _angle(awake, "HeadYaw") == pytest.approx(stands, abs=1e-3)
+
+
+@pytest.mark.parametrize("rest", ["Sit", "SitRelax", "LyingBelly", "LyingBack"])
+def test_a_robot_stands_up_where_it_stood(nao: nk.NaoModel, rest: str) -> None:
+    with VirtualNao(nao, stepped=True) as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        for standing in ("Stand", "Crouch", "StandInit"):
+            virtual.call("ALRobotPosture", "goToPosture", rest, 1.0)
+            virtual.call("ALRobotPosture", "goToPosture", standing, 1.0)
+            assert np.abs(virtual.call("ALMotion", "getRobotPosition", True)).max() < 1e-9
+
+
 @pytest.mark.parametrize("posture", STANDING)
 def test_a_posture_does_not_turn_the_robot_while_both_soles_are_down(nao: nk.NaoModel, posture: str) -> None:
     with VirtualNao(nao, stepped=True, posture=posture) as virtual:

@@ -59,13 +59,21 @@ def _refused(nao: VirtualNao, service: str, method: str, *arguments: Any) -> str
 # --- behaviours -------------------------------------------------------------------------------------------------------
 
 
-def test_behaviours_are_named_by_their_folders(virtual: VirtualNao) -> None:
-    names = ["Nao/Sit", "Nao/Stand", "broken", "hello/behavior_1", "several"]
+@pytest.mark.filterwarnings("ignore:.*several.xar. keys outside of frames")
+def test_behaviours_are_named_by_their_folders_and_all_of_them_can_be_played(virtual: VirtualNao) -> None:
+    names = ["Nao/Sit", "Nao/Stand", "hello/behavior_1", "several/1", "several/2"]
     assert virtual.call("ALBehaviorManager", "getInstalledBehaviors") == names
     assert virtual.call("ALBehaviorManager", "getBehaviorNames") == names
     assert virtual.call("ALBehaviorManager", "isBehaviorInstalled", "hello/behavior_1") is True
     assert virtual.call("ALBehaviorManager", "isBehaviorPresent", "hello") is False
     assert virtual.call("ALBehaviorManager", "preloadBehavior", "hello/behavior_1") is True
+    for name in names:
+        assert virtual.call("ALBehaviorManager", "isBehaviorInstalled", name) is True
+        virtual.call("ALBehaviorManager", "runBehavior", name)
+    assert virtual.call("ALBehaviorManager", "isBehaviorInstalled", "several/wave") is True
+    for name, why in (("broken", "broken.xar"), ("several", "play one by its number or its box's name, as several/1")):
+        assert virtual.call("ALBehaviorManager", "isBehaviorInstalled", name) is False
+        assert why in virtual.log.lines[-1][1]
 
 
 def test_a_behaviour_is_played_along_its_curves(virtual: VirtualNao) -> None:

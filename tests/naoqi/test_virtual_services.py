@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
+from scipy.spatial import ConvexHull
 
 import nao_kin as nk
+from nao_kin._kernels import cache
 from nao_kin._kernels.cache import CachedKernel
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
-from nao_kin.naoqi.virtual.service import KERNELS
 from nao_kin.naoqi.virtual.virtual_nao import Missing
 
 
@@ -341,6 +342,19 @@ def _there(virtual: VirtualNao) -> list[Service]:
         ("ALTabletService", "showWebview", "a NAO has no such part"),
         ("DCM", "set", "it has no electronics"),
         ("ALTabletService", "ping", "a NAO has no such part"),
+        ("ALSegmentation3D", "subscribe", "its cameras give no pictures"),
+        ("ALExtractor", "subscribe", "its cameras give no pictures"),
+        ("ALMood", "currentPersonState", "it sees no people"),
+        ("ALUserInfo", "get", "it sees no people"),
+        ("ALExpressionWatcher", "add", "it sees no people"),
+        ("ALTactileGesture", "getGestures", "nothing touches it"),
+        ("ALWorldRepresentation", "getPosition", "it has no map"),
+        ("ALMotionRecorder", "startInteractiveRecording", "nobody moves its joints by hand"),
+        ("ALKnowledge", "getTriplets", "it is not a separate computer"),
+        ("ALLauncher", "launchScript", "it is not a separate computer"),
+        ("ALLogger", "info", "it is not a separate computer"),
+        ("ALResourceManager", "acquireResource", "it is not a separate computer"),
+        ("ALPreferences", "readPrefFile", "it is not a separate computer"),
     ],
 )
 def test_a_service_that_is_not_there_says_why_and_what_is(
@@ -596,6 +610,39 @@ def test_a_battery_without_a_number_says_so(virtual: VirtualNao) -> None:
 # --- ALMemory ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("space", [0, 1, 2])
+def test_the_support_polygon_is_the_hull_of_the_soles_on_the_floor(virtual: VirtualNao, space: int) -> None:
+    virtual.call("ALRobotPosture", "goToPosture", "StandInit", 1.0)
+    robot = virtual.robot
+    for feet, lifted in (("LR", 0.0), ("L", 0.02)):
+        if lifted:
+            change = [0.0, 0.0, lifted, 0.0, 0.0, 0.0]
+            _motion(virtual, "positionInterpolation", "RLeg", 1, change, 63, 0.5, False)
+        q, T_world_torso = virtual.joints.q(), virtual.torso_in_world()
+        names = [
+            f"{foot}Foot/FSR/{end}{side}" for foot in feet for end in ("Front", "Rear") for side in ("Left", "Right")
+        ]
+        T_space_torso = (
+            np.eye(4),
+            T_world_torso,
+            np.linalg.inv(robot_frame(robot, q, torso_in_world=T_world_torso)) @ T_world_torso,
+        )
+        hull = ConvexHull((T_world_torso @ robot.fk(q, names))[:, :2, 3])
+        expected = (T_space_torso[space] @ robot.fk(q, names))[hull.vertices, :2, 3]
+        found = np.array(_motion(virtual, "getSupportPolygon", space, True))
+        first = int(np.argmin(np.linalg.norm(expected - found[0], axis=1)))
+        assert np.abs(found - np.roll(expected, -first, axis=0)).max() < 1e-9
+
+
+def test_a_robot_that_sits_has_no_support_polygon_and_notifications_are_stored(virtual: VirtualNao) -> None:
+    assert _motion(virtual, "areNotificationsEnabled") is True
+    _motion(virtual, "setEnableNotifications", False)
+    assert _motion(virtual, "areNotificationsEnabled") is False
+    assert _motion(virtual, "getFootGaitConfig", "Max") == _motion(virtual, "getMoveConfig", "Max")
+    virtual.call("ALRobotPosture", "goToPosture", "Sit", 1.0)
+    assert _motion(virtual, "getSupportPolygon", 1, True) == []
+
+
 def test_memory_shows_every_joint(virtual: VirtualNao, nao: nk.NaoModel) -> None:
     virtual.post("ALMotion", "angleInterpolation", "HeadYaw", 2.0, 0.1, True)
     _motion(virtual, "setStiffnesses", "LHand", 0.25)
@@ -804,6 +851,30 @@ def test_events_are_told_to_whoever_subscribes(virtual: VirtualNao) -> None:
     assert {"mine", "other", "declared"} <= set(virtual.call("ALMemory", "getEventList"))
 
 
+def test_memory_tells_when_a_value_was_stored_and_an_event_raised(virtual: VirtualNao) -> None:
+    memory = "ALMemory"
+    start = virtual.clock.now
+    virtual.call(memory, "insertData", "Here", [1, "two"])
+    virtual.step(1.25)
+    assert virtual.call(memory, "getTimestamp", "Here") == [[1, "two"], int(start), round(1e6 * (start % 1.0))]
+    assert virtual.call(memory, "getType", "Here") == "list"
+    assert virtual.call(memory, "getTimestamp", "DCM/Time") == [1250, 1, 250000]
+    virtual.call(memory, "raiseMicroEvent", "Ping", 1)
+    virtual.step(0.5)
+    virtual.call(memory, "raiseEvent", "Ping", 2.0)
+    assert virtual.call(memory, "getEventHistory", "Ping") == [[1, 1, 250000], [2.0, 1, 750000]]
+    assert virtual.call(memory, "getEventHistory", "None") == []
+    heard: list[Any] = []
+    virtual.call(memory, "subscriber", "Ping").connect(heard.append)
+    virtual.call(memory, "removeMicroEvent", "Ping")
+    assert "Ping" not in virtual.call(memory, "getEventList")
+    assert virtual.call(memory, "getEventHistory", "Ping") == []
+    assert "unknown key 'Ping'" in _refused(virtual, memory, "getData", "Ping")
+    virtual.call(memory, "raiseEvent", "Ping", 3)
+    assert heard == []
+    assert "unknown event 'Pong' (nearest: Ping)" in _refused(virtual, memory, "removeMicroEvent", "Pong")
+
+
 def test_old_scripts_have_a_method_of_a_service_called(virtual: VirtualNao) -> None:
     called: list[tuple[Any, ...]] = []
     memory = virtual.services["ALMemory"]
@@ -909,6 +980,17 @@ def test_leds_have_their_actuators_names_too(virtual: VirtualNao, actuator: str,
     virtual.call("ALLeds", "setIntensity", "mine", 0.8)
     assert virtual.call("ALLeds", "getIntensity", led) == lit
     assert virtual.call("ALLeds", "listGroup", "mine") == virtual.call("ALLeds", "listGroup", led)
+
+
+def test_leds_are_reset_to_their_initial_colours(virtual: VirtualNao) -> None:
+    initial = dict(virtual.state().leds)
+    assert virtual.call("ALLeds", "listLED") == virtual.call("ALLeds", "listLEDs") == list(initial)
+    virtual.call("ALLeds", "off", "AllLeds")
+    virtual.call("ALLeds", "reset", "LeftEarLeds")
+    changed = virtual.state().leds
+    assert all((changed[led] == colour) == led.startswith("LeftEar") for led, colour in initial.items())
+    virtual.call("ALLeds", "reset", "AllLeds")
+    assert virtual.state().leds == initial
 
 
 def test_leds_go_on_and_off_by_group_led_and_channel(virtual: VirtualNao) -> None:
@@ -1094,10 +1176,11 @@ def test_preferences_are_kept_by_domain(virtual: VirtualNao) -> None:
     ("method", "arguments", "kernels"),
     [
         ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place"}),
+        ("positionInterpolation", ("LLeg", 0, [0.1] * 6, 63, 1.0), {"damped least squares"}),
         (
             "setPositions",
             (["LArm", "Torso"], 0, [[0.1] * 6] * 2, 0.5, 7),
-            {"arms by pose", "arms by place", "both legs", "projections onto limits", "damped least squares"},
+            {"arms by pose", "arms by place", "both legs", "bodies"},
         ),
         ("moveTo", (0.1, 0.0, 0.0), {"both legs"}),
         ("moveIsActive", (), set()),
@@ -1126,7 +1209,7 @@ def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
 
     monkeypatch.setattr("nao_kin.naoqi.virtual.service.warm_up", warm_up)
     monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
-    assert kernels <= set(KERNELS)
+    assert {f"ik kernel, {kernel}" for kernel in kernels} <= set(cache.KERNELS)
     if kernels:
         with pytest.raises(BadArgument, match="enough"):
             virtual.services["ALMotion"].invoke(method, *arguments)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from scipy.linalg import expm
 
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
@@ -313,6 +314,23 @@ def test_a_velocity_is_kept_and_changed_after_a_step(script: Script, velocity: t
     assert script("getRobotVelocity") == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize("velocity", [(0.04, 0.0, 0.2), (-0.03, 0.01, 0.1), (0.05, 0.0, 0.0)])
+def test_a_walk_at_a_velocity_follows_the_arc(velocity: tuple) -> None:
+    plan, gait = AtVelocity(np.array(velocity), Gait()), Gait()
+    walker = Walker({side: foot_beside(np.zeros(3), side) for side in "LR"}, np.zeros(3))
+    plan.begin(walker.body)
+    x, y, turn = velocity
+    generator = np.array([[0.0, -turn, x], [turn, 0.0, y], [0.0, 0.0, 0.0]])
+    time = 0.0
+    for _ in range(16):
+        step = plan.step(walker)
+        assert step is not None
+        walker.feet[step.side] = step.end
+        time += gait.left.period
+        exact = expm(time * generator)
+        assert walker.body == pytest.approx([exact[0, 2], exact[1, 2], turn * time], abs=1e-9)
+
+
 def test_full_speed_forwards_is_a_step_each_time(script: Script) -> None:
     script("moveInit")
     script("moveToward", 1.0, 0.0, 0.0)
@@ -394,6 +412,42 @@ def test_footsteps_take_the_time_they_are_given_and_no_less_than_a_step_needs(sc
     script("setFootSteps", ["LLeg", "RLeg"], [[0.02, 0.1, 0.0], [0.02, -0.1, 0.0]], [0.8, 0.9], True)
     time, _, _ = script.watch(script.nao.post("ALMotion", "waitUntilMoveIsFinished"))
     assert time == pytest.approx(0.8 + 0.42, abs=1e-9)
+
+
+# Aldebaran documentation 2.1, locomotion control: "Footsteps clipping" gives the extremal values of a step.
+@pytest.mark.parametrize(
+    ("given", "made", "clipped"),
+    [
+        ((0.06, 0.1, 0.0), (0.06, 0.1, 0.0), False),
+        ((-0.08, 0.16, 0.524), (-0.08, 0.16, 0.524), False),
+        ((0.2, 0.3, 0.9), (0.08, 0.16, 0.524), True),
+    ],
+)
+def test_footsteps_are_clipped_to_the_documented_extremes_and_told_as_they_are_made(
+    script: Script, given: tuple, made: tuple, clipped: bool
+) -> None:
+    script("moveInit")
+    begun = [[0.0, -0.1, 0.0], list(given)]
+    script("setFootSteps", ["RLeg", "LLeg"], begun, [0.6, 1.2], False)
+    script.nao.step(0.1)
+    _, _, coming = script("getFootSteps")
+    assert coming[0][2] == pytest.approx(made, abs=1e-9)
+    script.watch(script.nao.post("ALMotion", "waitUntilMoveIsFinished"))
+    left, right = (_floor(T) for T in script.feet().values())
+    assert seen_from(right, left) == pytest.approx(made, abs=1e-6)
+    lines = [line for _, line in script.nao.log.lines if "is clipped to" in line]
+    expected = "setFootSteps: LLeg [0.2, 0.3, 0.9] is clipped to [0.08, 0.16, 0.524]"
+    assert lines == ([expected] if clipped else [])
+
+
+def test_values_of_a_move_configuration_that_are_clipped_are_logged(script: Script) -> None:
+    config = [["MaxStepX", 0.2], ["MaxStepFrequency", 5.0], ["LeftStepHeight", 0.5], ["MaxStepY", 0.14]]
+    script.nao.post("ALMotion", "moveTo", 0.02, 0.0, 0.0, config)
+    assert [line for _, line in script.nao.log.lines] == [
+        "moveTo: MaxStepX = 0.2 is clipped to 0.08",
+        "moveTo: MaxStepFrequency = 5 is clipped to 1",
+        "moveTo: LeftStepHeight = 0.5 is clipped to 0.04",
+    ]
 
 
 # --- what is kept, and errors -----------------------------------------------------------------------------------------

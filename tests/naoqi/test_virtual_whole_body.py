@@ -117,6 +117,35 @@ def test_a_foot_that_is_free_is_moved_in_balance_on_the_other(script: Script) ->
     assert np.abs(script.position("RLeg", WORLD) - start - path[1]).max() < 1e-6
 
 
+def test_a_kick_with_one_foot_and_then_with_the_other_moves_both(script: Script) -> None:
+    """The calls of Aldebaran's example wbKick: the foot that kicked first is still "Free" when it must stand."""
+    script("wbEnable", True)
+    script("wbFootState", "Fixed", "Legs")
+    script("wbEnableBalanceConstraint", True, "Legs")
+    for support, kicking in (("LLeg", "RLeg"), ("RLeg", "LLeg")):
+        assert script("wbGoToBalance", support, 1.0) is True
+        script("wbFootState", "Free", kicking)
+        start = script.position(kicking, WORLD)
+        path = [[0.03, 0.0, 0.03, 0.0, 0.0, 0.0], [0.0] * 6]
+        call = script.nao.post(
+            "ALMotion", "positionInterpolations", [kicking], WORLD, [path], [63], [[0.6, 1.2]], False
+        )
+        script.nao.step(0.6)
+        assert np.abs(script.position(kicking, WORLD) - start - path[0]).max() < 2e-3
+        script.nao.step(0.7)
+        assert call.done()
+    assert "no foot stands" not in "".join(line for _, line in script.nao.log.lines)
+
+
+def test_there_is_no_balance_on_a_foot_in_the_air(script: Script) -> None:
+    script("wbEnable", True)
+    assert script("wbGoToBalance", "LLeg", 1.0) is True
+    script("wbFootState", "Free", "RLeg")
+    script("positionInterpolation", "RLeg", WORLD, [0.0, 0.0, 0.02, 0.0, 0.0, 0.0], 63, 0.5, False)
+    assert script("wbGoToBalance", "RLeg", 1.0) is False
+    assert "RLeg is 20.0 mm above the floor" in "".join(line for _, line in script.nao.log.lines)
+
+
 def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: Script) -> None:
     target = script.position("LArm", ROBOT)
     target[:3] = 0.24, 0.12, 0.3

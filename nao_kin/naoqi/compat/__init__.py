@@ -1,4 +1,4 @@
-"""Modules that scripts for NAOqi import: `naoqi`, `almath` and `motion`.
+"""Modules that scripts for NAOqi import: `naoqi`, `almath`, `motion` and `vision_definitions`.
 
 `nao-kin run` puts this folder at the end of a script's search path. For other programs, add it to `PYTHONPATH`.
 """

@@ -3,7 +3,7 @@
     python nao_kin/naoqi/compat SCRIPT [ARGUMENT ...]
 
 If NAO_KIN_ENDPOINT is set, proxies of `naoqi` and sessions of `qi` connect there, whatever address the script gives.
-A script in Python 2 is translated in memory, with the modules of its folder.
+Scripts in Python 2 and modules in their folders are translated in memory.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def compiled(script: Path) -> Any:
         sys.exit(f"nao-kin: {script}: not valid Python: {error}")
     if translated:
         sys.stderr.write(f"nao-kin: {script.name} is Python 2, and runs translated\n")
-        python2.find_modules_in(script.resolve().parent)
+    python2.find_modules_in(script.resolve().parent, old=translated)
     return code
 
 

@@ -45,8 +45,9 @@ def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.Cod
     return compile(tree, path, "exec", dont_inherit=True), False
 
 
-def find_modules_in(folder: Path) -> None:
-    """Translate the modules of a Python 2 script's folder too, when they are imported."""
+def find_modules_in(folder: Path, *, old: bool) -> None:
+    """Translate modules of a script's folder when they are imported: those in Python 2, or all of an `old` script."""
+    _Loader.old = old
 
     def finder(path: str) -> machinery.FileFinder:
         inside = Path(path).resolve()
@@ -63,7 +64,9 @@ def find_modules_in(folder: Path) -> None:
 
 
 class _Loader(machinery.SourceFileLoader):
-    """Loads modules, and translates those in Python 2."""
+    """Loads modules, and translates those in Python 2, or all if they belong to an `old` script."""
+
+    old = False
 
     def path_stats(self, path: Any) -> Any:
         """Prevent bytecode files of translated modules, which another Python would take for the original's."""
@@ -71,7 +74,10 @@ class _Loader(machinery.SourceFileLoader):
 
     def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> Any:  # type: ignore[override]
         """Return the code of a module."""
-        return compiled(bytes(data), str(path), old=True)[0]
+        code, translated = compiled(bytes(data), str(path), old=self.old)
+        if translated and not self.old:
+            sys.stderr.write(f"nao-kin: {Path(path).name} is Python 2, and runs translated\n")
+        return code
 
 
 def _only_in_python_2(tree: ast.AST) -> bool:

@@ -51,6 +51,7 @@ class Joints:
         self._stiffness = np.zeros(len(self.names))
         self._set: list[tuple[list[int], Floats, Notes]] = []
         self._released: list[int] = []
+        self._left_moving: dict[int, tuple[float, int]] = {}  # velocity and tick of joints whose task was killed
         self._chain = {self.column[name]: chain for chain in chain_names(robot) for name in robot.chains[chain]}
         self._reported_limp: set[str] = set()
 
@@ -98,6 +99,15 @@ class Joints:
     def release(self, columns: Sequence[int]) -> None:
         """Remove the stiffness of joints at the end of this tick, after they have followed its commands."""
         self._released += columns
+
+    def leave_moving(self, columns: Sequence[int], velocity: Floats, tick: int) -> None:
+        """Note the velocities of joints whose movement ends before it is done, in a tick [rad/s]."""
+        self._left_moving = {column: (float(speed), tick) for column, speed in zip(columns, velocity, strict=True)}
+
+    def velocity_left(self, columns: Sequence[int], tick: int) -> Floats:
+        """Return the velocities of joints whose movement ended before it was done in this tick, else 0 [rad/s]."""
+        left = [self._left_moving.get(column, (0.0, tick)) for column in columns]
+        return np.array([speed if ended == tick else 0.0 for speed, ended in left])
 
     def hold(self) -> None:
         """Command every joint to stay at its measured value."""
@@ -191,7 +201,8 @@ class Base:
     between them stays in place.
 
     In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the torso
-    turns until it points up, gradually during a movement; its x, y and yaw in the world do not change. The world's
+    turns until it points up, gradually during a movement; its x, y and yaw in the world do not change. When the robot
+    stands again, FRAME_ROBOT is where it last stood. The world's
     origin is on the floor below the initial FRAME_ROBOT, and its x axis along that of FRAME_ROBOT.
     """
 
@@ -201,10 +212,11 @@ class Base:
         self.support: str | None = None
         self._T_world_sole = np.eye(4)
         self._place, self._yaw, self._R_world_torso = np.zeros(2), 0.0, np.eye(3)
+        self._T_world_stood: Floats | None = None  # FRAME_ROBOT when the robot last stood
         up = None if posture is None else robot.semantics.postures[posture].up
         if up is None:
             self.stand_on(self.standing_foot(q), q)
-            T_world_robot = robot_frame(robot, q, torso_in_world=self.torso(q))
+            T_world_robot = self._robot_frame(q)
             T_world_robot[2, 3] = 0.0
             self._T_world_sole = rigid_inverse(T_world_robot) @ self._T_world_sole
         else:
@@ -230,10 +242,7 @@ class Base:
         if foot != self.support:
             self.stand_on(foot, q)
         elif before is not None and self._both_down(before) and self._both_down(q):
-            frames = [robot_frame(self._robot, one, torso_in_world=self.torso(one)) for one in (before, q)]
-            change = frames[0] @ rigid_inverse(frames[1])
-            change[2, 3] = 0.0  # along the floor
-            self._T_world_sole = change @ self._T_world_sole
+            self._move_to(self._robot_frame(before), q)
 
     def check_stands(self) -> None:
         """Refuse a robot that does not stand on its feet."""
@@ -244,6 +253,21 @@ class Base:
         """Stand on a foot, "LLeg" or "RLeg", put flat on the floor at its pose in a configuration."""
         self.plant(foot, on_floor(self.torso(q) @ self._robot.fk(q, foot)))
 
+    def stand_up(self, foot: str, q: Floats) -> None:
+        """Stand on a foot after a rest on the floor, with FRAME_ROBOT where the robot last stood."""
+        self.stand_on(foot, q)
+        if self._T_world_stood is not None:
+            self._move_to(self._T_world_stood, q)
+
+    def _robot_frame(self, q: Floats) -> Floats:
+        return robot_frame(self._robot, q, torso_in_world=self.torso(q))
+
+    def _move_to(self, T_world_robot: Floats, q: Floats) -> None:
+        """Move the standing foot along the floor so that FRAME_ROBOT is at a pose."""
+        change = T_world_robot @ rigid_inverse(self._robot_frame(q))
+        change[2, 3] = 0.0
+        self._T_world_sole = change @ self._T_world_sole
+
     def plant(self, foot: str, T_world_sole: Floats) -> None:
         """Stand on a foot with its sole at a pose."""
         self.support, self._T_world_sole = foot, np.array(T_world_sole)
@@ -251,7 +275,7 @@ class Base:
     def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:
         """Rest on the floor with the vertical `up`, shape (3,), in the torso's frame."""
         if self.support is not None:
-            before = self.torso(q)
+            before, self._T_world_stood = self.torso(q), self._robot_frame(q)
             # The torso's rotation is the smallest rotation that makes its vertical upright, followed by the yaw.
             level = before[:3, :3] @ _upright(before[2, :3]).T
             self._place, self._yaw = before[:2, 3].copy(), math.atan2(level[1, 0], level[0, 0])
@@ -261,6 +285,10 @@ class Base:
     def vertical(self, q: Floats) -> Floats:
         """The world's vertical in the torso's frame, as an accelerometer at rest measures it; shape (3,)."""
         return np.array(self.torso(q)[2, :3])
+
+    def is_down(self, foot: str, q: Floats) -> bool:
+        """Return whether the robot stands on its feet with this sole on the floor, to a millimetre."""
+        return self.support is not None and bool((self.torso(q) @ self._robot.fk(q, foot))[2, 3] <= LOWER)
 
     def _both_down(self, q: Floats) -> bool:
         """Return whether the other sole is on the floor too."""

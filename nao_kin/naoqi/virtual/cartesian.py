@@ -284,8 +284,8 @@ class PathTask(MotionTask):
             feet[LEGS.index(leg.request.effector)] = T_world_foot
         found = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
         if found.missing > NOTEWORTHY:
-            what = "legs" if np.isinf(found.missing) else "one motor of both hips"
-            self.notes.once("torso", f"Torso goes as near to its target as the {what} allow{'s' * (what != 'legs')}")
+            limits = "feet in place, the joints' limits and the one motor of both hips"
+            self.notes.once("torso", f"Torso goes as near to its target as {limits} allow")
         return found.q
 
 
@@ -334,7 +334,8 @@ class CartesianControl(Service):
     - setPositions and its relatives send the joints straight to values for the target: the path in space is not
     straight.
     - A relative target adds to the position, and rotates about the axes of the space.
-    - Torso moves the legs with the feet in place; its yaw is adapted if the shared hip motor requires it.
+    - Torso moves the legs with the feet in place; its yaw is adapted if the shared hip motor requires it. At the
+      limits of joints, the torso goes to the nearest pose for which both feet stay.
       A moving leg moves the other hip too; in FRAME_WORLD and FRAME_ROBOT the other foot stays in place.
     - An unreachable target raises no error: the effector moves as near as it can, and the log says so.
     """

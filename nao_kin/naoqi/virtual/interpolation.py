@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # The number of ticks for which a motion is sampled in one call, which takes little longer than sampling one tick.
 _TICKS_AHEAD = 64
+# The longest handle of a joint that begins with a velocity away from its next key [s].
+_BRAKING = 0.1
 # The rounding that a task ignores in its last tick [s].
 ON_TIME = 1e-9
 
@@ -37,6 +39,9 @@ class Interpolation(MotionTask):
         """Make the motion from the commanded joint values."""
         super().start(nao, time)
         self._motion = self._plan(nao.joints.command[self.columns])
+        velocity = nao.joints.velocity_left(self.columns, nao.clock.ticks)
+        if velocity.any() and self._motion.interpolation != "linear":
+            self._motion = _begun_moving(self._motion, velocity)
         self._end = self._motion.end
         self._ahead: deque[Floats] = deque()
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
@@ -50,6 +55,29 @@ class Interpolation(MotionTask):
         values, done = self._ahead.popleft(), t >= self._end - ON_TIME
         nao.joints.set(self.columns, self._motion.sample(self._end) if done else values, self.notes)
         return done
+
+    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+        """Note the velocity of joints whose movement is killed."""
+        if killed and self.started is not None:
+            velocity = self._motion.speed(nao.clock.now - self.begin)
+            nao.joints.leave_moving(self.columns, velocity, nao.clock.ticks)
+
+
+def _begun_moving(motion: Motion, velocity: Floats) -> Motion:
+    """Return the motion with velocities (n,) at its beginning; joints brake before they pass their next keys, or soon.
+
+    A joint that moves towards its next key keeps within it; any other brakes within a tenth of a second.
+    """
+    curves = motion.as_bezier()
+    assert curves.handles is not None
+    handles = [np.array(rows) for rows in curves.handles]
+    for joint, speed in enumerate(velocity.tolist()):
+        if speed != 0.0:
+            gap, way = float(curves.times[joint][1] - curves.times[joint][0]), np.diff(curves.keys[joint][:2])[0]
+            longest = way / speed if way * speed > 0.0 else _BRAKING
+            length = min(gap / 3.0, longest)
+            handles[joint][0, 1] = length, speed * length
+    return Motion(curves.times, motion.joint_names, curves.keys, "bezier", handles)
 
 
 class AtSpeed(Interpolation):
@@ -78,6 +106,7 @@ class HandMove(AtSpeed):
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Remove the stiffness."""
+        super().end(nao, killed=killed)
         if self.started is None:
             return
         if killed:

@@ -125,26 +125,49 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
 
 
 def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
-    """Solve both legs for a torso pose (4, 4) with free yaw and for fixed poses of the left and right foot (2, 4, 4).
+    """Return joint values near q for fixed poses of the left and right foot (2, 4, 4) and the nearest torso pose.
 
-    `missing` is the torso's error, its yaw included; infinite if a foot does not reach its pose.
+    The yaw of the torso is adapted, because one motor drives both hips. If limits exclude that pose, the torso goes to
+    the nearest one for which both feet hold. `missing` is the torso's error, its yaw included; infinite if a foot does
+    not reach its pose.
+    """
+    q_legs, adapted = _with_fitting_yaw(robot, T_world_torso, T_world_feet, q)
+    if q_legs is None or not robot.within_limits(q_legs):
+        # One descent with the feet as constraints.
+        feet = dict(zip("LR", T_world_feet, strict=True))
+        found = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, reference=q, restarts=0)
+        if not np.isfinite(found.q).all():
+            return LimbSolution(np.array(q), np.inf)
+        q_legs, adapted = found.q, found.torso
+    turn = log(T_world_torso[:3, :3].T @ adapted[:3, :3])
+    away = T_world_torso[:3, 3] - adapted[:3, 3]
+    return LimbSolution(q_legs, float(np.linalg.norm([away, RADIAN * turn])))
+
+
+def _with_fitting_yaw(
+    robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats
+) -> tuple[Floats | None, Floats]:
+    """Return joint values for both feet, regardless of limits, and the torso with the nearest yaw that fits the hips.
+
+    If a leg is too short, return None and the torso as it is.
     """
     left, right = T_world_feet
-    target_torso = T_world_torso
+    target = T_world_torso
     for _ in range(_MAX_CORRECTIONS):
         # A batch of one uses the compiled kernel: in Python, a tick of 10 ms would take longer than 10 ms to compute.
-        found = ik.legs(robot, left[None], right, base="floating", torso=target_torso, free="yaw", reference=q)
+        found = ik.legs(
+            robot, left[None], right, base="floating", torso=target, free="yaw", reference=q, limits="ignore"
+        )
         if not np.all(found.success):
-            return LimbSolution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
+            return None, T_world_torso
         torso = np.asarray(found.torso)[0]
         # The solver adapts the yaw about the middle of the hips, which displaces a leaning torso: correct its position.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
-        target_torso = pose(six)
-        if np.abs(target_torso[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
+        target = pose(six)
+        if np.abs(target[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
             break
-    turn = log(T_world_torso[:3, :3].T @ torso[:3, :3])
-    return LimbSolution(found.q[0], float(np.linalg.norm([T_world_torso[:3, 3] - torso[:3, 3], RADIAN * turn])))
+    return found.q[0], torso
 
 
 def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:

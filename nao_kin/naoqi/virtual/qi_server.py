@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import ipaddress
 import socket
-import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -13,11 +12,10 @@ from typing import Any
 from nao_kin._core.arrays import flag, whole_number
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin._kernels.cache import compiles
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
-from nao_kin.naoqi.virtual.service import KERNELS, Service, make_ready, report
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.memory import Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
@@ -43,8 +41,8 @@ class QiServer:
     Scripts connect to it as to a robot. Calls are executed in order of arrival. Blocking methods occupy no thread: they
     return qi's future, so that thousands may wait. Angles travel as doubles; a robot sends floats of 32 bits.
 
-    The compiled kernels for walking, Cartesian and whole-body control are loaded in the background. A call that needs a
-    kernel waits until it is loaded, and so do robot time and later calls.
+    The first call that needs a compiled kernel, for walking, Cartesian or whole-body control, waits until the kernel is
+    loaded, and so do robot time and later calls.
 
     Import `nao_kin.naoqi`, or qi, before you create a robot: qi is not reliable if Pinocchio is loaded first.
 
@@ -93,12 +91,9 @@ class QiServer:
             # qi executes the calls of an object in a strand, one after the other; one strand for all services also
             # keeps the order of calls to different services.
             strand = getattr(exported, "__qi_strand__", None)
-        self._closing = threading.Event()
-        threading.Thread(target=self._load_kernels, args=(nao,), name="kernels", daemon=True).start()
 
     def close(self) -> None:
         """Stop listening; connected scripts get an error. Does nothing if the server is closed already."""
-        self._closing.set()
         session, self._session = self._session, None
         if session is not None:
             time.sleep(_SECONDS_TO_SETTLE)
@@ -111,19 +106,6 @@ class QiServer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def _load_kernels(self, nao: VirtualNao) -> None:
-        if not compiles():
-            return
-        report(
-            nao,
-            "compiled kernels are loading in the background (the first time on a machine they are compiled, which "
-            "takes some minutes); a call that needs one waits for it, and robot time stands still meanwhile",
-        )
-        for kernel in KERNELS:
-            if self._closing.is_set():
-                return
-            make_ready([kernel])
 
     def _check_address(self, host: str, port: int) -> None:
         """Refuse an address that is not available, and warn of one that other machines can reach."""

@@ -77,10 +77,7 @@ class Service:
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
         missing = self.kernels_for(name, given) - _ready
         if missing:
-            with self.nao.time_held():
-                if compiles():
-                    report(self.nao, f"{self.name}::{name} waits for compiled kernels; robot time stands still")
-                make_ready(missing)
+            _make_ready(self.nao, f"{self.name}::{name}", missing)
         try:
             with self.nao.monitor:
                 self.nao.check_open()
@@ -94,7 +91,7 @@ class Service:
             raise NaoqiError(self.name, name, str(error)) from None
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Return the compiled kernels of `nk.ik` that a call needs, some of `KERNELS`.
+        """Return the names of the compiled kernels of `nk.ik` that a call needs.
 
         They are loaded, or compiled, before the lock is taken; robot time stands still meanwhile. Single targets of the
         head, a camera or a leg need no kernels: their closed forms run as Python.
@@ -280,29 +277,17 @@ def _offer(
     setattr(kind, name, offered)
 
 
-# --- The compiled kernels of `nk.ik` that calls need. The kernel of the walk is first, because scripts need it most.
-
-KERNELS: tuple[str, ...] = (
-    "both legs",
-    "projections onto limits",
-    "damped least squares",
-    "arms by pose",
-    "arms by place",
-    "bodies",
-)
+# The compiled kernels of `nk.ik` that calls have loaded.
 _ready: set[str] = set()
 
 
-def make_ready(kernels: Iterable[str]) -> None:
-    """Load compiled kernels from the disk, or compile them, unless they are loaded."""
-    missing = sorted(set(kernels) - _ready, key=KERNELS.index)
-    if missing:
-        warm_up([f"ik kernel, {name}" for name in missing])
-        _ready.update(missing)
-
-
-def report(nao: VirtualNao, message: str) -> None:
-    """Log a message about compiled kernels, and publish it as an `Event` of the kind "kernels"."""
-    with nao.monitor:
-        nao.log.write(message)
-        nao.log.change("kernels", message)
+def _make_ready(nao: VirtualNao, call: str, kernels: frozenset[str]) -> None:
+    """Load compiled kernels from the disk, or compile them, while robot time stands still."""
+    with nao.time_held():
+        if compiles():
+            message = f"{call} waits for compiled kernels; robot time stands still"
+            with nao.monitor:
+                nao.log.write(message)
+                nao.log.change("kernels", message)
+        warm_up([f"ik kernel, {name}" for name in sorted(kernels)])
+        _ready.update(kernels)

@@ -73,8 +73,8 @@ class Gait(NamedTuple):
         return self.left if side == "L" else self.right
 
 
-def gait_of(config: Any) -> Gait:
-    """Return a gait from NAOqi's list of [name, value] pairs; numbers outside the documented range are clipped.
+def gait_of(config: Any, report: Callable[[str], object] = lambda change: None) -> Gait:
+    """Return a gait from NAOqi's list of [name, value] pairs; clip numbers outside the documented range, and report it.
 
     A name applies to both feet, or with the prefix "Left" or "Right" to one. Later pairs override earlier ones.
     """
@@ -86,8 +86,11 @@ def gait_of(config: Any) -> Gait:
         if plain not in PARAMETERS:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
         place = PARAMETERS.index(plain)
+        inside = min(max(value, LOWEST[place]), HIGHEST[place])
+        if inside != value:
+            report(f"{name} = {value:g} is clipped to {inside:g}")
         for side in sides or SIDES:
-            values[side][place] = min(max(value, LOWEST[place]), HIGHEST[place])
+            values[side][place] = inside
     return Gait(FootGait(*values["L"]), FootGait(*values["R"]))
 
 
@@ -144,6 +147,14 @@ def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
     c, s = math.cos(angle), math.sin(angle)
     x, y = bx - ax, by - ay
     return np.array([c * x + s * y, c * y - s * x, wrapped(more - angle)])
+
+
+def arc(twist: ArrayLike) -> Floats:
+    """Return the pose at the end of an arc with a constant velocity in the body's frame, times its duration."""
+    x, y, theta = np.asarray(twist, dtype=np.float64).tolist()
+    # The chord is turned by half the angle, and shorter than the arc by sin(θ/2)/(θ/2).
+    c, s = (float(np.sinc(theta / (2.0 * math.pi))) * part for part in (math.cos(0.5 * theta), math.sin(0.5 * theta)))
+    return np.array([c * x - s * y, s * x + c * y, theta])
 
 
 def foot_beside(body: ArrayLike, side: str) -> Floats:

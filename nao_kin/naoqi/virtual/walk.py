@@ -101,7 +101,7 @@ class AtVelocity(WalkPlan):
         """Return a step towards the place of the body's moving target at the end of the step."""
         if self._stopped:
             return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
-        advance = self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period
+        advance = steps.arc(self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period)
         # A delay of more than one step is dropped, so that it does not accumulate.
         late = np.clip(steps.seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
         self._target = steps.composed(steps.composed(walker.body, late), advance)
@@ -119,15 +119,15 @@ class ByFootsteps(WalkPlan):
         self.steps = list(given)
 
     def step(self, walker: Walker) -> steps.Footstep | None:
-        """Return the next given step, clipped to the limits of the gait."""
+        """Return the next given step."""
         if not self.steps:
             return None
-        side, wanted, period = self.steps.pop(0)
-        gait, support = steps.Gait().of(side), walker.feet[steps.other(side)]
-        end = steps.composed(support, steps.bounded(wanted, side, gait))
+        side, relative, period = self.steps.pop(0)
+        support = walker.feet[steps.other(side)]
+        end = steps.composed(support, relative)
         walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
-        start, period = walker.feet[side].copy(), max(period, gait.period)
-        return steps.Footstep(side, support.copy(), start, end, gait.step_height, period)
+        height = steps.FootGait().step_height
+        return steps.Footstep(side, support.copy(), walker.feet[side].copy(), end, height, period)
 
     def stop(self) -> None:
         """Make no more steps."""
@@ -249,6 +249,7 @@ _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
     waitUntilWalkIsFinished="waitUntilMoveIsFinished",
     walkIsActive="moveIsActive",
     setWalkArmsEnabled="setMoveArmsEnabled",
+    getFootGaitConfig="getMoveConfig",
 )
 class Locomotion(Service):
     """The methods of ALMotion that walk kinematically, without balance, sway or swinging arms.
@@ -284,18 +285,18 @@ class Locomotion(Service):
             if max(abs(target[0]), abs(target[1])) > _FARTHEST:
                 place = f"x {target[0]:g} m, y {target[1]:g} m"
                 raise BadArgument(f"a target must be at most {_FARTHEST:g} m away along each axis, got {place}")
-        return self._start("moveTo", ToTargets(targets, steps.gait_of(config)))
+        return self._start("moveTo", ToTargets(targets, self._gait("moveTo", config)))
 
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a velocity [m/s, rad/s], positive forwards and to the left, until stopped; returns immediately."""
-        self._start("move", AtVelocity(_motion(x, y, theta), steps.gait_of(moveConfig)))
+        self._start("move", AtVelocity(_motion(x, y, theta), self._gait("move", moveConfig)))
 
     def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left).
 
         Returns immediately. In the move configuration, the frequency may be called "Frequency".
         """
-        shares, gait = _motion(x, y, theta, 1.0), steps.gait_of(moveConfig)
+        shares, gait = _motion(x, y, theta, 1.0), self._gait("moveToward", moveConfig)
         foot = gait.left
         # When the robot walks sideways or turns, every second step only brings the feet together.
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
@@ -328,8 +329,9 @@ class Locomotion(Service):
         """Make given steps, and leave the feet as they are at the end; returns immediately.
 
         For each step, legName has "LLeg" or "RLeg", footSteps the pose [x, y, theta] of the foot relative to the other
-        one, clipped to the feasible range, and timeList the time of its end, from the beginning of the first step [s].
-        clearExisting discards the steps that have not begun.
+        one, and timeList the time of its end, from the beginning of the first step [s]. Poses are clipped to the bounds
+        of getMoveConfig("Max"), with 88 mm between the feet and 0.12 rad inwards, and a step lasts at least 0.42 s; the
+        log names steps that change. clearExisting discards the steps that have not begun.
         """
         legs, poses = _legs(legName), _poses(footSteps)
         times = as_floats(timeList, (), "timeList")
@@ -421,6 +423,10 @@ class Locomotion(Service):
         walk = self.nao.tasks.of(Walk)
         return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
 
+    def _gait(self, name: str, config: Any) -> steps.Gait:
+        """Return the gait of a move configuration, and log the values that are clipped."""
+        return steps.gait_of(config, lambda change: self.nao.log.write(f"{name}: {change}"))
+
     def _start(self, name: str, plan: WalkPlan) -> Call:
         """Walk by a plan, or continue the current walk by this plan."""
         walk = self.nao.tasks.of(Walk)
@@ -435,7 +441,18 @@ class Locomotion(Service):
         clears = arguments.flag(clear, "clearExisting")
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
-        plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)))
+        shortest, changed = steps.FootGait().period, []
+        plan = ByFootsteps([])
+        for leg, wanted, duration in zip(legs, poses, durations.tolist(), strict=True):
+            made, period = steps.bounded(wanted, leg[0], steps.HIGHEST), max(duration, shortest)
+            if not np.allclose(made, wanted, rtol=0.0, atol=_THERE):
+                changed.append(f"{leg} {_listed(wanted)} is clipped to {_listed(made)}")
+            if period > duration + _THERE:
+                changed.append(f"{leg} in {duration:g} s takes {period:g} s")
+            plan.steps.append((leg[0], made, period))
+        if changed:
+            more = f" and {len(changed) - 1} more" if len(changed) > 1 else ""
+            self.nao.log.write(f"{name}: {changed[0]}{more}")
         walk = self.nao.tasks.of(Walk)
         if walk is not None and isinstance(walk.plan, ByFootsteps):
             walk.plan.steps = [*([] if clears else walk.plan.steps), *plan.steps]
@@ -465,6 +482,10 @@ def _legs(value: Any) -> tuple[str, ...]:
     if not isinstance(names, (list, tuple)) or not names:
         raise BadArgument(f"legName must be LLeg or RLeg for each step, got {quoted(value, 60)}")
     return tuple(arguments.choice(name, "leg", tuple(_FEET.values())) for name in names)
+
+
+def _listed(pose: Floats) -> str:
+    return f"[{', '.join(f'{value:g}' for value in pose)}]"
 
 
 def _pose(place: Floats) -> list[float]:

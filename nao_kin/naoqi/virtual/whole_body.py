@@ -21,6 +21,7 @@ from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
+from nao_kin.world import LOWER
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -168,10 +169,12 @@ class GoToBalance(WholeBodyTask):
     """wbGoToBalance: move the centre of mass above `support` in `duration` [s], or longer for a speed `fraction`."""
 
     def __init__(
-        self, nao: VirtualNao, name: str, support: Any, duration: float, fraction: float | None = None
-    ) -> None:
+        self, nao: VirtualNao, name: str, control: BalanceControl, support: Any, duration: float,
+        fraction: float | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(nao, name, BalanceControl(enabled=True))
-        self._support = arguments.choice(support, "support leg", SUPPORTS)
+        self._control, self._support = control, arguments.choice(support, "support leg", SUPPORTS)
+        self._feet = LEGS if self._support == "Legs" else (self._support,)
         self._duration, self._fraction = duration, fraction
         nao.base.check_stands()
         self.value = False
@@ -179,8 +182,8 @@ class GoToBalance(WholeBodyTask):
     def start(self, nao: VirtualNao, time: float) -> None:
         """Find the path of the centre of mass, which ends above the middle of the feet's pressure sensors."""
         super().start(nao, time)
-        state, feet = self._initial, LEGS if self._support == "Legs" else (self._support,)
-        sensors = nao.robot.fk(state.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in feet for sensor in _SENSORS])
+        state = self._initial
+        sensors = nao.robot.fk(state.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in self._feet for sensor in _SENSORS])
         self._to = (state.T_world_torso @ sensors)[:, :2, 3].mean(axis=0)
         self._from = com_above(nao.robot, state.q, state.T_world_torso)
         if self._fraction is not None:
@@ -199,9 +202,16 @@ class GoToBalance(WholeBodyTask):
         assert q is not None
         done = share >= 1.0 - ON_TIME
         if done:
-            away = com_above(nao.robot, q, nao.base.torso(q)) - self._to
+            T_world_torso = nao.base.torso(q)
+            away = com_above(nao.robot, q, T_world_torso) - self._to
             stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
-            self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY
+            heights = (T_world_torso @ nao.robot.fk(q, self._feet))[:, 2, 3]
+            for foot, height in zip(self._feet, heights.tolist(), strict=True):
+                if height > LOWER:
+                    self.notes.once(foot, f"{foot} is {1e3 * height:.1f} mm above the floor: no balance on it")
+            self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY and bool((heights <= LOWER).all())
+            if self.value:  # the robot stands on these feet, also on one that was "Free"
+                self._control.feet.update(dict.fromkeys(self._feet, "Fixed"))
         return done
 
 
@@ -346,14 +356,18 @@ class WholeBodyControl(CartesianControl):
         self.balance.support = leg if arguments.flag(isEnable, "isEnable") else None
 
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
-        """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it got there."""
+        """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it got there.
+
+        The robot then stands on these feet: they become "Fixed". A foot in the air does not support the robot.
+        """
         seconds = arguments.duration(duration, "duration")
-        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", supportLeg, seconds))
+        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
-        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share))
+        task = GoToBalance(self.nao, "wbGoToBalanceWithSpeed", self.balance, supportLeg, _MIN_DURATION, share)
+        return self.nao.start_task(task)
 
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.

@@ -15,7 +15,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, Setting, settings
+from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -95,10 +95,12 @@ _OFF_ON = (0.0, 1.0)
 _NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
 # Red, green and blue of each colour: the binary numbers from 000 to 111.
 _NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
+_INITIAL: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
 _STEPS_PER_SECOND = 20
 _MAX_FRAMES = 10_000
 
 
+@former_names(listLED="listLEDs")
 class ALLeds(Service):
     """The LEDs. The watcher gets an `Event` of kind "leds" (name → r, g, b from 0 to 1) for new colours.
 
@@ -118,7 +120,7 @@ class ALLeds(Service):
         super().__init__(nao)
         self._groups = groups()
         self._actuators = actuators()
-        self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
+        self.colours = dict(_INITIAL)
         # The last call for each LED; earlier effects no longer change it.
         self._owners: dict[str, object] = {}
 
@@ -154,6 +156,10 @@ class ALLeds(Service):
     def off(self, name: Any) -> None:
         """Darken an LED or group."""
         self._fade(self._parts(name), (0.0, 0.0, 0.0))
+
+    def reset(self, name: Any) -> None:
+        """Set an LED or group to its initial colours."""
+        self._play([({led: _INITIAL[led] for led, _ in self._parts(name)}, 0.0)])
 
     def setIntensity(self, name: Any, intensity: Any) -> None:
         """Set the brightness of an LED or group, from 0 to 1: white, or the channel at the end of its name."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -86,7 +87,8 @@ def constants(joints: Iterable[str]) -> dict[str, Any]:
 # A quantity of a joint → its device and sensor or actuator in keys.
 _QUANTITIES = {"sensor": "Position/Sensor", "command": "Position/Actuator", "stiffness": "Hardness/Actuator"}
 _GRAVITY = 9.81  # m/s²
-_ON_FLOOR = 1e-3  # the largest height of a sole on the floor [m]
+# How many occurrences of each event getEventHistory returns at most.
+_OCCURRENCES = 100
 
 
 class Subscriber:
@@ -134,6 +136,9 @@ class ALMemory(Service):
         super().__init__(nao)
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
+        # Robot time of each stored value; value and time of the last occurrences of each event.
+        self._times: dict[str, float] = {}
+        self._history: dict[str, deque[tuple[Any, float]]] = {}
         self._descriptions: dict[str, str] = {}
         self.listening: dict[str, dict[int, Callable[[Any], object]]] = {}
         self.numbers = itertools.count(1)
@@ -170,7 +175,7 @@ class ALMemory(Service):
         name = arguments.text(key, "key")
         if name not in self._values:
             raise self._unknown(name)
-        del self._values[name]
+        del self._values[name], self._times[name]
         self._sense(name)
 
     def getDataList(self, filter: Any = "") -> list[str]:
@@ -189,6 +194,15 @@ class ALMemory(Service):
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
         return waiting
 
+    def getTimestamp(self, key: Any) -> list[Any]:
+        """[value, seconds, microseconds] of a key, in the robot's time; a value of the robot itself is of now."""
+        name = arguments.text(key, "key")
+        return _stamped(self._value(name), self._times.get(name, self.nao.clock.now))
+
+    def getType(self, key: Any) -> str:
+        """The type of a key's value, by its name in Python."""
+        return type(self._value(arguments.text(key, "key"))).__name__
+
     def setDescription(self, name: Any, description: Any) -> None:
         """Describe a key."""
         self._descriptions[_key(name)] = arguments.text(description, "description")
@@ -197,7 +211,7 @@ class ALMemory(Service):
         """[key, type, description] of keys."""
         if not isinstance(keylist, (list, tuple)):
             raise BadArgument("keylist must be a list of keys")
-        return [[key, type(self._value(key)).__name__, self._descriptions.get(key, "")] for key in map(_key, keylist)]
+        return [[key, self.getType(key), self._descriptions.get(key, "")] for key in map(_key, keylist)]
 
     # --- events ---------------------------------------------------------------------------------------------------
 
@@ -208,6 +222,19 @@ class ALMemory(Service):
     def getEventList(self) -> list[str]:
         """Names of the declared or raised events, in alphabetical order."""
         return sorted(self._events)
+
+    def getEventHistory(self, key: Any) -> list[list[Any]]:
+        """[value, seconds, microseconds] of the last hundred occurrences of an event, in the robot's time."""
+        return [_stamped(value, time) for value, time in self._history.get(_key(key), ())]
+
+    def removeMicroEvent(self, name: Any) -> None:
+        """Remove an event with its value, history and subscribers; an error for an unknown event."""
+        key = _key(name)
+        if key not in self._events:
+            raise UnknownName("event", key, tuple(sorted(self._events)))
+        self._events.remove(key)
+        for stored in (self._values, self._times, self._history, self._modules, self.listening):
+            stored.pop(key, None)
 
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Store a value under a key, and notify the subscribers."""
@@ -249,14 +276,17 @@ class ALMemory(Service):
     def _announce(self, key: str, value: Any) -> None:
         """Raise an event of the robot; the values of the robot's own keys are not stored."""
         if key not in self._own:
-            self._values[key] = value
+            self._store(key, value)
         self._raise(key, value)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _keep(self, key: str, value: Any) -> None:
-        self._values[key] = value
+        self._store(key, value)
         self._sense(key)
+
+    def _store(self, key: str, value: Any) -> None:
+        self._values[key], self._times[key] = value, self.nao.clock.now
 
     def _sense(self, key: str) -> None:
         """Notify the sensors of a new value under a key of the robot."""
@@ -266,6 +296,7 @@ class ALMemory(Service):
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
+        self._history.setdefault(key, deque(maxlen=_OCCURRENCES)).append((value, self.nao.clock.now))
         for callback in self.listening.get(key, {}).values():
             self.nao.monitor.later(partial(callback, value))
         if self.module_called is not None:
@@ -326,9 +357,7 @@ class ALMemory(Service):
 
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""
-        q = self.nao.joints.q()
-        height = (self.nao.base.torso(q) @ self.nao.robot.fk(q, foot))[2, 3]
-        return self.nao.base.support is not None and bool(height <= _ON_FLOOR)
+        return self.nao.base.is_down(foot, self.nao.joints.q())
 
     def _torso_angle(self, axis: int) -> float:
         """Return roll, pitch or yaw of the torso in the world, as its inertial sensor measures it at rest [rad]."""
@@ -337,6 +366,12 @@ class ALMemory(Service):
     def _acceleration(self, axis: int) -> float:
         """Return the acceleration that the torso's accelerometer measures at rest: gravity, upwards [m/s²]."""
         return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
+
+
+def _stamped(value: Any, time: float) -> list[Any]:
+    """Return [value, seconds, microseconds] for a time [s]."""
+    seconds, microseconds = divmod(round(1e6 * time), 1_000_000)
+    return [value, seconds, microseconds]
 
 
 def _key(key: object) -> str:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi import names as language
 from nao_kin.naoqi.names import limits
-from nao_kin.naoqi.spaces import torso_in
+from nao_kin.naoqi.spaces import LEGS, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
@@ -22,6 +22,7 @@ from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settin
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
+from nao_kin.robot import polygon_below, sole_corners
 
 # --- ALMotion's joint control: angles read, set, and interpolated.
 
@@ -252,6 +253,7 @@ class GeneralTools(Service):
     def __init__(self, nao: Any) -> None:
         super().__init__(nao)
         self._breath: dict[str, float] = {"Bpm": 12.0, "Amplitude": 0.5}
+        self._notifies = True
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
@@ -304,6 +306,22 @@ class GeneralTools(Service):
         T = torso_in(self.nao.robot, q, pSpace, torso_in_world=self.nao.base.torso(q))
         return [float(value) for value in T[:3, :3] @ com + T[:3, 3]]
 
+    def getSupportPolygon(self, frame: Any, useSensorValues: Any) -> list[list[float]]:
+        """Corners [x, y] of the support polygon of the soles on the floor, counter-clockwise, in a space [m].
+
+        The corners of a sole are its pressure sensors; empty if the robot does not stand on its feet.
+        """
+        robot, base = self.nao.robot, self.nao.base
+        q = self.nao.joints.q(sensor=arguments.flag(useSensorValues, "useSensorValues"))
+        space = torso_in(robot, q, frame, torso_in_world=base.torso(q)) @ rigid_inverse(base.torso(q))
+        down = () if base.support is None else [foot for foot in LEGS if base.is_down(foot, q)]
+        if not down:
+            return []
+        feet = {foot: base.torso(q) @ robot.fk(q, foot) for foot in down}
+        corners = polygon_below((T, sole_corners(robot, foot)) for foot, T in feet.items()).vertices
+        # The corners are on the floor, z = 0.
+        return [[float(value) for value in row] for row in corners @ space[:2, :2].T + space[:2, 3]]
+
     def _part(self, name: Any) -> str:
         parts = ("Torso", *WHOLE, *language.chain_names(self.nao.robot), *language.GROUPS, *self.nao.joints.names)
         return arguments.choice(arguments.text(name, "pName"), "part", parts)
@@ -332,6 +350,14 @@ class GeneralTools(Service):
         """End all tasks before they are done."""
         self.nao.tasks.kill()
 
+    def setEnableNotifications(self, enable: Any) -> None:
+        """Stored; the robot sends no notifications here."""
+        self._notifies = arguments.flag(enable, "enable")
+
+    def areNotificationsEnabled(self) -> bool:
+        """The stored value; initially True."""
+        return self._notifies
+
     # --- reflexes, which are not simulated ------------------------------------------------------------------------
 
     def isCollision(self, pChainName: Any) -> str:
@@ -358,7 +384,7 @@ class GeneralTools(Service):
 # The compiled kernels of nk.ik that an effector needs, by a part of its name.
 _KERNELS = {
     "Arm": ("arms by pose", "arms by place"),
-    "Torso": ("both legs", "projections onto limits", "damped least squares"),
+    "Torso": ("both legs", "bodies"),
 }
 _PATHS = ("positionInterpolation", "transformInterpolation")
 _MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", *_PATHS)
@@ -374,6 +400,8 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
         """Return the kernels that a call needs to move arms or the torso by pose, to walk, or for the whole body."""
         named = str(given[:1]) if name.startswith(_MOVES) else ""
         needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
+        if name.startswith(_PATHS):  # a descent in each tick
+            needed.add("damped least squares")
         if name.startswith(_WALKS) and not name.endswith("Active"):
             needed.add("both legs")
         if name.startswith("wb") or (name.startswith(_PATHS) and self.balance.enabled):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
-from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
@@ -56,6 +58,7 @@ class GoToPosture(AtSpeed):
         super().start(nao, time)
         rest = nao.robot.semantics.postures[self._posture].up
         self._from_feet, self._to_feet = nao.base.support is not None, rest is None
+        self.keeps_feet = not self._from_feet  # its end puts a foot in place
         self._up_before = nao.base.vertical(nao.joints.q())
         foot = nao.base.standing_foot(self._q)
         self._up_after = nao.robot.fk(self._q, foot)[:3, 2] if rest is None else np.array(rest)
@@ -70,6 +73,7 @@ class GoToPosture(AtSpeed):
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Set the result to whether the posture was reached; if it is a posture on the feet, stand on a foot."""
+        super().end(nao, killed=killed)
         if killed or self.started is None:
             return
         # The last command is applied at the end of this tick; check whether the joints could follow.
@@ -79,7 +83,7 @@ class GoToPosture(AtSpeed):
         near[nao.joints.columns(_HANDS)] = True
         self.value = bool(near.all())
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
-            nao.base.stand_on(nao.base.standing_foot(self._q), self._q)
+            nao.base.stand_up(nao.base.standing_foot(self._q), self._q)
         nao.log.change("posture", self._posture)
         if self.value:
             nao.announce("PostureChanged", self._posture)
@@ -275,13 +279,22 @@ class ALBehaviorManager(Service):
 
     name = "ALBehaviorManager"
 
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self._known: dict[tuple[Path, int], list[str]] = {}
+
     def getInstalledBehaviors(self) -> list[str]:
-        """Names of all behaviours."""
-        return sorted(self._files())
+        """Names of all behaviours that can be played; of several timelines in a file, each by its number: wave/1."""
+        return sorted(name for file, path in self._files().items() for name in self._playable(file, path))
 
     def isBehaviorInstalled(self, name: Any) -> bool:
-        """Whether there is such a behaviour."""
-        return arguments.text(name, "name") in self._files()
+        """Whether there is such a behaviour and it can be played; if it cannot, the log says why."""
+        try:
+            self._motion(name)
+        except NaoKinError as error:
+            self.nao.log.write(f"isBehaviorInstalled: {error}")
+            return False
+        return True
 
     def runBehavior(self, name: Any) -> Call:
         """Play a behaviour; returns at its end."""
@@ -310,16 +323,32 @@ class ALBehaviorManager(Service):
 
     def _play(self, task: str, name: Any) -> Call:
         """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
+        if self.isBehaviorRunning(name):
+            raise BadArgument(f"{name} is running already")
+        return self.nao.start_task(Playing(task, name, self._motion(name)))
+
+    def _motion(self, name: Any) -> Motion:
+        """Return the motion of a behaviour; raise an error for one that is unknown or cannot be played."""
         wanted, files = arguments.text(name, "name"), self._files()
         if self.nao.behaviors is None:
             raise BadArgument("no behaviours are installed; give nao-kin serve or run --behaviors FOLDER")
         file = max((file for file in files if f"{wanted}/".startswith(f"{file}/")), key=len, default=None)
         if file is None:
             raise UnknownName("behaviour", wanted, tuple(files))
-        if self.isBehaviorRunning(wanted):
-            raise BadArgument(f"{wanted} is running already")
-        motion = self._read(files[file], wanted[len(file) + 1 :], file)
-        return self.nao.start_task(Playing(task, wanted, motion))
+        return self._read(files[file], wanted[len(file) + 1 :], file)
+
+    def _playable(self, name: str, path: Path) -> list[str]:
+        """Return the names of the behaviours in a file: its own for a single timeline, or numbered ones."""
+        version = path, path.stat().st_mtime_ns
+        if version not in self._known:
+            names: list[str] = []
+            with suppress(BadInputFile), warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # reported when the behaviour is played
+                while True:  # until there is no timeline of the next number
+                    read_motion(path, format="xar", timeline=len(names) + 1, robot=self.nao.robot)
+                    names.append(f"{name}/{len(names) + 1}")
+            self._known[version] = [name] if len(names) == 1 else names
+        return self._known[version]
 
     def _read(self, path: Path, timeline: str, name: str) -> Motion:
         """Return the motion of a timeline in a file; if `timeline` is empty, of its only timeline."""
