@@ -53,7 +53,7 @@ _EXACT = {
     "geom": ("geoms", "worldbody", ("pos", "quat", "size")),
     "site": ("sites", "worldbody", ("pos", "quat", "size")),
     "camera": ("cameras", "worldbody", ("pos", "quat", "fovy")),
-    "general": ("actuators", "actuator", ("ctrlrange", "forcerange", "gainprm", "biasprm")),
+    "position": ("actuators", "actuator", ("ctrlrange", "forcerange")),
     "key": ("keys", "keyframe", ("qpos", "ctrl")),
 }
 _DEFAULTS = {"pos": (0.0, 0.0, 0.0), "quat": (1.0, 0.0, 0.0, 0.0)}
@@ -64,6 +64,8 @@ _ROUNDED = 2e-5
 def exact_xml(spec: Any) -> str:
     """Return the XML of a compiled specification, with its numbers at full precision."""
     root = ET.fromstring(spec.to_xml())
+    for actuator, element in _pairs(spec.actuators, root.iterfind("actuator/general")):
+        _as_position(element, kp=actuator.gainprm[0], kv=-actuator.biasprm[2])
     for tag, (source, part, attributes) in _EXACT.items():
         for one, element in _pairs(getattr(spec, source), root.iterfind(f"{part}//{tag}")):
             for attribute in attributes:
@@ -83,6 +85,14 @@ def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tup
     """Yield each named element with the part of the specification of that name; skip elements of a class."""
     by_name = {one.name: one for one in named}
     return ((by_name[element.get("name", "")], element) for element in elements if element.get("name"))
+
+
+def _as_position(element: ET.Element, *, kp: float, kv: float) -> None:
+    """Make a position actuator of a general one; MuJoCo 4 writes `input="pos"`, which MuJoCo 3 refuses."""
+    for attribute in ("input", "gaintype", "biastype", "gainprm", "biasprm"):
+        element.attrib.pop(attribute, None)
+    element.tag = "position"
+    element.attrib |= {"kp": numbers([kp]), "kv": numbers([kv])}
 
 
 def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
