@@ -37,7 +37,7 @@ _EXPONENTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 def page(known: Mapping[str, Any]) -> str:
     """Return the text of the page."""
-    measured = [(tool, known[tool.package]) for tool in TOOLS if tool.package in known]
+    measured = [(tool, known[tool.key]) for tool in TOOLS if tool.key in known]
     head = ("tool", "export", "poses", "mass", "meshes", "hips", "fingers", "moves")
     rows = [_summary(tool, record["rows"].values()) for tool, record in measured]
     return _HEAD + _table(head, rows) + _LEGEND + "".join(_section(tool, record) for tool, record in measured)
