@@ -197,6 +197,7 @@ def mjcf(
     spec.option.impratio = 10.0  # feet do not creep
     added = add_bodies(spec, bodies, floating=floating)
     notes = (
+        *taken.notes,
         *add_shapes(spec, added, bodies, tree, taken.names),
         *add_sites(spec, added, bodies, tree, robot.semantics, frames),
         *add_actuators(spec, bodies.joints()),
