@@ -303,9 +303,11 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.pos",
         f"$ {'2 ' * 25}\n! {'0 ' * 25}5\n",
-        "stiffness 2",
+        "stiffness 2, expected 0 to 1, or -1",
         (1, 0),
     ),
+    ("a.pos", f"{'0 ' * 25}5\n{'0 ' * 24}5\n", "25 numbers, expected 25 values and a duration", (2, 0)),
+    ("a.pos", f"{'0 ' * 25}5\n{'0 ' * 25}0 # stays\n", "DUR is 0 ms", (2, 51)),
     (
         "a.pos",
         f"HY HP {'LSP ' * 24}\n! {'0 ' * 25}5\n",
@@ -496,7 +498,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     ("a.kfm", f"keyFrames = [{{headAngles = [0]; {LIMBS}}}];", "1 angles, expected 2", (1, 28)),
     ("a.kfm", "keyFrames = [5];", "expected an object {…} for a key frame", (1, 14)),
     ("a.kfm", "keyFrames = [];", "no key frames", (0, 0)),
-    ("a.kfm", "a = 1; a = 2; keyFrames = [];", "'a' is given twice", (1, 8)),
+    ("a.cfg", "a = 1; a = 2; keyframeBlock = {};", "'a' is given twice", (1, 8)),
     ("a.kfm", "keyFrames = [", "the end of the file, expected a word or { or [", (1, 14)),
     (
         "kick.kmc",
