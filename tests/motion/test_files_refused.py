@@ -47,6 +47,7 @@ class _Evil:
 LIMBS = "armsAngles = []; legsAngles = []; duration = 5;"
 
 # File, text, words of the message, line and column.
+LIBRARY = "<x a='ChoregraphePositionLibrary'><position>"
 WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.csv",
@@ -487,6 +488,22 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
         "more than 200 deep",
         (1, 617),
     ),
+    ("a.xap", "<ChoregraphePositionLibrary/>", "no pose", (0, 0)),
+    (
+        "a.xap",
+        f"{LIBRARY}<version>3</version></position></x>",
+        "version '3' of a pose, expected 2 (radians)",
+        (0, 0),
+    ),
+    ("a.xap", f"{LIBRARY}<Motor><name>HeadYow</name>\n<value>1</value></Motor></position></x>", "'HeadYow'", (2, 17)),
+    (
+        "a.xap",
+        f"{LIBRARY}<Motor><name>HeadYaw</name>\n<value>x</value></Motor></position></x>",
+        "value is 'x'",
+        (2, 17),
+    ),
+    ("a.xap", f"<!DOCTYPE x>{LIBRARY}</position></x>", "a document type or an entity", (1, 12)),
+    ("a.xap", f"{LIBRARY}</x>", "malformed XML: mismatched tag", (1, 47)),
     ("a.kfm", "keyFrames = [\n  {duration = 5}\n];", "'}', expected ;", (2, 16)),
     ("a.kfm", "keyFrames = [{duration = 5;}];", "headAngles is nothing, expected a list […]", (1, 14)),
     (

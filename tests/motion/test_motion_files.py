@@ -7,6 +7,7 @@ import json
 import math
 import sys
 import warnings
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import pytest
 from nao_kin._core.csv_numbers import has_pyarrow, quick_numbers
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion import Motion, MotionFileWarning, read_motion
+from nao_kin.motion.files import is_motion_file
 from nao_kin.motion.files.choregraphe import automatic_handles
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -508,6 +510,44 @@ def test_naoqi_whole_body_in_one_time(tmp_path: Path) -> None:
     assert motion == Motion([2.5], BODY_ORDER, [angles])
 
 
+# Choregraphe's poses and packages.
+
+
+def test_a_pose_of_choregraphe_is_one_key_in_degrees_or_since_version_2_in_radians() -> None:
+    wave = read_motion(DATA / "library.xap", timeline="Greetings/Wave & smile")
+    assert wave.joint_names == ("HeadYaw", "LHand", "RElbowRoll")
+    assert _column(wave, "HeadYaw") == ([0.0], pytest.approx(_degrees(-20.5)))
+    assert _column(wave, "RElbowRoll") == ([0.0], pytest.approx(_degrees(60)))
+    assert _column(wave, "LHand") == ([0.0], [0.25])
+    look = read_motion(DATA / "library.xap", timeline="Look")
+    assert (_column(look, "HeadYaw"), _column(look, "LHand")) == (([0.0], [0.5]), ([0.0], [0.75]))
+    assert _column(read_motion(DATA / "library.xap", timeline="3"), "HeadPitch") == ([0.0], [-0.1])
+    with pytest.raises(BadInputFile, match="3 poses; .* 1: Greetings/Wave & smile, 2: Greetings/Look, 3: Nod"):
+        read_motion(DATA / "library.xap")
+
+
+def test_the_project_and_the_packages_of_choregraphe_say_where_the_motions_are(tmp_path: Path) -> None:
+    rows = "".join(f'<BehaviorDescription name="behavior" src="{src}" xar="behavior.xar" />' for src in ("wave", "sit"))
+    project = f'<?xml version="1.0"?><Package name="a"><BehaviorDescriptions>{rows}</BehaviorDescriptions></Package>'
+    error = _refused(tmp_path, project, "a.pml")
+    assert "a project of Choregraphe, with its motions in other files: wave/behavior.xar and 1 more" in str(error)
+    with zipfile.ZipFile(tmp_path / "packed.pkg", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("manifest.xml", "<package/>")
+        archive.writestr("wave/behavior.xar", "<Timeline/>")
+    for content, name in ((b"!<arch>\ndebian-binary", "a.crg"), ((tmp_path / "packed.pkg").read_bytes(), "a.pkg")):
+        assert "a package of Choregraphe; unpack it" in str(_refused(tmp_path, content, name))
+        assert is_motion_file(tmp_path / name)
+
+
+@pytest.mark.parametrize("first", [b"", b"#!/usr/bin/python\n"])
+def test_an_export_in_another_encoding_is_read_if_it_declares_it(tmp_path: Path, first: bytes) -> None:
+    export = "# 挥手\nnames = ['HeadYaw']\ntimes = [[1.0]]\nkeys = [[0.5]]\n".encode("gbk")
+    motion = _motion(tmp_path, first + b"# -*- coding: gbk -*-\n" + export, "a.py")
+    assert _column(motion, "HeadYaw") == ([1.0], [0.5])
+    for declared in (b"", b"# coding: utf-8\n", b"# coding: nonsense\n", b"# coding: hex\n", b"\n\n# coding: gbk\n"):
+        assert "not UTF-8 text" in str(_refused(tmp_path, first + declared + export, "a.py"))
+
+
 def test_relative_angles_are_refused(tmp_path: Path) -> None:
     error = _refused(tmp_path, '["HeadYaw", 0.5, 1.0,\n false]', "a.json")
     assert "[3]: relative angles" in str(error)
@@ -518,7 +558,7 @@ def test_relative_angles_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("file", sorted(path.name for path in DATA.iterdir()))
 def test_the_content_says_which_format_it_is_whatever_the_suffix(tmp_path: Path, file: str) -> None:
-    timeline = 1 if file in ("timelines.xar", "bezier_export.txt", "blocks.cfg") else None
+    timeline = 1 if file in ("timelines.xar", "bezier_export.txt", "blocks.cfg", "library.xap") else None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         expected = read_motion(DATA / file, timeline=timeline)
