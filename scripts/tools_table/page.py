@@ -34,7 +34,7 @@ means that the tool has no such function.
 _OTHERS = """
 ## Other tools
 
-These tools are not measured every week. Each was tried once, with V6.
+These tools are not in the weekly measurement. Each was tried once, with V6.
 
 - **mujoco-warp** 4.0.0 loads the file of `--format mjcf` and, after 50 steps from `StandInit`, agrees with MuJoCo to
   0.0004, in metres and radians; it computes in single precision.
@@ -43,8 +43,9 @@ These tools are not measured every week. Each was tried once, with V6.
   file, and 18 in the file with the published inertias, because hands and fingers move and have no mass. NVIDIA's
   urdf-usd-converter 0.3.4 converts all meshes to **OpenUSD**.
 
-In a tool that checks self-collision, exclude the pairs that the SRDF or the MJCF file excludes: the collision shapes
-contain the meshes, and those of neighbouring links overlap by up to 6 cm, also in postures such as `Sit`.
+In a tool that checks self-collision, exclude the pairs that the SRDF or the MJCF file excludes. The collision shapes
+contain the meshes, so those of neighbouring links overlap, by up to 6 cm between pelvis and thigh, and simulators push
+them apart.
 """
 
 _COUPLINGS = {"held": "follows", "constraint": "constraint", "told": "reports", "free": "set both"}

@@ -240,6 +240,20 @@ def test_meshes_are_written_as_mujoco_reads_them_and_scaled(
         np.testing.assert_allclose(0.5 * (points.min(0) + points.max(0)), centre, atol=1e-6)
 
 
+def test_a_robot_with_a_fixed_base_does_not_stand_in_the_floor(nao: nk.NaoModel, tmp_path: Path) -> None:
+    model = exported(nao, tmp_path / "nao", base="fixed")
+    data, floor = mujoco.MjData(model), model.geom("floor")
+    touching = set()
+    for higher in (0.0, 1e-3):  # a millimetre higher one posture reaches it
+        floor.pos[2] += higher
+        for key in range(model.nkey):
+            mujoco.mj_resetDataKeyframe(model, data, key)
+            mujoco.mj_forward(model, data)
+            if np.any(data.contact.geom == floor.id):
+                touching.add(higher)
+    assert touching == {1e-3}
+
+
 def test_with_a_fixed_base_the_root_does_not_move(nao: nk.NaoModel, tmp_path: Path) -> None:
     model = exported(nao, tmp_path / "nao", base="fixed", meshes="none")
     assert model.nq == len(nao.joint_names) + len(nao.mimics)
