@@ -89,7 +89,7 @@ def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tup
 
 
 def _as_position(element: ET.Element, *, kp: float, kv: float) -> None:
-    """Make a position actuator of a general one; MuJoCo 4 writes `input="pos"`, which MuJoCo 3 refuses."""
+    """Make a position actuator of a general one; MuJoCo 4 writes `input="pos"`, which early MuJoCo 3 refuses."""
     for attribute in ("input", "gaintype", "biastype", "gainprm", "biasprm"):
         element.attrib.pop(attribute, None)
     element.tag = "position"
