@@ -30,8 +30,8 @@ DATA, PAGE = DOCS / "tools.json", DOCS / "tools.md"
 def main(arguments: list[str] | None = None) -> int:
     """Measure, and write or compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    packages = [tool.package for tool in TOOLS]
-    parser.add_argument("--tool", action="append", choices=packages, metavar="PACKAGE", help="default: all")
+    keys = [tool.key for tool in TOOLS]
+    parser.add_argument("--tool", action="append", choices=keys, metavar="PACKAGE", help="default: all")
     parser.add_argument("--cache", type=Path, default=default_cache(), metavar="FOLDER", help="default: %(default)s")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--check", action="store_true", help="compare with the written results; exit 1 if they differ")
@@ -41,18 +41,18 @@ def main(arguments: list[str] | None = None) -> int:
     known: dict[str, Any] = json.loads(DATA.read_text(encoding="utf-8")) if DATA.is_file() else {}
     wrong = list[str]()
     for tool in () if options.page else TOOLS:
-        if options.tool and tool.package not in options.tool:
+        if options.tool and tool.key not in options.tool:
             continue
         measured = measure(tool, options.cache)
         said = faults(tool, measured)
         new = recorded(measured)
         if options.check:
-            said += differences(tool, known.get(tool.package), new)
-        known[tool.package] = new
+            said += differences(tool, known.get(tool.key), new)
+        known[tool.key] = new
         wrong += said
         print(f"{tool.name} {measured['version']}:", "; ".join(said) or "right", flush=True)
     if not options.check:
-        known = {tool.package: known[tool.package] for tool in TOOLS if tool.package in known}
+        known = {tool.key: known[tool.key] for tool in TOOLS if tool.key in known}
         DATA.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
         PAGE.write_text(page(known), encoding="utf-8")
     for line in wrong:

@@ -33,7 +33,7 @@ def _motion(context: typer.Context) -> None:
     """Convert, check, describe and draw motion files.
 
     Formats are recognised by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, python (Choregraphe
-    export), xar and naoqi (arguments of angleInterpolation); naodevils and bhuman can only be read.
+    export), xar and naoqi (arguments of angleInterpolation); naodevils, bhuman and xap can only be read.
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())

@@ -14,7 +14,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import fresh_name, quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.meshes import GREY, left_out_note, resolver
+from nao_kin.export.meshes import GREY, left_out_note, outside_note, resolver
 from nao_kin.export.pipeline import Destination, Exported
 from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
@@ -113,11 +113,11 @@ def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, R
                 scene.add_geometry(mesh, name, name, parent_node_name=visual.link, transform=place)
             else:
                 scene.graph.update(name, visual.link, matrix=place, geometry=same)
-    return {name: rgba for (_, rgba), name in paints.items()}, tuple(notes)
+    return {name: rgba for (_, rgba), name in paints.items()}, tuple(dict.fromkeys(notes))
 
 
 def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
-    """Return the meshes of a shape, each of one material; add a line to `notes` for textures that are left out."""
+    """Return the meshes of a shape, each of one material; add to `notes` what is left out, or from outside."""
     import trimesh
 
     if isinstance(geometry, Box):
@@ -131,7 +131,7 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
         loaded = read_mesh(path, lambda scene: list(scene.dump()), resolver=resolver(path, packages, left_out))
     except UnreadableShape as reason:
         raise UnreadableShape(f"its mesh {quoted(geometry.filename)} cannot be read: {reason}") from None
-    notes += left_out_note(path, left_out)
+    notes += (*outside_note(path, packages), *left_out_note(path, left_out))
     parts = [part for part in loaded if hasattr(part, "faces")]  # not lines or points
     for part in parts:
         part.metadata.clear()  # names of files and folders

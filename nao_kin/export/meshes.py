@@ -58,7 +58,7 @@ class TakenMeshes:
 
     names: dict[str, str] | None  # mesh name in the tree → in the document; None leaves out meshes
     files: Mapping[str, bytes] = field(default_factory=dict)  # name relative to the document → content
-    notes: tuple[str, ...] = ()  # one line for each mesh that names files not allowed in the export
+    notes: tuple[str, ...] = ()  # one line for each mesh from outside the package or with files left out
 
 
 def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
@@ -77,7 +77,7 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     for path in paths.values():
         left_out: list[str] = []
         files |= dict.fromkeys((path, *_companions(path, tree.packages, left_out)))
-        notes += left_out_note(path, left_out)
+        notes += (*outside_note(path, tree.packages), *left_out_note(path, left_out))
     # The files keep their relative paths, below their common folder.
     top = Path(os.path.commonpath([file.parent for file in files]))
     folder = MESH_FOLDER if meshes == "relative" else package
@@ -114,6 +114,12 @@ def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
             return file.read_bytes()
 
     return Resolver(str(real))
+
+
+def outside_note(mesh: Path, packages: Packages) -> list[str]:
+    """Return one line about a mesh that is not in the robot's package, as it becomes part of the export."""
+    real = Path(os.path.realpath(mesh))
+    return [] if packages.contain(real) else [f"{real.name} is from outside the robot's package: {abbreviated(real)}"]
 
 
 def left_out_note(mesh: Path, names: list[str]) -> list[str]:
@@ -257,11 +263,13 @@ _MOST_IN_STL = 200_000
 def assets(tree: UrdfTree) -> TakenMeshes:
     """Return the meshes of a tree as files that MuJoCo reads; their names are those in the folder of meshes."""
     paths, names, files = mesh_files(tree), dict[Path, str](), dict[str, bytes]()
+    notes: list[str] = []
     for path in dict.fromkeys(paths.values()):
+        notes += outside_note(path, tree.packages)
         content, suffix = _readable(path, tree.packages)
         names[path] = fresh_name(path.stem, {Path(name).stem for name in names.values()}) + suffix
         files[f"{FOLDER}/{names[path]}"] = content
-    return TakenMeshes({mesh: names[path] for mesh, path in paths.items()}, files)
+    return TakenMeshes({mesh: names[path] for mesh, path in paths.items()}, files, tuple(notes))
 
 
 def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:

@@ -26,6 +26,7 @@ import hmac
 import html
 import importlib.util
 import ipaddress
+import json
 import logging
 import re
 import secrets
@@ -338,5 +339,14 @@ def _meshcat() -> str:
     for folder in (spec.submodule_search_locations or []) if spec is not None else []:
         path = Path(folder) / "viewer" / "dist" / "main.min.js"
         if path.is_file():
-            return path.read_text(encoding="utf-8")
+            return path.read_text(encoding="utf-8") + _licences(path)
     raise BadModel("meshcat is not installed, or lacks its viewer; reinstall meshcat")
+
+
+def _licences(bundle: Path) -> str:
+    """Return a comment with the licences of meshcat and of the libraries in its bundle, which must be in every copy."""
+    own, others = bundle.parents[1] / "LICENSE", bundle.with_name(f"{bundle.name}.THIRD_PARTY_LICENSES.json")
+    texts = [f"meshcat\n\n{own.read_text(encoding='utf-8')}"] if own.is_file() else []
+    for part in json.loads(others.read_text(encoding="utf-8")) if others.is_file() else []:
+        texts.append(f"{part['name']} {part['version']}, {part['license']}\n\n{part.get('licenseText') or ''}")
+    return "".join(f"\n/*!\n{text.replace('*/', '* /').strip()}\n*/" for text in texts) + "\n"

@@ -123,7 +123,7 @@ def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
             # If no side at the vertex has a similar direction, a triangle has its own direction.
             means[i, k] = sides[corner][likeness.argmax()] if likeness.max() > 0.3 else own[i]
     normals, inverse = np.unique(np.round(means.reshape(-1, 3), _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
-    return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
+    return Surface(vertices[: len(sides)], triangles, normals, inverse.reshape(-1, 3))
 
 
 def _sides(faces: Ints, facing: Floats, weight: Floats) -> Floats:

@@ -22,7 +22,7 @@ def python_of(tool: Tool, cache: Path) -> Path:
     Raises:
         RuntimeError: pip cannot install it; with the last line of pip's output.
     """
-    folder = cache / tool.package
+    folder = cache / tool.key
     python = folder / "bin" / "python"
     wanted = "\n".join(tool.requirements) + "\n"
     stamp = folder / ".installed"

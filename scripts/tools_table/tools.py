@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 
@@ -21,6 +21,7 @@ class Tool:
         options: of the format.
         output: the file or folder to write.
         more: further packages to install.
+        bound: the versions of the package to use, as pip writes them: "<4"; "" for the newest.
     """
 
     name: str
@@ -32,11 +33,17 @@ class Tool:
     options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     output: str = "nao.urdf"
     more: tuple[str, ...] = ()
+    bound: str = ""
+
+    @property
+    def key(self) -> str:
+        """The package with its bound, unique in the table."""
+        return self.package + self.bound
 
     @property
     def requirements(self) -> tuple[str, ...]:
         """The packages to install."""
-        return (self.package, *self.more)
+        return (self.key, *self.more)
 
     @property
     def command(self) -> str:
@@ -45,13 +52,12 @@ class Tool:
         return f"nao-kin export {self.output} --format {self.format}{options}"
 
 
-TOOLS = (
-    Tool(
-        "MuJoCo",
-        "mujoco",
-        "mujoco",
-        "mjcf",
-        """\
+MUJOCO = Tool(
+    "MuJoCo",
+    "mujoco",
+    "mujoco",
+    "mjcf",
+    """\
 import mujoco
 
 model = mujoco.MjModel.from_xml_path("nao_mujoco/scene.xml")
@@ -59,9 +65,24 @@ data = mujoco.MjData(model)
 mujoco.mj_resetDataKeyframe(model, data, model.key("StandInit").id)
 mujoco.mj_step(model, data)
 """,
-        "The robot stands on its soles in simulation. If you set joints without simulating, set the mimic joints too: "
-        "{doc}`mujoco`.",
-        output="nao_mujoco",
+    "The robot stands on its soles in simulation. If you set joints without simulating, set the mimic joints too: "
+    "{doc}`mujoco`.",
+    output="nao_mujoco",
+)
+
+TOOLS = (
+    MUJOCO,
+    replace(
+        MUJOCO,
+        name="MuJoCo 3",
+        bound="<4",
+        remarks="This is the newest MuJoCo 3, with the files that MuJoCo 4 writes.",
+    ),
+    replace(
+        MUJOCO,
+        name="MuJoCo 3.3",
+        bound="==3.3.6",
+        remarks="This is the oldest version that the library supports, with the files that MuJoCo 4 writes.",
     ),
     Tool(
         "mink",

@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
@@ -60,6 +61,50 @@ def test_one_actuator_drives_each_joint_of_its_own_within_its_limits(nao: nk.Nao
         np.testing.assert_allclose(model.joint(name).range, (lower, upper), rtol=1e-15)
         assert actuator.gainprm[0] == -actuator.biasprm[1] > 0.0
     assert not model.jnt_limited[[model.joint(name).id for name in nao.mimics]].any()
+
+
+# The elements and attributes that the export may use, all in the schema of MuJoCo 3.3.6 (`mujoco.mj_printSchema`).
+_SCHEMA_OF_MUJOCO_3 = {
+    "mujoco": "model",
+    "compiler": "angle inertiafromgeom meshdir",
+    "option": "cone impratio integrator",
+    "size": "nkey",
+    "material": "name rgba",
+    "mesh": "content_type file inertia name scale",
+    "default": "class",
+    "body": "name pos quat",
+    "inertial": "fullinertia mass pos",
+    "joint": "armature axis damping frictionloss joint1 joint2 name polycoef pos range solimp solref type",
+    "geom": "class conaffinity contype group material mesh name pos quat size type",
+    "site": "group name pos quat size type",
+    "camera": "fovy name pos quat resolution",
+    "exclude": "body1 body2",
+    "position": "ctrlrange forcerange gear joint kp kv name",
+    "key": "ctrl name qpos",
+    "framequat": "name objname objtype",
+    **dict.fromkeys(("accelerometer", "gyro", "touch"), "name site"),
+    **dict.fromkeys(("ballangvel", "ballquat", "jointpos", "jointvel"), "joint name"),
+    **dict.fromkeys(("actuator", "asset", "contact", "equality", "keyframe", "sensor", "worldbody"), ""),
+}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"base": "fixed"},
+        {"typed": True, "coupling": "independent"},
+        {"coupling": "locked", "frames": "none", "meshes": "none"},
+    ],
+    ids=str,
+)
+def test_mujoco_3_can_read_what_a_later_version_has_written(
+    nao: nk.NaoModel, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    nk.export.mjcf(nao, tmp_path / "nao", **options)
+    for element in ET.parse(tmp_path / "nao" / "nao_v6.xml").iter():
+        assert element.tag in _SCHEMA_OF_MUJOCO_3
+        assert set(element.keys()) <= set(_SCHEMA_OF_MUJOCO_3[element.tag].split()), element.tag
 
 
 def test_couplings_are_equalities(nao: nk.NaoModel, model: Any) -> None:
@@ -193,6 +238,20 @@ def test_meshes_are_written_as_mujoco_reads_them_and_scaled(
         vertices = model.mesh_vert[first : first + count]
         points = vertices @ data.geom(geom).xmat.reshape(3, 3).T + data.geom(geom).xpos
         np.testing.assert_allclose(0.5 * (points.min(0) + points.max(0)), centre, atol=1e-6)
+
+
+def test_a_robot_with_a_fixed_base_does_not_stand_in_the_floor(nao: nk.NaoModel, tmp_path: Path) -> None:
+    model = exported(nao, tmp_path / "nao", base="fixed")
+    data, floor = mujoco.MjData(model), model.geom("floor")
+    touching = set()
+    for higher in (0.0, 1e-3):  # a millimetre higher one posture reaches it
+        floor.pos[2] += higher
+        for key in range(model.nkey):
+            mujoco.mj_resetDataKeyframe(model, data, key)
+            mujoco.mj_forward(model, data)
+            if np.any(data.contact.geom == floor.id):
+                touching.add(higher)
+    assert touching == {1e-3}
 
 
 def test_with_a_fixed_base_the_root_does_not_move(nao: nk.NaoModel, tmp_path: Path) -> None:

@@ -94,6 +94,18 @@ def test_a_file_that_is_no_mesh_is_not_taken_for_one(given: Path, format: str, m
 
 
 @pytest.mark.parametrize("format", EXPORTS)
+@pytest.mark.parametrize("mesh", ["{}/a.obj", "../a.obj", "file://{}/a.obj", "package://given/../a.obj", "link.obj"])
+def test_a_mesh_from_outside_of_the_package_is_named(given: Path, format: str, mesh: str) -> None:
+    (given.parent / "a.obj").write_text(SOLID)
+    (given / "link.obj").symlink_to(given.parent / "a.obj")
+    (given / "own.obj").write_text(SOLID)
+    two = f'{mesh.format(given.parent)}"/></geometry></visual><visual><geometry><mesh filename="own.obj'
+    done = _exported(given, two, format)
+    notes = [change for change in done.changes if "outside the robot's package" in change]
+    assert notes == [f"a.obj is from outside the robot's package: {given.parent / 'a.obj'}"]
+
+
+@pytest.mark.parametrize("format", EXPORTS)
 def test_meshes_of_another_package_are_taken_and_so_are_those_behind_links(given: Path, format: str) -> None:
     (given.parent / "other").mkdir()
     (given.parent / "other" / "a.obj").write_text(SOLID)

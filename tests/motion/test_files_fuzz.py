@@ -32,6 +32,7 @@ FORMAT_OF = {
     "motion.npz": "npz",
     "nod.kfm": "naodevils",
     "blocks.cfg": "bhuman",
+    "library.xap": "xap",
 }
 # What a broken program, a wrong unit or an enemy might write.
 WORDS = ["NaN", "nan", "inf", "-1", "0", "1e999", "9" * 400, "null", "true", '"x"', "[]", "{}", "", "*", ",", "'", '"']
@@ -95,7 +96,7 @@ def test_every_format_reads_its_own_file(path: Path, name: str) -> None:
     path.write_bytes(_content(name))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        timeline = 1 if name in ("timelines.xar", "bezier_export.txt", "blocks.cfg") else None
+        timeline = 1 if name in ("timelines.xar", "bezier_export.txt", "blocks.cfg", "library.xap") else None
         assert read_motion(path, format=FORMAT_OF[name], timeline=timeline)
 
 

@@ -47,6 +47,7 @@ class _Evil:
 LIMBS = "armsAngles = []; legsAngles = []; duration = 5;"
 
 # File, text, words of the message, line and column.
+LIBRARY = "<x a='ChoregraphePositionLibrary'><position>"
 WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.csv",
@@ -303,9 +304,11 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.pos",
         f"$ {'2 ' * 25}\n! {'0 ' * 25}5\n",
-        "stiffness 2",
+        "stiffness 2, expected 0 to 1, or -1",
         (1, 0),
     ),
+    ("a.pos", f"{'0 ' * 25}5\n{'0 ' * 24}5\n", "25 numbers, expected 25 values and a duration", (2, 0)),
+    ("a.pos", f"{'0 ' * 25}5\n{'0 ' * 25}0 # stays\n", "DUR is 0 ms", (2, 51)),
     (
         "a.pos",
         f"HY HP {'LSP ' * 24}\n! {'0 ' * 25}5\n",
@@ -485,6 +488,22 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
         "more than 200 deep",
         (1, 617),
     ),
+    ("a.xap", "<ChoregraphePositionLibrary/>", "no pose", (0, 0)),
+    (
+        "a.xap",
+        f"{LIBRARY}<version>3</version></position></x>",
+        "version '3' of a pose, expected 2 (radians)",
+        (0, 0),
+    ),
+    ("a.xap", f"{LIBRARY}<Motor><name>HeadYow</name>\n<value>1</value></Motor></position></x>", "'HeadYow'", (2, 17)),
+    (
+        "a.xap",
+        f"{LIBRARY}<Motor><name>HeadYaw</name>\n<value>x</value></Motor></position></x>",
+        "value is 'x'",
+        (2, 17),
+    ),
+    ("a.xap", f"<!DOCTYPE x>{LIBRARY}</position></x>", "a document type or an entity", (1, 12)),
+    ("a.xap", f"{LIBRARY}</x>", "malformed XML: mismatched tag", (1, 47)),
     ("a.kfm", "keyFrames = [\n  {duration = 5}\n];", "'}', expected ;", (2, 16)),
     ("a.kfm", "keyFrames = [{duration = 5;}];", "headAngles is nothing, expected a list […]", (1, 14)),
     (
@@ -496,7 +515,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     ("a.kfm", f"keyFrames = [{{headAngles = [0]; {LIMBS}}}];", "1 angles, expected 2", (1, 28)),
     ("a.kfm", "keyFrames = [5];", "expected an object {…} for a key frame", (1, 14)),
     ("a.kfm", "keyFrames = [];", "no key frames", (0, 0)),
-    ("a.kfm", "a = 1; a = 2; keyFrames = [];", "'a' is given twice", (1, 8)),
+    ("a.cfg", "a = 1; a = 2; keyframeBlock = {};", "'a' is given twice", (1, 8)),
     ("a.kfm", "keyFrames = [", "the end of the file, expected a word or { or [", (1, 14)),
     (
         "kick.kmc",

@@ -44,7 +44,7 @@ def _same(one: Motion, two: Motion, tolerance: float = 1e-12) -> bool:
 
 
 # Files of more than one motion.
-SEVERAL = ("timelines.xar", "bezier_export.txt", "blocks.cfg")
+SEVERAL = ("timelines.xar", "bezier_export.txt", "blocks.cfg", "library.xap")
 WRITTEN = [name for name, known in FORMATS.items() if known.write is not None]
 
 
@@ -304,8 +304,8 @@ def test_files_and_configurations_have_one_bound(tmp_path: Path) -> None:
 
 
 def test_a_format_that_is_only_read_is_not_written(whole_body: Motion, tmp_path: Path) -> None:
-    assert sorted(set(FORMATS) - set(WRITTEN)) == ["bhuman", "naodevils"]
-    for name, options in (("a.kfm", {}), ("a.cfg", {}), ("a.json", {"format": "bhuman"})):
+    assert sorted(set(FORMATS) - set(WRITTEN)) == ["bhuman", "naodevils", "xap"]
+    for name, options in (("a.kfm", {}), ("a.cfg", {}), ("a.xap", {}), ("a.json", {"format": "bhuman"})):
         with pytest.raises(BadArgument, match="files are only read; write one of: csv"):
             write_motion(whole_body, tmp_path / name, **options)
         assert not (tmp_path / name).exists()

@@ -7,6 +7,7 @@ import json
 import math
 import sys
 import warnings
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import pytest
 from nao_kin._core.csv_numbers import has_pyarrow, quick_numbers
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion import Motion, MotionFileWarning, read_motion
+from nao_kin.motion.files import is_motion_file
 from nao_kin.motion.files.choregraphe import automatic_handles
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -117,6 +119,34 @@ def test_runswift_adds_up_durations_and_takes_degrees() -> None:
     assert _column(motion, "RWristYaw")[1] == pytest.approx(_degrees(90, -97, 90))
     assert _column(motion, "LHand")[1] == pytest.approx([1.0, 0.0, 1.0])
     assert _column(motion, "RHand")[1] == pytest.approx(_degrees(0, 10, 0))
+
+
+# The order of rUNSWift's files before 2019, in which nothing marks a pose: the hands come after the wrists.
+OLD_POS = """\
+# HY HP LSP LSR LEY LER LWY LH LHYP LHR LHP LKP LAP LAR RHR RHP RKP RAP RAR RSP RSR REY RER RWY RH DUR
+  0  -5  72  20  -33 -47 55 1  -10 2 -25 40 -20 3  -2 -26 41 -21 -3  72 -20  33  47  -55  0  1500 # arms out
+$ 0.3 1 -1 -1 -1 -1 0 0 1 1 1 1 1 1 1 1 1 1 1 -1 -1 -1 -1 0 0
+#  9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9  9
+
+  0   5  90  10    0   0  0 0    0 0 -28 50 -25 0   0 -28 50 -25  0  90 -10   0   0    0  0.5  500
+"""
+
+
+@pytest.mark.parametrize("name", ["a.pos", "a.dat"])
+@pytest.mark.parametrize("header", [True, False])
+def test_runswift_before_2019_has_rows_without_a_mark(tmp_path: Path, name: str, header: bool) -> None:
+    text = OLD_POS if header else OLD_POS.partition("\n")[2]
+    if not header and name == "a.dat":
+        _refused(tmp_path, text, name)
+        return
+    motion = _motion(tmp_path, text, name)
+    assert set(motion.joint_names) == set(BODY_ORDER) - {"RHipYawPitch"}
+    assert _column(motion, "HeadPitch") == ([1.5, 2.0], pytest.approx(_degrees(-5, 5)))
+    assert _column(motion, "LHand")[1] == pytest.approx(_degrees(1, 0))
+    assert _column(motion, "LHipYawPitch")[1] == pytest.approx(_degrees(-10, 0))
+    assert _column(motion, "RHipPitch")[1] == pytest.approx(_degrees(-26, -28))
+    assert _column(motion, "RWristYaw")[1] == pytest.approx(_degrees(-55, 0))
+    assert _column(motion, "RHand")[1] == pytest.approx(_degrees(0, 0.5))
 
 
 def test_hulks_key_frames_begin_at_the_initial_positions() -> None:
@@ -232,6 +262,27 @@ def test_naodevils_frames_move_what_they_command_and_hold_the_rest() -> None:
     assert np.abs(pitch - (-10.0 + 20.0 * t)).max() < 1e-9
 
 
+KFM_FRAME = """{{
+  headAngles = [{head}];
+  armsAngles = [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]; armsAngles = [{arm}, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+  legsAngles = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]; duration = {ms}; intType = linear;
+}}"""
+
+
+def test_of_a_part_that_naodevils_give_twice_the_last_counts(tmp_path: Path) -> None:
+    text = f"keyFrames = [{KFM_FRAME.format(head='0.1, 0.2', arm=0.5, ms=200)}];"
+    assert _column(_motion(tmp_path, text, "a.kfm"), "LShoulderPitch") == ([0.2], [0.5])
+
+
+def test_of_frames_at_0_s_the_last_that_commands_a_joint_counts(tmp_path: Path) -> None:
+    frames = (("0.1, 0.2", 0.5, 0), ("20000, 0.3", 20000, 0), ("20000, 0.4", 0.6, 0), ("0.7, 0.8", 0.9, 100))
+    text = ",".join(KFM_FRAME.format(head=head, arm=arm, ms=ms) for head, arm, ms in frames)
+    motion = _motion(tmp_path, f"keyFrames = [{text}];", "a.kfm")
+    assert _column(motion, "HeadYaw") == ([0.0, 0.1], [0.1, 0.7])
+    assert _column(motion, "HeadPitch") == ([0.0, 0.1], [0.4, 0.8])
+    assert _column(motion, "LShoulderPitch") == ([0.0, 0.1], [0.6, 0.9])
+
+
 def test_bhuman_motions_are_blocks_one_after_another() -> None:
     with pytest.warns(MotionFileWarning, match="sensors are left out: keyframeBranches"):
         motion = read_motion(DATA / "blocks.cfg", timeline="wave")
@@ -248,6 +299,19 @@ def test_bhuman_motions_are_blocks_one_after_another() -> None:
     assert _column(lower, "HeadYaw") == ([0.8], [0.0])
     with pytest.raises(BadInputFile, match="3 motions; choose one .* 1: wave, 2: keyframeBlock/raise"):
         read_motion(DATA / "blocks.cfg")
+
+
+@pytest.mark.parametrize("robot", ["K1", "T1"])
+def test_bhumans_key_frames_of_another_robot_are_refused(tmp_path: Path, robot: str) -> None:
+    text = (DATA / "blocks.cfg").read_text(encoding="utf-8")
+    (tmp_path / robot).mkdir()
+    (tmp_path / robot / "keyframeMotionEngine.cfg").write_text(text, encoding="utf-8")
+    with pytest.raises(BadInputFile, match=f"key frames of Booster's {robot}, expected those of a NAO"):
+        read_motion(tmp_path / robot / "keyframeMotionEngine.cfg", timeline="lower")
+    # A copy elsewhere is known by arms that hang down at a roll of -80°, also in another block than the one to read.
+    block = "keyframeBlock = {rest = {keyframes = [\n{angles = {positions = {leftArm = [3deg, -83deg, 90deg]}}}]};"
+    error = _refused(tmp_path, text.replace("keyframeBlock = {", block, 1), "a.cfg")
+    assert "the left shoulder rolls to -83°, which no NAO's does; key frames of another robot" in str(error)
 
 
 @pytest.mark.parametrize("older", ["mofs = {up = {%s};};", "mofs = [{name = up; %s}];"])
@@ -446,6 +510,44 @@ def test_naoqi_whole_body_in_one_time(tmp_path: Path) -> None:
     assert motion == Motion([2.5], BODY_ORDER, [angles])
 
 
+# Choregraphe's poses and packages.
+
+
+def test_a_pose_of_choregraphe_is_one_key_in_degrees_or_since_version_2_in_radians() -> None:
+    wave = read_motion(DATA / "library.xap", timeline="Greetings/Wave & smile")
+    assert wave.joint_names == ("HeadYaw", "LHand", "RElbowRoll")
+    assert _column(wave, "HeadYaw") == ([0.0], pytest.approx(_degrees(-20.5)))
+    assert _column(wave, "RElbowRoll") == ([0.0], pytest.approx(_degrees(60)))
+    assert _column(wave, "LHand") == ([0.0], [0.25])
+    look = read_motion(DATA / "library.xap", timeline="Look")
+    assert (_column(look, "HeadYaw"), _column(look, "LHand")) == (([0.0], [0.5]), ([0.0], [0.75]))
+    assert _column(read_motion(DATA / "library.xap", timeline="3"), "HeadPitch") == ([0.0], [-0.1])
+    with pytest.raises(BadInputFile, match="3 poses; .* 1: Greetings/Wave & smile, 2: Greetings/Look, 3: Nod"):
+        read_motion(DATA / "library.xap")
+
+
+def test_the_project_and_the_packages_of_choregraphe_say_where_the_motions_are(tmp_path: Path) -> None:
+    rows = "".join(f'<BehaviorDescription name="behavior" src="{src}" xar="behavior.xar" />' for src in ("wave", "sit"))
+    project = f'<?xml version="1.0"?><Package name="a"><BehaviorDescriptions>{rows}</BehaviorDescriptions></Package>'
+    error = _refused(tmp_path, project, "a.pml")
+    assert "a project of Choregraphe, with its motions in other files: wave/behavior.xar and 1 more" in str(error)
+    with zipfile.ZipFile(tmp_path / "packed.pkg", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("manifest.xml", "<package/>")
+        archive.writestr("wave/behavior.xar", "<Timeline/>")
+    for content, name in ((b"!<arch>\ndebian-binary", "a.crg"), ((tmp_path / "packed.pkg").read_bytes(), "a.pkg")):
+        assert "a package of Choregraphe; unpack it" in str(_refused(tmp_path, content, name))
+        assert is_motion_file(tmp_path / name)
+
+
+@pytest.mark.parametrize("first", [b"", b"#!/usr/bin/python\n"])
+def test_an_export_in_another_encoding_is_read_if_it_declares_it(tmp_path: Path, first: bytes) -> None:
+    export = "# 挥手\nnames = ['HeadYaw']\ntimes = [[1.0]]\nkeys = [[0.5]]\n".encode("gbk")
+    motion = _motion(tmp_path, first + b"# -*- coding: gbk -*-\n" + export, "a.py")
+    assert _column(motion, "HeadYaw") == ([1.0], [0.5])
+    for declared in (b"", b"# coding: utf-8\n", b"# coding: nonsense\n", b"# coding: hex\n", b"\n\n# coding: gbk\n"):
+        assert "not UTF-8 text" in str(_refused(tmp_path, first + declared + export, "a.py"))
+
+
 def test_relative_angles_are_refused(tmp_path: Path) -> None:
     error = _refused(tmp_path, '["HeadYaw", 0.5, 1.0,\n false]', "a.json")
     assert "[3]: relative angles" in str(error)
@@ -456,7 +558,7 @@ def test_relative_angles_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("file", sorted(path.name for path in DATA.iterdir()))
 def test_the_content_says_which_format_it_is_whatever_the_suffix(tmp_path: Path, file: str) -> None:
-    timeline = 1 if file in ("timelines.xar", "bezier_export.txt", "blocks.cfg") else None
+    timeline = 1 if file in ("timelines.xar", "bezier_export.txt", "blocks.cfg", "library.xap") else None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         expected = read_motion(DATA / file, timeline=timeline)

@@ -28,8 +28,8 @@ from tools_table.record import differences, power_of_ten, recorded  # noqa: E402
 from tools_table.tools import TOOLS, Tool  # noqa: E402
 
 KNOWN: dict[str, Any] = json.loads(measure_tools.DATA.read_text(encoding="utf-8"))
-BY_PACKAGE = {tool.package: tool for tool in TOOLS}
-PLAIN = BY_PACKAGE["yourdfpy"]
+BY_KEY = {tool.key: tool for tool in TOOLS}
+PLAIN = BY_KEY["yourdfpy"]
 
 
 def test_the_page_is_in_step_with_its_data() -> None:
@@ -37,16 +37,16 @@ def test_the_page_is_in_step_with_its_data() -> None:
 
 
 def test_every_tool_has_a_row_for_every_version() -> None:
-    assert list(KNOWN) == list(BY_PACKAGE)
+    assert list(KNOWN) == list(BY_KEY)
     assert all(tuple(record["rows"]) == reference.VERSIONS for record in KNOWN.values())
 
 
-@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.package)
+@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.key)
 def test_no_row_is_wrong(tool: Tool) -> None:
-    assert measure.faults(tool, KNOWN[tool.package]) == []
+    assert measure.faults(tool, KNOWN[tool.key]) == []
 
 
-@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.package)
+@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.key)
 def test_the_recommended_export_is_one_that_can_be_asked_for(tool: Tool, nao: nk.NaoModel) -> None:
     check_options(tool.format, tool.options)
     if tool.format == "urdf":
@@ -149,10 +149,10 @@ def test_a_tool_that_crashes_is_a_row(program: str, said: str, tmp_path: Path) -
 
 def test_what_changes_from_one_run_to_the_next_is_said_and_rounding_is_not() -> None:
     now = json.loads(json.dumps(KNOWN["mujoco"]))
-    assert differences(BY_PACKAGE["mujoco"], KNOWN["mujoco"], now) == []
+    assert differences(BY_KEY["mujoco"], KNOWN["mujoco"], now) == []
     now["rows"]["v6"] |= {"fk_error": 1e-9, "meshes": 3}
     now["rows"]["v4"]["simulates"] = "falls"
-    said = differences(BY_PACKAGE["mujoco"], KNOWN["mujoco"], now)
+    said = differences(BY_KEY["mujoco"], KNOWN["mujoco"], now)
     assert [line.split(" was ")[0] for line in said] == ["MuJoCo, v4: simulates", "MuJoCo, v6: meshes"]
     assert differences(PLAIN, None, KNOWN["yourdfpy"]) == ["yourdfpy: not in the table"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import subprocess
 import sys
@@ -348,6 +349,17 @@ def test_a_floating_base_moves_the_root() -> None:
 
 
 # --- the document -----------------------------------------------------------------------------------------------------
+
+
+def test_a_page_contains_the_licences_of_the_libraries_in_it(viewer: Viewer) -> None:
+    folder = Path(importlib.util.find_spec("meshcat").origin).parent / "viewer"
+    bundled = json.loads((folder / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json").read_text(encoding="utf-8"))
+    texts = [part["licenseText"] for part in bundled if part.get("licenseText")]
+    assert {"three", "dat.gui"} <= {part["name"] for part in bundled}
+    document = viewer.static_html()
+    for text in (*texts, (folder / "LICENSE").read_text(encoding="utf-8")):
+        assert text.strip() in document
+    assert all(f"{part['name']} {part['version']}, {part['license']}" in document for part in bundled)
 
 
 def test_the_page_is_one_small_file_that_asks_nobody(nao: nk.NaoModel) -> None:

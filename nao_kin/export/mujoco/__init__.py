@@ -31,16 +31,17 @@ __all__ = ["mjcf"]
 NAME = "scene.xml"
 
 
-def scene_xml(robot_file: str, model: Any) -> str:
-    """Return a scene that includes the robot's file, at the scale of the compiled robot."""
+def scene_xml(robot_file: str, model: Any, floor: float) -> str:
+    """Return a scene that includes the robot's file, at the scale of the compiled robot, with a floor at a height."""
     extent = float(model.stat.extent)
     return filled(
         "scene.xml",
         title=quoteattr(f"{robot_file.removesuffix('.xml')} on a floor"),
         file=quoteattr(robot_file),
         extent=f"{extent:.3g}",
-        centre=f"{0.4 * extent:.3g}",
-        above=f"{1.5 * extent:.3g}",
+        floor=f"{floor:g}",
+        centre=f"{floor + 0.4 * extent:.3g}",
+        above=f"{floor + 1.5 * extent:.3g}",
     )
 
 
@@ -53,7 +54,7 @@ _EXACT = {
     "geom": ("geoms", "worldbody", ("pos", "quat", "size")),
     "site": ("sites", "worldbody", ("pos", "quat", "size")),
     "camera": ("cameras", "worldbody", ("pos", "quat", "fovy")),
-    "general": ("actuators", "actuator", ("ctrlrange", "forcerange", "gainprm", "biasprm")),
+    "position": ("actuators", "actuator", ("ctrlrange", "forcerange")),
     "key": ("keys", "keyframe", ("qpos", "ctrl")),
 }
 _DEFAULTS = {"pos": (0.0, 0.0, 0.0), "quat": (1.0, 0.0, 0.0, 0.0)}
@@ -64,6 +65,8 @@ _ROUNDED = 2e-5
 def exact_xml(spec: Any) -> str:
     """Return the XML of a compiled specification, with its numbers at full precision."""
     root = ET.fromstring(spec.to_xml())
+    for actuator, element in _pairs(spec.actuators, root.iterfind("actuator/general")):
+        _as_position(element, kp=actuator.gainprm[0], kv=-actuator.biasprm[2])
     for tag, (source, part, attributes) in _EXACT.items():
         for one, element in _pairs(getattr(spec, source), root.iterfind(f"{part}//{tag}")):
             for attribute in attributes:
@@ -83,6 +86,14 @@ def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tup
     """Yield each named element with the part of the specification of that name; skip elements of a class."""
     by_name = {one.name: one for one in named}
     return ((by_name[element.get("name", "")], element) for element in elements if element.get("name"))
+
+
+def _as_position(element: ET.Element, *, kp: float, kv: float) -> None:
+    """Make a position actuator of a general one; MuJoCo 4 writes `input="pos"`, which early MuJoCo 3 refuses."""
+    for attribute in ("input", "gaintype", "biastype", "gainprm", "biasprm"):
+        element.attrib.pop(attribute, None)
+    element.tag = "position"
+    element.attrib |= {"kp": numbers([kp]), "kv": numbers([kv])}
 
 
 def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
@@ -131,7 +142,7 @@ def mjcf(
     Args:
         robot: any robot.
         folder: the folder to write; its parent must exist.
-        base: "floating" for a free joint at the root, or "fixed".
+        base: "floating" for a free joint at the root, or "fixed", with a floor below all key frames.
         frames: which links without a body of their own are sites: "all", "effectors" for those named in the semantics,
             or "none". Frames of sensors are always sites.
         coupling: "mimic" makes an equality for each mimic joint, "locked" fixes it and its driver, "independent" gives
@@ -167,7 +178,14 @@ def mjcf(
     import mujoco
 
     from nao_kin.export.mujoco.devices import add_actuators, add_sites
-    from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
+    from nao_kin.export.mujoco.model import (
+        add_bodies,
+        add_excludes,
+        add_keyframes,
+        add_shapes,
+        floor_below,
+        on_their_soles,
+    )
 
     # Links on fixed joints become sites, and merged joints are joints of one body.
     tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
@@ -187,6 +205,7 @@ def mjcf(
     spec.option.impratio = 10.0  # feet do not creep
     added = add_bodies(spec, bodies, floating=floating)
     notes = (
+        *taken.notes,
         *add_shapes(spec, added, bodies, tree, taken.names),
         *add_sites(spec, added, bodies, tree, robot.semantics, frames),
         *add_actuators(spec, bodies.joints()),
@@ -201,7 +220,8 @@ def mjcf(
     # Letters, digits, dot, dash and underscore, different from the name of the scene.
     stem = re.sub(r"[^A-Za-z0-9._-]+", "_", tree.name).strip("._") or "robot"
     name = f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"
-    files = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode(), **taken.files}
+    floor = 0.0 if floating else floor_below(model)
+    files = {NAME: scene_xml(name, model, floor).encode(), name: exact_xml(spec).encode(), **taken.files}
     return target.write(files, (*changes, *_merging_notes(bodies, typed), *lowered, *notes, *excludes), NAME)
 
 

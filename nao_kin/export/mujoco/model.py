@@ -262,6 +262,17 @@ def lowest_point(model: Any, data: Any) -> float:
     return min(heights) if heights else float(data.xpos[1:, 2].min())
 
 
+def floor_below(model: Any) -> float:
+    """Return the height of a floor that a robot with a fixed base reaches in no key frame: 0, or whole mm below [m]."""
+    data = mujoco.MjData(model)
+    heights = [0.0]
+    for key in range(model.nkey):
+        mujoco.mj_resetDataKeyframe(model, data, key)
+        mujoco.mj_kinematics(model, data)
+        heights.append(lowest_point(model, data))
+    return math.floor(1e3 * min(heights)) / 1e3
+
+
 # --- Postures as key frames: the robot on its soles, or at rest.
 
 # Name of the key frame of a robot without postures: all joints at zero, or at the limit nearest to it.

@@ -13,7 +13,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.editing import resample
 from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
-from nao_kin.motion.files.choregraphe import XAR
+from nao_kin.motion.files.choregraphe import XAP, XAR
 from nao_kin.motion.files.csv_table import CSV, NPZ
 from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.json_keys import JSON
@@ -27,7 +27,7 @@ from nao_kin.robot.nao import BODY_ORDER
 
 # --- Reading: the format is recognised by the content, then by the suffix.
 
-_FORMATS = (CSV, JSON, NPZ, WEBOTS, RUNSWIFT, HULKS, MOTION2, NAODEVILS, BHUMAN, PYTHON, XAR, NAOQI)
+_FORMATS = (CSV, JSON, NPZ, WEBOTS, RUNSWIFT, HULKS, MOTION2, NAODEVILS, BHUMAN, PYTHON, XAR, XAP, NAOQI)
 FORMATS: Mapping[str, Format] = MappingProxyType({known.name: known for known in _FORMATS})
 
 
@@ -47,7 +47,8 @@ def read_motion(
         format: one of `FORMATS`; None recognises it by the content, and by the suffix if the content is ambiguous.
         degrees: turning joints are in degrees if neither the file nor its format says otherwise: "csv" without units,
             "json" without "units", "naoqi" and "python".
-        timeline: one of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
+        timeline: one of several motions of a "xar", "python" or "bhuman" file, or one of several poses of a "xap" file:
+            its name, or its number from 1.
         robot: the robot whose joints are accepted; None for the NAO.
         ignore_other: leave out names that are not joints of the robot, with a `MotionFileWarning`.
 
@@ -89,6 +90,8 @@ def described_formats(*, written: bool = False) -> str:
 
 def _recognised(source: MotionSource) -> Format:
     """Return the format of a file."""
+    if _is_package(source.data):
+        raise source.error("a package of Choregraphe; unpack it (ar, tar or unzip) and read the behavior.xar in it")
     by_suffix = formats_of_suffix(source.name)
     fitting = [known for known in FORMATS.values() if looks_like(known, source)]
     if len(fitting) > 1:
@@ -103,6 +106,11 @@ def _recognised(source: MotionSource) -> Format:
     if by_suffix or source.data.lstrip()[:1] in (b"{", b"["):
         _ = source.json  # raises the more helpful error for malformed JSON
     raise source.error(f"no motion file of a known format; expected {abbreviated(described_formats(), 400)}")
+
+
+def _is_package(data: bytes) -> bool:
+    """Return whether a file is one of Choregraphe's packages: a Debian archive (.crg), or a zip file (.pkg)."""
+    return data.startswith(b"!<arch>\n") or (data.startswith(b"PK\x03\x04") and b"manifest.xml" in data)
 
 
 def looks_like(known: Format, source: MotionSource) -> bool:
@@ -131,7 +139,7 @@ def write_motion(
     Args:
         motion: the motion to write.
         path: the file.
-        format: one of `FORMATS` except "bhuman" and "naodevils", which are only read; None for the format of the
+        format: one of `FORMATS` except "bhuman", "naodevils" and "xap", which are only read; None for the format of the
             suffix, which is "json" for ".json".
         rate: samples per second to write instead of the keys.
         overwrite: replace an existing file.
@@ -190,7 +198,7 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
     if not beginning or _CONFIGURATIONS.match(beginning):
         return False
     source = MotionSource(str(path), beginning, ())
-    return any(looks_like(known, source) for known in FORMATS.values())
+    return _is_package(beginning) or any(looks_like(known, source) for known in FORMATS.values())
 
 
 def _beginning(path: Path | str) -> bytes:

@@ -32,10 +32,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import cast
 
 import numpy as np
 
+from nao_kin._core.arrays import finite_decimal
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.key_frames import (
@@ -50,7 +52,7 @@ from nao_kin.motion.files.key_frames import (
     motion_of_frames,
     warn_of_sensors,
 )
-from nao_kin.motion.files.source import Format, MotionSource, chosen, has_line
+from nao_kin.motion.files.source import FilePosition, Format, MotionSource, chosen, has_line
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
@@ -67,8 +69,32 @@ _EASES: dict[str, Ease | None] = {
 _BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
 
 
+# B-Human's key frames of Booster's robots have the same form; the folder of such a file has the robot's name.
+_BOOSTER = ("K1", "T1")
+# Their left arm hangs down at a roll of −80°; that of a NAO does not pass −21° in any of B-Human's releases.
+_LEFT_ROLL = re.compile(r"\bleftArm\s*=\s*\[[^],]*,\s*(-[\d.]+)deg")
+_NO_NAO_ROLLS = -45.0
+
+
+def _refuse_other_robots(source: MotionSource) -> None:
+    """Refuse the key frames of a robot that is no NAO."""
+    folder = Path(source.name).parent.name
+    if folder in _BOOSTER:
+        raise source.error(f"in the folder {folder}: key frames of Booster's {folder}, expected those of a NAO")
+    for found in _LEFT_ROLL.finditer(source.text):
+        roll = finite_decimal(found[1])
+        if roll is not None and roll < _NO_NAO_ROLLS:
+            line = source.text.count("\n", 0, found.start()) + 1
+            raise source.error(
+                f"the left shoulder rolls to {roll:g}°, which no NAO's does; key frames of another robot, such as "
+                f"Booster's {' or '.join(_BOOSTER)}",
+                FilePosition(line),
+            )
+
+
 def _read_bhuman(source: MotionSource) -> Motion:
     """Read the motion that `timeline` chooses: one of the motions, or a block as keyframeBlock/name."""
+    _refuse_other_robots(source)
     stream = ConfigStream(source)
     old = _OLD in stream.fields
     blocks = _blocks(stream, _OLD if old else _BLOCKS)
@@ -158,7 +184,8 @@ BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", has_line(_BEGINS), 
 #
 # Source: NaoDevils/CodeRelease, KeyFrameEngine: the left arm or leg comes before the right one; durations are in
 # milliseconds, numbers without a unit in radians; 10000 and 20000 are not angles; a step is linear or sine
-# (½ − ½ cos π s). Stiffnesses, and actions that depend on the robot's sensors, are left out.
+# (½ − ½ cos π s). Of two fields of one name the last counts (Tools/Streams/SimpleMap.cpp). Stiffnesses, and actions
+# that depend on the robot's sensors, are left out.
 #
 # NaoDevils' .kmc files, like those of B-Human, hold no joint values: they move feet, elbows and the centre of mass
 # through space, and the running robot's balance determines the joints.
@@ -172,7 +199,7 @@ _KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
 
 def _read_kfm(source: MotionSource) -> Motion:
     """Read the motion in a .kfm file; a .kmc file, which contains no joint values, is refused."""
-    stream = ConfigStream(source)
+    stream = ConfigStream(source, last_counts=True)
     if "phaseParameters" in stream.fields:
         raise source.error(
             "a kick of feet, arms and centre of mass (.kmc): its joint values depend on the running robot's balance "

@@ -1,4 +1,4 @@
-"""Choregraphe's behaviours (.xar): the timelines in their boxes.
+"""Choregraphe's behaviours (.xar): the timelines in their boxes; and its libraries of poses (.xap).
 
     <ChoregrapheProject xar_version="3"><Box name="root"><Timeline fps="25" start_frame="1" end_frame="-1">
       <ActuatorList model="nao">
@@ -72,29 +72,27 @@ class Timeline:
     curves: list[Curve] = field(default_factory=list)
 
 
-class _TimelineReader:
-    """The timelines of a file, read by the events of expat."""
+class _XmlReader:
+    """The elements of a file, in the events of expat."""
 
     def __init__(self, source: MotionSource) -> None:
-        self.timelines: list[Timeline] = []
         self._source = source
-        self._boxes: list[str] = []
-        self._open: list[Timeline] = []
-        self._curve: Curve | None = None
         self._depth = 0
         self._parser = parser = expat.ParserCreate()
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
+        parser.StartElementHandler = self._enter
+        parser.EndElementHandler = self._leave
         parser.StartDoctypeDeclHandler = self._refuse
         parser.EntityDeclHandler = self._refuse
         parser.ExternalEntityRefHandler = self._refuse
+
+    def _parse(self) -> None:
         try:
-            parser.Parse(source.data, True)
+            self._parser.Parse(self._source.data, True)
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
-            raise source.error(f"malformed XML: {reason}", FilePosition(error.lineno, error.offset + 1)) from None
+            raise self._source.error(f"malformed XML: {reason}", FilePosition(error.lineno, error.offset + 1)) from None
         except (ValueError, LookupError) as error:  # an encoding that Python or expat does not know
-            raise source.error(f"malformed XML: {abbreviated(error)}") from None
+            raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
 
     def _place(self) -> FilePosition:
         return FilePosition(*self._position())
@@ -105,11 +103,45 @@ class _TimelineReader:
     def _refuse(self, *_: object) -> int:
         raise self._source.error("a document type or an entity, which are refused", self._place())
 
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+    def _enter(self, tag: str, attributes: dict[str, str]) -> None:
         self._depth += 1
         if self._depth > _DEEPEST:
             raise self._source.error(f"elements more than {_DEEPEST} deep", self._place())
-        kind = tag.rpartition(":")[2]
+        self._start(tag.rpartition(":")[2], attributes)
+
+    def _leave(self, tag: str) -> None:
+        self._depth -= 1
+        self._end(tag.rpartition(":")[2])
+
+    def _start(self, kind: str, attributes: dict[str, str]) -> None:
+        """Take the beginning of an element."""
+        raise NotImplementedError
+
+    def _end(self, kind: str) -> None:
+        """Take the end of an element."""
+        raise NotImplementedError
+
+    def _decimal(self, text: str, name: str) -> float:
+        value = finite_decimal(text)
+        if value is None:
+            reason = f"{name} is {quoted(text, MAX_SHOWN)}, expected a finite number"
+            raise self._source.error(reason, self._place())
+        return value
+
+
+class _TimelineReader(_XmlReader):
+    """The timelines of a behaviour, and the behaviours that a project names."""
+
+    def __init__(self, source: MotionSource) -> None:
+        super().__init__(source)
+        self.timelines: list[Timeline] = []
+        self.behaviours: list[str] = []  # paths of .xar files
+        self._boxes: list[str] = []
+        self._open: list[Timeline] = []
+        self._curve: Curve | None = None
+        self._parse()
+
+    def _start(self, kind: str, attributes: dict[str, str]) -> None:
         if kind == "Tangent":
             if self._curve and self._curve.keys:
                 self._tangent(attributes, self._curve)
@@ -124,10 +156,10 @@ class _TimelineReader:
             self._start_timeline(attributes)
         elif kind == "Box":
             self._boxes.append(attributes.get("name", ""))
+        elif kind == "BehaviorDescription":
+            self.behaviours.append(f"{attributes.get('src', '.')}/{attributes.get('xar', 'behavior.xar')}")
 
-    def _end(self, tag: str) -> None:
-        self._depth -= 1
-        kind = tag.rpartition(":")[2]
+    def _end(self, kind: str) -> None:
         if kind == "Box":
             self._boxes.pop()
         elif kind == "Timeline":
@@ -170,11 +202,7 @@ class _TimelineReader:
             if missing is None:
                 raise self._source.error(f"an element without {name}", self._place())
             return missing
-        value = finite_decimal(attributes[name])
-        if value is None:
-            shown = quoted(attributes[name], MAX_SHOWN)
-            raise self._source.error(f"{name} is {shown}, expected a finite number", self._place())
-        return value
+        return self._decimal(attributes[name], name)
 
 
 # --- NAOqi's control points: [value, [type, time, value] before, [type, time, value] after], offsets from the key.
@@ -239,13 +267,20 @@ _DEGREE, _PERCENT = "0", "1"
 _RATES = (25, 50, 100, 1000)
 _NOTICED = 1e-6
 _FIRST_FRAME = 1
+_LIBRARY = b"ChoregraphePositionLibrary"
+
+
+def _xml_head(source: MotionSource) -> bytes:
+    """Return the beginning of an XML file, in any encoding; nothing of another file."""
+    head = source.data[:4096].replace(b"\x00", b"")
+    start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
+    return head if start[:1] == b"<" else b""
 
 
 def recognises(source: MotionSource) -> bool:
     """Return whether the file is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
-    head = source.data[:4096].replace(b"\x00", b"")
-    start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
-    return start[:1] == b"<" and (b"Choregraphe" in head or b"<Timeline" in head or b"<?xml" in head)
+    head = _xml_head(source)
+    return _LIBRARY not in head and any(word in head for word in (b"Choregraphe", b"<Timeline", b"<?xml"))
 
 
 def read(source: MotionSource) -> Motion:
@@ -253,7 +288,12 @@ def read(source: MotionSource) -> Motion:
 
     Timelines are named by their boxes, from the outermost inside the root: "Dance/wave".
     """
-    full = [timeline for timeline in _TimelineReader(source).timelines if any(curve.keys for curve in timeline.curves)]
+    found = _TimelineReader(source)
+    full = [timeline for timeline in found.timelines if any(curve.keys for curve in timeline.curves)]
+    if not full and found.behaviours:
+        more = f" and {len(found.behaviours) - 1} more" if len(found.behaviours) > 1 else ""
+        first = abbreviated(found.behaviours[0], MAX_SHOWN)
+        raise source.error(f"a project of Choregraphe, with its motions in other files: {first}{more}")
     if not full:
         raise source.error("no timeline with keys")
     timeline = full[chosen(source, [timeline.name for timeline in full], "timelines")]
@@ -374,3 +414,89 @@ def _frames(motion: Motion) -> tuple[int, list[Floats]]:
 
 
 XAR = Format("xar", (".xar",), "Choregraphe's timelines", recognises, read, write)
+
+
+# --- Choregraphe's libraries of poses (.xap).
+#
+#     <ChoregraphePositionLibrary><folder><title>Basics</title>
+#       <position>
+#         <Motors><Motor><name>HeadYaw</name><value>20</value></Motor></Motors>
+#         <version>2</version><name>Look</name>
+#       </position>
+#     </folder></ChoregraphePositionLibrary>
+#
+# Source: ros-naoqi/nao_robot, nao_pose/config/basic.xap and xapparser.py: values are radians in version 2, degrees in a
+# pose without a version, and for hands always ratios.
+
+_RADIANS = "2"
+
+
+@dataclass
+class _Pose:
+    """A pose of a library."""
+
+    name: str = ""
+    version: str | None = None
+    motors: list[tuple[str, float, FilePosition]] = field(default_factory=list)  # joint, value, place
+
+
+class _PoseReader(_XmlReader):
+    """The poses of a library."""
+
+    def __init__(self, source: MotionSource) -> None:
+        super().__init__(source)
+        self.poses: list[_Pose] = []
+        self._folders: list[str] = []
+        self._pose: _Pose | None = None
+        self._motor: dict[str, str] | None = None  # its name and value
+        self._words: list[str] = []  # the text since the beginning of the element
+        self._parser.CharacterDataHandler = lambda text: self._words.append(text)
+        self._parse()
+
+    def _start(self, kind: str, attributes: dict[str, str]) -> None:
+        self._words = []
+        if kind == "folder":
+            self._folders.append("")
+        elif kind == "position":
+            self._pose = _Pose()
+        elif kind == "Motor":
+            self._motor = {}
+
+    def _end(self, kind: str) -> None:
+        text, self._words = "".join(self._words).strip(), []
+        if kind == "folder":
+            self._folders.pop()
+        elif kind == "title" and self._folders and self._pose is None:
+            self._folders[-1] = text
+        elif self._pose is None:
+            return
+        elif self._motor is not None and kind in ("name", "value"):
+            self._motor[kind] = text
+        elif kind == "Motor" and self._motor is not None:
+            value = self._decimal(self._motor.get("value", ""), "value")
+            self._pose.motors.append((self._motor.get("name", ""), value, self._place()))
+            self._motor = None
+        elif kind == "name":
+            self._pose.name = "/".join([*self._folders, text])
+        elif kind == "version":
+            self._pose.version = text
+        elif kind == "position":
+            self.poses.append(self._pose)
+            self._pose = None
+
+
+def _read_pose(source: MotionSource) -> Motion:
+    """Read the only pose, or the one that `timeline` chooses, as a motion with one key at 0 s."""
+    poses = _PoseReader(source).poses
+    if not poses:
+        raise source.error("no pose")
+    pose = poses[chosen(source, [pose.name for pose in poses], "poses")]
+    if pose.version not in (None, _RADIANS):
+        shown = quoted(pose.version, MAX_SHOWN)
+        raise source.error(f"version {shown} of a pose, expected {_RADIANS} (radians) or none (degrees)")
+    scale, start = 1.0 if pose.version else math.pi / 180.0, np.zeros(1)
+    values = ((joint, value if is_hand(joint) else value * scale, place) for joint, value, place in pose.motors)
+    return motion_of(source, [Track(joint, start, np.array([value]), place=place) for joint, value, place in values])
+
+
+XAP = Format("xap", (".xap",), "Choregraphe's poses", lambda source: _LIBRARY in _xml_head(source), _read_pose)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -78,7 +78,14 @@ def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *
 
 
 def motion_of_frames(source: MotionSource, frames: Sequence[KeyFrame]) -> Motion:
-    """Return the motion through key frames, the first of which is reached from the robot's current pose."""
+    """Return the motion through key frames, the first of which is reached from the robot's current pose.
+
+    Of several frames at 0 s, which the robot commands at once, the last that commands a joint counts for it.
+    """
+    while len(frames) > 1 and frames[0].duration == 0.0 == frames[1].duration:
+        first, second, *rest = frames
+        values = np.where(np.isnan(second.values), first.values, second.values)
+        frames = [replace(second, values=values), *rest]
     times = np.cumsum([frame.duration for frame in frames]) / 1e3
     check_times(source, times, lambda row: frames[row].place)
     table = np.array([frame.values for frame in frames])
@@ -173,9 +180,10 @@ class ConfigStream:
     object {name = value; name = value;}.
     """
 
-    def __init__(self, source: MotionSource) -> None:
-        """Parse the file."""
+    def __init__(self, source: MotionSource, *, last_counts: bool = False) -> None:
+        """Parse the file; of fields of one name, the last counts, or the second is an error."""
         self._source = source
+        self._last_counts = last_counts
         self._tokens = self._split(source.text)
         self._next = 0
         self.fields = self._fields("", 0)
@@ -256,7 +264,7 @@ class ConfigStream:
         found = Fields()
         while self._tokens[self._next][:2] != ("mark", end):
             _, name, at = self._take("a word", end)
-            if name in found:
+            if name in found and not self._last_counts:
                 raise self._source.error(f"{quoted(name, MAX_SHOWN)} is given twice", self._place(at))
             self._take("=")
             found[name] = self._value(depth + 1)

@@ -8,6 +8,9 @@ Source: UNSWComputing/rUNSWift-2023-release, robot/motion/generator/ActionGenera
 image/home/nao/data/pos/README.md. Lines that begin with ! are poses: 25 numbers in degrees, hands too, in the order of
 LoLA, and the duration of the straight line to the pose in whole milliseconds. The first line starts at the robot's
 current pose. Lines that begin with $ are the stiffnesses of the next pose; all other lines are comments.
+
+Before 2019 (UNSWComputing/rUNSWift-2018-release, the same files) nothing marks a pose, comments begin with #, and each
+hand comes after its wrist. A stiffness of -1 switches a motor off.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ import re
 import numpy as np
 
 from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.motion.files.source import FilePosition, Format, MotionSource, has_line
+from nao_kin.motion.files.source import FilePosition, Format, MotionSource
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -28,21 +31,33 @@ _HANDS = ("LHand", "RHand")
 _JOINTS = (*(joint for joint in BODY_ORDER if joint not in ("RHipYawPitch", *_HANDS)), *_HANDS)
 SHORT_NAMES = {"".join(filter(str.isupper, joint)): joint for joint in _JOINTS}
 _DURATION = "DUR"
-_POSE = re.compile(r"^![ \t]*[-+.\d]", re.MULTILINE | re.ASCII)
+# The order before 2019.
+_OLD_ORDER = ["".join(filter(str.isupper, joint)) for joint in BODY_ORDER if joint != "RHipYawPitch"]
+_MARKED = re.compile(r"^![ \t]*[-+.\d]", re.MULTILINE | re.ASCII)
+# A pose before 2019, in a file with a comment of short names.
+_OLD_NAMES = re.compile(r"^[#\s]*HY[ \t]+HP[ \t]+LSP\b", re.MULTILINE)
+_OLD_POSE = re.compile(r"^[ \t]*(?:[-+.\d]+[ \t]+){25}\d+[ \t]*(?:#.*)?$", re.MULTILINE | re.ASCII)
 _WORD = re.compile(r"[^\s!$]+")
+_OFF = -1.0  # stiffness of a motor that is switched off
 _WIDTH = 6
+
+
+def _recognises(source: MotionSource) -> bool:
+    """Return whether a line is a pose."""
+    return bool(_MARKED.search(source.text) or (_OLD_NAMES.search(source.text) and _OLD_POSE.search(source.text)))
 
 
 def read(source: MotionSource) -> Motion:
     """Read the motion in a .pos file; a comment with all short names sets the order of the numbers after it."""
-    order = list(SHORT_NAMES)
+    old = _MARKED.search(source.text) is None
+    order = _OLD_ORDER if old else list(SHORT_NAMES)
     rows, lines = list[list[float]](), list[int]()
     for number, line in enumerate(source.lines, start=1):
-        if line.startswith("!"):
-            values = _numbers(source, line, number, [*order, _DURATION])
+        if line.startswith("!") or (old and line.lstrip()[:1] in tuple("+-.0123456789")):
+            values = _numbers(source, line.partition("#")[0], number, [*order, _DURATION])
             duration = values.pop()
             if duration < 0.0 or duration != math.floor(duration) or (duration == 0.0 and rows):
-                column = list(_WORD.finditer(line))[-1].start() + 1
+                column = list(_WORD.finditer(line))[len(order)].start() + 1
                 raise source.error(
                     f"{_DURATION} is {duration:g} ms, expected whole milliseconds > 0", FilePosition(number, column)
                 )
@@ -50,13 +65,13 @@ def read(source: MotionSource) -> Motion:
             rows.append([row[short] for short in SHORT_NAMES] + [duration])
             lines.append(number)
         elif line.startswith("$"):
-            for value in _numbers(source, line, number, order):
-                if not 0.0 <= value <= 1.0:
-                    raise source.error(f"stiffness {value:g}, expected 0 to 1", FilePosition(number))
+            for value in _numbers(source, line.partition("#")[0], number, order):
+                if not 0.0 <= value <= 1.0 and value != _OFF:
+                    raise source.error(f"stiffness {value:g}, expected 0 to 1, or {_OFF:g}", FilePosition(number))
         else:
             order = _order(source, line, number) or order
     if not rows:
-        raise source.error("no pose: no line begins with !")
+        raise source.error("no pose: no line begins with !, or is a row of 25 values and a duration")
     table = np.array(rows)
     times = np.cumsum(table[:, -1]) / 1e3
     check_times(source, times, lambda row: FilePosition(lines[row]))
@@ -107,4 +122,4 @@ def _line(mark: str, words: list[str]) -> str:
     return f"{mark} {' '.join(word.ljust(_WIDTH - 1) for word in words)}".rstrip()
 
 
-RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", has_line(_POSE), read, write)
+RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", _recognises, read, write)

@@ -22,6 +22,8 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_nam
 from nao_kin.motion.motion import Motion
 
 _PLAIN = re.compile(r"[A-Za-z_]\w{0,39}", re.ASCII)
+# The encoding of a Python file, in a comment of its first or second line (PEP 263).
+_CODING = re.compile(rb"(?:[^\n]*\n)?[ \t\f]*#[^\n]*?coding[:=][ \t]*([-\w.]+)", re.ASCII)
 # Joints of Aldebaran's Pepper that no NAO has.
 _PEPPER = ("HipRoll", "HipPitch", "KneePitch", "WheelFL", "WheelFR", "WheelB")
 
@@ -85,10 +87,14 @@ class MotionSource:
 
     @cached_property
     def text(self) -> str:
-        """The text, without a byte order mark."""
+        """The text, without a byte order mark: UTF-8, or in the encoding that a comment declares, as in Python."""
         try:
             return self.data.decode("utf-8-sig")
         except UnicodeDecodeError as error:
+            declared = _CODING.match(self.data)
+            if declared:
+                with suppress(UnicodeError, LookupError):
+                    return self.data.decode(declared[1].decode("ascii"))
             place = FilePosition(self.data.count(b"\n", 0, error.start) + 1)
             raise self.error(f"not UTF-8 text (byte {error.start})", place) from None
 

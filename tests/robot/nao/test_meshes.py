@@ -126,6 +126,15 @@ def test_every_mesh_is_in_use_and_every_mesh_in_use_exists() -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_faces_of_a_mesh_use_all_its_points_and_normals(path: Path) -> None:
+    lines = path.read_text().splitlines()
+    corners = [c.split("//") for line in lines if line.startswith("f ") for c in line.split()[1:]]
+    for key, used in zip(("v ", "vn "), zip(*corners, strict=True), strict=True):
+        count = sum(line.startswith(key) for line in lines)
+        assert set(map(int, used)) == set(range(1, count + 1)), key
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_mesh_is_closed_and_its_faces_and_normals_point_outwards(path: Path) -> None:
     body = mesh(path.stem)
     assert body.is_watertight
