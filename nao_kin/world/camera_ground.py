@@ -23,7 +23,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
-from nao_kin.robot import RobotModel, SetDown, check_robot, rigid_poses
+from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
 from nao_kin.world.cameras import Camera, pixel_name
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
@@ -345,6 +345,9 @@ def _placed(
     if not isinstance(camera, Camera):
         raise BadArgument(f"camera must be a Camera, as from nk.world.camera, got {quoted(camera)}")
     T_base_camera = robot.fk(q, camera.frame, reference=robot.tree.root)
+    T_optical_camera = pose_of_body(robot, camera.frame)
+    if T_optical_camera is not None:
+        T_base_camera = T_base_camera @ T_optical_camera
     if T_world_base is not None:
         T = rigid_poses(T_world_base, "T_world_base")
         common_batch("configurations and T_world_base", T_base_camera.shape[:-2], T.shape[:-2])

@@ -1,8 +1,8 @@
 """The pinhole camera with OpenCV's lens distortion: points to pixels, and pixels to rays.
 
-Coordinates are those of the camera's frame: x forward along the optical axis, y to the left, z up. A pixel (u, v) is a
-column, counted to the right, and a row, counted down. The centre of the first pixel is (0, 0), as in OpenCV: an image
-covers −1/2 ≤ u < width − 1/2.
+Coordinates are those of the camera's body frame: x forward along the optical axis, y to the left, z up. A pixel (u, v)
+is a column, counted to the right, and a row, counted down. The centre of the first pixel is (0, 0), as in OpenCV: an
+image covers −1/2 ≤ u < width − 1/2.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, first_index, shaped, whole_number
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, first_index, shaped, texts, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, check_robot
@@ -31,8 +31,8 @@ _MOST_STEPS, _SOLVED = 40, 1e-12
 class Camera:
     """A camera: the frame that it is mounted at, the size of its image, its focal lengths, centre and distortion.
 
-    A point (x, y, z) of the camera's frame has the normalised coordinates a = −y/x to the right and b = −z/x down. With
-    s = a² + b² the lens moves them to
+    A point (x, y, z) of the camera's body frame has the normalised coordinates a = −y/x to the right and b = −z/x down.
+    With s = a² + b² the lens moves them to
 
         radial = (1 + k1 s + k2 s² + k3 s³) / (1 + k4 s + k5 s² + k6 s³),
         a' = a radial + 2 p1 a b + p2 (s + 2 a²),
@@ -42,7 +42,10 @@ class Camera:
 
     Attributes:
         name: name of the camera.
-        frame: frame of the robot with x along the optical axis, y to the left and z up.
+        frame: frame of the robot that the camera is mounted at: its body frame, with x along the optical axis, y to the
+            left and z up, or its optical frame, with z along it and x to the right, from which the functions of
+            `nk.world` and `nk.calibration` compute the body frame. A frame is optical if it is that of a camera of the
+            robot's semantics, as CameraTop_optical_frame, or if its name ends in _optical or _optical_frame (REP 103).
         width, height: size of the image [pixel].
         fx, fy: focal lengths [pixel].
         cx, cy: where the optical axis meets the image [pixel].
@@ -71,6 +74,7 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        texts((self.name, self.frame), "name and frame of a camera")
         for name in ("width", "height"):
             object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, _LARGEST))
         for name in ("fx", "fy", "cx", "cy"):
@@ -93,7 +97,7 @@ class Camera:
         Args:
             matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] [pixel].
             distortion: 0, 4, 5 or 8 coefficients, in an array of any shape.
-            frame: the camera's frame on the robot: x forward, y left, z up; not the optical frame.
+            frame: the camera's body frame or optical frame on the robot, as the attribute.
             size: width and height of the images of the calibration [pixel].
             name: name of the camera; the frame's name without one.
 
@@ -109,7 +113,8 @@ class Camera:
         if K[0, 1] or K[1, 0] or K[2].tolist() != [0.0, 0.0, 1.0]:
             raise BadArgument("a camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
         width, height = _size(size)
-        return Camera(name or frame, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+        own = frame if isinstance(name, str) and not name else name
+        return Camera(own, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
 
     @property
     def matrix(self) -> Floats:
@@ -123,7 +128,7 @@ class Camera:
         not invertible there: its polynomials send such points back into the image.
 
         Args:
-            points: in the camera's frame, shape (..., 3) [m].
+            points: in the camera's body frame, shape (..., 3) [m].
 
         Returns:
             Pixels (u, v), shape (..., 2), inside the image or not; NaN in a batch for a point without pixel.
@@ -158,7 +163,8 @@ class Camera:
             pixels: (u, v), shape (..., 2), inside the image or not; NaN stays NaN.
 
         Returns:
-            Unit vectors in the camera's frame, shape (..., 3); NaN in a batch where the distortion is not invertible.
+            Unit vectors in the camera's body frame, shape (..., 3); NaN in a batch where the distortion is not
+            invertible.
 
         Raises:
             BadArgument: the distortion cannot be inverted at a single pixel; the message names it.
@@ -195,7 +201,7 @@ class Camera:
         """Return the derivatives of the pixels of points with respect to the points.
 
         Args:
-            points: in the camera's frame, shape (..., 3) [m].
+            points: in the camera's body frame, shape (..., 3) [m].
 
         Returns:
             ∂(u, v)/∂(x, y, z), shape (..., 2, 3) [pixel/m]; NaN for a point that is not in front of the camera.

@@ -239,6 +239,7 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
         ({"frames": ["CameraTpo"]}, UnknownName, r"unknown frame 'CameraTpo' \(nearest: CameraTop"),
         ({"frames": ["Head"]}, BadArgument, "frame 'Head' is moved by HeadPitch"),
         ({"frames": ["torso"]}, BadArgument, "frame 'torso' carries the joint HeadYaw"),
+        ({"frames": ["CameraTop_optical_frame"]}, BadArgument, "another frame of CameraTop: calibrate CameraTop"),
         ({"frames": ["base_link"]}, BadArgument, "frame 'base_link' is the root link"),
         ({"frames": {"CameraTop": ["rol"]}}, UnknownName, r"'rol' \(nearest: roll"),
         ({}, BadArgument, "nothing to calibrate: name joints, or frames"),

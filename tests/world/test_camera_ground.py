@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.world import Camera
 
 _LENS = (-0.25, 0.1, 0.002, -0.001, -0.02)
+_K = [[558.0, 0.0, 317.0], [0.0, 561.0, 243.0], [0.0, 0.0, 1.0]]
+ENDS = "", "_optical_frame"
 _POSTURES = ("StandInit", "Crouch", "Stand", "StandZero")
 
 
@@ -44,6 +49,51 @@ def test_pixels_of_points_in_the_world_are_those_of_opencv(nao: nk.NaoModel) -> 
         assert (found.visible == camera.sees(expected[:, 0])).all()
         assert found.visible.any()
         assert not found.visible.all()
+
+
+def test_a_camera_mounted_at_its_optical_frame_sees_what_opencv_sees(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit", HeadYaw=0.3, HeadPitch=0.2)
+    T_world_base = nao.set_down(q).T_world_base
+    body, optical = (Camera.from_matrix(_K, _LENS, frame=f"CameraTop{end}", size=(640, 480)) for end in ENDS)
+    T = np.linalg.inv(T_world_base @ nao.fk(q, "CameraTop_optical_frame"))
+    points = np.array([[1.0, 0.3, 0.0], [2.0, 1.0, 0.1], [1.5, 0.5, 0.0]])
+    expected, _ = cv2.projectPoints(points, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], body.matrix, np.array(_LENS))
+    found = nk.world.project(nao, q, points, optical)
+    assert found.visible.all()
+    assert np.abs(found.pixels - expected[:, 0]).max() < 1e-6
+    ground = nk.world.pixel_to_ground(nao, q, found.pixels[[0, 2]], optical)
+    assert np.abs(ground.points - points[[0, 2]]).max() < 1e-9
+    assert np.abs(np.subtract(*[nk.world.camera_pose(nao, q, one) for one in (body, optical)])).max() < 1e-12
+    assert np.abs(np.subtract(*[nk.world.visible_ground(nao, q, one) for one in (body, optical)])).max() < 1e-9
+    covariances = [nk.world.ground_covariance(nao, q, [300, 400], one, joint_noise=0.01) for one in (body, optical)]
+    assert covariances[0] == pytest.approx(covariances[1])
+
+
+def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics_under_any_name(
+    tmp_path: Path,
+) -> None:
+    tiago = nk.load_robot("tiago")
+    camera = Camera.from_matrix(_K, frame="xtion_rgb_optical_frame", size=(640, 480))
+    q = tiago.neutral()
+    T_optical = tiago.fk(q, camera.frame, reference=tiago.tree.root)
+    T = nk.world.camera_pose(tiago, q, camera, T_world_base=np.eye(4))
+    assert np.abs(T[:3, 0] - T_optical[:3, 2]).max() < 1e-12  # x of the body frame is z of the optical frame
+    assert T[2, 2] > 0.9
+    optical = {"rpy": (-1.5708, 0.0, -1.5708), "kind": "fixed"}  # as rounded in many files
+    joints = J("neck"), J("eye", xyz=(0.1, 0.0, 0.0), kind="fixed"), J("image", **optical)  # type: ignore[arg-type]
+    plain = made_up(tmp_path, *joints)
+    robot = nk.RobotModel(plain.tree, nk.semantics.Semantics(cameras=("eye_l",)))
+    at_eye, at_image = (
+        nk.world.camera_pose(robot, [0.5], Camera.from_matrix(_K, frame=f"{name}_l", size=(640, 480)),
+                             T_world_base=np.eye(4))
+        for name in ("eye", "image")
+    )  # fmt: skip
+    assert np.abs(at_eye - at_image).max() < 1e-5
+    moved = robot.with_offsets(frames={"image_l": (0.0, 0.0, 0.02, 0.0, 0.0, 0.0)})
+    assert moved.fk([0.0], "eye_l")[:3, 3] == pytest.approx([0.12, 0.0, 0.0])
+    camera = Camera.from_matrix(_K, frame="image_l", size=(640, 480))
+    unknown = nk.world.camera_pose(plain, [0.5], camera, T_world_base=np.eye(4))
+    assert np.array_equal(unknown, plain.fk([0.5], "image_l"))  # no camera, no ending: a body frame
 
 
 @settings(max_examples=60, deadline=None)
