@@ -12,7 +12,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.csv_numbers import TableColumns
 from nao_kin._core.files import read_table_text
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import fixed, print_json, print_table
+from nao_kin.cli.output import fixed, print_json, print_note, print_table
 from nao_kin.cli.sources import IGNORE_LIMITS, JointOptions
 from nao_kin.cli.targets import csv_records, numbers_of
 from nao_kin.errors import BadArgument, BadInputFile
@@ -80,6 +80,10 @@ def camera(
     if headings == _PIXEL:
         ground = world.pixel_to_ground(model, q, rows, found, height=height)
         columns, answers, good = (*headings, *_POINT, "valid"), ground.points, ground.valid
+        outside = ~found.sees(rows)
+        if outside.any():
+            count = f"{outside.sum()} of {len(rows)} pixels are"
+            print_note(f"{count} {world.outside_image(model, found, rows[outside])}")
     else:
         image = world.project(model, q, rows, found)
         columns, answers, good = (*headings, *_PIXEL, "visible"), image.pixels, image.visible

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,8 @@ class Camera:
         width, height: size of the image [pixel].
         fx, fy: focal lengths [pixel].
         cx, cy: where the optical axis meets the image [pixel].
-        distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none.
+        distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none. Zeros that follow, as in the 14
+            numbers of OpenCV's rational model, are left out.
 
     Raises:
         BadArgument: a size or focal length that is not positive, or another number of coefficients.
@@ -83,6 +84,11 @@ class Camera:
                 raise BadArgument(f"{name} of {self.name} must be positive, got {value}")
             object.__setattr__(self, name, value)
         coefficients = as_floats(self.distortion, (), f"distortion of {self.name}").ravel()
+        if len(coefficients) in (12, 14):  # OpenCV's thin prism and tilted sensor
+            if coefficients[8:].any():
+                what = "no numbers but 0 after k6, the 8th: thin prisms and tilted sensors are not modelled"
+                raise BadArgument(f"distortion of {self.name} must have {what}")
+            coefficients = coefficients[:8]
         if len(coefficients) not in (0, 4, 5, 8):
             what = "0, 4, 5 or 8 coefficients k1, k2, p1, p2, k3, k4, k5, k6"
             raise BadArgument(f"distortion of {self.name} must be {what}, got {len(coefficients)}")
@@ -96,7 +102,7 @@ class Camera:
 
         Args:
             matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] [pixel].
-            distortion: 0, 4, 5 or 8 coefficients, in an array of any shape.
+            distortion: 0, 4, 5 or 8 coefficients, or 12 or 14 with zeros after the 8th, in an array of any shape.
             frame: the camera's body frame or optical frame on the robot, as the attribute.
             size: width and height of the images of the calibration [pixel].
             name: name of the camera; the frame's name without one.
@@ -115,6 +121,49 @@ class Camera:
         width, height = _size(size)
         own = frame if isinstance(name, str) and not name else name
         return Camera(own, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+
+    def resized(self, size: tuple[int, int]) -> Camera:
+        """Return the camera of images that are scaled to another size, as by OpenCV's `resize`.
+
+        With the scales s_u and s_v of width and height, a pixel becomes (s_u (u + 1/2) − 1/2, s_v (v + 1/2) − 1/2),
+        because the edges of the image correspond, and its first pixel has its centre at (0, 0). So fx' = s_u fx,
+        cx' = s_u (cx + 1/2) − 1/2, and likewise fy' and cy'; the distortion remains.
+
+        Args:
+            size: width and height of the scaled images [pixel].
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "CameraTop", 640, 480, 558.0, 560.0, 317.0, 243.0)
+            >>> half = camera.resized((320, 240))
+            >>> half.fx, half.fy, half.cx, half.cy
+            (279.0, 280.0, 158.25, 121.25)
+        """
+        width, height = _size(size)
+        across, down = width / self.width, height / self.height
+        centre = {"cx": across * (self.cx + 0.5) - 0.5, "cy": down * (self.cy + 0.5) - 0.5}
+        return replace(self, width=width, height=height, fx=across * self.fx, fy=down * self.fy, **centre)
+
+    def cropped(self, corner: tuple[int, int], size: tuple[int, int]) -> Camera:
+        """Return the camera of a part of its images; (cx, cy) moves by the corner.
+
+        Args:
+            corner: column and row of the part's first pixel, its upper left one.
+            size: width and height of the part [pixel].
+
+        Raises:
+            BadArgument: the part extends beyond the image.
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "CameraTop", 640, 480, 558.0, 560.0, 317.0, 243.0)
+            >>> middle = camera.cropped((160, 120), (320, 240))
+            >>> middle.width, middle.fx, middle.cx, middle.cy
+            (320, 558.0, 157.0, 123.0)
+        """
+        (left, upper), (width, height) = _size(corner, ("column", "row"), 0), _size(size)
+        if left + width > self.width or upper + height > self.height:
+            part = f"{width} × {height} pixels from ({left}, {upper}) on"
+            raise BadArgument(f"{part} extend beyond the image of {self.name}, {self.width} × {self.height} pixels")
+        return replace(self, width=width, height=height, cx=self.cx - left, cy=self.cy - upper)
 
     @property
     def matrix(self) -> Floats:
@@ -360,7 +409,7 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     if name not in semantics.fields_of_view:
         raise BadArgument(f"the field of view of {name} is not known; give it in fields_of_view, or make a Camera")
     if isinstance(resolution, str):
-        sizes = semantics.resolutions or {row.name: (row.width, row.height) for row in RESOLUTIONS}
+        sizes = _resolutions(robot)
         width, height = sizes[choice(resolution, sizes, f"resolution of {name}")]
     else:
         width, height = _size(resolution)
@@ -369,13 +418,28 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre)
 
 
-def _size(size: Any) -> tuple[int, int]:
-    """Return a width and a height."""
+def _size(size: Any, names: tuple[str, str] = ("width", "height"), least: int = 1) -> tuple[int, int]:
+    """Return a width and a height, or two other whole numbers."""
     try:
-        width, height = size
+        one, other = size
     except (TypeError, ValueError):
-        raise BadArgument(f"the size of an image must be its width and height, got {quoted(size)}") from None
-    return whole_number(width, "width", 1), whole_number(height, "height", 1)
+        raise BadArgument(f"expected {' and '.join(names)} of an image, got {quoted(size)}") from None
+    return whole_number(one, names[0], least), whole_number(other, names[1], least)
+
+
+def outside_image(robot: RobotModel, camera: Camera, pixels: Floats) -> str:
+    """Return a message on pixels (..., 2) outside the image, with the smallest resolution that contains them."""
+    sizes = sorted(_resolutions(robot).items(), key=lambda item: item[1])
+    name = next((f" ({name})" for name, size in sizes if size == (camera.width, camera.height)), "")
+    last = pixels.reshape(-1, 2).max(axis=0) + 0.5
+    fits = [f"{name}, {w} × {h}" for name, (w, h) in sizes if last[0] < w and last[1] < h and (pixels >= -0.5).all()]
+    advice = f"contains {'it' if pixels.ndim == 1 else 'them'}: make the camera for the size of your images"
+    more = f"; {fits[0]}, {advice}" if fits else ""
+    return f"outside the image of {camera.name}, {camera.width} × {camera.height} pixels{name}{more}"
+
+
+def _resolutions(robot: RobotModel) -> dict[str, tuple[int, int]]:
+    return dict(robot.semantics.resolutions) or {row.name: (row.width, row.height) for row in RESOLUTIONS}
 
 
 def as_pixels(pixels: ArrayLike) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -103,7 +104,7 @@ def test_the_ground_at_a_pixel_is_projected_to_that_pixel(seed: int, lens: bool,
     camera = nk.world.camera(nao, ("CameraTop", "CameraBottom")[seed % 2])
     camera = _lensed(camera) if lens else camera
     q, T_world_base = nao.random(rng, n=4), _pose(rng, 0.6)
-    pixels = rng.uniform([0, 0], [640, 480], (5, 4, 2))
+    pixels = rng.uniform([-0.5, -0.5], [639.5, 479.5], (5, 4, 2))
     found = nk.world.pixel_to_ground(nao, q, pixels, camera, T_world_base=T_world_base, height=height)
     assert found.points.shape == (5, 4, 3)
     assert (np.isfinite(found.points).all(axis=-1) == found.valid).all()
@@ -166,6 +167,25 @@ def test_a_pixel_above_the_horizon_is_nan_in_a_batch_and_an_error_alone(nao: nk.
         nk.world.ground_covariance(nao, q, pixels[0], camera, joint_noise=0.01)
     with pytest.raises(BadArgument, match="not in front of CameraTop"):
         nk.world.project(nao, q, [-1.0, 0.0, 0.0], camera)
+
+
+def test_a_pixel_outside_the_image_shows_nothing_and_alone_names_the_resolution_that_fits(nao: nk.NaoModel) -> None:
+    q, camera = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
+    pixels = np.array([[639.4, 479.4], [639.5, 479.0], [1000.0, 700.0], [-0.6, 400.0], [np.nan, np.nan]])
+    found = nk.world.pixel_to_ground(nao, q, pixels, camera)
+    assert found.valid.tolist() == [True, False, False, False, False]
+    assert np.isfinite(found.points).all(axis=-1).tolist() == found.valid.tolist()
+    covariance = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=0.01)
+    assert np.isfinite(covariance).all(axis=(1, 2)).tolist() == found.valid.tolist()
+    says = r"\(1000, 700\) is outside the image of CameraTop, 640 × 480 pixels \(VGA\); 4VGA, 1280 × 960, contains it"
+    for ask in (nk.world.pixel_to_ground, partial(nk.world.ground_covariance, joint_noise=0.01)):
+        with pytest.raises(BadArgument, match=says):
+            ask(nao, q, [1000.0, 700.0], camera)
+    for robot, pixel in ((nao, [-1.0, 400.0]), (nk.load_nao("v3.3"), [1000.0, 700.0])):
+        with pytest.raises(BadArgument, match=r"640 × 480 pixels \(VGA\)$"):
+            nk.world.pixel_to_ground(robot, q, pixel, camera)
+    grabbed = nk.world.pixel_to_ground(nao, q, [1000.0, 700.0], nk.world.camera(nao, "CameraTop", "4VGA")).points
+    assert grabbed == pytest.approx(nk.world.pixel_to_ground(nao, q, [499.75, 349.75], camera).points)
 
 
 @settings(max_examples=40, deadline=None)
@@ -337,6 +357,29 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     for T in (np.zeros((4, 4)), 2.0 * np.eye(4), np.ones((4, 4))):
         with pytest.raises(nk.NaoKinError, match="T_world_base"):
             nk.world.camera_pose(nao, q, camera, T_world_base=T)
-    folded = Camera("folded", "CameraTop", 640, 480, 400.0, 400.0, 320.0, 240.0, (-0.5, 0.0, 0.0, 0.0))
-    with pytest.raises(BadArgument, match="folded cannot be inverted at the edge of the image, at"):
-        nk.world.horizon(nao, q, folded)
+    aside = Camera("aside", "CameraTop", 640, 480, 400.0, 400.0, 1320.0, 240.0, (-0.5, 0.0, 0.0, 0.0))
+    with pytest.raises(BadArgument, match=r"aside cannot be inverted at \(639.5, 240\)"):
+        nk.world.horizon(nao, q, aside)
+
+
+def test_corners_that_the_lens_does_not_reach_are_clipped(nao: nk.NaoModel) -> None:
+    # r (1 − 0.3 r²) is at most 0.70: all but the corners of the image, which is 0.57 wide and 0.43 high.
+    folded = Camera("folded", "CameraTop", 640, 480, 500.0, 500.0, 320.0, 240.0, (-0.3, 0.0, 0.0, 0.0))
+    corners = np.isnan(folded.ray(folded.border(1))[:, 0])
+    sides = np.isnan(folded.ray(folded.border(2))[1::2, 0])
+    assert (corners.all(), sides.any()) == (True, False)
+    q, T_world_base = nao.posture("StandInit", HeadPitch=0.2), nk.screws.pose(np.eye(3), [0.0, 0.0, 0.3])
+    polygon = nk.world.visible_ground(nao, q, folded, T_world_base=T_world_base, max_distance=3.0)
+    points = np.column_stack([np.random.default_rng(0).uniform([0.0, -3.0], [3.0, 3.0], (4000, 2)), np.zeros(4000)])
+    visible = nk.world.project(nao, q, points, folded, T_world_base=T_world_base).visible
+    T = nk.world.camera_pose(nao, q, folded, T_world_base=T_world_base)
+    near = (points[:, :2] - T[:2, 3]) @ (T[:2, 0] / np.linalg.norm(T[:2, 0])) < 3.0
+    assert (_contains(polygon[:, :2], points[:, :2]) != (visible & near)).mean() < 0.01
+    assert visible.mean() > 0.2
+    tilted = T_world_base @ nk.screws.pose(nk.rotations.rot_x(0.62), np.zeros(3))  # the horizon through two corners
+    found = nk.world.horizon(nao, nao.neutral(), folded, T_world_base=tilted)
+    assert found.visible
+    assert folded.sees(found.pixels).all()
+    heights = folded.ray(found.pixels) @ nk.world.camera_pose(nao, nao.neutral(), folded, T_world_base=tilted)[2, :3]
+    assert np.abs(heights[1:-1]).max() < 1e-9
+    assert np.ptp(found.pixels[:, 0]) > 450.0
