@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from typing import TYPE_CHECKING
 
@@ -71,9 +72,8 @@ def camera(
     q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "raise")
     from nao_kin import world
 
-    size = resolution.lower().split("x")
-    sized = len(size) == 2 and all(part.isdecimal() for part in size)
-    found = world.camera(model, name, (int(size[0]), int(size[1])) if sized else resolution)
+    size = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", resolution)
+    found = world.camera(model, name, resolution if size is None else (int(size[1]), int(size[2])))
     if rows is None:
         _print_numbers(model, q, found, deg, json)
         return

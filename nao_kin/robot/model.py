@@ -991,7 +991,7 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
-            margin: distance below which links are listed [m].
+            margin: distance below which links are listed; negative for those that overlap by more [m].
 
         Returns:
             The contacts, by configuration and then by distance. Each has the names of its `links`; their `distance`,

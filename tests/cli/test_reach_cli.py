@@ -146,7 +146,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
         (("LArm", "--voxel", "1e-5"), "give at least 0.0012 m"),
         (("LArm", "--seed", "-1"), "seed must be at least 0"),
         (("LArm", "--threads", "0"), "threads must be at least 1"),
-        (("LArm", "--by", "bset"), "unknown number of a voxel 'bset' (nearest: best"),
+        (("LArm", "--by", "bset", "--html", "a.html"), "unknown number of a voxel 'bset' (nearest: best"),
         (("LArm", "-o", "map.csv"), "cannot write map.csv: end the name in .npz, .vtk, .ply"),
         (("LArm", "-o", "no/map.npz"), "cannot write no/map.npz"),
         (("LArm", "--html", "no/map.html"), "cannot write no/map.html"),
