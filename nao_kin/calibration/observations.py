@@ -113,7 +113,8 @@ class Poses:
         q = _configurations(robot, self.q)
         poses = _one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
         noise = np.repeat(_noise(self.noise, (2,), "noise of poses"), 3)
-        _known(robot, self.frame, self.reference)
+        robot.frame_ids([self.frame])
+        _known(robot, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             inside = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)
@@ -155,7 +156,7 @@ class Contacts:
         q = _configurations(robot, self.q)
         height = shaped(self.height, (), "height")
         noise = _noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
-        _known(robot, self.frame, self.reference)
+        robot.frame_ids([self.frame, self.reference])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             place = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)

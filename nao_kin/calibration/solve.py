@@ -264,7 +264,8 @@ class Problem:
         frames: Mapping[str, Iterable[str]] | Iterable[str],
         start: Mapping[str, ArrayLike],
     ) -> None:
-        given = list(observations) if isinstance(observations, Iterable) else [observations]
+        several = isinstance(observations, Iterable) and getattr(observations, "ndim", 1) > 0
+        given = list(observations) if several else [observations]
         if not isinstance(start, Mapping):
             raise BadArgument(f"start must map names to poses, got {quoted(start)}")
         self.observations: list[Checked] = []

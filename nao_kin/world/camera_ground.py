@@ -24,7 +24,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
-from nao_kin.world.cameras import Camera, as_pixels, outside_image, pixel_name
+from nao_kin.world.cameras import LARGEST, Camera, as_pixels, outside_image, pixel_name
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
 _CURVED = 16
@@ -210,6 +210,8 @@ def ground_covariance(
     T, down = _placed(robot, q, camera, T_world_base)
     noise = _joint_covariance(robot, joint_noise)
     check_tolerance(pixel_noise, "pixel_noise")
+    if pixel_noise > LARGEST:
+        raise BadArgument(f"pixel_noise must be at most {LARGEST} pixels, got {pixel_noise:g}")
     sight = _Sight.of(robot, T, pixels, camera, height)
     J = _relative_jacobian(robot, q, camera, T, down, T_world_base, support)
     d, t = sight.d, sight.t[..., None, None]
@@ -249,7 +251,7 @@ def horizon(
         >>> bool(found.visible), found.line.round(3).tolist()  # 73 rows above the middle of the image
         (True, [0.0, 1.0, -166.757])
     """
-    count = whole_number(n, "n", 2)
+    count = whole_number(n, "n", 2, LARGEST)
     T, _ = _placed(robot, q, camera, T_world_base)
     up = T[..., 2, :3]
     line = np.stack([up[..., 1] / camera.fx, up[..., 2] / camera.fy, -up[..., 0]], axis=-1)
@@ -330,7 +332,7 @@ def visible_ground(
         t = -above[..., None] / corners[..., 2]
         kept &= (t > 0.0) & (above > 0.0)[..., None]
         points = np.where(kept[..., None], eye[..., None, :] + t[..., None] * corners, np.nan)
-    points = points.reshape(*points.shape[:-3], -1, 3)
+    points = points.reshape(*points.shape[:-3], 2 * points.shape[-3], 3)
     return points[np.isfinite(points[:, 0])] if points.ndim == 2 else points
 
 

@@ -21,8 +21,8 @@ from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import RESOLUTIONS
 
-# Largest width and height of an image [pixel].
-_LARGEST = 1_000_000
+# Largest width and height of an image [pixel], and the largest number of points along its edge or horizon.
+LARGEST = 1_000_000
 # Newton's steps on the distortion, and the error of the result in normalised coordinates that counts as solved.
 _MOST_STEPS, _SOLVED = 40, 1e-12
 
@@ -77,7 +77,7 @@ class Camera:
     def __post_init__(self) -> None:
         texts((self.name, self.frame), "name and frame of a camera")
         for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, _LARGEST))
+            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, LARGEST))
         for name in ("fx", "fy", "cx", "cy"):
             value = float(shaped(getattr(self, name), (), f"{name} of {self.name}"))
             if name in ("fx", "fy") and value <= 0.0:
@@ -277,6 +277,8 @@ class Camera:
             [[500.0, 0.0], [0.0, 510.0]]
         """
         ab = as_numbers(normalised, "normalised coordinates")
+        if ab.shape[-1:] != (2,):
+            raise WrongShape("normalised coordinates", "(..., 2)", ab.shape)
         return np.asarray(self._distorted(ab)[1] * np.array([[self.fx], [self.fy]]))
 
     def sees(self, pixels: ArrayLike) -> NDArray[np.bool_]:
@@ -305,7 +307,7 @@ class Camera:
             [[-0.5, -0.5], [639.5, -0.5], [639.5, 479.5], [-0.5, 479.5]]
         """
         corners = np.array([[0, 0], [self.width, 0], [self.width, self.height], [0, self.height], [0, 0]]) - 0.5
-        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1), endpoint=False)[:, None]
+        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1, LARGEST), endpoint=False)[:, None]
         return np.asarray((corners[:-1, None] + share * np.diff(corners, axis=0)[:, None]).reshape(-1, 2))
 
     # --- The lens, in normalised coordinates.

@@ -351,7 +351,15 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     for height in (np.nan, "low"):
         with pytest.raises(nk.NaoKinError, match="height"):
             nk.world.visible_ground(nao, q, camera, height=height)  # type: ignore[arg-type]
-    for count in (1, 2.5):
+    assert nk.world.visible_ground(nao, q[None][:0], camera).shape == (0, 8, 3)
+    with pytest.raises(BadArgument, match="pixel_noise must be at most"):
+        nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=1e308)
+    for shape in ((), (3,), (2, 3)):
+        with pytest.raises(WrongShape, match="normalised coordinates"):
+            camera.lens_jacobian(np.zeros(shape))
+    with pytest.raises(BadArgument, match="per_side must be at most"):
+        camera.border(10**12)
+    for count in (1, 2.5, 10**12):
         with pytest.raises(BadArgument, match="n must be"):
             nk.world.horizon(nao, q, camera, n=count)  # type: ignore[arg-type]
     for T in (np.zeros((4, 4)), 2.0 * np.eye(4), np.ones((4, 4))):
