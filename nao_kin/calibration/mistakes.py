@@ -75,7 +75,7 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
             rows[reverse] = rows[reverse, ::-1]
             turned[number] = replace(one.given, pixels=pixels)
             if reverse.any():
-                named.append(_postures(number, one, np.flatnonzero(reverse)))
+                named.append(_postures(number, one, np.flatnonzero(reverse).tolist()))
     if named:
         yield f"the points are in reverse order in {'; '.join(named)}", turned
     yield (
@@ -99,7 +99,7 @@ def _stretched(given: Sequence[AnyObservation], size: float) -> list[AnyObservat
     return changed
 
 
-def _postures(number: int, one: Checked, rows: Floats) -> str:
+def _postures(number: int, one: Checked, rows: list[int]) -> str:
     """Return the name of an observation, and of its postures if they are not all of it."""
     if len(rows) == len(one.q):
         return f"observation {number}"

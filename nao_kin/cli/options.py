@@ -121,6 +121,11 @@ _MEANT = {
     "convert": "nao-kin motion convert",
     "show": "nao-kin view",
 }
+# The same for options of a command.
+_MEANT_OPTIONS = {
+    ("ik", "--frame"): "FRAME is an argument, as in nao-kin ik LArm",
+    ("ik", "--posture"): "--reference prefers solutions near a posture",
+}
 
 
 class Group(TyperGroup):
@@ -143,6 +148,9 @@ class Command(TyperCommand):
         try:
             values, _, order = self.make_parser(ctx).parse_args(list(args))
         except UsageError as error:
+            meant = _MEANT_OPTIONS.get((ctx.info_name, getattr(error, "option_name", "")))
+            if meant is not None:
+                raise BadArgument(f"no such option: {vars(error)['option_name']} ({meant})") from None
             vars(error)["ctx"] = ctx  # which is absent if the argument of an option is missing
             raise
         if not any(parameter.is_eager for parameter in order):  # --help works with any other options

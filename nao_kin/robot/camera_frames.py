@@ -29,11 +29,20 @@ def camera_of(tree: UrdfTree, cameras: Iterable[str], frame: str) -> tuple[str, 
     """
     link = tree.shared_names.get(frame, frame)
     row = next((joint for joint in tree.joints if joint.child == link and joint.kind == "fixed"), None)
-    camera = row and next((name for name in cameras if tree.shared_names.get(name, name) == row.parent), None)
-    if row is None or camera is None:
+    if row is None:
         return None
-    both = (np.eye(4), _T_BODY_OPTICAL)
-    return next(((camera, T) for T in both if np.abs(row.origin.matrix - T).max() < _ROUNDED), None)
+    for camera in cameras:
+        if tree.shared_names.get(camera, camera) == row.parent:
+            for T in (np.eye(4), _T_BODY_OPTICAL):
+                if np.abs(row.origin.matrix - T).max() < _ROUNDED:
+                    return camera, T
+    return None
+
+
+def body_frame_of(robot: RobotModel, frame: str) -> str:
+    """Return the body frame of the camera that has this frame beside it; other frames as they are."""
+    found = camera_of(robot.tree, robot.semantics.cameras, frame)
+    return frame if found is None else found[0]
 
 
 def pose_of_body(robot: RobotModel, frame: str) -> Floats | None:

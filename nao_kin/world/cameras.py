@@ -140,8 +140,8 @@ class Camera:
         """
         width, height = _size(size)
         across, down = width / self.width, height / self.height
-        centre = {"cx": across * (self.cx + 0.5) - 0.5, "cy": down * (self.cy + 0.5) - 0.5}
-        return replace(self, width=width, height=height, fx=across * self.fx, fy=down * self.fy, **centre)
+        cx, cy = across * (self.cx + 0.5) - 0.5, down * (self.cy + 0.5) - 0.5
+        return replace(self, width=width, height=height, fx=across * self.fx, fy=down * self.fy, cx=cx, cy=cy)
 
     def cropped(self, corner: tuple[int, int], size: tuple[int, int]) -> Camera:
         """Return the camera of a part of its images; (cx, cy) moves by the corner.

@@ -295,6 +295,11 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--bogus"), "No such option"),
         (("bogus",), "no such command 'bogus' (see nao-kin --help)"),
         (("FK",), "no such command 'FK' (nearest: fk"),
+        (
+            ("ik", "LArm", "--posture", "Stand"),
+            "no such option: --posture (--reference prefers solutions near a posture)",
+        ),
+        (("ik", "--frame", "LArm"), "no such option: --frame (FRAME is an argument, as in nao-kin ik LArm)"),
         (("help",), "no such command 'help' (nearest: nao-kin --help)"),
         (("version",), "no such command 'version' (nearest: nao-kin --version)"),
         (("forward",), "no such command 'forward' (nearest: nao-kin fk)"),
