@@ -148,10 +148,10 @@ class Command(TyperCommand):
         try:
             values, _, order = self.make_parser(ctx).parse_args(list(args))
         except UsageError as error:
-            meant = _MEANT_OPTIONS.get((ctx.info_name, getattr(error, "option_name", "")))
-            if meant is not None:
-                raise BadArgument(f"no such option: {vars(error)['option_name']} ({meant})") from None
-            vars(error)["ctx"] = ctx  # which is absent if the argument of an option is missing
+            name = getattr(error, "option_name", "")
+            if (ctx.info_name, name) in _MEANT_OPTIONS:
+                raise BadArgument(f"no such option: {name} ({_MEANT_OPTIONS[ctx.info_name, name]})") from None
+            error.ctx = ctx  # type: ignore[attr-defined]  # absent if the argument of an option is missing
             raise
         if not any(parameter.is_eager for parameter in order):  # --help works with any other options
             for parameter, times in Counter(order).items():

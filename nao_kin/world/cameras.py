@@ -290,8 +290,8 @@ class Camera:
             [True, False, False]
         """
         uv = as_pixels(pixels)
-        low, high = (uv >= -0.5).all(axis=-1), (uv < (self.width - 0.5, self.height - 0.5)).all(axis=-1)
-        return np.asarray(low & high)
+        u, v = uv[..., 0], uv[..., 1]
+        return np.asarray((u >= -0.5) & (u < self.width - 0.5) & (v >= -0.5) & (v < self.height - 0.5))
 
     def border(self, per_side: int = 1) -> Floats:
         """Return pixels along the edge of the image: from the upper left corner to the right and around.
