@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from nao_kin._core.extras import missing
-from nao_kin._core.text import MAX_ECHOED, abbreviated, quoted
+from nao_kin._core.text import MAX_ECHOED, abbreviated, one_line, quoted
 
 __all__ = [
     "BadArgument",
@@ -83,7 +83,7 @@ class NaoKinError(Exception):
     """
 
     def __init__(self, message: str = "") -> None:
-        super().__init__(" ".join(message.split()))
+        super().__init__(one_line(message))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The constructors take other values than the message; this lets an error be pickled to another process.
@@ -95,8 +95,10 @@ def at_index(index: Sequence[int]) -> str:
     return f" at index {list(index)}" if index else ""
 
 
-def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:
+def nearest_names(name: str, valid: Iterable[str], count: int = 3, similar: float = 0.5) -> tuple[str, ...]:
     """Return the valid names most similar to `name`, best first, whatever their letter case.
+
+    `similar` is the least ratio of equal letters, from 0 to 1.
 
     Examples:
         >>> nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
@@ -106,8 +108,11 @@ def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str,
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:
         by_lower.setdefault(candidate.lower(), []).append(candidate)
-    close = difflib.get_close_matches(name.lower(), list(by_lower), n=count, cutoff=0.5)
+    close = difflib.get_close_matches(name.lower(), list(by_lower), n=count, cutoff=similar)
     return tuple(candidate for lower in close for candidate in by_lower[lower])[:count]
+
+
+_FEW = 3
 
 
 class UnknownName(NaoKinError):
@@ -129,7 +134,8 @@ class UnknownName(NaoKinError):
 
     def __init__(self, kind: str, name: object, valid: Sequence[str], hint: str = "") -> None:
         self.kind, self.name, self.valid = kind, str(name), tuple(valid)
-        self.nearest = nearest_names(self.name, valid)
+        # Of few valid names, all are listed if none is similar.
+        self.nearest = nearest_names(self.name, valid, similar=0.5 if len(valid) > _FEW else 0.7)
         if self.nearest:
             advice = f"nearest: {', '.join(self.nearest)}"
         elif len(valid) <= 12:

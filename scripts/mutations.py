@@ -1192,7 +1192,7 @@ _WORLD = (
         ("tangential-distortion-exchanged", "p1 * ab2 + p2 * (s + 2.0 * a * a)", "p2 * ab2 + p1 * (s + 2.0 * a * a)"),
         ("rational-terms-left-out-of-the-derivative", "- radial * (k4 + s", "- 0.0 * (k4 + s"),
         ("any-root-of-the-distortion-is-taken", "if end > 0.0), default=math.inf", "if end > 1e9), default=math.inf"),
-        ("image-begins-at-the-first-centre", "(uv >= -0.5)", "(uv >= 0.0)"),
+        ("image-begins-at-the-first-centre", "(u >= -0.5)", "(u >= 0.0)"),
     ),
     *_faults(
         "world/camera_ground.py",

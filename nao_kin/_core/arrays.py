@@ -307,7 +307,7 @@ def flag(value: object, what: str) -> bool:
 
 def texts(values: object, what: str) -> tuple[str, ...]:
     """Return the texts of a list or another sequence as a tuple, or raise `BadArgument`."""
-    if isinstance(values, str) or not isinstance(values, Iterable):
+    if isinstance(values, str) or not isinstance(values, Iterable) or getattr(values, "ndim", 1) == 0:
         raise BadArgument(f"{what} must be a list of texts, got {quoted(values)}")
     found = tuple(values)
     for value in found:

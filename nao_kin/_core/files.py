@@ -47,11 +47,16 @@ class _Target:
 
 
 # Kind of file → the noun for it, and the suffixes that its name may have.
-_SUFFIXES = {"png": ("a picture", (".png",)), "html": ("a page", (".html", ".htm"))}
+_SUFFIXES = {
+    "png": ("a picture", (".png",)),
+    "html": ("a page", (".html", ".htm")),
+    "csv": ("a trajectory", (".csv", ".txt")),
+    "toml": ("a table of offsets", (".toml",)),
+}
 
 
 def check_writable(path: Path | str, *, kind: str = "") -> None:
-    """Raise the errors of `write_bytes` before the content is made; for "png" and "html", check the suffix too."""
+    """Raise the errors of `write_bytes` before the content is made; for a known kind, check the suffix too."""
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable:

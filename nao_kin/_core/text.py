@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Container, Iterable, Iterator, Sequence
 from html import escape
 
@@ -11,12 +12,24 @@ MAX_SHOWN = 40
 # No message shows more characters of a value.
 MAX_ECHOED = 200
 
+# A word of a message, such as the path of a file, and a whole message are not longer.
+_MAX_WORD, _MAX_LINE = 2 * MAX_ECHOED, 2000
+_LONG_WORD = re.compile(rf"\S{{{_MAX_WORD + 1},}}")
+
 
 def abbreviated(value: object, max_length: int = MAX_ECHOED) -> str:
     """Return `str(value)` on one line of at most `max_length` characters, shortened with … at the end."""
     text = str(value)
     text = " ".join(text[: 4 * max_length].split()) + ("…" if len(text) > 4 * max_length else "")
     return text if len(text) <= max_length else f"{text[: max_length - 1]}…"
+
+
+def one_line(message: str) -> str:
+    """Return a message on one line without control characters, with long words and a long middle replaced by …."""
+    line = _LONG_WORD.sub(lambda word: f"{word.group()[: _MAX_WORD - 1]}…", " ".join(message.split()))
+    if len(line) > _MAX_LINE:
+        line = f"{line[: 3 * _MAX_LINE // 4]} … {line[-_MAX_LINE // 4 :]}"
+    return line if line.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in line)
 
 
 def quoted(value: object, max_length: int = MAX_ECHOED) -> str:

@@ -14,7 +14,7 @@ from nao_kin._core.arrays import Floats, as_floats, cross_matrix, rigid_inverse,
 from nao_kin._core.text import quoted
 from nao_kin.calibration.unknowns import Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import RobotModel, rigid_poses
+from nao_kin.robot import RobotModel, pose_of_body, rigid_poses
 from nao_kin.rotations import log, right_jacobian_inverse
 from nao_kin.world import Camera, as_pixels
 
@@ -70,7 +70,7 @@ class Pixels:
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             T_root_points = state.frame(q, self.frame) @ state.pose(self.board)
-            place = state.frame(q, self.camera.frame).inverse() @ T_root_points
+            place = camera_at(state, q, self.camera).inverse() @ T_root_points
             R, t = place.T[..., None, :3, :3], place.T[..., None, :3, 3]
             seen = (R @ points[..., None])[..., 0] + t
             # A point X of a body with the twist (v; ω) in the body's axes moves by R (v + ω × X).
@@ -113,7 +113,8 @@ class Poses:
         q = _configurations(robot, self.q)
         poses = _one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
         noise = np.repeat(_noise(self.noise, (2,), "noise of poses"), 3)
-        _known(robot, self.frame, self.reference)
+        robot.frame_ids([self.frame])
+        _known(robot, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             inside = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)
@@ -155,7 +156,7 @@ class Contacts:
         q = _configurations(robot, self.q)
         height = shaped(self.height, (), "height")
         noise = _noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
-        _known(robot, self.frame, self.reference)
+        robot.frame_ids([self.frame, self.reference])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             place = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)
@@ -216,6 +217,12 @@ def _one_each(array: Floats, q: ArrayLike, tail: tuple[int, ...], what: str) -> 
     if array.shape != expected:
         raise WrongShape(what, str(expected), array.shape)
     return array.reshape(-1, *tail)
+
+
+def camera_at(state: State, q: Floats, camera: Camera) -> Moving:
+    """Return T_root_camera, of the camera's body frame."""
+    mounted, T_mounted_body = state.frame(q, camera.frame), pose_of_body(state.unknowns.robot, camera.frame)
+    return mounted if T_mounted_body is None else mounted @ Moving(T_mounted_body, state.fixed.J)
 
 
 def _known(robot: RobotModel, *frames: str | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, choice, shaped
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
+from nao_kin.calibration.mistakes import likely_mistake
 from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen, errors_of
 from nao_kin.calibration.starts import add_starts
-from nao_kin.calibration.unknowns import LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
-from nao_kin.errors import BadArgument
+from nao_kin.calibration.unknowns import COORDINATES, LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
+from nao_kin.errors import BadArgument, DegreesWarning
 from nao_kin.robot import RobotModel, check_robot, write_offsets
 from nao_kin.screws import nearest_pose
 
@@ -26,6 +28,8 @@ _HUBER = 3.0
 _RARE = 1e-6
 # With more outliers than this share of all items, the observations contradict each other.
 _MOST_OUTLIERS = 1 / 3
+# With more than this share, usual mistakes are tried.
+_MANY_OUTLIERS = 0.1
 # Unknowns with a smaller part in an undetermined combination are not named.
 _SMALL_PART = 0.05
 _MOST_NAMED = 8
@@ -187,6 +191,7 @@ def calibrate(
     if any((residuals == BEHIND).any() for residuals in initial):
         raise BadArgument(
             "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
+            + likely_mistake(problem, problem.again)
         )
     known: list[Outlier] = []
     for _ in range(_MOST_PASSES):
@@ -207,7 +212,11 @@ def calibrate(
         if len(outliers) > _MOST_OUTLIERS * items:
             raise BadArgument(
                 f"the observations contradict each other: {len(outliers)} of {items} are beyond their noise: "
-                f"{'; '.join(map(str, outliers[:3]))}; is the stated noise too small, or a point or posture wrong?"
+                f"{'; '.join(map(str, outliers[:3]))}"
+                + (
+                    likely_mistake(problem, problem.again)
+                    or "; is the stated noise too small, or a point or posture wrong?"
+                )
             )
         if loss == "linear" or {(o.observation, o.item) for o in outliers} == {(o.observation, o.item) for o in known}:
             break
@@ -215,7 +224,8 @@ def calibrate(
         problem.leave_out(seen)
     if outliers:
         listed = "; ".join(map(str, outliers[:3]))
-        notes.append(f"{len(outliers)} of {items} observed items are beyond their noise: {listed}")
+        mistake = likely_mistake(problem, problem.again) if len(outliers) > _MANY_OUTLIERS * items else ""
+        notes.append(f"{len(outliers)} of {items} observed items are beyond their noise: {listed}{mistake}")
     ratio = problem.noise_ratio(seen, int(free.sum()))
     if ratio is not None:
         notes.append(f"residuals are {ratio:.2g} times as large as the stated noise explains: so are the true errors")
@@ -254,7 +264,8 @@ class Problem:
         frames: Mapping[str, Iterable[str]] | Iterable[str],
         start: Mapping[str, ArrayLike],
     ) -> None:
-        given = list(observations) if isinstance(observations, Iterable) else [observations]
+        several = isinstance(observations, Iterable) and getattr(observations, "ndim", 1) > 0
+        given = list(observations) if several else [observations]
         if not isinstance(start, Mapping):
             raise BadArgument(f"start must map names to poses, got {quoted(start)}")
         self.observations: list[Checked] = []
@@ -286,6 +297,16 @@ class Problem:
             self.unknowns.poses[name] = replace(block, start=starts[name])
         self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
         self._last: tuple[bytes, list[Seen]] | None = None
+        self._start = dict(start)
+
+    def again(self, observations: Sequence[AnyObservation]) -> Problem:
+        """Return the same problem with other observations."""
+        unknowns = self.unknowns
+        frames = {
+            name: [coordinate for coordinate, place in zip(COORDINATES, block.places, strict=True) if place >= 0]
+            for name, block in unknowns.frames.items()
+        }
+        return Problem(unknowns.robot, observations, unknowns.joints, frames, self._start)
 
     def seen(self, x: Floats) -> list[Seen]:
         """Return the residuals of each observation, and their derivatives."""
@@ -306,8 +327,8 @@ class Problem:
         parts = [part.J * kept[:, None, None] for part, kept in zip(self.seen(x), self._kept, strict=True)]
         return np.asarray(np.concatenate([part.reshape(-1, self.size) for part in parts]))
 
-    def solved(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
-        """Return the unknowns of least loss; those that are not free stay."""
+    def solved(self, x: Floats, free: NDArray[np.bool_], loss: str, steps: int | None = None) -> Floats:
+        """Return the unknowns of least loss, after at most so many `steps`; those that are not free stay."""
         from scipy.optimize import least_squares
 
         scales = self._scales[free]
@@ -321,20 +342,23 @@ class Problem:
 
         # A prior a thousand times wider than the scales keeps numbers without any effect where they are.
         prior = _PRIOR * np.eye(len(scales)) / scales
-        for stage in dict.fromkeys(("linear", loss)):  # squares first: they lead there from far away
-            x = whole(
-                least_squares(
-                    lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
-                    x[free],
-                    lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
-                    x_scale=scales,
-                    loss=stage,
-                    f_scale=_HUBER,
-                    xtol=1e-12,
-                    ftol=1e-12,
-                    gtol=1e-12,
-                ).x
-            )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DegreesWarning)  # of steps that are taken back
+            for stage in dict.fromkeys(("linear", loss)):  # squares first: they lead there from far away
+                x = whole(
+                    least_squares(
+                        lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
+                        x[free],
+                        lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
+                        x_scale=scales,
+                        loss=stage,
+                        f_scale=_HUBER,
+                        xtol=1e-12,
+                        ftol=1e-12,
+                        gtol=1e-12,
+                        max_nfev=steps,
+                    ).x
+                )
         return x
 
     def _scaled(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:

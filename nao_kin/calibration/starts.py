@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
-from nao_kin.calibration.observations import Checked, Pixels, Poses
+from nao_kin.calibration.observations import Checked, Pixels, Poses, camera_at
 from nao_kin.calibration.unknowns import State
 from nao_kin.errors import BadArgument
 from nao_kin.rotations import mean_rotation, nearest_rotation
@@ -33,7 +33,7 @@ def _board(state: State, observation: Checked, given: Pixels) -> Floats:
     points, mask = np.reshape(given.points, (-1, 3)), observation.mask
     pixels = observation.measured * given.noise
     T_frame_cameras = (
-        state.frame(observation.q, given.frame).inverse() @ state.frame(observation.q, given.camera.frame)
+        state.frame(observation.q, given.frame).inverse() @ camera_at(state, observation.q, given.camera)
     ).T
     found = list[tuple[float, Floats]]()
     for n in np.argsort(-mask.sum(axis=1), kind="stable")[:_TRIED]:

@@ -16,7 +16,7 @@ import typer
 import nao_kin
 from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
-from nao_kin._core.text import MAX_ECHOED, abbreviated
+from nao_kin._core.text import MAX_ECHOED, abbreviated, quoted
 from nao_kin.cli import (  # noqa: F401
     balance,
     calibrate,
@@ -33,15 +33,20 @@ from nao_kin.cli import (  # noqa: F401
     robots,
     view,
 )
-from nao_kin.cli.options import COMMANDS, Command
+from nao_kin.cli.options import COMMANDS, Command, Group, UsageError
 from nao_kin.cli.output import print_note
-from nao_kin.errors import NaoKinError, NaoKinWarning
+from nao_kin.errors import DegreesWarning, NaoKinError, NaoKinWarning
 
 # A quoted text, or a word, that is too long for a message.
 _LONG = re.compile(rf"'[^']{{{MAX_ECHOED},}}'|\S{{{MAX_ECHOED + 1},}}")
 
+# Kinds of errors of typer's validator → what was expected.
+_EXPECTED = {"float_parsing": "a number", "int_parsing": "a whole number", "int_from_float": "a whole number"}
+
 app = typer.Typer(
     name="nao-kin",
+    cls=Group,
+    context_settings={"help_option_names": ["--help", "-h"]},
     help="Kinematics of the NAO humanoid.",
     epilog="Example: nao-kin fk --posture StandInit --frame LArm",
     invoke_without_command=True,
@@ -58,9 +63,6 @@ for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):
     _group = motion.app if _name in _OF_MOTIONS else app
     _group.command(_name.removeprefix("motion "), cls=Command, epilog=_example)(_function)
 app.add_typer(motion.app)
-
-# typer may carry its own copy of click; this is the base class of that copy's usage errors.
-_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -80,11 +82,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
             return int(code or 0)
     except NaoKinError as error:
         return _fail(str(error))
-    except _UsageError as error:
-        context = getattr(error, "ctx", None)
-        path = getattr(context, "command_path", "nao-kin")
-        message = error.format_message() if hasattr(error, "format_message") else str(error)
-        return _fail(f"{_LONG.sub(_shortened, message.rstrip('.'))} (see {path} --help)")
+    except UsageError as error:
+        path = getattr(getattr(error, "ctx", None), "command_path", "nao-kin")
+        return _fail(f"{_usage(error)} (see {path} --help)")
     except ImportError as error:
         return _fail(f"{with_remedy(str(error))} (see nao-kin doctor)")
     except (KeyboardInterrupt, typer.Abort):
@@ -97,6 +97,18 @@ def run(arguments: Sequence[str] | None = None) -> int:
         _discard_output()
         what = "write the output" if error.filename is None else f"use {abbreviated(error.filename)}"
         return _fail(f"cannot {what}: {error.strerror or error}")
+
+
+def _usage(error: Any) -> str:
+    """Return the message of a usage error; of a value that typer's validator refused, with the option and the value."""
+    refused = getattr(error.__cause__, "errors", None)
+    if refused is None or error.param is None:
+        return _LONG.sub(_shortened, str(error.format_message()).rstrip("."))
+    first = refused()[0]
+    name = next((name for name in error.param.opts if name.startswith("--")), error.param.metavar or error.param.name)
+    if first["type"] in _EXPECTED:
+        return f"{name} {quoted(first['input'])}: expected {_EXPECTED[first['type']]}"
+    return _LONG.sub(_shortened, f"{name}: {first.get('ctx', {}).get('error', first['msg'])}".rstrip("."))
 
 
 def _fail(message: str) -> int:
@@ -123,9 +135,13 @@ def _warnings_as_lines() -> Iterator[None]:
         def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
             if not issubclass(category, NaoKinWarning):
                 others(message, category, *place, **more)
-            elif str(message) not in printed:
-                printed.add(str(message))
-                print_note(str(message))
+                return
+            text = str(message)
+            if issubclass(category, DegreesWarning):  # with the option in place of the function
+                text = f"{text.partition(';')[0]}; are these degrees (--deg)?"
+            if text not in printed:
+                printed.add(text)
+                print_note(text)
 
         warnings.showwarning = show
         warnings.simplefilter("always", NaoKinWarning)

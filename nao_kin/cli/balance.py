@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import print_json, print_json_list, print_table
+from nao_kin.cli.output import print_json, print_json_list, print_note, print_table
 from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions
 from nao_kin.cli.targets import numbers_of
 
@@ -48,6 +48,10 @@ def balance(
     q, times, many = given.configurations(model, file, joints, deg=deg, limits=limits)
     from nao_kin.world import balance
 
+    elsewhere = [name for name in sole or () if not _on_a_foot(model, name)]
+    if elsewhere:
+        soles = ", ".join(model.semantics.soles)
+        print_note(f"{', '.join(elsewhere)}: not on the links of the robot's soles, {soles}")
     options: Any = {"soles": sole, "gravity": down, "outline": outline}
     head = {"robot": model.name, "outline": outline, "units": {"length": "m", "angle": "deg" if deg else "rad"}}
     if not many:
@@ -92,6 +96,13 @@ def _document(model: RobotModel, found: Balance, deg: bool) -> dict[str, Any]:
         "T_sole_base": dict(zip(found.down.soles, found.T_sole_base.tolist(), strict=True)),
         "T_robot_base": found.T_robot_base.tolist() if found.down.soles else None,
     }
+
+
+def _on_a_foot(model: RobotModel, frame: str) -> bool:
+    """Return whether a frame is on a link with a sole; true for a robot whose soles are not known."""
+    soles = model.semantics.soles
+    bodies = [model.model.frames[k].parentJoint for k in model.frame_ids([frame, *soles])]
+    return not soles or bodies[0] in bodies[1:]
 
 
 def _print_one(model: RobotModel, found: Balance) -> None:

@@ -28,7 +28,7 @@ def calibrate(
     robot: RobotOptions,
 ) -> None:
     """Find joint offsets and camera mountings from pixels of known points, measured poses and contacts of soles."""
-    check_outputs({"--output": output}, force=force, printed="--json" if json else None)
+    check_outputs({"--output": output}, force=force, printed="--json" if json else None, kind="toml")
     model = robot.load()
     from nao_kin import calibration as room
 

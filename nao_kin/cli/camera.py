@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.csv_numbers import TableColumns
 from nao_kin._core.files import read_table_text
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import fixed, print_json, print_table
+from nao_kin.cli.output import fixed, print_json, print_note, print_table
 from nao_kin.cli.sources import IGNORE_LIMITS, JointOptions
 from nao_kin.cli.targets import csv_records, numbers_of
 from nao_kin.errors import BadArgument, BadInputFile
@@ -71,15 +72,18 @@ def camera(
     q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "raise")
     from nao_kin import world
 
-    size = resolution.lower().split("x")
-    sized = len(size) == 2 and all(part.isdecimal() for part in size)
-    found = world.camera(model, name, (int(size[0]), int(size[1])) if sized else resolution)
+    size = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", resolution)
+    found = world.camera(model, name, resolution if size is None else (int(size[1]), int(size[2])))
     if rows is None:
         _print_numbers(model, q, found, deg, json)
         return
     if headings == _PIXEL:
         ground = world.pixel_to_ground(model, q, rows, found, height=height)
         columns, answers, good = (*headings, *_POINT, "valid"), ground.points, ground.valid
+        outside = ~found.sees(rows)
+        if outside.any():
+            count = f"{outside.sum()} of {len(rows)} pixels are"
+            print_note(f"{count} {world.outside_image(model, found, rows[outside])}")
     else:
         image = world.project(model, q, rows, found)
         columns, answers, good = (*headings, *_PIXEL, "visible"), image.pixels, image.visible

@@ -23,7 +23,9 @@ def collisions(
     *,
     file: str | None = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None),
     joints: JointOptions,
-    margin: float | None = option("M", "List links nearer than this [m]. Default: 0, those that overlap."),
+    margin: float | None = option(
+        "M", "List links nearer than this [m]; negative: only those that overlap by more. Default: 0."
+    ),
     deg: bool = DEG,
     ignore_limits: bool = IGNORE_LIMITS,
     given: FileOptions,

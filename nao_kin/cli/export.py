@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass
+from pathlib import Path
 
 from nao_kin._core import files as atomic
 from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import TIMELINE, MotionFile
 from nao_kin.errors import BadArgument
+
+# Ending of a file → its format; the other formats are folders.
+_FORMATS = {".urdf": "urdf", ".srdf": "srdf", ".glb": "gltf"}
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,10 @@ class ExportOptions:
 def export(
     *,
     output: str = argument("OUTPUT", "The file or folder, - for standard output."),
-    format_: str = option("FORMAT", "urdf, mjcf, srdf, ros2, sdf or gltf.", default=MISSING),
+    format_: str | None = option(
+        "FORMAT",
+        "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUTPUT, if that is .urdf, .srdf or .glb.",
+    ),
     options: ExportOptions,
     force: bool = FORCE,
     json: bool = JSON,
@@ -54,6 +61,10 @@ def export(
     """Write a robot for another tool. Every difference between the file and the robot is reported."""
     from nao_kin import export as exports
 
+    if format_ is None:
+        format_ = _FORMATS.get(Path(output).suffix.lower())
+    if format_ is None:
+        raise BadArgument(f"--format is missing: give one of {', '.join(exports.FORMATS)}")
     output = "/dev/stdout" if output == "-" else output
     if atomic.leads_to_standard_output(output) and json:
         raise BadArgument(f"{output} and --json both write to standard output; give one")

@@ -282,10 +282,15 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
         return _clamped(model, path.q)
     violations = model.limit_violations(path.q, most=1) if limits == "raise" else ()
     if violations:
+        from nao_kin.stream import look_like_degrees
+
         first = violations[0]
         when = f"{path.times[first.index[0]]:.6g} s"
         reason = f"at {when} outside the joint limits: {first.describe(degrees=deg, index=False)}"
-        raise BadInputFile(file, f"{reason}; nao-kin motion check lists all, --clamp or --ignore-limits accepts them")
+        advice = "nao-kin motion check lists all, --clamp or --ignore-limits accepts them"
+        if not deg and look_like_degrees(model, model.joint_names, path.q[first.index[0], model.nq_base :]):
+            advice = "are these degrees (--deg)?"
+        raise BadInputFile(file, f"{reason}; {advice}")
     return path.q
 
 

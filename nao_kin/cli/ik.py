@@ -20,7 +20,7 @@ from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
 from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions, joint_values
-from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
+from nao_kin.cli.targets import Kind, Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ _MAX_RANGES = 30
 _MANY = 2000
 # The clip of a list of targets shows so many solutions per second.
 _FPS = 25.0
+
+_KINDS: dict[Kind, str] = {"place": "a position", "rotation": "an orientation", "pose": "a pose"}
 
 _EXAMPLES = (
     'Example: nao-kin ik LArm --target "0.15 0.12 0.05" --html arm.html; '
@@ -138,7 +140,7 @@ def ik(request: Request, robot: RobotOptions) -> None:
     model = robot.load()
     targets = request.targets(model)
     found = _solved(model, request, targets, request.near(model, len(targets.values)))
-    answers = _Answers(model, request, targets.many, found)
+    answers = _Answers(model, request, targets.many, targets.kind, found)
     print_note(*found.notes)
     written = None if html is None else answers.write_page(html)
     if written is not None and not atomic.leads_to_standard_output(written) and not json:
@@ -236,11 +238,12 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
 
 @dataclass(frozen=True)
 class _Answers:
-    """The solutions `found`, and their output in each format; `many` means a list of targets."""
+    """The solutions `found`, and their output in each format; `many` means a list of targets, of this `kind`."""
 
     model: RobotModel
     request: Request
     many: bool
+    kind: Kind
     found: IKResult
 
     @cached_property
@@ -259,8 +262,9 @@ class _Answers:
         return np.array([degrees_per(unit(driver), self.request.deg) for driver in drivers])
 
     def print_one(self) -> None:
-        """Print the answer for one target: the reason, and a table of joints and solutions."""
+        """Print the answer for one target: its kind, the reason, and a table of joints and solutions."""
         found, count = self.found, int(self.found.count)
+        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else _KINDS[self.kind]}")
         print(found.describe(degrees=self.request.deg))
         if np.isnan(found.best).any():
             return
@@ -313,6 +317,7 @@ class _Answers:
         head = {
             "robot": self.model.name,
             "frame": self.request.frame,
+            "target": _KINDS[self.kind].removeprefix("a ").removeprefix("an "),
             "limits": self.request.limits,
             "units": {"length": "m", "angle": "deg" if self.request.deg else "rad"},
             "notes": list(self.found.notes),

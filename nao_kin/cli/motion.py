@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, Group, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
 from nao_kin.cli.sources import HIPS, MotionFile, check_posture
 from nao_kin.errors import BadArgument
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="motion",
+    cls=Group,
     epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down",
     invoke_without_command=True,
     rich_markup_mode=None,
@@ -68,6 +70,10 @@ def convert(
 
     if gap is not None and loop is None:
         raise BadArgument("--gap is the pause of --loop; give both")
+    if stretch is not None and not 0.0 < stretch < math.inf:
+        raise BadArgument(f"--stretch must be a positive number, got {stretch:g}")
+    if loop is not None and loop < 1:
+        raise BadArgument(f"--loop must be at least 1, got {loop}")
     sink = "/dev/stdout" if sink == "-" else sink
     check_outputs({"": sink}, force=force, printed="--json" if json else None)
     model = robot.load()

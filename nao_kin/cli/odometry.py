@@ -43,7 +43,7 @@ def odometry(
     The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of LOG gives one
     row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
     """
-    check_outputs({"--output": output}, force=force, printed="--json" if json else None)
+    check_outputs({"--output": output}, force=force, printed="--json" if json else None, kind="csv")
     named = (("contacts", contacts), ("forces", forces), ("gyro", gyro))
     headings = {what: [name.strip() for name in text.split(",")] for what, text in named if text is not None}
     if headings and file == "-":

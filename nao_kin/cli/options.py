@@ -12,10 +12,11 @@ from inspect import Parameter
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from nao_kin._core import files as atomic
-from nao_kin.errors import BadArgument
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
@@ -108,12 +109,50 @@ def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
+# typer may carry its own copy of click; this is the base class of that copy's usage errors.
+UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+# Words that are often tried as a command → what was meant.
+_MEANT = {
+    "help": "nao-kin --help",
+    "version": "nao-kin --version",
+    "forward": "nao-kin fk",
+    "inverse": "nao-kin ik",
+    "convert": "nao-kin motion convert",
+    "show": "nao-kin view",
+}
+# The same for options of a command.
+_MEANT_OPTIONS = {
+    ("ik", "--frame"): "FRAME is an argument, as in nao-kin ik LArm",
+    ("ik", "--posture"): "--reference prefers solutions near a posture",
+}
+
+
+class Group(TyperGroup):
+    """A group of commands that names the nearest ones for an unknown command."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that the first argument names."""
+        if args[0] not in self.commands:
+            near = (_MEANT[args[0].lower()],) if args[0].lower() in _MEANT else nearest_names(args[0], self.commands)
+            advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
+            raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
+        return super().resolve_command(ctx, args)
+
+
 class Command(TyperCommand):
     """A command that refuses repeated options and contradicting options, which click accepts."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Check which options are given, and how often, before their values."""
-        values, _, order = self.make_parser(ctx).parse_args(list(args))
+        try:
+            values, _, order = self.make_parser(ctx).parse_args(list(args))
+        except UsageError as error:
+            name = getattr(error, "option_name", "")
+            if (ctx.info_name, name) in _MEANT_OPTIONS:
+                raise BadArgument(f"no such option: {name} ({_MEANT_OPTIONS[ctx.info_name, name]})") from None
+            error.ctx = ctx  # type: ignore[attr-defined]  # absent if the argument of an option is missing
+            raise
         if not any(parameter.is_eager for parameter in order):  # --help works with any other options
             for parameter, times in Counter(order).items():
                 if times > 1 and not getattr(parameter, "multiple", False):
@@ -131,16 +170,22 @@ class Command(TyperCommand):
 
 
 def check_outputs(
-    outputs: Mapping[str, str | None], *, force: bool, printed: str | None = None, continued: bool = False
+    outputs: Mapping[str, str | None],
+    *,
+    force: bool,
+    printed: str | None = None,
+    continued: bool = False,
+    kind: str = "",
 ) -> None:
     """Refuse files that may not or cannot be written, before anything is loaded or drawn.
 
     `outputs` maps each option ("" for an argument) to its file (None if not given); `printed` is the option that uses
-    standard output. An existing file of --output that the command continues needs no `force`.
+    standard output. An existing file of --output that the command continues needs no `force`. `kind` is the format of
+    --output, if there is only one.
     """
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
-        atomic.check_writable(path, kind=option.removeprefix("--"))
+        atomic.check_writable(path, kind=kind if option == "--output" else option.removeprefix("--"))
         atomic.check_replaceable(path, overwrite=force or (continued and option == "--output"))
     for option, path in given.items():
         if printed is not None and atomic.leads_to_standard_output(path):
@@ -177,8 +222,14 @@ class RobotOptions:
         elif self.xacro:
             raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
         else:
-            robot = load_nao(self.version) if self.robot is None else load_robot(self.robot)
-        return robot if offsets is None else robot.with_offsets(**offsets)
+            is_nao = self.robot is None or self.robot.lower() == "nao"
+            robot = load_nao(self.version) if is_nao else load_robot(str(self.robot))
+        if offsets is None:
+            return robot
+        try:
+            return robot.with_offsets(**offsets)
+        except NaoKinError as error:
+            raise BadInputFile(str(self.offsets), str(error)) from None
 
 
 # Options that are missing in commands for the NAO only.

@@ -36,8 +36,8 @@ def reach(
         "FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", "--output", "-o"
     ),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
-    by: str = option(
-        "NAME", "Quantity of the colours in --html and .ply: best, mean, count or coverage.", default="best"
+    by: str | None = option(
+        "NAME", "Quantity of the colours in --html and .ply: best (default), mean, count or coverage."
     ),
     threads: int | None = option("N", "Number of threads. Default: one per core."),
     force: bool = FORCE,
@@ -50,6 +50,9 @@ def reach(
     run, even one that was ended by Ctrl-C: its samples up to then are saved.
     """
     requested = _count(samples)
+    if by is not None and html is None and (output is None or Path(output).suffix.lower() != ".ply"):
+        raise BadArgument("--by is the quantity of the colours in --html and .ply; give one of them")
+    by = "best" if by is None else by
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")

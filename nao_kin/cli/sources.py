@@ -48,10 +48,10 @@ class JointOptions:
                 return model.configuration(values, limits=limits)
             return model.posture(self.posture, values, limits=limits)
         except OutsideLimits as error:
-            advice = "; --clamp or --ignore-limits accepts it"
             # An angle of more than a full turn is probably in degrees.
-            advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
-            raise BadArgument(error.describe(degrees=deg) + advice) from None
+            in_degrees = not deg and any(abs(value) > 2.0 * math.pi for value in values.values())
+            advice = "are these degrees (--deg)?" if in_degrees else "--clamp or --ignore-limits accepts it"
+            raise BadArgument(f"{error.describe(degrees=deg)}; {advice}") from None
         except CouplingViolated as error:
             raise BadArgument(error.describe(degrees=deg)) from None
 

@@ -1,8 +1,9 @@
 """Targets of inverse kinematics: numbers on the command line, or files of them.
 
 The count of numbers determines the kind: 3 a position, 4 a quaternion and 9 a rotation matrix, 6 a position with roll,
-pitch and yaw, 7 a position with a quaternion, 16 a homogeneous matrix; for both legs twice as many. In a CSV file the
-header determines it, with the headings of `nao-kin fk --csv`.
+pitch and yaw, 7 a position with a quaternion, 16 a homogeneous matrix; for both legs twice as many. Quaternions must
+have unit length, so that a position with a stray number is not one. In a CSV file the header determines the kind, with
+the headings of `nao-kin fk --csv`.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 
 Kind = Literal["place", "rotation", "pose"]
 
+_SEPARATORS = str.maketrans(",()[]", "     ")
+
 _TURN = 2.0 * math.pi
 # Count of numbers → kind of target, and conversion of rows.
 _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
@@ -38,9 +41,21 @@ _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
     7: ("pose", lambda rows: join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])),
     16: ("pose", lambda rows: rows.reshape(-1, 4, 4)),
 }
+# The kinds with a quaternion, which is last.
+_WITH_QUATERNION = {4: "an orientation as a quaternion", 7: "a position with a quaternion"}
+# Largest difference of a quaternion's length from 1, as of numbers with three decimals.
+_UNIT = 1e-3
 # Part of a message that is redundant for a single target.
 _ONLY = " at index [0]"
 _EXPECTED = "3 numbers for a position, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
+
+
+class _BadTarget(BadArgument):
+    """A target, by its row in the numbers, that cannot be used."""
+
+    def __init__(self, message: str, row: int) -> None:
+        self.index = (row,)
+        super().__init__(message)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +78,11 @@ def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
 
 
 def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
-    """Return the finite numbers of an option, separated by blanks or commas, as many as `count` if it is given."""
-    words = text.replace(",", " ").split()
+    """Return the finite numbers of an option, as many as `count` if it is given.
+
+    They are separated by blanks or commas, and may be in brackets, as Python and NumPy print them.
+    """
+    words = text.translate(_SEPARATORS).split()
     numbers = []
     for word in words:
         number = finite_decimal(word)
@@ -123,6 +141,12 @@ def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
         if not degrees and worst > _TURN:
             print_note(f"an angle of {worst:.6g} rad is more than a full turn; --deg takes degrees")
         rows = np.hstack([rows[:, :3], np.radians(rows[:, 3:]) if degrees else rows[:, 3:]])
+    if count in _WITH_QUATERNION:
+        lengths = np.linalg.norm(rows[:, -4:], axis=1)
+        off = np.flatnonzero(~(np.abs(lengths - 1.0) <= _UNIT))
+        if off.size:
+            what = f"{count} numbers are {_WITH_QUATERNION[count]}, whose length must be 1, not {lengths[off[0]]:.6g}"
+            raise _BadTarget(f"{what}; expected {_EXPECTED}", int(off[0]))
     kind, read = _READ[count]
     return kind, read(rows)
 

@@ -159,6 +159,11 @@ def view(
         print_note(*log.notes)
     elif joints.posture is not None or joints.joint:
         q = joints.configuration(model, deg=deg, limits="ignore")[None]
+    if file is not None and q is not None and len(q) and not deg:
+        from nao_kin.stream import look_like_degrees
+
+        if look_like_degrees(model, model.joint_names, q[0, model.nq_base :]):
+            print_note(f"{file}: are these degrees (--deg)?")
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if many and q is not None:

@@ -160,7 +160,8 @@ def checked_path(
     given: dict[str, tuple[Floats, int]] = {}
     for name, value in _mapping(path, "path").items():
         if name not in names:
-            raise UnknownName("effector", name, names)
+            own = tuple(known for known in names if known in robot.frame_table)
+            raise UnknownName("effector", name, own, "" if own else f"{robot.name} needs nk.ik.numeric for each sample")
         what = f"path[{quoted(name)}]"
         is_pose = name in _LEGS or (name in _ARMS and as_numbers(value, what).shape[-2:] == _POSE)
         given[what] = _samples(value, _POSE if is_pose else _ROTATION if name == "Head" else _PLACE, what)

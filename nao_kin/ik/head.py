@@ -41,7 +41,7 @@ from nao_kin.ik.ranges import (
 from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.searches import least
 from nao_kin.ik.targets import Limits, as_options, refuse_not_rotation
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, body_frame_of, check_robot
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -135,7 +135,7 @@ def look_at(
     check_robot(robot)
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
-    limb = camera_limb(robot, camera)
+    limb = camera_limb(robot, body_frame_of(robot, camera))
     points = as_vectors(point, "point")
     options = as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)

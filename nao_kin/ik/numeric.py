@@ -21,7 +21,7 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.geometry import cached_limb
@@ -321,7 +321,13 @@ def numeric(
         threads=check_threads(threads),
         minimise=minimise_with_pink if solver == "pink" else minimise,
     )
-    targets = rigid_poses(T, "T")
+    try:
+        targets = rigid_poses(T, "T")
+    except WrongShape as error:
+        if error.got[-1:] != (3,):
+            raise
+        halves = "weights=(1, 0) asks for the position of a pose alone, weights=(0, 1) for its orientation alone"
+        raise WrongShape("T", error.expected, f"{error.got}; {halves}") from None
     if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
         raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
     notes: tuple[str, ...] = ()

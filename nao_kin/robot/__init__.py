@@ -2,6 +2,11 @@
 
 from nao_kin.robot.answers import CROSSOVER as CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS as LIMIT_ARRAYS, Base as Base, ModelNumbers as ModelNumbers
+from nao_kin.robot.camera_frames import (
+    body_frame_of as body_frame_of,
+    camera_of as camera_of,
+    pose_of_body as pose_of_body,
+)
 from nao_kin.robot.chains import (
     SerialChain as SerialChain,
     Topology,

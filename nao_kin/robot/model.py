@@ -315,6 +315,7 @@ class RobotModel:
             frames: name of a frame that is fixed to a link, such as a camera or hand → its true pose in the old frame,
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
+                The offset of a camera's optical frame is in the axes of that frame, and moves the whole camera.
 
         Raises:
             BadArgument: a frame that a joint moves, or a value that is not a pose.
@@ -326,7 +327,8 @@ class RobotModel:
             >>> np.allclose(mine.fk(q, "Head"), nao.fk(nao.configuration({"HeadYaw": 0.31}), "Head"))
             True
         """
-        tree = with_offsets(self.tree, {} if joints is None else joints, {} if frames is None else frames)
+        given = {} if joints is None else joints, {} if frames is None else frames
+        tree = with_offsets(self.tree, *given, self.semantics.cameras)
         notes = (*self.load_notes, *tree.notes[len(self.tree.notes) :])
         robot = type(self).__new__(type(self))
         robot.__setstate__({**self.__getstate__(), "tree": tree, "load_notes": notes, "numbers": None})
@@ -1001,7 +1003,7 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
-            margin: distance below which links are listed [m].
+            margin: distance below which links are listed; negative for those that overlap by more [m].
 
         Returns:
             The contacts, by configuration and then by distance. Each has the names of its `links`; their `distance`,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_vectors, first_index, joi
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index, nearest_names
+from nao_kin.robot.camera_frames import camera_of
 from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import (
     RotationDefects,
@@ -32,8 +33,13 @@ _DIGITS = 6
 _RIGID, _ROUNDING = 1e-6, 1e-14
 
 
-def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike]) -> UrdfTree:
-    """Return a tree with calibrated joints and frames, given as for `RobotModel.with_offsets`."""
+def with_offsets(
+    tree: UrdfTree,
+    joints: Mapping[str, ArrayLike],
+    frames: Mapping[str, ArrayLike],
+    cameras: Iterable[str] = (),
+) -> UrdfTree:
+    """Return a tree with calibrated joints and frames, given as for `RobotModel.with_offsets`; `cameras` by name."""
     moving = {joint.name: joint for joint in tree.moving_joints}
     fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
     moved = {joint.child: joint for joint in moving.values()}
@@ -48,17 +54,22 @@ def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mappin
         origins[name] = _after(row.origin, row.travel(float(offset)))
         notes.append(f"joint {name}: offset {float(offset):g}")
     for name, value in _entries(frames, "frames"):
-        link = tree.shared_names.get(name, name)
+        # The offset of another frame of a camera moves the body frame, which carries them all.
+        body, T_body_frame = camera_of(tree, cameras, name) or (name, np.eye(4))
+        link = tree.shared_names.get(body, body)
         if link in moved or name in moving:
             joint = moved[link].name if link in moved else name
             raise BadArgument(f"frame {quoted(name)} is moved by the joint {joint}; give joints={{{joint!r}: …}}")
         if link not in fixed:
             raise UnknownName("frame", name, tuple(fixed))
         row, T_nominal_true = fixed[link], pose_of(value, f"the offset of {name}")
-        origins[row.name] = _after(row.origin, T_nominal_true)
+        if row.name in origins:
+            raise BadArgument(f"two offsets move {body}; give one, of {body} or of its optical frame")
+        origins[row.name] = _after(row.origin, T_body_frame @ T_nominal_true @ T_body_frame.T)
         x, y, z = np.round(1000.0 * T_nominal_true[:3, 3], _DIGITS) + 0.0  # no −0
         turned = np.round(np.degrees(angle_between(np.eye(3), T_nominal_true[:3, :3])), _DIGITS)
-        notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°")
+        also = "" if body == name else f", moves {body}"
+        notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°{also}")
     return replace(
         tree,
         joints=tuple(replace(row, origin=origins.get(row.name, row.origin)) for row in tree.joints),
@@ -104,6 +115,8 @@ def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, Arr
 
 def pose_of(value: ArrayLike, what: str) -> Floats:
     """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
+    if isinstance(value, Mapping):
+        raise BadArgument(f"{what} must be [dx, dy, dz, roll, pitch, yaw] or four rows of four, got {quoted(value)}")
     array = as_floats(value, (), what)
     if array.shape == (6,):
         return join_poses(matrix_from_rpy(array[3:]), array[:3])

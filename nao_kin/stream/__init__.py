@@ -10,7 +10,12 @@ from nao_kin.stream.sinks import (
     pose_lines as pose_lines,
 )
 from nao_kin.stream.sources import Configurations
-from nao_kin.stream.tables import log_columns as log_columns, read_configurations, read_log
+from nao_kin.stream.tables import (
+    log_columns as log_columns,
+    look_like_degrees as look_like_degrees,
+    read_configurations,
+    read_log,
+)
 
 __all__ = [
     "Configurations",

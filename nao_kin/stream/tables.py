@@ -52,6 +52,8 @@ from nao_kin.stream.results import Clamped, clamp
 # Bytes of a file to inspect.
 _BEGINNING = 1 << 16
 _TURN = 2.0 * math.pi
+# Angles are not taken for degrees if so few of them, other than zeros, are beyond a turn, or so far from a range [rad].
+_FEW, _NEAR = 0.25, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,15 +332,23 @@ def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
-    advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) accepts it'
-    turning = np.array(table.units) == "rad"
-    large = np.abs(row[turning][row[turning] != 0.0]) > _TURN
-    if not large.size or large.mean() < 0.5:
-        return advice
-    values = np.where(turning, np.radians(row), in_si_units(row[None], table.units)[0])
-    q = robot.configuration(_shared(robot, table.names, values[None], "average"), limits="ignore")
-    fits = bool(np.all(robot.within_limits(q)))
-    return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
+    if look_like_degrees(robot, table.names, in_si_units(row[None], table.units)[0]):
+        return "; are these degrees (degrees=True, --deg)?"
+    return '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) accepts it'
+
+
+def look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -> bool:
+    """Return whether values (joints,), taken as radians, are probably degrees.
+
+    Many of the angles are beyond a full turn, and all are near their ranges if they are converted.
+    """
+    turning = np.array([robot.unit(name) == "rad" for name in names])
+    angles = values[turning & (values != 0.0)]
+    if (np.abs(angles) > _TURN).sum() <= _FEW * angles.size:
+        return False
+    converted = np.where(turning, np.radians(values), 0.0)
+    q = robot.configuration(_shared(robot, names, converted[None], "average"), limits="ignore")
+    return all(row.excess < _NEAR for row in robot.limit_violations(q) if row.unit == "rad")
 
 
 def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, Floats, bool]:

@@ -23,11 +23,13 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
-from nao_kin.robot import RobotModel, SetDown, check_robot, rigid_poses
-from nao_kin.world.cameras import Camera, pixel_name
+from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
+from nao_kin.world.cameras import LARGEST, Camera, as_pixels, outside_image, pixel_name
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
 _CURVED = 16
+# Bisections of the largest distance in an image, to less than a tenth of a pixel.
+_HALVINGS = 14
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +50,8 @@ class GroundPoints:
     """Points of a level plane.
 
     Attributes:
-        points: in the world, shape (..., 3) [m]; NaN for a pixel that shows no point of the plane.
-        valid: whether the pixel shows a point of the plane, shape (...).
+        points: in the world, shape (..., 3) [m]; NaN for other pixels than `valid` ones.
+        valid: whether the pixel is inside the image and shows a point of the plane, shape (...).
     """
 
     points: Floats
@@ -138,23 +140,23 @@ def pixel_to_ground(
         robot: the robot that carries the camera.
         q: configurations, shape (..., nq).
         pixels: (u, v), shape (..., 2); their batch axes and those of q are broadcast.
-        camera: from `camera` or a calibration.
+        camera: from `camera` or a calibration, for images of the size in which the pixels were found.
         T_world_base: as in `camera_pose`.
         height: of the plane above the floor, shape (...); the radius of a ball for the pixel of its centre [m].
 
     Raises:
-        BadArgument: a single pixel shows no point of the plane, as it is at or above the horizon, or its distortion
-            cannot be inverted.
+        BadArgument: a single pixel is outside the image, or shows no point of the plane, as it is at or above the
+            horizon, or its distortion cannot be inverted.
 
     Examples:
         >>> nao = nk.load_nao()
         >>> bottom = nk.world.camera(nao, "CameraBottom")
-        >>> ground = nk.world.pixel_to_ground(nao, nao.posture("StandInit"), [[320, 240], [320, -900]], bottom)
+        >>> ground = nk.world.pixel_to_ground(nao, nao.posture("StandInit"), [[320, 240], [700, 240]], bottom)
         >>> ground.valid.tolist(), ground.points[0].round(3).tolist()
         ([True, False], [0.516, -0.001, 0.0])
     """
     T, _ = _placed(robot, q, camera, T_world_base)
-    sight = _Sight.of(T, pixels, camera, height)
+    sight = _Sight.of(robot, T, pixels, camera, height)
     return GroundPoints(T[..., :3, 3] + sight.t[..., None] * sight.d, sight.valid)
 
 
@@ -191,11 +193,11 @@ def ground_covariance(
             the floor, or with T_world_base, which is taken as exact, for the root link.
 
     Returns:
-        Covariance of x and y, shape (..., 2, 2) [m²]; NaN for a pixel that shows no point of the plane.
+        Covariance of x and y, shape (..., 2, 2) [m²]; NaN where `pixel_to_ground` is not valid.
 
     Raises:
         BadArgument: no sole touches the floor and no support is named; noise that is negative, or not a covariance; a
-            single pixel shows no point of the plane.
+            single pixel is outside the image or shows no point of the plane.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -208,7 +210,9 @@ def ground_covariance(
     T, down = _placed(robot, q, camera, T_world_base)
     noise = _joint_covariance(robot, joint_noise)
     check_tolerance(pixel_noise, "pixel_noise")
-    sight = _Sight.of(T, pixels, camera, height)
+    if pixel_noise > LARGEST:
+        raise BadArgument(f"pixel_noise must be at most {LARGEST} pixels, got {pixel_noise:g}")
+    sight = _Sight.of(robot, T, pixels, camera, height)
     J = _relative_jacobian(robot, q, camera, T, down, T_world_base, support)
     d, t = sight.d, sight.t[..., None, None]
     # The part of a motion of the ray that remains in the plane: its first two rows.
@@ -230,6 +234,8 @@ def horizon(
 ) -> Horizon:
     """Return the horizon of level ground in the image, with n points of its visible part.
 
+    Corners of the image in which the distortion is not invertible do not count as visible.
+
     The horizon is where rays are level: with the vertical (n_x, n_y, n_z) in the camera's frame, n_x = n_y a + n_z b.
 
     Args:
@@ -239,16 +245,13 @@ def horizon(
         T_world_base: as in `camera_pose`.
         n: points of the visible part, at least two.
 
-    Raises:
-        BadArgument: the distortion cannot be inverted at the edge of the image.
-
     Examples:
         >>> nao = nk.load_nao()
         >>> found = nk.world.horizon(nao, nao.posture("StandInit"), nk.world.camera(nao, "CameraTop"))
         >>> bool(found.visible), found.line.round(3).tolist()  # 73 rows above the middle of the image
         (True, [0.0, 1.0, -166.757])
     """
-    count = whole_number(n, "n", 2)
+    count = whole_number(n, "n", 2, LARGEST)
     T, _ = _placed(robot, q, camera, T_world_base)
     up = T[..., 2, :3]
     line = np.stack([up[..., 1] / camera.fx, up[..., 2] / camera.fy, -up[..., 0]], axis=-1)
@@ -287,6 +290,8 @@ def visible_ground(
 ) -> Floats:
     """Return the part of level ground that the image shows, as a polygon.
 
+    Corners of the image in which the distortion is not invertible show nothing.
+
     Args:
         robot: the robot that carries the camera.
         q: configurations, shape (..., nq).
@@ -298,9 +303,6 @@ def visible_ground(
     Returns:
         Corners in the order of the edge of the image, clockwise from its upper left, shape (k, 3) [m], and (0, 3) if no
         ground is visible. For a batch (..., m, 3), with rows of NaN that are no corners.
-
-    Raises:
-        BadArgument: the distortion cannot be inverted at the edge of the image.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -330,7 +332,7 @@ def visible_ground(
         t = -above[..., None] / corners[..., 2]
         kept &= (t > 0.0) & (above > 0.0)[..., None]
         points = np.where(kept[..., None], eye[..., None, :] + t[..., None] * corners, np.nan)
-    points = points.reshape(*points.shape[:-3], -1, 3)
+    points = points.reshape(*points.shape[:-3], 2 * points.shape[-3], 3)
     return points[np.isfinite(points[:, 0])] if points.ndim == 2 else points
 
 
@@ -345,6 +347,9 @@ def _placed(
     if not isinstance(camera, Camera):
         raise BadArgument(f"camera must be a Camera, as from nk.world.camera, got {quoted(camera)}")
     T_base_camera = robot.fk(q, camera.frame, reference=robot.tree.root)
+    T_optical_camera = pose_of_body(robot, camera.frame)
+    if T_optical_camera is not None:
+        T_base_camera = T_base_camera @ T_optical_camera
     if T_world_base is not None:
         T = rigid_poses(T_world_base, "T_world_base")
         common_batch("configurations and T_world_base", T_base_camera.shape[:-2], T.shape[:-2])
@@ -363,16 +368,19 @@ class _Sight:
     valid: NDArray[np.bool_]
 
     @staticmethod
-    def of(T: Floats, pixels: ArrayLike, camera: Camera, height: ArrayLike) -> _Sight:
-        ab = camera.normalised(pixels)
+    def of(robot: RobotModel, T: Floats, pixels: ArrayLike, camera: Camera, height: ArrayLike) -> _Sight:
+        uv = as_pixels(pixels)
+        inside = camera.sees(uv)
+        if uv.ndim == 1 and not inside and np.isfinite(uv).all():
+            raise BadArgument(f"the pixel {pixel_name(uv)} is {outside_image(robot, camera, uv)}")
+        ab = camera.normalised(uv)
         plane = as_floats(height, (), "height")
         shape = common_batch("configurations, pixels and heights", T.shape[:-2], ab.shape[:-1], plane.shape)
         d = _turned(-T[..., :3, 1:3], ab) + T[..., :3, 0]
         with np.errstate(all="ignore"):
             t = (plane - T[..., 2, 3]) / d[..., 2]
-            valid = (t > 0.0) & (t < np.inf)
+            valid = (t > 0.0) & (t < np.inf) & inside
         if not shape and not valid:
-            uv = np.asarray(pixels, dtype=np.float64)
             side = "is not a number" if np.isnan(uv).any() else f"is {'above' if d[2] >= 0.0 else 'below'} the horizon"
             raise BadArgument(
                 f"the pixel {pixel_name(uv)} of {camera.name} shows no point of the plane z = {float(plane):g} m: "
@@ -392,13 +400,21 @@ def _between(start: Floats, end: Floats, share: Floats) -> Floats:
 
 
 def _border_rays(camera: Camera) -> Floats:
-    """Return rays around the edge of the image in the camera's frame, shape (m, 3)."""
+    """Return rays around the edge of the image, or of the part with an invertible distortion, shape (m, 3)."""
     pixels = camera.border(_CURVED if camera.distortion else 1)
     rays = camera.ray(pixels)
-    bad = np.isnan(rays[:, 0])
-    if bad.any():
-        where = pixel_name(pixels[first_index(bad)])
-        raise BadArgument(f"the distortion of {camera.name} cannot be inverted at the edge of the image, at {where}")
+    beyond = np.isnan(rays[:, 0])
+    if beyond.any():
+        # By bisection from the optical axis, or the place nearest to it in the image.
+        outer = pixels[beyond]
+        inner = np.clip(np.broadcast_to((camera.cx, camera.cy), outer.shape), pixels.min(axis=0), pixels.max(axis=0))
+        for _ in range(_HALVINGS):
+            middle = (inner + outer) / 2.0
+            fine = np.isfinite(camera.ray(middle))[:, :1]
+            inner, outer = np.where(fine, middle, inner), np.where(fine, outer, middle)
+        rays[beyond] = camera.ray(inner)
+        if np.isnan(rays).any():
+            raise BadArgument(f"the distortion of {camera.name} cannot be inverted at {pixel_name(inner[0])}")
     return rays
 
 

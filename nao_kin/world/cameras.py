@@ -1,28 +1,28 @@
 """The pinhole camera with OpenCV's lens distortion: points to pixels, and pixels to rays.
 
-Coordinates are those of the camera's frame: x forward along the optical axis, y to the left, z up. A pixel (u, v) is a
-column, counted to the right, and a row, counted down. The centre of the first pixel is (0, 0), as in OpenCV: an image
-covers −1/2 ≤ u < width − 1/2.
+Coordinates are those of the camera's body frame: x forward along the optical axis, y to the left, z up. A pixel (u, v)
+is a column, counted to the right, and a row, counted down. The centre of the first pixel is (0, 0), as in OpenCV: an
+image covers −1/2 ≤ u < width − 1/2.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, first_index, shaped, whole_number
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, first_index, shaped, texts, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import RESOLUTIONS
 
-# Largest width and height of an image [pixel].
-_LARGEST = 1_000_000
+# Largest width and height of an image [pixel], and the largest number of points along its edge or horizon.
+LARGEST = 1_000_000
 # Newton's steps on the distortion, and the error of the result in normalised coordinates that counts as solved.
 _MOST_STEPS, _SOLVED = 40, 1e-12
 
@@ -31,8 +31,8 @@ _MOST_STEPS, _SOLVED = 40, 1e-12
 class Camera:
     """A camera: the frame that it is mounted at, the size of its image, its focal lengths, centre and distortion.
 
-    A point (x, y, z) of the camera's frame has the normalised coordinates a = −y/x to the right and b = −z/x down. With
-    s = a² + b² the lens moves them to
+    A point (x, y, z) of the camera's body frame has the normalised coordinates a = −y/x to the right and b = −z/x down.
+    With s = a² + b² the lens moves them to
 
         radial = (1 + k1 s + k2 s² + k3 s³) / (1 + k4 s + k5 s² + k6 s³),
         a' = a radial + 2 p1 a b + p2 (s + 2 a²),
@@ -42,11 +42,15 @@ class Camera:
 
     Attributes:
         name: name of the camera.
-        frame: frame of the robot with x along the optical axis, y to the left and z up.
+        frame: frame of the robot that the camera is mounted at: its body frame, with x along the optical axis, y to the
+            left and z up, or its optical frame, with z along it and x to the right, from which the functions of
+            `nk.world` and `nk.calibration` compute the body frame. A frame is optical if it is that of a camera of the
+            robot's semantics, as CameraTop_optical_frame, or if its name ends in _optical or _optical_frame (REP 103).
         width, height: size of the image [pixel].
         fx, fy: focal lengths [pixel].
         cx, cy: where the optical axis meets the image [pixel].
-        distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none.
+        distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none. Zeros that follow, as in the 14
+            numbers of OpenCV's rational model, are left out.
 
     Raises:
         BadArgument: a size or focal length that is not positive, or another number of coefficients.
@@ -71,14 +75,20 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        texts((self.name, self.frame), "name and frame of a camera")
         for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, _LARGEST))
+            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, LARGEST))
         for name in ("fx", "fy", "cx", "cy"):
             value = float(shaped(getattr(self, name), (), f"{name} of {self.name}"))
             if name in ("fx", "fy") and value <= 0.0:
                 raise BadArgument(f"{name} of {self.name} must be positive, got {value}")
             object.__setattr__(self, name, value)
         coefficients = as_floats(self.distortion, (), f"distortion of {self.name}").ravel()
+        if len(coefficients) in (12, 14):  # OpenCV's thin prism and tilted sensor
+            if coefficients[8:].any():
+                what = "no numbers but 0 after k6, the 8th: thin prisms and tilted sensors are not modelled"
+                raise BadArgument(f"distortion of {self.name} must have {what}")
+            coefficients = coefficients[:8]
         if len(coefficients) not in (0, 4, 5, 8):
             what = "0, 4, 5 or 8 coefficients k1, k2, p1, p2, k3, k4, k5, k6"
             raise BadArgument(f"distortion of {self.name} must be {what}, got {len(coefficients)}")
@@ -92,8 +102,8 @@ class Camera:
 
         Args:
             matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] [pixel].
-            distortion: 0, 4, 5 or 8 coefficients, in an array of any shape.
-            frame: the camera's frame on the robot: x forward, y left, z up; not the optical frame.
+            distortion: 0, 4, 5 or 8 coefficients, or 12 or 14 with zeros after the 8th, in an array of any shape.
+            frame: the camera's body frame or optical frame on the robot, as the attribute.
             size: width and height of the images of the calibration [pixel].
             name: name of the camera; the frame's name without one.
 
@@ -109,7 +119,51 @@ class Camera:
         if K[0, 1] or K[1, 0] or K[2].tolist() != [0.0, 0.0, 1.0]:
             raise BadArgument("a camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
         width, height = _size(size)
-        return Camera(name or frame, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+        own = frame if isinstance(name, str) and not name else name
+        return Camera(own, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+
+    def resized(self, size: tuple[int, int]) -> Camera:
+        """Return the camera of images that are scaled to another size, as by OpenCV's `resize`.
+
+        With the scales s_u and s_v of width and height, a pixel becomes (s_u (u + 1/2) − 1/2, s_v (v + 1/2) − 1/2),
+        because the edges of the image correspond, and its first pixel has its centre at (0, 0). So fx' = s_u fx,
+        cx' = s_u (cx + 1/2) − 1/2, and likewise fy' and cy'; the distortion remains.
+
+        Args:
+            size: width and height of the scaled images [pixel].
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "CameraTop", 640, 480, 558.0, 560.0, 317.0, 243.0)
+            >>> half = camera.resized((320, 240))
+            >>> half.fx, half.fy, half.cx, half.cy
+            (279.0, 280.0, 158.25, 121.25)
+        """
+        width, height = _size(size)
+        across, down = width / self.width, height / self.height
+        cx, cy = across * (self.cx + 0.5) - 0.5, down * (self.cy + 0.5) - 0.5
+        return replace(self, width=width, height=height, fx=across * self.fx, fy=down * self.fy, cx=cx, cy=cy)
+
+    def cropped(self, corner: tuple[int, int], size: tuple[int, int]) -> Camera:
+        """Return the camera of a part of its images; (cx, cy) moves by the corner.
+
+        Args:
+            corner: column and row of the part's first pixel, its upper left one.
+            size: width and height of the part [pixel].
+
+        Raises:
+            BadArgument: the part extends beyond the image.
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "CameraTop", 640, 480, 558.0, 560.0, 317.0, 243.0)
+            >>> middle = camera.cropped((160, 120), (320, 240))
+            >>> middle.width, middle.fx, middle.cx, middle.cy
+            (320, 558.0, 157.0, 123.0)
+        """
+        (left, upper), (width, height) = _size(corner, ("column", "row"), 0), _size(size)
+        if left + width > self.width or upper + height > self.height:
+            part = f"{width} × {height} pixels from ({left}, {upper}) on"
+            raise BadArgument(f"{part} extend beyond the image of {self.name}, {self.width} × {self.height} pixels")
+        return replace(self, width=width, height=height, cx=self.cx - left, cy=self.cy - upper)
 
     @property
     def matrix(self) -> Floats:
@@ -123,7 +177,7 @@ class Camera:
         not invertible there: its polynomials send such points back into the image.
 
         Args:
-            points: in the camera's frame, shape (..., 3) [m].
+            points: in the camera's body frame, shape (..., 3) [m].
 
         Returns:
             Pixels (u, v), shape (..., 2), inside the image or not; NaN in a batch for a point without pixel.
@@ -158,7 +212,8 @@ class Camera:
             pixels: (u, v), shape (..., 2), inside the image or not; NaN stays NaN.
 
         Returns:
-            Unit vectors in the camera's frame, shape (..., 3); NaN in a batch where the distortion is not invertible.
+            Unit vectors in the camera's body frame, shape (..., 3); NaN in a batch where the distortion is not
+            invertible.
 
         Raises:
             BadArgument: the distortion cannot be inverted at a single pixel; the message names it.
@@ -195,7 +250,7 @@ class Camera:
         """Return the derivatives of the pixels of points with respect to the points.
 
         Args:
-            points: in the camera's frame, shape (..., 3) [m].
+            points: in the camera's body frame, shape (..., 3) [m].
 
         Returns:
             ∂(u, v)/∂(x, y, z), shape (..., 2, 3) [pixel/m]; NaN for a point that is not in front of the camera.
@@ -222,6 +277,8 @@ class Camera:
             [[500.0, 0.0], [0.0, 510.0]]
         """
         ab = as_numbers(normalised, "normalised coordinates")
+        if ab.shape[-1:] != (2,):
+            raise WrongShape("normalised coordinates", "(..., 2)", ab.shape)
         return np.asarray(self._distorted(ab)[1] * np.array([[self.fx], [self.fy]]))
 
     def sees(self, pixels: ArrayLike) -> NDArray[np.bool_]:
@@ -233,8 +290,8 @@ class Camera:
             [True, False, False]
         """
         uv = as_pixels(pixels)
-        low, high = (uv >= -0.5).all(axis=-1), (uv < (self.width - 0.5, self.height - 0.5)).all(axis=-1)
-        return np.asarray(low & high)
+        u, v = uv[..., 0], uv[..., 1]
+        return np.asarray((u >= -0.5) & (u < self.width - 0.5) & (v >= -0.5) & (v < self.height - 0.5))
 
     def border(self, per_side: int = 1) -> Floats:
         """Return pixels along the edge of the image: from the upper left corner to the right and around.
@@ -250,7 +307,7 @@ class Camera:
             [[-0.5, -0.5], [639.5, -0.5], [639.5, 479.5], [-0.5, 479.5]]
         """
         corners = np.array([[0, 0], [self.width, 0], [self.width, self.height], [0, self.height], [0, 0]]) - 0.5
-        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1), endpoint=False)[:, None]
+        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1, LARGEST), endpoint=False)[:, None]
         return np.asarray((corners[:-1, None] + share * np.diff(corners, axis=0)[:, None]).reshape(-1, 2))
 
     # --- The lens, in normalised coordinates.
@@ -354,7 +411,7 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     if name not in semantics.fields_of_view:
         raise BadArgument(f"the field of view of {name} is not known; give it in fields_of_view, or make a Camera")
     if isinstance(resolution, str):
-        sizes = semantics.resolutions or {row.name: (row.width, row.height) for row in RESOLUTIONS}
+        sizes = _resolutions(robot)
         width, height = sizes[choice(resolution, sizes, f"resolution of {name}")]
     else:
         width, height = _size(resolution)
@@ -363,13 +420,28 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre)
 
 
-def _size(size: Any) -> tuple[int, int]:
-    """Return a width and a height."""
+def _size(size: Any, names: tuple[str, str] = ("width", "height"), least: int = 1) -> tuple[int, int]:
+    """Return a width and a height, or two other whole numbers."""
     try:
-        width, height = size
+        one, other = size
     except (TypeError, ValueError):
-        raise BadArgument(f"the size of an image must be its width and height, got {quoted(size)}") from None
-    return whole_number(width, "width", 1), whole_number(height, "height", 1)
+        raise BadArgument(f"expected {' and '.join(names)} of an image, got {quoted(size)}") from None
+    return whole_number(one, names[0], least), whole_number(other, names[1], least)
+
+
+def outside_image(robot: RobotModel, camera: Camera, pixels: Floats) -> str:
+    """Return a message on pixels (..., 2) outside the image, with the smallest resolution that contains them."""
+    sizes = sorted(_resolutions(robot).items(), key=lambda item: item[1])
+    name = next((f" ({name})" for name, size in sizes if size == (camera.width, camera.height)), "")
+    last = pixels.reshape(-1, 2).max(axis=0) + 0.5
+    fits = [f"{name}, {w} × {h}" for name, (w, h) in sizes if last[0] < w and last[1] < h and (pixels >= -0.5).all()]
+    advice = f"contains {'it' if pixels.ndim == 1 else 'them'}: make the camera for the size of your images"
+    more = f"; {fits[0]}, {advice}" if fits else ""
+    return f"outside the image of {camera.name}, {camera.width} × {camera.height} pixels{name}{more}"
+
+
+def _resolutions(robot: RobotModel) -> dict[str, tuple[int, int]]:
+    return dict(robot.semantics.resolutions) or {row.name: (row.width, row.height) for row in RESOLUTIONS}
 
 
 def as_pixels(pixels: ArrayLike) -> Floats:

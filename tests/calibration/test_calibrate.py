@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -200,6 +201,69 @@ def test_observations_that_contradict_each_other_are_refused_by_name(nao: nk.Nao
         calibrate(nao, [Poses(q, "LArm", poses)], joints=["LElbowRoll"])
 
 
+GRID = np.array([[x, y, 0.0] for x in range(4) for y in range(5)], dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "board", "says"),
+    [  # the unknown pose of a board takes up a reversed order and, but for the way of the camera, a size
+        ("reversed", None, r"they agree if the points are in reverse order in observation 0$"),
+        ("some reversed", None, r"agree if the points are in reverse order in posture 1, 4, 7 of observation 0$"),
+        ("some reversed", "chessboard", r"reverse order in posture 1, 4, 7 of observation 0$"),
+        ("exchanged", None, r"they agree if u and v are exchanged$"),
+        ("exchanged", "chessboard", r"they agree if u and v are exchanged$"),
+        ("millimetres", None, r"they agree if the points are in mm, not in metres$"),
+        ("25 mm", None, r"they agree if the points are 1\.[12]\d* times as far apart \(is the size of a square right"),
+        ("a wrong posture", None, r"is the stated noise too small, or a point or posture wrong\?$"),
+    ],
+)  # fmt: skip
+def test_a_usual_mistake_with_a_board_is_named(nao: nk.NaoModel, mistake: str, board: str | None, says: str) -> None:
+    camera, rng = nk.world.camera(nao, "CameraTop"), np.random.default_rng(5)
+    true = nao.with_offsets({"HeadPitch": 0.03, "HeadYaw": 0.02})
+    q = nao.posture("StandInit", HeadYaw=rng.uniform(-0.2, 0.2, 12), HeadPitch=rng.uniform(-0.15, 0.15, 12))
+    T_root_board = nk.screws.pose(nk.rotations.matrix_from_rpy([0.3, -1.5, 0.2]), (0.5, 0.02, 0.15))
+    T_camera_board = nk.screws.inverse(true.fk(q, "CameraTop")) @ T_root_board
+    pixels = camera.project(nk.screws.transform_point(T_camera_board[:, None], 0.03 * GRID))
+    pixels += rng.normal(0.0, 0.3, pixels.shape)
+    points = 0.03 * GRID
+    if mistake == "reversed":
+        pixels = pixels[:, ::-1]
+    elif mistake == "some reversed":
+        pixels[[1, 4, 7]] = pixels[[1, 4, 7], ::-1]
+    elif mistake == "exchanged":
+        pixels = pixels[..., ::-1]
+    elif mistake == "25 mm":
+        points = 0.025 * GRID
+    elif mistake == "a wrong posture":
+        q = np.roll(q, 1, axis=0)
+    points = points if board else nk.screws.transform_point(T_root_board, points)
+    points = 1000.0 * points if mistake == "millimetres" else points
+    one = Pixels(q, camera, pixels, points, board=board, noise=0.3)
+    try:
+        said = " ".join(calibrate(nao, [one], joints=["HeadYaw", "HeadPitch"]).notes)
+    except BadArgument as error:
+        said = str(error)
+    assert re.search(says, said), said
+
+
+def test_steps_of_a_search_that_lead_nowhere_warn_of_nothing(nao: nk.NaoModel) -> None:
+    camera, rng = nk.world.camera(nao, "CameraTop"), np.random.default_rng(0)
+    q = nao.posture("StandInit", HeadYaw=rng.uniform(-0.2, 0.2, 12), HeadPitch=rng.uniform(-0.15, 0.15, 12))
+    T_root_board = nk.screws.pose(nk.rotations.matrix_from_rpy([0.3, -1.5, 0.2]), (0.5, 0.02, 0.15))
+    points = nk.screws.transform_point(T_root_board, 0.03 * GRID)
+    T_camera_root = nk.screws.inverse(nao.fk(q, "CameraTop"))
+    exchanged = camera.project(nk.screws.transform_point(T_camera_root[:, None], points))[..., ::-1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", nk.errors.DegreesWarning)
+        with pytest.raises(BadArgument, match="they agree if u and v are exchanged"):
+            calibrate(
+                nao,
+                [Pixels(q, camera, exchanged, points, noise=0.3)],
+                joints=["HeadYaw", "HeadPitch"],
+                frames={"CameraTop": ["roll", "pitch", "yaw"]},
+            )
+
+
 def test_noise_stated_too_small_is_noted(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(3)
     q = looking(nao, rng, 20, ["LArm"])
@@ -239,6 +303,7 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
         ({"frames": ["CameraTpo"]}, UnknownName, r"unknown frame 'CameraTpo' \(nearest: CameraTop"),
         ({"frames": ["Head"]}, BadArgument, "frame 'Head' is moved by HeadPitch"),
         ({"frames": ["torso"]}, BadArgument, "frame 'torso' carries the joint HeadYaw"),
+        ({"frames": ["CameraTop_optical_frame"]}, BadArgument, "another frame of CameraTop: calibrate CameraTop"),
         ({"frames": ["base_link"]}, BadArgument, "frame 'base_link' is the root link"),
         ({"frames": {"CameraTop": ["rol"]}}, UnknownName, r"'rol' \(nearest: roll"),
         ({}, BadArgument, "nothing to calibrate: name joints, or frames"),
@@ -246,6 +311,11 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
         ({"joints": ["HeadYaw"], "loss": "hubber"}, UnknownName, "hubber"),
         ({"joints": ["HeadYaw"], "indistinguishable": "drop"}, UnknownName, "drop"),
         ({"joints": ["HeadYaw"], "observations": ["x"]}, BadArgument, "expected observations: .* got 'x'"),
+        ({"joints": ["HeadYaw"], "observations": np.array(None)}, BadArgument, "expected observations: .* got array"),
+        ({"joints": np.array(None)}, BadArgument, "joints must be a list of texts, got array"),
+        ({"frames": np.array(None)}, BadArgument, "frames must be a list of texts, got array"),
+        ({"joints": ["HeadYaw"], "observations": [Poses(np.zeros(25), None, np.eye(4))]}, UnknownName, "frame 'None'"),  # type: ignore[arg-type]
+        ({"joints": ["HeadYaw"], "observations": [Contacts(np.zeros(25), None, "LLeg")]}, UnknownName, "frame 'None'"),  # type: ignore[arg-type]
         ({"frames": ["LArm", "RArm"], "few": True}, BadArgument, "too few observations: 6 numbers for 12 unknowns"),
     ],
 )  # fmt: skip

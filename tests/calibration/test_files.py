@@ -136,6 +136,8 @@ def test_the_command_prints_and_writes_the_offsets(
     assert run(["fk", "--frame", "Head", "--offsets", str(output)]) == 0
     capsys.readouterr()
     before = output.read_bytes()
+    assert run(["calibrate", str(path), "-o", str(tmp_path / "nao_7.json")]) == 2
+    assert "a table of offsets is written as TOML; end the name in .toml" in capsys.readouterr().err
     assert run(["calibrate", str(path), "-o", str(output)]) == 2
     assert "already exists" in capsys.readouterr().err
     assert output.read_bytes() == before

@@ -37,12 +37,14 @@ def some(nao: nk.NaoModel) -> dict[str, Any]:
     T_world = nk.screws.pose(nk.rotations.random_rotation(rng=1), (1.0, 2.0, 3.0))
     T_marker = nk.screws.pose(nk.rotations.random_rotation(rng=2), (0.01, 0.02, 0.03))
     pixels = seen(nao, top, q, "LArm", rng)
+    optical = replace(pixels, camera=replace(top, frame="CameraTop_optical_frame"))
     board = Pixels(q[:2], top, np.full((2, 9, 2), 100.0), MARKS, board="board")
     markers = Poses(q, "RArm", T_world @ nao.fk(q, "RArm") @ T_marker, world="room", marker="marker")
     feet = Poses(q, "LLeg", nao.fk(q, "LLeg", reference="RLeg"), reference="RLeg")
     return {
         "pixels on a hand": ([pixels], ["HeadYaw", "LElbowYaw"], ["CameraTop", "LArm"], {}),
         "pixels through a lens": ([replace(pixels, camera=replace(top, distortion=LENS))], ["HeadPitch"], [], {}),
+        "pixels at an optical frame": ([optical], ["HeadYaw", "LElbowYaw"], ["CameraTop", "LArm"], {}),
         "a board": ([board], ["HeadYaw", "HeadPitch"], {"CameraTop": ["x", "roll", "yaw"]}, {"board": T_board}),
         "markers": ([markers], ["RShoulderRoll", "RWristYaw"], ["RArm"], {"room": T_world, "marker": T_marker}),
         "one foot in the other": ([feet], ["LHipYawPitch", "RKneePitch", "LAnkleRoll"], {"LLeg": ["roll"]}, {}),
@@ -54,7 +56,16 @@ def some(nao: nk.NaoModel) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     "kind",
-    ["pixels on a hand", "pixels through a lens", "a board", "markers", "one foot in the other", "soles", "all"],
+    [
+        "pixels on a hand",
+        "pixels through a lens",
+        "pixels at an optical frame",
+        "a board",
+        "markers",
+        "one foot in the other",
+        "soles",
+        "all",
+    ],
 )
 def test_every_derivative_is_that_of_finite_differences(nao: nk.NaoModel, some: dict[str, Any], kind: str) -> None:
     problem = Problem(nao, *some[kind])
@@ -66,18 +77,18 @@ def test_every_derivative_is_that_of_finite_differences(nao: nk.NaoModel, some: 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
 def test_poses_are_those_of_the_robot_with_these_offsets(base: Any) -> None:
     nao, rng = nk.load_nao(base=base), np.random.default_rng(3)
-    frames = {"CameraTop": ("roll", "y"), "CameraTop_optical_frame": ("x", "yaw"), "RLeg": ("z", "pitch")}
+    frames = {"CameraTop": ("roll", "y"), "LArm": ("x", "yaw"), "l_gripper": ("z", "pitch")}
     unknowns = Unknowns(nao, ["HeadPitch", "LHipYawPitch"], frames, [])
     x = rng.uniform(-0.1, 0.1, len(unknowns.labels))
-    top, optical, foot = (0, x[2], 0, x[3], 0, 0), (x[4], 0, 0, 0, 0, x[5]), (0, 0, x[6], 0, x[7], 0)
+    top, hand, gripper = (0, x[2], 0, x[3], 0, 0), (x[4], 0, 0, 0, 0, x[5]), (0, 0, x[6], 0, x[7], 0)
     true = nao.with_offsets(
         {"HeadPitch": x[0], "LHipYawPitch": x[1], "RHipYawPitch": x[1]},
-        {"CameraTop": top, "CameraTop_optical_frame": optical, "RLeg": foot},
+        {"CameraTop": top, "LArm": hand, "l_gripper": gripper},
     )
     q = nao.random(rng, 4)
     if base == "floating":
         q[:, :3] = rng.normal(size=(4, 3))
-    for frame in ("CameraTop", "CameraTop_optical_frame", "CameraBottom", "RLeg", "r_sole", "LLeg", "HeadYaw"):
+    for frame in ("CameraTop", "CameraTop_optical_frame", "CameraBottom", "LArm", "l_gripper", "LLeg", "HeadYaw"):
         assert np.abs(unknowns.at(x).frame(q, frame).T - true.fk(q, frame)).max() < 1e-12, frame
 
 

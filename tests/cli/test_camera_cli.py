@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin.cli.app import run
 
 _STAND = ("--posture", "StandInit")
 
@@ -59,6 +60,20 @@ def test_files_have_one_answer_per_row(capsys: pytest.CaptureFixture, tmp_path: 
     assert rows[1] == {"u": 320.0, "v": 10.0, "x": None, "y": None, "z": None, "valid": False}
     file.write_text("x;y;z\n1;0;0\n-1;0;0\n")
     assert "–" in said(capsys, "CameraTop", str(file), *_STAND)
+
+
+def test_pixels_outside_the_image_are_not_valid_and_the_resolution_that_fits_is_named(
+    capsys: pytest.CaptureFixture, tmp_path: Path
+) -> None:
+    says = "outside the image of CameraTop, 640 × 480 pixels (VGA); 4VGA, 1280 × 960, contains"
+    assert f"the pixel (1000, 700) is {says} it" in refused(capsys, "CameraTop", *_STAND, "--pixel", "1000 700")
+    assert "yes" in said(capsys, "CameraTop", *_STAND, "--pixel", "1000 700", "--resolution", "4VGA")
+    file = tmp_path / "pixels.csv"
+    file.write_text("u,v\n1000,700\n320,400\n800,500\n")
+    assert run(["camera", "CameraTop", str(file), *_STAND, "--csv"]) == 0
+    printed = capsys.readouterr()
+    assert [line.rsplit(",")[-1] for line in printed.out.splitlines()] == ["valid", "false", "true", "false"]
+    assert f"2 of 3 pixels are {says} them" in printed.err
 
 
 def test_wrong_words_are_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:

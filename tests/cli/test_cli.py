@@ -293,7 +293,25 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--robot", "ur10_robot", "--posture", "Stand"), "has no predefined postures"),
         (("fk", "--as", "euler"), "'euler' is not one of"),
         (("fk", "--bogus"), "No such option"),
-        (("bogus",), "No such command 'bogus'"),
+        (("bogus",), "no such command 'bogus' (see nao-kin --help)"),
+        (("FK",), "no such command 'FK' (nearest: fk"),
+        (
+            ("ik", "LArm", "--posture", "Stand"),
+            "no such option: --posture (--reference prefers solutions near a posture)",
+        ),
+        (("ik", "--frame", "LArm"), "no such option: --frame (FRAME is an argument, as in nao-kin ik LArm)"),
+        (("help",), "no such command 'help' (nearest: nao-kin --help)"),
+        (("version",), "no such command 'version' (nearest: nao-kin --version)"),
+        (("forward",), "no such command 'forward' (nearest: nao-kin fk)"),
+        (("motion", "Check"), "no such command 'Check' (nearest: check)"),
+        (("fk", "--posture"), "Option '--posture' requires an argument (see nao-kin fk --help)"),
+        (("motion", "check", "--rate"), "Option '--rate' requires an argument (see nao-kin motion check --help)"),
+        (("view", "--fps", "x" * 300), "--fps '" + "x" * 198 + "…: expected a number (see nao-kin view --help)"),
+        (("reach", "LArm", "--seed", "1.5"), "--seed '1.5': expected a whole number (see"),
+        (("motion", "convert", "a.csv", "b.csv", "--stretch", "0"), "--stretch must be a positive number, got 0"),
+        (("motion", "convert", "a.csv", "b.csv", "--loop", "0"), "--loop must be at least 1, got 0"),
+        (("camera", "--resolution", "640by480"), "unknown resolution of CameraTop '640by480'"),
+        (("reach", "LArm", "--by", "mean"), "--by is the quantity of the colours in --html and .ply; give one of them"),
         (("fk", "a.csv", "b.csv"), "2 files; several files need --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
     ],
@@ -302,6 +320,40 @@ def test_bad_input_is_one_line_on_standard_error(
     capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
 ) -> None:
     assert message in _refused(capsys, *arguments)
+
+
+def test_no_message_shows_the_words_of_a_validator(capsys: pytest.CaptureFixture) -> None:
+    for arguments in (("fk", "--as", "quat"), ("fk", "--rate", "fast"), ("ik", "LArm", "--criterion", "best")):
+        said = _refused(capsys, *arguments)
+        assert arguments[-1] in said
+        assert arguments[-2] in said
+        assert not [words for words in ("Value error", "Input should be", "Invalid value") if words in said]
+
+
+def test_h_is_help_everywhere(capsys: pytest.CaptureFixture) -> None:
+    for words in ((), ("fk",), ("motion",), ("motion", "check")):
+        assert run([*words, "--help"]) == 0
+        expected = capsys.readouterr().out
+        assert run([*words, "-h"]) == 0
+        assert capsys.readouterr().out == expected
+        assert "-h, --help" in expected
+
+
+def test_the_nao_is_a_robot_by_name_too(capsys: pytest.CaptureFixture) -> None:
+    assert _json(capsys, "info", "--robot", "nao", "--json") == _json(capsys, "info", "--json")
+
+
+def test_a_bad_entry_of_an_offsets_file_is_named_with_its_file(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    file = tmp_path / "off.toml"
+    for text, says in (
+        ("[joints]\nHeadYaww = 0.1\n", "off.toml: unknown joint 'HeadYaww' (nearest: HeadYaw"),
+        ("[frames.CameraTop]\nxyz = [0, 0, 1]\n", "CameraTop must be [dx, dy, dz, roll, pitch, yaw] or four rows of"),
+        ("[frames]\nCameraTop = [0, 0, 1]\n", "off.toml: the offset of CameraTop must have shape"),
+    ):
+        file.write_text(text)
+        said = _refused(capsys, "fk", "--offsets", str(file))
+        assert says in said
+        assert f"{file}: " in said
 
 
 @pytest.mark.parametrize(

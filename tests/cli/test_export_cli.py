@@ -54,6 +54,14 @@ def test_the_file_is_named_and_the_changes_are_said(capsys: pytest.CaptureFixtur
     assert len(os.listdir("meshes")) == 64
 
 
+def test_the_ending_of_the_file_is_its_format(capsys: pytest.CaptureFixture, folder: Path) -> None:
+    said(capsys, "nao.urdf", "--meshes", "none")
+    assert read_urdf("nao.urdf").name == "nao_v6"
+    said(capsys, "nao.GLB")
+    assert (folder / "nao.GLB").read_bytes()[:4] == b"glTF"
+    assert "--format is missing: give one of urdf, " in refused(capsys, "nao.xml")
+
+
 def test_json_has_the_files_and_the_changes(capsys: pytest.CaptureFixture) -> None:
     out, notes = said(capsys, "nao.urdf", "--format", "urdf", "--coupling", "locked", "--meshes", "none", "--json")
     document = json.loads(out)
@@ -79,6 +87,7 @@ def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
     ("arguments", "message"),
     [
         (["--format", "urfd"], "unknown format 'urfd' (nearest: urdf"),
+        (["--format", "urdf", "--frames", "some"], "unknown choice of frames 'some' (valid: all, effectors, none)"),
         (["--format", "urdf", "--frames", "non"], "unknown choice of frames 'non' (nearest: none)"),
         (["--format", "urdf", "--names", "rose"], "unknown choice of names 'rose' (nearest: ros)"),
         (["--format", "urdf", "--coupling", "lock"], "unknown coupling 'lock' (nearest: locked)"),
@@ -86,7 +95,6 @@ def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
         (["--format", "urdf", "--meshes", "package:/x"], "unknown choice of meshes 'package:/x'"),
         (["--format", "urdf", "--version", "v7"], "unknown NAO version 'v7'"),
         (["--format", "urdf", "--format", "urdf"], "--format is given twice"),
-        ([], "Missing option '--format'"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_nothing_is_written(

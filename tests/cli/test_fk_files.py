@@ -120,3 +120,24 @@ def test_poses_are_the_same_on_standard_output_and_in_files(
                 numbers = np.load(out)
                 numbers = numbers.reshape(*numbers.shape[:2], -1)
             assert np.allclose(_matrices(numbers, style, deg=deg), expected, rtol=0, atol=1e-9), case
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("fk",), ("fk", "--rate", "10"), ("collisions",), ("collisions", "--rate", "10"), ("balance",), ("odometry",),
+     ("view", "--html", "{folder}/a.html")],
+)  # fmt: skip
+def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, arguments: tuple[str, ...]
+) -> None:
+    # As np.degrees gives them, of all joints: the hands too, which have no angles.
+    rows = [np.degrees(nao.posture(name)) for name in ("Stand", "StandInit", "Sit")]
+    text = "".join(f"{k / 10:.1f}," + ",".join(f"{v:.3f}" for v in row) + "\n" for k, row in enumerate(rows))
+    file = tmp_path / "deg.csv"
+    file.write_text(",".join(("time", *nao.joint_names)) + "\n" + text)
+    command, *more = (word.format(folder=tmp_path) for word in arguments)
+    run([command, str(file), *more])
+    err = capsys.readouterr().err
+    assert "are these degrees" in err
+    assert "--deg" in err
+    assert "clamp" not in err

@@ -69,6 +69,30 @@ def test_a_pose_is_understood_in_every_form(capsys: pytest.CaptureFixture, nao: 
         assert answer["residual"]["position"] < 1e-10
 
 
+def test_a_quaternion_that_is_none_is_refused_and_brackets_are_not(
+    capsys: pytest.CaptureFixture, tmp_path: Path
+) -> None:
+    says = (
+        "4 numbers are an orientation as a quaternion, whose length must be 1, not 0.198494; expected 3 numbers for a"
+    )
+    assert says in refused(capsys, "LArm", "--target", "0.15 0.12 0.05 0")
+    assert "whose length must be 1, not 0;" in refused(capsys, "Head", "--target", "0 0 0 0")
+    assert "a position with a quaternion" in refused(capsys, "LLeg", "--target", "0 0.05 -0.3 1.0015 0 0 0")
+    said(capsys, "Head", "--target", "0.9995 0 0 0")
+    file = tmp_path / "targets.csv"
+    file.write_text("x,y,z,r0,r1,r2,r3\n0,0.05,-0.3,1,0,0,0\n0,0.05,-0.3,1,0.2,0,0\n")
+    assert "line 3: 7 numbers are a position with a quaternion" in refused(capsys, "LLeg", str(file))
+    plain = said(capsys, "LArm", "--target", "0.15 0.12 0.05")
+    assert plain.startswith("target: a position\nreached")
+    for text in ("[0.15, 0.12, 0.05]", "(0.15, 0.12, 0.05)", "[0.15 0.12\n 0.05]"):
+        assert said(capsys, "LArm", "--target", text) == plain
+    identity = said(capsys, "Head", "--target", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")
+    assert identity.startswith("target: an orientation\n")
+    assert json.loads(said(capsys, "Head", "--target", "1 0 0 0", "--json"))["target"] == "orientation"
+    standing = "0 0.05 -0.33 0 0 0 0 -0.05 -0.33 0 0 0"
+    assert said(capsys, "Legs", "--target", standing).startswith("target: the poses of both feet\n")
+
+
 def test_all_prints_every_branch_and_its_family(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
     T = nao.fk(nao.posture("StandInit"), "LLeg")
     arguments = ("LLeg", "--target", words(T), "--all", "--ignore-limits")
@@ -174,12 +198,12 @@ def test_a_sliding_joint_is_told_in_metres(capsys: pytest.CaptureFixture, tmp_pa
         '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
     out = said(capsys, "tip", "--target", "0 0 -0.5", "--urdf", str(urdf), "--deg", code=1)
-    assert out.startswith("slide needs -0.5 m, limit 0")
+    assert out.startswith("target: a position\nslide needs -0.5 m, limit 0")
 
 
 def test_what_is_not_reached_says_why_and_exits_with_one(capsys: pytest.CaptureFixture) -> None:
     out = said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", code=1)
-    assert out.startswith("out of reach by ")
+    assert out.startswith("target: a pose\nout of reach by ")
     assert "targets are in metres" in said(capsys, "LLeg", "--target", "0 50 -300 0 0 0", code=1)
     assert "LHipYawPitch needs" in said(capsys, "LLeg", "--target", "0 0.05 -0.3 0 0 3.5", code=1)
     answer = json.loads(said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", "--json", code=1))
@@ -187,15 +211,15 @@ def test_what_is_not_reached_says_why_and_exits_with_one(capsys: pytest.CaptureF
     assert answer["residual"]["position"] > 0.1
     assert answer["reason"] == "OUT_OF_REACH"
     # A leaning head has a nearest orientation, and nothing was asked of its place.
-    out = said(capsys, "Head", "--target", "0.9 0 0.3 0.1", code=1)
+    out = said(capsys, "Head", "--target", "0.94346 0 0.31449 0.10483", code=1)
     assert "the nearest pose is off by 0.171 rad" in out
-    assert "nearest" in out.splitlines()[2]
+    assert "nearest" in out.splitlines()[3]
     assert set(table(out)) == {"HeadYaw", "HeadPitch"}
 
 
 def test_messages_are_in_degrees_too(capsys: pytest.CaptureFixture) -> None:
     turned = ("LLeg", "--target", "0 0.05 -0.3 0 0 70", "--deg")
-    assert said(capsys, *turned, code=1).startswith("LHipYawPitch needs -75.6°, limit -65.6")
+    assert said(capsys, *turned, code=1).startswith("target: a pose\nLHipYawPitch needs -75.6°, limit -65.6")
     assert json.loads(said(capsys, *turned, "--json", code=1))["message"].startswith("LHipYawPitch needs -75.6°")
     feet = ("Legs", "--target", "0 0.05 -0.3 0 0 10 0 -0.05 -0.3 0 0 10", "--deg")
     assert "the feet are turned by -10° (left) and -10° (right)" in said(capsys, *feet, code=1)
@@ -307,7 +331,7 @@ def test_a_page_shows_the_robot_and_its_other_solutions_as_ghosts(
     T = nao.fk(nao.posture("StandInit"), "LLeg")
     page = tmp_path / "leg.html"
     out = said(capsys, "LLeg", "--target", words(T), "--ignore-limits", "--html", str(page))
-    assert out.startswith(f"{page}\nreached, 8 solutions")
+    assert out.startswith(f"{page}\ntarget: a pose\nreached, 8 solutions")
     (ghosts,) = (m for m in messages_of(page.read_text("utf-8")) if m.get("kind") == "ghosts")
     assert ghosts["count"] == 7
     np.save(tmp_path / "feet.npy", nao.fk(nao.random(5, 4), "LLeg"))
@@ -345,7 +369,7 @@ def test_a_flat_list_is_one_target_and_full_turns_are_asked_about(
     capsys: pytest.CaptureFixture, tmp_path: Path
 ) -> None:
     (tmp_path / "one.json").write_text("[0, 0.05, -0.3, 0, 0, 0]")
-    assert said(capsys, "LLeg", str(tmp_path / "one.json")).startswith("reached, 1 solution")
+    assert said(capsys, "LLeg", str(tmp_path / "one.json")).startswith("target: a pose\nreached, 1 solution")
     assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 45"]) == 1
     assert "45 rad is more than a full turn; --deg takes degrees" in capsys.readouterr().err
     assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 20", "--deg"]) == 0

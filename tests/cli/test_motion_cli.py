@@ -287,14 +287,15 @@ def test_without_matplotlib_the_extra_is_named(
         (("convert", "{nod}", "{folder}/x.gif"), "no motion format for"),
         (("convert", "{nod}", "{folder}/no/x.csv"), "cannot write"),
         (("convert", "{nod}", "{folder}/x.csv", "--gap", "1"), "--gap is the pause of --loop"),
-        (("convert", "{nod}", "{folder}/x.csv", "--loop", "0"), "n must be at least 1"),
+        (("convert", "{nod}", "{folder}/x.csv", "--loop", "0"), "--loop must be at least 1, got 0"),
         (("convert", "{nod}", "{folder}/x.csv", "--loop", "2"), "would jump"),
-        (("convert", "{nod}", "{folder}/x.csv", "--stretch", "-1"), "warp must be"),
+        (("convert", "{nod}", "{folder}/x.csv", "--stretch", "-1"), "--stretch must be a positive number, got -1"),
         (("convert", "{nod}", "{folder}/x.csv", "--hips", "both"), "valid: average, left, right"),
         (("convert", "{nod}", "/dev/stdout", "--to", "csv", "--json"), "both write to standard output"),
         (("convert", "{nod}"), "Missing argument"),
+        (("info", "{nod}", "--timeline", "3"), "--timeline chooses one of several, in files of xar, python, bhuman"),
         (("convert", "{nod}", "{folder}/x.csv", "--rate", "1", "--rate", "2"), "--rate is given twice"),
-        (("draw",), "No such command"),
+        (("draw",), "no such command 'draw' (see nao-kin motion --help)"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -88,6 +88,9 @@ def test_the_trajectory_is_written_to_a_file(capsys: pytest.CaptureFixture, tmp_
     assert said(capsys, path, "-o", str(out)) == f"{out}\n"
     assert_is(out.read_text(), nk.world.odometry(nao, times, q))
     assert "exists" in refused(capsys, path, "-o", str(out))
+    says = "a trajectory is written as CSV; end the name in .csv"
+    assert says in refused(capsys, path, "-o", str(tmp_path / "path.npy"))
+    assert not (tmp_path / "path.npy").exists()
     assert json.loads(said(capsys, path, "-o", str(out), "--force", "--json", "--deg"))["units"]["angle"] == "deg"
     assert_is(out.read_text(), nk.world.odometry(nao, times, np.radians(q)), degrees=True)
 

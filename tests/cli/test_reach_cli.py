@@ -107,15 +107,16 @@ def test_a_link_to_the_file_stays_a_link(capsys: pytest.CaptureFixture, tmp_path
 
 def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
     found = nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
-    for name in ("a.vtk", "a.PLY"):
-        out = said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), "--by", "coverage")
+    coloured = {"a.vtk": (), "a.PLY": ("--by", "coverage")}  # a .vtk file has all quantities
+    for name, by in coloured.items():
+        out = said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), *by)
         assert out.endswith(f"{tmp_path / name}\n")
-    for name in ("a.vtk", "a.PLY"):
+    for name, by in coloured.items():
         before = (tmp_path / name).read_bytes()
         message = refused(capsys, "LArm", "--samples", "5", "-o", str(tmp_path / name))
         assert message.endswith(f"{name} already exists; overwrite=True (--force) replaces it\n")
         assert (tmp_path / name).read_bytes() == before
-        said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), "--by", "coverage", "--force")
+        said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), *by, "--force")
         assert (tmp_path / name).read_bytes() == before
     found.save_vtk(tmp_path / "b.vtk")
     assert (tmp_path / "a.vtk").read_bytes() == (tmp_path / "b.vtk").read_bytes()
@@ -146,7 +147,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
         (("LArm", "--voxel", "1e-5"), "give at least 0.0012 m"),
         (("LArm", "--seed", "-1"), "seed must be at least 0"),
         (("LArm", "--threads", "0"), "threads must be at least 1"),
-        (("LArm", "--by", "bset"), "unknown number of a voxel 'bset' (nearest: best"),
+        (("LArm", "--by", "bset", "--html", "a.html"), "unknown number of a voxel 'bset' (nearest: best"),
         (("LArm", "-o", "map.csv"), "cannot write map.csv: end the name in .npz, .vtk, .ply"),
         (("LArm", "-o", "no/map.npz"), "cannot write no/map.npz"),
         (("LArm", "--html", "no/map.html"), "cannot write no/map.html"),

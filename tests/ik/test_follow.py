@@ -648,6 +648,9 @@ def test_wrong_paths_are_refused_with_effector_and_sample(nao: nk.NaoModel) -> N
     T = swinging(nao, "LLeg", 5)
     with pytest.raises(UnknownName, match=r"effector 'LLag' \(nearest: LLeg"):
         nk.ik.follow(nao, {"LLag": T})
+    arm = nk.load_robot("ur10_robot")
+    with pytest.raises(UnknownName, match=r"effector 'tool0' \(there are none\); ur10 needs nk\.ik\.numeric"):
+        nk.ik.follow(arm, {"tool0": T})
     with pytest.raises(BadArgument, match="path names no effector"):
         nk.ik.follow(nao, {})
     with pytest.raises(BadArgument, match="mapping from effectors, got ndarray"):

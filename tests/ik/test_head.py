@@ -50,6 +50,21 @@ def test_a_camera_looks_at_a_point_exactly(each_nao: nk.NaoModel, camera: str) -
         assert angles_to(each_nao, both.solutions[:, k], camera, points).max() < 1e-10
 
 
+@pytest.mark.parametrize("frame", ["CameraBottom_optical_frame", "CameraBottom_frame"])
+def test_another_frame_of_a_camera_looks_along_the_same_axis(nao: nk.NaoModel, frame: str) -> None:
+    point = np.array([0.9, 0.3, 0.1])
+    found = nk.ik.look_at(nao, point, frame)
+    assert np.array_equal(found.q, nk.ik.look_at(nao, point, "CameraBottom").q)
+    T_optical = nao.fk(found.q, "CameraBottom_optical_frame")
+    assert np.abs((np.linalg.inv(T_optical) @ np.append(point, 1.0))[:2]).max() < 1e-9
+    both = [
+        nk.ik.whole_body(nao, {}, gaze=(point, name), reference=nao.posture("StandInit"))
+        for name in (frame, "CameraBottom")
+    ]
+    assert both[0].success
+    assert np.array_equal(both[0].q, both[1].q)
+
+
 def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> None:
     optimize = pytest.importorskip("scipy.optimize")
     point = np.array([0.4, -0.3, 0.35])

@@ -715,6 +715,24 @@ def test_no_message_repeats_more_than_a_little_of_what_it_was_given() -> None:
         assert len(str(error)) < 600
 
 
+def test_reasons_of_numpy_and_names_of_files_are_cut_and_show_no_control_characters(nao: nk.NaoModel) -> None:
+    long, escapes = "L" * 100_000, "a\x00b\x1b[31m\u202e.toml"
+    for call in (
+        lambda: nk.rotations.random_rotation(rng=long),  # type: ignore[arg-type]
+        lambda: nao.random(rng=long),  # type: ignore[arg-type]
+        lambda: nk.load_nao(offsets=long),
+        lambda: nk.motion.read_motion("L " * 50_000),
+        lambda: nk.load_nao(offsets=escapes),
+        lambda: nao.fk(nao.neutral(), escapes),
+    ):
+        with pytest.raises(nk.NaoKinError) as caught:
+            call()
+        assert len(str(caught.value)) < 2100
+        assert str(caught.value).isprintable()
+    with pytest.raises(nk.NaoKinError, match=r"a\\x00b\\x1b\[31m\\u202e\.toml: cannot be read"):
+        nk.load_nao(offsets=escapes)
+
+
 def test_arguments_of_the_wrong_kind_are_repeated_only_in_part(nao: nk.NaoModel) -> None:
     long = "x" * 10_000
     for call in (

@@ -67,6 +67,22 @@ def test_a_frame_s_offset_is_its_true_pose_in_the_frame_of_before(nao: nk.NaoMod
     assert np.abs(placed.fk(q, "CameraTop", reference="Head") - measured).max() < 1e-12
 
 
+def test_the_offset_of_an_optical_frame_moves_its_camera(nao: nk.NaoModel) -> None:
+    optical, q = "CameraTop_optical_frame", nao.posture("StandInit")
+    mine = nao.with_offsets(frames={optical: CAMERA})
+    assert np.abs(mine.fk(q, optical) - nao.fk(q, optical) @ T_CAMERA).max() < 1e-12
+    assert np.abs(mine.fk(q, optical, reference="CameraTop") - nao.fk(q, optical, reference="CameraTop")).max() < 1e-15
+    assert mine.load_notes == ("frame CameraTop_optical_frame: offset (1, -2, 3) mm and 2.148°, moves CameraTop",)
+    pixel = np.array([320.0, 300.0])
+    places = [nk.world.pixel_to_ground(r, q, pixel, nk.world.camera(nao, "CameraTop")).points for r in (nao, mine)]
+    assert np.linalg.norm(places[1] - places[0]) > 0.05
+    ros = nao.with_offsets(frames={"CameraTop_frame": CAMERA})  # the name of the body frame in ROS
+    assert np.abs(ros.fk(q, "CameraTop") - nao.fk(q, "CameraTop") @ T_CAMERA).max() < 1e-12
+    for frames in ({optical: CAMERA, "CameraTop": CAMERA}, {"CameraTop": CAMERA, optical: CAMERA}):
+        with pytest.raises(BadArgument, match="two offsets move CameraTop; give one, of CameraTop or of its optical"):
+            nao.with_offsets(frames=frames)
+
+
 def test_kernels_jacobians_typed_models_and_copies_know_the_offsets(nao: nk.NaoModel, calibrated: nk.NaoModel) -> None:
     q = nao.random(6, 200)
     frames = ["CameraTop", "LLeg", "RLeg", "LArm"]
@@ -166,6 +182,7 @@ def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.Na
         ({}, {"CameraTop": (0.1, 0.2, 0.3)}, WrongShape, r"\(6,\) or \(4, 4\)"),
         ({}, {"CameraTop": np.diag([1.0, 1.0, -1.0, 1.0])}, BadArgument, "the offset of CameraTop"),
         ({}, {"CameraTop": np.ones((4, 4))}, BadArgument, "the offset of CameraTop: not a rotation"),
+        ({}, {"CameraTop": {"xyz": [0, 0, 1]}}, BadArgument, r"must be \[dx, dy, dz, roll, pitch, yaw\] or four"),
         ([0.1], {}, BadArgument, "joints must map names to offsets"),
     ],
 )

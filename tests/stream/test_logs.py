@@ -635,11 +635,11 @@ def test_messages_of_limits_name_the_options_that_take_the_row(
         for options in (["--csv"], ["-o", str(tmp_path / "poses.csv")]):
             assert run(["fk", str(tmp_path / name), *options]) == 2
             said = capsys.readouterr().err
-            assert "(--clamp)" in said
-            assert "(--ignore-limits)" in said
-            assert ("--deg" in said) == (name == "deg.csv"), said
+            in_degrees = name == "deg.csv"
+            assert ("(--clamp)" in said, "(--ignore-limits)" in said) == (not in_degrees, not in_degrees), said
+            assert ("are these degrees (degrees=True, --deg)?" in said) == in_degrees, said
     assert run(["fk", "--joint", "HeadYaw=30"]) == 2
-    assert capsys.readouterr().err.endswith("rad; --clamp or --ignore-limits accepts it, --deg?\n")
+    assert capsys.readouterr().err.endswith("rad; are these degrees (--deg)?\n")
 
 
 def test_a_bad_file_is_refused_before_meshes_are_read(

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.world import Camera
 
 _LENS = (-0.25, 0.1, 0.002, -0.001, -0.02)
+_K = [[558.0, 0.0, 317.0], [0.0, 561.0, 243.0], [0.0, 0.0, 1.0]]
+ENDS = "", "_optical_frame"
 _POSTURES = ("StandInit", "Crouch", "Stand", "StandZero")
 
 
@@ -46,6 +52,51 @@ def test_pixels_of_points_in_the_world_are_those_of_opencv(nao: nk.NaoModel) -> 
         assert not found.visible.all()
 
 
+def test_a_camera_mounted_at_its_optical_frame_sees_what_opencv_sees(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit", HeadYaw=0.3, HeadPitch=0.2)
+    T_world_base = nao.set_down(q).T_world_base
+    body, optical = (Camera.from_matrix(_K, _LENS, frame=f"CameraTop{end}", size=(640, 480)) for end in ENDS)
+    T = np.linalg.inv(T_world_base @ nao.fk(q, "CameraTop_optical_frame"))
+    points = np.array([[1.0, 0.3, 0.0], [2.0, 1.0, 0.1], [1.5, 0.5, 0.0]])
+    expected, _ = cv2.projectPoints(points, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], body.matrix, np.array(_LENS))
+    found = nk.world.project(nao, q, points, optical)
+    assert found.visible.all()
+    assert np.abs(found.pixels - expected[:, 0]).max() < 1e-6
+    ground = nk.world.pixel_to_ground(nao, q, found.pixels[[0, 2]], optical)
+    assert np.abs(ground.points - points[[0, 2]]).max() < 1e-9
+    assert np.abs(np.subtract(*[nk.world.camera_pose(nao, q, one) for one in (body, optical)])).max() < 1e-12
+    assert np.abs(np.subtract(*[nk.world.visible_ground(nao, q, one) for one in (body, optical)])).max() < 1e-9
+    covariances = [nk.world.ground_covariance(nao, q, [300, 400], one, joint_noise=0.01) for one in (body, optical)]
+    assert covariances[0] == pytest.approx(covariances[1])
+
+
+def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics_under_any_name(
+    tmp_path: Path,
+) -> None:
+    tiago = nk.load_robot("tiago")
+    camera = Camera.from_matrix(_K, frame="xtion_rgb_optical_frame", size=(640, 480))
+    q = tiago.neutral()
+    T_optical = tiago.fk(q, camera.frame, reference=tiago.tree.root)
+    T = nk.world.camera_pose(tiago, q, camera, T_world_base=np.eye(4))
+    assert np.abs(T[:3, 0] - T_optical[:3, 2]).max() < 1e-12  # x of the body frame is z of the optical frame
+    assert T[2, 2] > 0.9
+    optical = {"rpy": (-1.5708, 0.0, -1.5708), "kind": "fixed"}  # as rounded in many files
+    joints = J("neck"), J("eye", xyz=(0.1, 0.0, 0.0), kind="fixed"), J("image", **optical)  # type: ignore[arg-type]
+    plain = made_up(tmp_path, *joints)
+    robot = nk.RobotModel(plain.tree, nk.semantics.Semantics(cameras=("eye_l",)))
+    at_eye, at_image = (
+        nk.world.camera_pose(robot, [0.5], Camera.from_matrix(_K, frame=f"{name}_l", size=(640, 480)),
+                             T_world_base=np.eye(4))
+        for name in ("eye", "image")
+    )  # fmt: skip
+    assert np.abs(at_eye - at_image).max() < 1e-5
+    moved = robot.with_offsets(frames={"image_l": (0.0, 0.0, 0.02, 0.0, 0.0, 0.0)})
+    assert moved.fk([0.0], "eye_l")[:3, 3] == pytest.approx([0.12, 0.0, 0.0])
+    camera = Camera.from_matrix(_K, frame="image_l", size=(640, 480))
+    unknown = nk.world.camera_pose(plain, [0.5], camera, T_world_base=np.eye(4))
+    assert np.array_equal(unknown, plain.fk([0.5], "image_l"))  # no camera, no ending: a body frame
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**31), st.booleans(), st.sampled_from([-0.1, 0.0, 0.05, 3.0]))
 def test_the_ground_at_a_pixel_is_projected_to_that_pixel(seed: int, lens: bool, height: float) -> None:
@@ -53,7 +104,7 @@ def test_the_ground_at_a_pixel_is_projected_to_that_pixel(seed: int, lens: bool,
     camera = nk.world.camera(nao, ("CameraTop", "CameraBottom")[seed % 2])
     camera = _lensed(camera) if lens else camera
     q, T_world_base = nao.random(rng, n=4), _pose(rng, 0.6)
-    pixels = rng.uniform([0, 0], [640, 480], (5, 4, 2))
+    pixels = rng.uniform([-0.5, -0.5], [639.5, 479.5], (5, 4, 2))
     found = nk.world.pixel_to_ground(nao, q, pixels, camera, T_world_base=T_world_base, height=height)
     assert found.points.shape == (5, 4, 3)
     assert (np.isfinite(found.points).all(axis=-1) == found.valid).all()
@@ -116,6 +167,25 @@ def test_a_pixel_above_the_horizon_is_nan_in_a_batch_and_an_error_alone(nao: nk.
         nk.world.ground_covariance(nao, q, pixels[0], camera, joint_noise=0.01)
     with pytest.raises(BadArgument, match="not in front of CameraTop"):
         nk.world.project(nao, q, [-1.0, 0.0, 0.0], camera)
+
+
+def test_a_pixel_outside_the_image_shows_nothing_and_alone_names_the_resolution_that_fits(nao: nk.NaoModel) -> None:
+    q, camera = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
+    pixels = np.array([[639.4, 479.4], [639.5, 479.0], [1000.0, 700.0], [-0.6, 400.0], [np.nan, np.nan]])
+    found = nk.world.pixel_to_ground(nao, q, pixels, camera)
+    assert found.valid.tolist() == [True, False, False, False, False]
+    assert np.isfinite(found.points).all(axis=-1).tolist() == found.valid.tolist()
+    covariance = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=0.01)
+    assert np.isfinite(covariance).all(axis=(1, 2)).tolist() == found.valid.tolist()
+    says = r"\(1000, 700\) is outside the image of CameraTop, 640 × 480 pixels \(VGA\); 4VGA, 1280 × 960, contains it"
+    for ask in (nk.world.pixel_to_ground, partial(nk.world.ground_covariance, joint_noise=0.01)):
+        with pytest.raises(BadArgument, match=says):
+            ask(nao, q, [1000.0, 700.0], camera)
+    for robot, pixel in ((nao, [-1.0, 400.0]), (nk.load_nao("v3.3"), [1000.0, 700.0])):
+        with pytest.raises(BadArgument, match=r"640 × 480 pixels \(VGA\)$"):
+            nk.world.pixel_to_ground(robot, q, pixel, camera)
+    grabbed = nk.world.pixel_to_ground(nao, q, [1000.0, 700.0], nk.world.camera(nao, "CameraTop", "4VGA")).points
+    assert grabbed == pytest.approx(nk.world.pixel_to_ground(nao, q, [499.75, 349.75], camera).points)
 
 
 @settings(max_examples=40, deadline=None)
@@ -281,12 +351,43 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     for height in (np.nan, "low"):
         with pytest.raises(nk.NaoKinError, match="height"):
             nk.world.visible_ground(nao, q, camera, height=height)  # type: ignore[arg-type]
-    for count in (1, 2.5):
+    assert nk.world.visible_ground(nao, q[None][:0], camera).shape == (0, 8, 3)
+    with pytest.raises(BadArgument, match="pixel_noise must be at most"):
+        nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=1e308)
+    for shape in ((), (3,), (2, 3)):
+        with pytest.raises(WrongShape, match="normalised coordinates"):
+            camera.lens_jacobian(np.zeros(shape))
+    with pytest.raises(BadArgument, match="per_side must be at most"):
+        camera.border(10**12)
+    for count in (1, 2.5, 10**12):
         with pytest.raises(BadArgument, match="n must be"):
             nk.world.horizon(nao, q, camera, n=count)  # type: ignore[arg-type]
     for T in (np.zeros((4, 4)), 2.0 * np.eye(4), np.ones((4, 4))):
         with pytest.raises(nk.NaoKinError, match="T_world_base"):
             nk.world.camera_pose(nao, q, camera, T_world_base=T)
-    folded = Camera("folded", "CameraTop", 640, 480, 400.0, 400.0, 320.0, 240.0, (-0.5, 0.0, 0.0, 0.0))
-    with pytest.raises(BadArgument, match="folded cannot be inverted at the edge of the image, at"):
-        nk.world.horizon(nao, q, folded)
+    aside = Camera("aside", "CameraTop", 640, 480, 400.0, 400.0, 1320.0, 240.0, (-0.5, 0.0, 0.0, 0.0))
+    with pytest.raises(BadArgument, match=r"aside cannot be inverted at \(639.5, 240\)"):
+        nk.world.horizon(nao, q, aside)
+
+
+def test_corners_that_the_lens_does_not_reach_are_clipped(nao: nk.NaoModel) -> None:
+    # r (1 − 0.3 r²) is at most 0.70: all but the corners of the image, which is 0.57 wide and 0.43 high.
+    folded = Camera("folded", "CameraTop", 640, 480, 500.0, 500.0, 320.0, 240.0, (-0.3, 0.0, 0.0, 0.0))
+    corners = np.isnan(folded.ray(folded.border(1))[:, 0])
+    sides = np.isnan(folded.ray(folded.border(2))[1::2, 0])
+    assert (corners.all(), sides.any()) == (True, False)
+    q, T_world_base = nao.posture("StandInit", HeadPitch=0.2), nk.screws.pose(np.eye(3), [0.0, 0.0, 0.3])
+    polygon = nk.world.visible_ground(nao, q, folded, T_world_base=T_world_base, max_distance=3.0)
+    points = np.column_stack([np.random.default_rng(0).uniform([0.0, -3.0], [3.0, 3.0], (4000, 2)), np.zeros(4000)])
+    visible = nk.world.project(nao, q, points, folded, T_world_base=T_world_base).visible
+    T = nk.world.camera_pose(nao, q, folded, T_world_base=T_world_base)
+    near = (points[:, :2] - T[:2, 3]) @ (T[:2, 0] / np.linalg.norm(T[:2, 0])) < 3.0
+    assert (_contains(polygon[:, :2], points[:, :2]) != (visible & near)).mean() < 0.01
+    assert visible.mean() > 0.2
+    tilted = T_world_base @ nk.screws.pose(nk.rotations.rot_x(0.62), np.zeros(3))  # the horizon through two corners
+    found = nk.world.horizon(nao, nao.neutral(), folded, T_world_base=tilted)
+    assert found.visible
+    assert folded.sees(found.pixels).all()
+    heights = folded.ray(found.pixels) @ nk.world.camera_pose(nao, nao.neutral(), folded, T_world_base=tilted)[2, :3]
+    assert np.abs(heights[1:-1]).max() < 1e-9
+    assert np.ptp(found.pixels[:, 0]) > 450.0

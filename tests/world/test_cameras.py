@@ -93,6 +93,43 @@ def test_derivatives_of_pixels_are_differences(lens: str) -> None:
         assert camera.pixel_jacobian(point) == pytest.approx((sides[0] - sides[1]).T / (2.0 * step), rel=1e-6, abs=1e-4)
 
 
+def _middle(image: np.ndarray) -> np.ndarray:
+    """The centroid (u, v) of the light in an image."""
+    v, u = np.indices(image.shape)
+    return np.array([(u * image).sum(), (v * image).sum()]) / image.sum()
+
+
+@pytest.mark.parametrize("size", [(320, 240), (1280, 960), (160, 240)])
+def test_a_resized_camera_sees_a_light_where_opencv_s_resized_image_shows_it(size: tuple[int, int]) -> None:
+    camera, point = _camera(_LENSES["five"]), np.array([1.0, 0.21, -0.17])
+    u, v = camera.project(point)
+    rows, columns = np.mgrid[:480, :640]
+    image = np.exp(-((columns - u) ** 2 + (rows - v) ** 2) / (2.0 * 6.0**2))
+    assert _middle(image) == pytest.approx([u, v], abs=1e-6)
+    scaled = cv2.resize(image, size, interpolation=cv2.INTER_AREA if size[0] < 640 else cv2.INTER_LINEAR)
+    other = camera.resized(size)
+    assert (other.width, other.height) == size
+    assert other.project(point) == pytest.approx(_middle(scaled), abs=1e-3)
+    part = camera.cropped((37, 251), (300, 200))
+    assert part.project(point) == pytest.approx(_middle(image[251:451, 37:337]), abs=1e-3)
+
+
+def test_resized_and_cropped_cameras_keep_their_rays_and_edges() -> None:
+    camera = _camera(_LENSES["rational"])
+    for other in (camera.resized((1280, 960)), camera.resized((160, 240)).resized((640, 480))):
+        assert other.ray(other.border(3)) == pytest.approx(camera.ray(camera.border(3)), abs=1e-9)
+    assert camera.resized((640, 480)) == camera
+    assert camera.resized((160, 240)).resized((640, 480)).matrix == pytest.approx(camera.matrix)
+    part = camera.cropped((600, 400), (40, 80))
+    assert part.ray([0.0, 0.0]) == pytest.approx(camera.ray([600.0, 400.0]))
+    nao = nk.load_nao()
+    vga, large = (nk.world.camera(nao, "CameraTop", size) for size in ("VGA", "4VGA"))
+    assert vga.resized((1280, 960)).matrix == pytest.approx(large.matrix)
+    for corner, size in (((601, 0), (40, 80)), ((0, 401), (40, 80)), ((-1, 0), (40, 80)), ((0, 0), (0, 80)), (3, 4)):
+        with pytest.raises(BadArgument):
+            camera.cropped(corner, size)  # type: ignore[arg-type]
+
+
 def test_points_behind_the_camera_have_no_pixel() -> None:
     camera = _camera()
     pixels = camera.project(np.array([[[1.0, 0.2, 0.1]], [[-1.0, 0.2, 0.1]], [[0.0, 0.2, 0.1]]]))
@@ -166,6 +203,17 @@ def test_any_robot_has_cameras_and_resolutions_of_its_own(tmp_path: Path) -> Non
 def test_wrong_cameras_are_refused() -> None:
     good = {"frame": "CameraTop", "size": (640, 480)}
     assert Camera.from_matrix(_camera().matrix, np.zeros((1, 5)), **good).distortion == (0.0,) * 5  # type: ignore[arg-type]
+    rational = np.array(_LENSES["rational"])
+    for count in (12, 14):  # what calibrateCamera returns with CALIB_RATIONAL_MODEL
+        padded = np.zeros((1, count))
+        padded[0, :8] = rational
+        assert Camera.from_matrix(_camera().matrix, padded, **good).distortion == _LENSES["rational"]  # type: ignore[arg-type]
+        padded[0, -1] = 0.01
+        with pytest.raises(BadArgument, match="thin prisms and tilted sensors are not modelled"):
+            Camera.from_matrix(_camera().matrix, padded, **good)  # type: ignore[arg-type]
+    for wrong in ({"frame": 3}, {"name": np.zeros(3)}):
+        with pytest.raises(BadArgument, match="name and frame of a camera must be texts"):
+            Camera.from_matrix(_camera().matrix, **{**good, **wrong})  # type: ignore[arg-type]
     for matrix in (np.eye(4), [[5, 0.1, 3], [0, 5, 2], [0, 0, 1]], [[5, 0, 3], [0, 5, 2], [0, 0, 2]], -np.eye(3)):
         with pytest.raises((BadArgument, WrongShape)):
             Camera.from_matrix(matrix, **good)  # type: ignore[arg-type]

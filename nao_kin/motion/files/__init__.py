@@ -28,6 +28,8 @@ from nao_kin.robot.nao import BODY_ORDER
 # --- Reading: the format is recognised by the content, then by the suffix.
 
 _FORMATS = (CSV, JSON, NPZ, WEBOTS, RUNSWIFT, HULKS, MOTION2, NAODEVILS, BHUMAN, PYTHON, XAR, XAP, NAOQI)
+# Formats whose files may contain several motions.
+_OF_SEVERAL = (XAR, XAP, PYTHON, BHUMAN)
 FORMATS: Mapping[str, Format] = MappingProxyType({known.name: known for known in _FORMATS})
 
 
@@ -70,10 +72,15 @@ def read_motion(
     which = None if timeline is None else str(timeline)
     source = MotionSource(name, read_bytes(name, unpack=False), joints, degrees, which, ignore_other)
     if format is not None:
-        return FORMATS[choice(format, FORMATS, "motion format")].read(source)
-    if not source.data or source.data.isspace():
+        known = FORMATS[choice(format, FORMATS, "motion format")]
+    elif not source.data or source.data.isspace():
         raise BadInputFile(name, f"empty; expected a motion: {described_formats()}")
-    return _recognised(source).read(source)
+    else:
+        known = _recognised(source)
+    if which is not None and known not in _OF_SEVERAL:
+        listed = ", ".join(other.name for other in _OF_SEVERAL)
+        raise source.error(f"one motion, and timeline= or --timeline chooses one of several, in files of {listed}")
+    return known.read(source)
 
 
 def formats_of_suffix(name: str) -> list[Format]:
