@@ -240,7 +240,7 @@ _URDF = (
             'Cylinder(_numbers(shape, "length", 1)[0]',
         ),
         ("mesh-without-its-scale", '_vector(shape, "scale", "1 1 1")', "(1.0, 1.0, 1.0)"),
-        ("turn-of-a-visual-dropped", '_vector(origin, "rpy", "0 0 0")', "(0.0, 0.0, 0.0)"),
+        ("turn-of-a-visual-dropped", '_vector(element, "rpy", "0 0 0")', "(0.0, 0.0, 0.0)"),
     ),
 )
 
