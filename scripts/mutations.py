@@ -218,7 +218,7 @@ _URDF = (
             'angles.setdefault(state.get("name", ""), {})',
             'angles[state.get("name", "")] = {}',
         ),
-        ("floating-base-of-a-state-counted-as-missing", 'elif len(element.get("value", "").split()) == 1:', "else:"),
+        ("floating-base-of-a-state-counted-as-missing", "elif len(text.split()) == 1:", "else:"),
         ("root-link-of-a-group-counted-as-missing", "if name not in self._links:", "if True:"),
         ("chain-in-the-order-of-the-alphabet", "sorted(members, key=self._order.__getitem__)", "sorted(members)"),
         ("fixed-joints-in-a-chain", 'if joint.kind != "fixed"}', "}"),
