@@ -473,13 +473,13 @@ _MEANING = (
         ("inverted-mimic-with-the-wrong-sign", "-self.offset / self.multiplier)", "self.offset / self.multiplier)"),
         (
             "range-of-a-negative-follower-upside-down",
-            "ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))",
-            "ends = [self.multiplier * end + self.offset for end in (lower, upper)]",
+            "ends = sorted(self.multiplier * end + self.offset for end in _ends(lower, upper))",
+            "ends = [self.multiplier * end + self.offset for end in _ends(lower, upper)]",
         ),
         (
             "range-of-the-driver-of-a-negative-follower-upside-down",
-            "ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))",
-            "ends = [(end - self.offset) / self.multiplier for end in (lower, upper)]",
+            "ends = sorted((end - self.offset) / self.multiplier for end in _ends(lower, upper))",
+            "ends = [(end - self.offset) / self.multiplier for end in _ends(lower, upper)]",
         ),
         (
             "range-of-a-constant-follower-of-an-unlimited-joint",

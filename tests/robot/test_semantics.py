@@ -12,7 +12,7 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, BadInputFile, BadModel, OutsideLimits, UnknownName
+from nao_kin.errors import BadArgument, BadInputFile, BadModel, NaoKinError, OutsideLimits, UnknownName
 from nao_kin.robot.nao.v6 import REST
 from nao_kin.robot.semantics import CoupledLimit, Mimic, Posture, Semantics, View, read_semantics
 
@@ -173,6 +173,18 @@ def test_a_table_may_not_bind_a_joint_that_follows(tmp_path: Path) -> None:
         (lambda: Semantics(units={"a": "deg"}), "unit of a must be one of rad, m, 1, got 'deg'"),
         (lambda: Posture(3), "angles of a posture must be a mapping of names, got 3"),
         (lambda: CoupledLimit("a", "a", (0.0,), (0.0,), (1.0,)), "coupled limit of a depends on that joint itself"),
+        (
+            lambda: CoupledLimit(np.zeros(2), "b", (0.0,), (0.0,), (1.0,)),
+            "'joint' of a coupled limit must be of the type str",
+        ),
+        (lambda: CoupledLimit("a", None, (0.0,), (0.0,), (1.0,)), "'of' of a coupled limit must be of the type str"),
+        (lambda: Semantics(soles=np.array(1.0)), "soles must be several, as in a list, got array"),
+        (lambda: Semantics(chains={"c": np.array(1.0)}), "chain 'c' must be several, as in a list, got array"),
+        (lambda: Mimic("a").driver_range(None, 1.0), "ends of a range must be real numbers, got \\[None, 1.0\\]"),
+        (lambda: Mimic("a").driver_range("abc", 1.0), "ends of a range must be real numbers"),
+        (lambda: Mimic("a").range(0.0, 10**400), "ends of a range must be real numbers"),
+        (lambda: Mimic("a").range(0.0, math.nan), "ends of a range must be two numbers, got 0.0 and nan"),
+        (lambda: Mimic("a").range([0.0, 1.0], [0.0, 1.0]), "ends of a range must be two numbers"),
         (lambda: CoupledLimit("a", "b", ("x",), (0.0,), (1.0,)), "must have numbers in at, got \\('x',\\)"),
         (lambda: CoupledLimit("a", "b", (0.0,), None, (1.0,)), "must have numbers in lower, got None"),
         (lambda: read_semantics(3), "expected the path of a TOML file, got 3"),
@@ -506,3 +518,10 @@ def test_sensors_that_a_robot_does_not_have_are_refused(nao: nk.NaoModel) -> Non
             BadModel, match=rf"{part} names the frame 'Gyro', which does not exist \(nearest: Gyrometer\)"
         ):
             nk.RobotModel(nao.tree, Semantics(**{part: ("Gyro",)}))
+
+
+@pytest.mark.parametrize("value", ["abc", 10**400, None, math.nan, [0.0, math.inf]])
+def test_a_coupled_limit_at_no_number_is_refused(value: object) -> None:
+    table = CoupledLimit("b", "a", (-1.0, 1.0), (-0.5, 0.0), (0.5, 1.0))
+    with pytest.raises(NaoKinError, match="values of a must be (real numbers|finite)"):
+        table.range(value)
