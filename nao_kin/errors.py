@@ -56,7 +56,7 @@ class RenamedFrameWarning(NaoKinWarning):
 
 
 class MissingShapeWarning(NaoKinWarning):
-    """Shapes of links are left out of a geometry model, because their meshes are missing or cannot be read."""
+    """Shapes of links are left out of a geometry, because their meshes are missing or they cannot be read."""
 
 
 class NotCachedWarning(NaoKinWarning):

@@ -218,7 +218,7 @@ _URDF = (
             'angles.setdefault(state.get("name", ""), {})',
             'angles[state.get("name", "")] = {}',
         ),
-        ("floating-base-of-a-state-counted-as-missing", 'elif len(element.get("value", "").split()) == 1:', "else:"),
+        ("floating-base-of-a-state-counted-as-missing", "elif len(text.split()) == 1:", "else:"),
         ("root-link-of-a-group-counted-as-missing", "if name not in self._links:", "if True:"),
         ("chain-in-the-order-of-the-alphabet", "sorted(members, key=self._order.__getitem__)", "sorted(members)"),
         ("fixed-joints-in-a-chain", 'if joint.kind != "fixed"}', "}"),
@@ -240,7 +240,7 @@ _URDF = (
             'Cylinder(_numbers(shape, "length", 1)[0]',
         ),
         ("mesh-without-its-scale", '_vector(shape, "scale", "1 1 1")', "(1.0, 1.0, 1.0)"),
-        ("turn-of-a-visual-dropped", '_vector(origin, "rpy", "0 0 0")', "(0.0, 0.0, 0.0)"),
+        ("turn-of-a-visual-dropped", '_vector(element, "rpy", "0 0 0")', "(0.0, 0.0, 0.0)"),
     ),
 )
 
@@ -473,13 +473,13 @@ _MEANING = (
         ("inverted-mimic-with-the-wrong-sign", "-self.offset / self.multiplier)", "self.offset / self.multiplier)"),
         (
             "range-of-a-negative-follower-upside-down",
-            "ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))",
-            "ends = [self.multiplier * end + self.offset for end in (lower, upper)]",
+            "ends = sorted(self.multiplier * end + self.offset for end in _ends(lower, upper))",
+            "ends = [self.multiplier * end + self.offset for end in _ends(lower, upper)]",
         ),
         (
             "range-of-the-driver-of-a-negative-follower-upside-down",
-            "ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))",
-            "ends = [(end - self.offset) / self.multiplier for end in (lower, upper)]",
+            "ends = sorted((end - self.offset) / self.multiplier for end in _ends(lower, upper))",
+            "ends = [(end - self.offset) / self.multiplier for end in _ends(lower, upper)]",
         ),
         (
             "range-of-a-constant-follower-of-an-unlimited-joint",

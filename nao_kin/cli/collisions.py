@@ -55,8 +55,11 @@ def collisions(
         if contacts:
             cells = [(_names(contact), _mm(contact.distance)) for contact in contacts]
             print_table(("links", "distance\n[mm]"), cells, numbers=("distance\n[mm]",))
-        one, other = clearance.pairs[int(clearance.pair_index)] if clearance.pairs else ("no links", "compared")
-        print(f"clearance {_mm(float(clearance.distance))} mm: {one} and {other}")
+        if clearance.pairs:
+            one, other = clearance.pairs[int(clearance.pair_index)]
+            print(f"clearance {_mm(float(clearance.distance))} mm: {one} and {other}")
+        else:
+            print("no clearance: there are no pairs of links to compare")
     else:
         if contacts:
             _print_pairs(contacts, times)

@@ -216,6 +216,8 @@ class RobotOptions:
         if self.urdf is not None:
             if not self.urdf:
                 raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
+            if self.urdf == "-":
+                raise BadArgument("--urdf does not read standard input as -; give /dev/stdin, or the path of the file")
             robot = RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
         elif self.package_dir:
             raise BadArgument("--package-dir is for the packages that a file names; give --urdf")

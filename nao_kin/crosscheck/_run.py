@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from nao_kin._core.arrays import whole_number
-from nao_kin.crosscheck.oracles import oracle_of
+from nao_kin.crosscheck.oracles import YourdfpyOracle, oracle_of, read_by_pinocchio
 from nao_kin.crosscheck.report import Conversions, Report, Tally
 from nao_kin.crosscheck.robot_checks import JacobianChecks, LimitChecks, PoseChecks
 from nao_kin.crosscheck.rotation_checks import PARAMETER_CHECKS, three_angle_checks
@@ -34,12 +34,13 @@ def run(
 ) -> Report:
     """Compare all of this library's conventions with those of independent implementations.
 
-    At every configuration, every frame's pose is computed in four ways: from elementary rotations and the robot's
-    numbers alone, by the robot's methods, by Pinocchio called directly, and by yourdfpy (for an MJCF: by MuJoCo). Also
-    compared are each frame's pose in its parent frame, and each joint's axis, sense and travel. For every rotation of a
-    frame (without frames that stay parallel to their parent), every conversion is compared in both directions with
-    Pinocchio's or eigenpy's. Joint axes as lines are compared with Pinocchio's Jacobians, limits and mimics with two
-    other readings of the URDF or one of the MJCF, limit violations and clamped values with a scalar formula.
+    At every configuration, every frame's pose is computed in five ways: from elementary rotations and the robot's
+    numbers alone, by the robot's methods, by Pinocchio called directly, and, from the file, by yourdfpy and by
+    Pinocchio's own parser (for an MJCF, by MuJoCo). Also compared are each frame's pose in its parent frame, and each
+    joint's axis, sense and travel. For every rotation of a frame (without frames that stay parallel to their parent),
+    every conversion is compared in both directions with Pinocchio's or eigenpy's. Joint axes as lines are compared with
+    Pinocchio's Jacobians, limits and mimics with other readings of the URDF or one of the MJCF, limit violations and
+    clamped values with a scalar formula.
 
     An error in a function under test fails only the rows of that function; their notes name the error.
 
@@ -78,9 +79,11 @@ def run(
     chosen = tuple(steps_of(robot) if steps is None else steps)
     second = oracle_of(robot)
     configurations = sample_configurations(robot, samples, seed)
-    poses = PoseChecks(robot, chosen, tested, second)
+    is_urdf = isinstance(second, YourdfpyOracle)
+    parsed, unparsed = read_by_pinocchio(robot, second.joints) if is_urdf else (None, "")
+    poses = PoseChecks(robot, chosen, tested, second, parsed, unparsed)
     jacobians = JacobianChecks(robot, tested, poses.frames)
-    limits = LimitChecks(robot, second)
+    limits = LimitChecks(robot, second, parsed, unparsed)
     checks = [*three_angle_checks(), *PARAMETER_CHECKS]
     rotations = [Tally(check.convention, check.against, note=check.note) for check in checks]
     turning = {step.name for step in chosen if step.parent is None or turns(step)}

@@ -1,4 +1,4 @@
-"""The second readers of a robot's file: yourdfpy for a URDF, MuJoCo for an MJCF."""
+"""The other readers of a robot's file: yourdfpy and Pinocchio's parser for a URDF, MuJoCo for an MJCF."""
 
 from __future__ import annotations
 
@@ -7,27 +7,22 @@ import io
 import logging
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
+import pinocchio as pin
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import mujoco_warnings, need_extra
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import Origin, file_format
+from nao_kin.robot.urdf import file_format, has_quaternions, read_document
 from nao_kin.rotations import matrix_from_euler, quat_from_matrix
 
-# --- Poses, limits and couplings by yourdfpy, which reads the robot's URDF with other code.
-
-# trimesh keeps the transforms for yourdfpy, and ignores a new one within 1e-8 of the old one; none is near this one.
-_STALE = np.full((4, 4), np.nan)
-
-# Types of joints without a value.
-_WITHOUT_VALUE = ("fixed", "floating")
+# --- Joints, and the text of a robot's URDF, as the other parsers read it.
 
 
 @dataclass(frozen=True)
@@ -42,11 +37,71 @@ class ParsedJoint:
     follows: tuple[str, float, float] | None = None  # (driving joint, multiplier, offset) of its <mimic>
 
 
+def driver_of(name: str, joints: Mapping[str, ParsedJoint]) -> tuple[str, float, float]:
+    """Return the joint at the end of a chain of mimics, and the multiplier and offset that lead back from it."""
+    multiplier, offset = 1.0, 0.0
+    for _ in joints:
+        follows = joints[name].follows if name in joints else None
+        if follows is None:
+            break
+        name, offset, multiplier = follows[0], offset + multiplier * follows[2], multiplier * follows[1]
+    return name, multiplier, offset
+
+
+def _kinematics_of(robot: RobotModel) -> ET.Element:
+    """Return the links, without their contents, and the joints of a robot's URDF, with calibrated origins.
+
+    The parsers report other elements that they do not know on standard error, or refuse them.
+    """
+    content = robot.tree.expanded.encode() or robot.urdf_path.read_bytes()
+    document, _ = read_document(robot.urdf_path, content, [])
+    document.attrib.pop("xmlns", None)  # a default namespace hides every element from lxml
+    document[:] = [element for element in document if element.tag in ("link", "joint")]
+    for link in document.findall("link"):
+        del link[:]
+    for joint in document.findall("joint"):
+        place = robot.tree.offsets.get(joint.get("name", ""))
+        if place is not None:
+            for origin in joint.findall("origin"):
+                joint.remove(origin)
+            xyz, rpy = (" ".join(map(repr, values)) for values in (place.xyz, place.rpy))
+            ET.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
+    return document
+
+
+def _links_of_frames(robot: RobotModel, links: Mapping[str, str]) -> dict[str, str]:
+    """Return frame of a robot → link of the file at its pose; `links` is joint of the file → the link it moves.
+
+    By joints, not by links: a link that shares its name with a joint is renamed in the model.
+    """
+    tree = robot.tree
+    found = {joint.child: links[joint.name] for joint in tree.joints}
+    found |= {joint.name: links[joint.name] for joint in tree.joints if joint.kind != "fixed"}
+    # A name that the file gives to a link and to a joint means the link.
+    found |= {name: name for name in tree.shared_names}
+    return {name: link for name, link in found.items() if name in robot.frame_names}
+
+
+def _joint_values(robot: RobotModel, q: Floats) -> dict[str, Floats]:
+    """Return values (n,) of all moving joints by name; those of mimic joints follow the couplings."""
+    values = dict(zip(robot.joint_names, q.T, strict=True))
+    return values | {name: mimic.value(values[mimic.joint]) for name, mimic in robot.mimics.items()}
+
+
+# --- Poses, limits and couplings by yourdfpy, which reads the robot's URDF with other code.
+
+# trimesh keeps the transforms for yourdfpy, and ignores a new one within 1e-8 of the old one; none is near this one.
+_STALE = np.full((4, 4), np.nan)
+
+# Types of joints without a value.
+_WITHOUT_VALUE = ("fixed", "floating")
+
+
 class YourdfpyOracle:
     """A robot read by yourdfpy: its kinds of limits, its moving joints, and poses of `frames`.
 
-    `left_out` are frames with other poses in yourdfpy, which does not move a joint that mimics a mimic joint, and does
-    not normalise the axis of a prismatic joint.
+    `left_out` are frames with other poses in yourdfpy, which does not move a joint that mimics a mimic joint or a fixed
+    one, does not normalise the axis of a prismatic joint, and does not know `quat_xyzw`.
     """
 
     name = "yourdfpy"
@@ -55,30 +110,27 @@ class YourdfpyOracle:
     def __init__(self, robot: RobotModel) -> None:
         import yourdfpy
 
-        self._robot = robot
+        self._robot, document = robot, _kinematics_of(robot)
         with _without_warnings():
-            expanded = robot.tree.expanded
-            source = io.BytesIO(expanded.encode()) if expanded else str(robot.urdf_path)
-            if robot.tree.offsets:
-                source = _with_offsets(source, robot.tree.offsets)
+            source = io.BytesIO(ET.tostring(document))
             self._oracle = yourdfpy.URDF.load(source, load_meshes=False, load_collision_meshes=False)
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
-        # By joints, not by links: a link that shares its name with a joint is renamed in the model.
-        tree = robot.tree
         # The robot has no floating joint above its root.
-        self._base = tree.root if tree.root in self._oracle.link_map else self._oracle.base_link
-        link_of = {tree.root: self._base}
-        link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
-        link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}
-        # A name that the file gives to a link and to a joint means the link.
-        link_of |= {name: name for name in tree.shared_names}
+        root = robot.tree.root
+        self._base = root if root in self._oracle.link_map else self._oracle.base_link
+        links = _links_of_frames(robot, {name: joint.child for name, joint in joints.items()})
+        known = {root: self._base, **links}
+        self._turned = {
+            joint.get("name", "")
+            for joint in document.findall("joint")
+            if has_quaternions(document) and joint.find("origin[@quat_xyzw]") is not None
+        }
         self.joints: Mapping[str, ParsedJoint] = {
             name: _parsed_by_yourdfpy(joint) for name, joint in joints.items() if joint.type not in _WITHOUT_VALUE
         }
         self._actuated = list(self._oracle.actuated_joint_names)
         self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type not in _WITHOUT_VALUE]
         self._walk, unplaced = self._order()
-        known = {name: link for name, link in link_of.items() if name in robot.frame_names}
         self.frames = tuple(name for name, link in known.items() if link not in unplaced)
         self.left_out = tuple(name for name, link in known.items() if link in unplaced)
         self._place = {self._base: 0} | {child: i for i, (_, child) in enumerate(self._walk, 1)}
@@ -102,9 +154,8 @@ class YourdfpyOracle:
         return T[:, self._selection]
 
     def _values(self, q: Floats) -> Floats:
-        """Return values of the joints that yourdfpy moves; those of mimic joints follow the couplings."""
-        values = dict(zip(self._robot.joint_names, q.T, strict=True))
-        values |= {name: mimic.value(values[mimic.joint]) for name, mimic in self._robot.mimics.items()}
+        """Return values of the joints that yourdfpy moves."""
+        values = _joint_values(self._robot, q)
         # A floating joint, which yourdfpy counts among the moving ones, has no value.
         still = np.zeros(len(q))
         columns = [values[name] if name in self.joints else still for name in self._actuated]
@@ -117,7 +168,8 @@ class YourdfpyOracle:
         for joint in self._oracle.robot.joints:
             children.setdefault(joint.parent, []).append(joint.child)
             slides = joint.type == "prismatic" and abs(np.linalg.norm(joint.axis) - 1.0) > 1e-12
-            if slides or (joint.mimic is not None and joint.mimic.joint not in self._actuated):
+            follows = joint.mimic is not None and joint.mimic.joint not in self._actuated
+            if slides or follows or joint.name in self._turned:
                 unplaced.add(joint.child)
         walk: list[tuple[str, str]] = []
         waiting = [self._base]
@@ -149,17 +201,73 @@ def _without_warnings() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io.BytesIO:
-    """Return the URDF with the calibrated origins of joints in place of the original ones."""
-    document = ET.parse(source).getroot()
-    for joint in document.findall("joint"):
-        place = offsets.get(joint.get("name", ""))
-        if place is not None:
-            for origin in joint.findall("origin"):
-                joint.remove(origin)
-            xyz, rpy = (" ".join(map(repr, values)) for values in (place.xyz, place.rpy))
-            ET.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
-    return io.BytesIO(ET.tostring(document))
+# --- Poses and limits by Pinocchio's own parser, which reads the robot's URDF again.
+
+
+class PinocchioOracle:
+    """A robot's URDF read by Pinocchio's parser: its moving `joints`, and poses of all `frames`.
+
+    Couplings are not Pinocchio's: every joint gets its value, so that a file is read in any order of its joints.
+    """
+
+    name = "pin.buildModelFromUrdf"
+
+    def __init__(self, robot: RobotModel, model: pin.Model, joints: Mapping[str, ParsedJoint]) -> None:
+        self._robot, self._model, self._joints = robot, model, joints
+        bodies = {f.name: index for index, f in enumerate(model.frames) if f.type == pin.FrameType.BODY}
+        given = {new: old for old, new in robot.tree.shared_names.items()}
+        links = {joint.name: given.get(joint.child, joint.child) for joint in robot.tree.joints}
+        known = {robot.tree.root: given.get(robot.tree.root, robot.tree.root), **_links_of_frames(robot, links)}
+        self.frames = tuple(known)
+        self._ids = [bodies[link] for link in known.values()]
+        self.joints = {name: self._parsed(name, joint) for name, joint in joints.items()}
+
+    def poses(self, q: Floats) -> Floats:
+        """Return T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        model, data, values = self._model, self._model.createData(), _joint_values(self._robot, q)
+        T = np.empty((len(q), len(self.frames), 4, 4))
+        for name in self._joints.keys() - values.keys():  # those that follow a fixed joint
+            driver, multiplier, offset = driver_of(name, self._joints)
+            values[name] = multiplier * values.get(driver, np.zeros(len(q))) + offset
+        places = [(model.joints[model.getJointId(name)], values[name]) for name in self._joints]
+        for row in range(len(q)):
+            configuration = pin.neutral(model)
+            for joint, value in places:
+                v = value[row]
+                configuration[joint.idx_q : joint.idx_q + joint.nq] = [v] if joint.nq == 1 else [np.cos(v), np.sin(v)]
+            pin.framesForwardKinematics(model, data, configuration)
+            T_root_world = data.oMf[self._ids[0]].inverse()
+            for column, index in enumerate(self._ids):
+                T[row, column] = (T_root_world * data.oMf[index]).homogeneous
+        return T
+
+    def _parsed(self, name: str, joint: ParsedJoint) -> ParsedJoint:
+        """Return the joint with the limits that Pinocchio reads."""
+        model, index = self._model, self._model.joints[self._model.getJointId(name)]
+        speeds = float(model.upperVelocityLimit[index.idx_v]), float(model.upperEffortLimit[index.idx_v])
+        found = replace(joint, velocity=speeds[0], effort=speeds[1])
+        # A limit without lower and upper is [0, 0] to this parser, which cannot confirm a missing range.
+        if joint.continuous or (joint.lower is None and joint.upper is None):
+            return found
+        lower, upper = float(model.lowerPositionLimit[index.idx_q]), float(model.upperPositionLimit[index.idx_q])
+        return replace(found, lower=lower, upper=upper)
+
+
+def read_by_pinocchio(robot: RobotModel, joints: Mapping[str, ParsedJoint]) -> tuple[PinocchioOracle | None, str]:
+    """Return the URDF as Pinocchio's parser reads it; or None and a note with the reason, if it does not."""
+    not_compared = "not compared with Pinocchio's own parser, which"
+    for name, joint in joints.items():
+        # The parser would report missing values on standard error.
+        if not joint.continuous and (joint.velocity is None or joint.effort is None):
+            return None, f"{not_compared} needs velocity and effort of {quoted(name)}"
+    try:
+        model = pin.buildModelFromXML(ET.tostring(_kinematics_of(robot), encoding="unicode"))
+    except (RuntimeError, ValueError) as error:
+        return None, f"{not_compared} refuses the file: {abbreviated(error)}"
+    missing = [name for name in joints if not model.existJointName(name)]
+    if missing:
+        return None, f"{not_compared} has no joint {quoted(missing[0])}"
+    return PinocchioOracle(robot, model, joints), ""
 
 
 # --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF again, and the choice of the oracle.

@@ -5,16 +5,14 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba
-from nao_kin.crosscheck.oracles import Oracle, ParsedJoint, YourdfpyOracle
+from nao_kin.crosscheck.oracles import Oracle, ParsedJoint, PinocchioOracle, driver_of
 from nao_kin.crosscheck.report import LEFT_OUT, TOLERANCE, Conversions, Tally, difference, largest
 from nao_kin.crosscheck.samples import turns_about
 from nao_kin.crosscheck.steps import Step, StepKinematics
@@ -26,26 +24,35 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Poses by elementary rotations, the robot, batch kernels, Pinocchio and a second reader, of common `frames`."""
+    """Poses by elementary rotations, the robot, batch kernels, Pinocchio and other readers, of common `frames`."""
 
-    def __init__(self, robot: RobotModel, steps: Sequence[Step], conversions: Conversions, second: Oracle) -> None:
-        self._robot, self._conversions, self._second = robot, conversions, second
+    def __init__(
+        self,
+        robot: RobotModel,
+        steps: Sequence[Step],
+        conversions: Conversions,
+        second: Oracle,
+        parsed: PinocchioOracle | None,
+        unparsed: str,
+    ) -> None:
+        self._robot, self._conversions = robot, conversions
         self._by_hand = StepKinematics(steps, robot.joint_names, conversions)
         known = set(robot.frame_names)
         self._mine = [i for i, step in enumerate(steps) if step.name in known]
         self.frames = tuple(steps[i].name for i in self._mine)
         column = {name: i for i, name in enumerate(self.frames)}
-        self._shared = tuple(name for name in second.frames if name in column)
-        self._columns = [column[name] for name in self._shared]
-        self._second_columns = [second.frames.index(name) for name in self._shared]
+        self._second = _Reader(second, column)
+        # Pinocchio's own model of the file, with which the robot's model is compared.
+        self._parsed = [(_Reader(parsed, column), Tally("poses by Pinocchio", parsed.name))] if parsed else []
         self._steps = _StepChecks(robot, self._by_hand, self.frames)
 
         count = len(second.left_out)
-        note = f"{count} frames left out: {second.name} reads a coupling or a sliding axis differently" if count else ""
+        different = f"{second.name} reads a coupling, a sliding axis or a quaternion differently"
+        note = f"{count} frames left out: {different}" if count else ""
         self._poses = [
             Tally("poses from elementary rotations", "Pinocchio"),
             Tally("poses from elementary rotations", second.name, note=note),
-            Tally("poses by Pinocchio", second.name, note=note),
+            Tally("poses by Pinocchio", second.name, note="; ".join(filter(None, (note, unparsed)))),
             Tally("poses by RobotModel.fk", "pin.framesForwardKinematics"),
         ]
         # Without Numba there are no kernels, and Pinocchio would be compared with itself.
@@ -61,13 +68,13 @@ class PoseChecks:
     def tallies(self) -> list[Tally]:
         """The rows, in the order of the report."""
         elementary = self._elementary.values() if self._robot.joint_names else ()
-        return [*self._poses, self._names, *self._steps.tallies, *elementary]
+        return [*self._poses, *(tally for _, tally in self._parsed), self._names, *self._steps.tallies, *elementary]
 
     def add(self, q: Floats, first: int) -> Floats:
         """Compare configurations (n, nq) with indices from `first` on; return the robot's poses (n, frames, 4, 4)."""
-        n, shared, joint_names = len(q), self._columns, self._robot.joint_names
+        n, shared, joint_names = len(q), self._second.columns, self._robot.joint_names
         T, direct = self._robot.fk(q, self.frames), _pinocchio_poses(self._robot, self.frames, q)
-        second = self._second.poses(q)[:, self._second_columns]
+        second = self._second.poses(q)
 
         @functools.cache
         def by_hand() -> Floats:  # fails if an elementary rotation under test does
@@ -75,8 +82,10 @@ class PoseChecks:
 
         hand_direct, hand_second, direct_second, robot_direct, *kernels_direct = self._poses
         hand_direct.compare(first, n, self.frames, lambda: _pose_difference(by_hand(), direct))
-        hand_second.compare(first, n, self._shared, lambda: _pose_difference(by_hand()[:, shared], second))
-        direct_second.add(_pose_difference(direct[:, shared], second), first, self._shared)
+        hand_second.compare(first, n, self._second.frames, lambda: _pose_difference(by_hand()[:, shared], second))
+        direct_second.add(_pose_difference(direct[:, shared], second), first, self._second.frames)
+        for reader, tally in self._parsed:
+            tally.add(_pose_difference(direct[:, reader.columns], reader.poses(q)), first, reader.frames)
         robot_direct.add(_pose_difference(T, direct), first, self.frames)
         for tally in kernels_direct:
             kernels = self._robot.fk(q, self.frames, threads=1)  # `threads` excludes Pinocchio
@@ -91,6 +100,20 @@ class PoseChecks:
         return difference(ours, turns_about(_AXES[axis], angles))
 
 
+class _Reader:
+    """Another reader of the robot's file, for the `frames` that the compared poses have in their `columns`."""
+
+    def __init__(self, oracle: Oracle | PinocchioOracle, column: Mapping[str, int]) -> None:
+        self._oracle = oracle
+        self.frames = tuple(name for name in oracle.frames if name in column)
+        self.columns = [column[name] for name in self.frames]
+        self._chosen = [oracle.frames.index(name) for name in self.frames]
+
+    def poses(self, q: Floats) -> Floats:
+        """Return T_root_frame of its frames, shape (n, frames, 4, 4)."""
+        return self._oracle.poses(q)[:, self._chosen]
+
+
 def _pinocchio_poses(robot: RobotModel, frames: Sequence[str], q: Floats) -> Floats:
     """Return T_root_frame by Pinocchio itself, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
     model, data, ids = robot.model, robot.model.createData(), dict[str, int]()
@@ -98,10 +121,12 @@ def _pinocchio_poses(robot: RobotModel, frames: Sequence[str], q: Floats) -> Flo
         if frame.type == pin.FrameType.BODY or frame.name not in ids:
             ids[frame.name] = index
     T = np.empty((len(q), len(frames), 4, 4))
+    # A name that the file gives to a link and to a joint means the link, which has another name in the model.
+    places = [ids[robot.tree.shared_names.get(name, name)] for name in frames]
     for row, configuration in zip(T, q, strict=True):
         pin.framesForwardKinematics(model, data, configuration)
-        for pose, name in zip(row, frames, strict=True):
-            pose[:] = data.oMf[ids[name]].homogeneous
+        for pose, place in zip(row, places, strict=True):
+            pose[:] = data.oMf[place].homogeneous
     return T
 
 
@@ -247,15 +272,13 @@ _ON_THE_LIMIT = 1e-6
 class LimitChecks:
     """The rows about limits and mimics."""
 
-    def __init__(self, robot: RobotModel, second: Oracle) -> None:
+    def __init__(self, robot: RobotModel, second: Oracle, parsed: PinocchioOracle | None, unparsed: str) -> None:
         self._robot, self._second = robot, second
         self._tables = robot.coupled_limits
         self._fixed: list[Tally] = []
-        is_urdf = isinstance(second, YourdfpyOracle)
-        direct, note = _read_by_pinocchio(robot, second.joints) if is_urdf else (None, "")
-        for oracle, joints in ((second.name, second.joints), ("pin.buildModelFromUrdf", direct)):
-            if joints is not None:
-                self._compare_limits(oracle, joints, note)
+        for reader in (second, parsed):
+            if reader is not None:
+                self._compare_limits(reader.name, reader.joints, unparsed)
         self._compare_mimics(second.joints)
         self._violations = Tally("limit_violations", "scalar formula")
         self._clamped = Tally("clamp", "scalar formula")
@@ -283,7 +306,9 @@ class LimitChecks:
                 self._add_row(f"{kind} limits", oracle, errors, names, note)
 
     def _compare_mimics(self, joints: Mapping[str, ParsedJoint]) -> None:
-        names = sorted(name for name in joints if name in self._robot.mimics or name not in self._robot.joint_names)
+        mimics, own = self._robot.mimics, self._robot.joint_names
+        # Without those that follow a fixed joint, and so are fixed themselves.
+        names = sorted(n for n in joints if n in mimics or (n not in own and driver_of(n, joints)[0] in joints))
         if not names:
             return
         errors = []
@@ -345,34 +370,6 @@ class LimitChecks:
         return table.lower[-1], table.upper[-1]
 
 
-def _read_by_pinocchio(
-    robot: RobotModel, joints: Mapping[str, ParsedJoint]
-) -> tuple[dict[str, ParsedJoint] | None, str]:
-    """Return the moving joints as read by Pinocchio's parser, mimics as given; or None and a note with the reason."""
-    not_compared = "not compared with Pinocchio's own parser, which"
-    for name, joint in joints.items():
-        # The parser would report missing values on standard error.
-        if not joint.continuous and (joint.velocity is None or joint.effort is None):
-            return None, f"{not_compared} needs velocity and effort of {quoted(name)}"
-    try:
-        expanded = robot.tree.expanded
-        model = pin.buildModelFromXML(expanded) if expanded else pin.buildModelFromUrdf(str(robot.urdf_path))
-    except (RuntimeError, ValueError):
-        return None, f"{not_compared} refuses the file"
-    found = dict(joints)
-    for name, joint in joints.items():
-        if not model.existJointName(name):
-            return None, f"{not_compared} has no joint {quoted(name)}"
-        index = model.joints[model.getJointId(name)]
-        speeds = float(model.upperVelocityLimit[index.idx_v]), float(model.upperEffortLimit[index.idx_v])
-        found[name] = replace(joint, velocity=speeds[0], effort=speeds[1])
-        # A limit without lower and upper is [0, 0] to this parser, which cannot confirm a missing range.
-        if not joint.continuous and (joint.lower is not None or joint.upper is not None):
-            lower, upper = float(model.lowerPositionLimit[index.idx_q]), float(model.upperPositionLimit[index.idx_q])
-            found[name] = replace(found[name], lower=lower, upper=upper)
-    return found, ""
-
-
 def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float, float, float]:
     """Return lower, upper, velocity and effort of a driving joint and of all its followers.
 
@@ -409,21 +406,10 @@ def _own_bounds(joint: ParsedJoint) -> tuple[float, float, float]:
 
 def _relation(name: str, driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float] | None:
     """Return (multiplier, offset) with value of `name` = multiplier · value of `driver` + offset; None without one."""
-    (root, m, b), (other_root, m_driver, b_driver) = _root(name, joints), _root(driver, joints)
+    (root, m, b), (other_root, m_driver, b_driver) = driver_of(name, joints), driver_of(driver, joints)
     if root != other_root or m_driver == 0.0:
         return None
     return m / m_driver, b - m / m_driver * b_driver
-
-
-def _root(name: str, joints: Mapping[str, ParsedJoint]) -> tuple[str, float, float]:
-    """Return the joint at the end of a chain of mimics, and the multiplier and offset that lead back from it."""
-    multiplier, offset = 1.0, 0.0
-    for _ in joints:
-        follows = joints[name].follows if name in joints else None
-        if follows is None:
-            break
-        name, offset, multiplier = follows[0], offset + multiplier * follows[2], multiplier * follows[1]
-    return name, multiplier, offset
 
 
 def _tightest(bounds: Sequence[float], choose: Callable[[Sequence[float]], float]) -> float:

@@ -157,7 +157,7 @@ def hull_shape(link: str, points: Floats) -> Shape:
 
 def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
     """Yield the collision shapes of a tree, or else the visual ones, with capsules joined; warn of those left out."""
-    notes = [] if tree.collisions else list(tree.visual_notes)
+    notes = list(tree.collision_notes if tree.collisions else (*tree.collision_notes, *tree.visual_notes))
     rows: tuple[Visual | Collision, ...] = tree.collisions or tree.visuals
     round_ended = capsules(rows)
     caps = {cap for both in round_ended.values() for cap in both}

@@ -32,10 +32,19 @@ class Coordinates:
     """The coordinates of a robot: a column per independent joint, mimic joints by name, and names for several."""
 
     def __init__(
-        self, names: tuple[str, ...], mimics: Mapping[str, Mimic], chains: Mapping[str, tuple[str, ...]] | None = None
+        self,
+        names: tuple[str, ...],
+        mimics: Mapping[str, Mimic],
+        chains: Mapping[str, tuple[str, ...]] | None = None,
+        fixed: Collection[str] = (),
     ) -> None:
-        self.names, self.mimics, self.chains = names, dict(mimics), dict(chains or {})
+        self.names, self.mimics, self.chains, self._fixed = names, dict(mimics), dict(chains or {}), fixed
         self.column = {name: index for index, name in enumerate(names)}
+
+    def unknown(self, name: object, others: Iterable[str] = ()) -> UnknownName:
+        """Return the error for a name that is neither a moving joint nor one of the `others`."""
+        hint = f"{quoted(name)} is fixed in the robot's file" if isinstance(name, str) and name in self._fixed else ""
+        return UnknownName("joint", name, (*self.names, *self.mimics, *others), hint)
 
     def values(self, angles: Mapping[str, ArrayLike]) -> tuple[Floats, set[str]]:
         """Return joint values (..., n) from values by name, zero by default, and the names of the joints set."""
@@ -100,7 +109,7 @@ class Coordinates:
                 array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})")
                 added = {joint: array[..., index] for index, joint in enumerate(joints)}
             else:
-                raise UnknownName("joint", name, (*self.names, *self.mimics, *self.chains))
+                raise self.unknown(name, self.chains)
             for joint in added.keys() & given.keys():
                 raise BadArgument(f"{joint} is given twice, by itself and with a chain, or with two chains")
             given |= added

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice, flag, shaped, whole_number
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
@@ -119,7 +119,7 @@ class RobotModel:
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self.frame_table: Mapping[str, int] = self._frames.places
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
-        self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains)
+        self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains, tree.fixed_joints)
         self._configurations = ConfigurationSpace(
             self._coordinates, self._limits, pin.neutral(model), self._units, self.semantics.postures
         )
@@ -285,7 +285,7 @@ class RobotModel:
             ('rad', '1')
         """
         if not isinstance(joint, str) or joint not in self._units:
-            raise UnknownName("joint", joint, (*self.joint_names, *self.mimics))
+            raise self._coordinates.unknown(joint)
         return self._units[joint]
 
     def frame_ids(self, frames: Sequence[str] | None) -> FrameIds:
@@ -344,10 +344,11 @@ class RobotModel:
             kind: "visual" for the displayed shapes of the links, "collision" for their simplified shapes in contacts.
 
         Returns:
-            One object per shape, named as Pinocchio's own parser names it: the link, "_", and its number from 0.
+            One object per shape, named as Pinocchio's own parser names it: the link, "_", and its number from 0. A
+            capsule is three shapes, a cylinder and two spheres.
 
         Warns:
-            MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
+            MissingShapeWarning: some shapes are left out, because their meshes are missing or they cannot be read.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -983,7 +984,7 @@ class RobotModel:
             BadArgument: the robot has no shapes.
 
         Warns:
-            MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
+            MissingShapeWarning: some shapes are left out, because their meshes are missing or they cannot be read.
 
         Examples:
             >>> nao = nk.load_nao()

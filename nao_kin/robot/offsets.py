@@ -47,7 +47,8 @@ def with_offsets(
     notes = []
     for name, value in _entries(joints, "joints"):
         if name not in moving:
-            raise UnknownName("joint", name, tuple(moving))
+            hint = f"{quoted(name)} is fixed; give frames={{…}} for its link" if name in tree.fixed_joints else ""
+            raise UnknownName("joint", name, tuple(moving), hint)
         row, offset = moving[name], as_floats(value, (), f"the offset of {name}")
         if offset.shape != ():
             raise WrongShape(f"the offset of {name}", "()", offset.shape)

@@ -62,7 +62,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector
+from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers
 from nao_kin._core.files import read_toml
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
@@ -113,13 +113,22 @@ class Mimic:
         """Return the range of the mimic joint for a range of the driving joint."""
         if self.multiplier == 0.0:
             return self.offset, self.offset
-        ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
+        ends = sorted(self.multiplier * end + self.offset for end in _ends(lower, upper))
         return ends[0], ends[1]
 
     def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
         """Return the range of the driving joint for a range of the mimic joint; the multiplier must not be zero."""
-        ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
+        ends = sorted((end - self.offset) / self.multiplier for end in _ends(lower, upper))
         return ends[0], ends[1]
+
+
+def _ends(lower: float, upper: float) -> list[float]:
+    """Return the ends of a range, which may be infinite."""
+    ends = as_numbers([lower, upper], "the ends of a range")
+    if ends.shape != (2,) or np.isnan(ends).any():
+        raise BadArgument(f"the ends of a range must be two numbers, got {quoted(lower)} and {quoted(upper)}")
+    found: list[float] = ends.tolist()
+    return found
 
 
 @dataclass(frozen=True)
@@ -152,6 +161,8 @@ class CoupledLimit:
     upper: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        for name in ("joint", "of"):
+            _check_kind(getattr(self, name), f"{name!r} of a coupled limit", str)
         what = f"the coupled limit of {self.joint}"
         if self.joint == self.of:
             raise BadArgument(f"{what} depends on that joint itself")
@@ -170,6 +181,7 @@ class CoupledLimit:
 
     def range(self, of: Floats) -> tuple[Floats, Floats]:
         """Return the smallest and largest value of `joint` at values of `of`, any shape."""
+        of = as_floats(of, (), f"values of {self.of}")
         return np.asarray(np.interp(of, self.at, self.lower)), np.asarray(np.interp(of, self.at, self.upper))
 
 
@@ -340,7 +352,10 @@ def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[
     """Return a tuple of values of one type; a string is one value, not several letters."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}")
-    found = tuple(values)
+    try:
+        found = tuple(values)
+    except TypeError:  # an array without axes
+        raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}") from None
     for value in found:
         _check_kind(value, what, kind)
     return found

@@ -9,7 +9,7 @@ from pathlib import Path
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
 from nao_kin.robot.configurations import Coordinates
-from nao_kin.robot.semantics import Semantics, read_semantics
+from nao_kin.robot.semantics import Posture, Semantics, read_semantics
 from nao_kin.robot.urdf import UrdfTree, read_srdf
 
 
@@ -54,26 +54,45 @@ def _filled(semantics: Semantics, implied: Semantics) -> Semantics:
 
 
 def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:
-    return read_srdf(path, tree, notes) if path.suffix.lower() == ".srdf" else read_semantics(path)
+    if path.suffix.lower() != ".srdf":
+        return read_semantics(path)
+    semantics, postures = read_srdf(path, tree, notes), dict[str, Posture]()
+    coordinates = _coordinates(tree)
+    for name, posture in semantics.postures.items():
+        try:
+            _check_posture(posture, coordinates)
+            postures[name] = posture
+        except NaoKinError as error:
+            notes.append(f"group state {quoted(name)} of {path.name} is left out: {error}")
+    return replace(semantics, postures=postures)
+
+
+def _coordinates(tree: UrdfTree) -> Coordinates:
+    own = tuple([joint.name for joint in tree.moving_joints if joint.mimic is None])
+    return Coordinates(own, tree.mimics)
+
+
+def _check_posture(posture: Posture, coordinates: Coordinates) -> None:
+    """Raise an error for a posture whose values are not one number for each joint, or contradict a mimic."""
+    if coordinates.plain_values(dict(posture.angles)) is None:
+        values, _ = coordinates.values(posture.angles)
+        if values.ndim != 1:
+            raise BadArgument("expected one number for each joint")
 
 
 def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     """Return the semantics; `BadModel` for missing joints, frames or postures, or conflicts with shared motors."""
     moving, mimics = [joint.name for joint in tree.moving_joints], tree.mimics
-    _check(semantics.joints(), moving, "joint", tree.name)
-    _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree.name)
+    _check(semantics.joints(), moving, "joint", tree)
+    _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree)
     if semantics.start and semantics.start not in semantics.postures:
         raise BadModel(
             f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which does not exist"
         )
-    own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
-    coordinates = Coordinates(tuple(own), mimics)
+    coordinates = _coordinates(tree)
     for name, posture in semantics.postures.items():
         try:
-            if coordinates.plain_values(dict(posture.angles)) is None:
-                values, _ = coordinates.values(posture.angles)
-                if values.ndim != 1:
-                    raise BadArgument("expected one number for each joint")
+            _check_posture(posture, coordinates)
         except NaoKinError as error:
             raise BadModel(f"semantics of {tree.name}: posture {quoted(name)}: {error}") from None
     for table in semantics.coupled_limits:
@@ -85,13 +104,13 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     return semantics
 
 
-def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: str, robot: str) -> None:
+def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: str, tree: UrdfTree) -> None:
     known = set(valid)
     for name, (part, its_name) in named.items():
         if name not in known:
             where = f"{part} {quoted(its_name)}" if its_name else part
             near = ", ".join(nearest_names(name, valid))
             advice = f" (nearest: {near})" if near else ""
-            raise BadModel(
-                f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which does not exist{advice}"
-            )
+            fixed = "is fixed" if kind == "joint" else "is a fixed joint"
+            why = fixed if name in tree.fixed_joints else "does not exist"
+            raise BadModel(f"semantics of {tree.name}: {where} names the {kind} {quoted(name)}, which {why}{advice}")

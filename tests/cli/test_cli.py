@@ -287,6 +287,7 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "x.csv", "--posture", "Stand"), "leave out --posture and --joint"),
         (("fk", ""), "no file name"),
         (("info", "--urdf", ""), "--urdf is empty"),
+        (("info", "--urdf", "-"), "--urdf does not read standard input as -; give /dev/stdin, or the path"),
         (("fk", "none.csv"), "none.csv: cannot be read: No such file"),
         (("info", "--urdf", "none.urdf"), "none.urdf: No such file"),
         (("info", "--urdf", "a", "--robot", "b"), "give one"),

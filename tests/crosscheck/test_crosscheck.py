@@ -268,7 +268,25 @@ def test_a_link_with_the_name_of_a_joint_is_found(tmp_path: Path) -> None:
     path.write_text(f'<robot name="clash">{parts}</robot>')
     report = crosscheck.run(nk.RobotModel.from_urdf(path), 10)
     assert report.ok, report.failures
-    assert row_of(report, "poses by Pinocchio", "yourdfpy").pairs == 10 * 5
+    for reader in ("yourdfpy", "pin.buildModelFromUrdf"):
+        assert row_of(report, "poses by Pinocchio", reader).pairs == 10 * 5
+
+
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.RenamedFrameWarning")
+def test_a_name_of_a_link_and_of_a_joint_elsewhere_is_compared_as_the_link(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", axis=(0.0, 1.0, 0.0)))
+    robot.urdf_path.write_text(robot.urdf_path.read_text(encoding="utf-8").replace('"a_l"', '"b"'), encoding="utf-8")
+    report = crosscheck.run(nk.RobotModel.from_urdf(robot.urdf_path), 10)
+    assert report.ok, report.failures
+
+
+@pytest.mark.full
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.RenamedFrameWarning")
+@pytest.mark.parametrize("name", sorted({*nk.robot_names()} - {"alex_psyonic_hands", "ur3"}))  # which are broken
+def test_pinocchio_reads_the_files_of_example_robot_data_as_this_library_does(name: str) -> None:
+    report = crosscheck.run(nk.load_robot(name), 3)
+    assert report.ok, report.failures
+    assert row_of(report, "poses by Pinocchio", "pin.buildModelFromUrdf").pairs > 0
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------
@@ -422,7 +440,7 @@ def test_the_command_fails_when_a_row_does(
         assert {row["convention"] for row in json.loads(out)["rows"] if not row["ok"]} == {"log"}
     else:
         assert "FAILS: log against pin.log3: " in out
-        assert out.endswith("2 of 96 rows disagree.\n")
+        assert out.endswith("2 of 97 rows disagree.\n")
 
 
 def test_the_command_refuses_bad_numbers(capsys: pytest.CaptureFixture) -> None:

@@ -689,16 +689,30 @@ def test_a_version_taken_for_another_is_caught() -> None:
     assert {"LElbowYaw", "RElbowYaw", "LWristYaw", "RWristYaw"} <= blamed(report, POSITION)
 
 
-def test_a_changed_pinocchio_model_stands_alone_against_two() -> None:
+def test_a_changed_pinocchio_model_stands_alone() -> None:
     nao = nk.load_nao()
     nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation[2] += 1e-9
     report = crosscheck.run(nao, 15)
     assert {(row.convention, row.against) for row in report.failures} == {
         (ELEMENTARY, "Pinocchio"),
         ("poses by Pinocchio", "yourdfpy"),
+        ("poses by Pinocchio", "pin.buildModelFromUrdf"),
         (POSITION, "Pinocchio"),
     }
     assert blamed(report, POSITION) == {"LKneePitch"}
+
+
+def test_an_orientation_that_was_not_read_is_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", rpy=(0.5, 0.0, 0.0)), J("c"))
+    text = robot.urdf_path.read_text(encoding="utf-8").replace('rpy="0.5 0.0 0.0"', 'quat_xyzw="0.3 0 0 0.95"')
+    robot.urdf_path.write_text(text.replace("<robot", '<robot version="1.1"'), encoding="utf-8")
+    for module in ("tree", "reader"):
+        monkeypatch.setattr(f"nao_kin.robot.urdf.{module}.has_quaternions", lambda document: False)
+    report = crosscheck.run(nk.RobotModel.from_urdf(robot.urdf_path), 5)
+    assert {(row.convention, row.against) for row in report.failures} == {
+        ("poses by Pinocchio", "pin.buildModelFromUrdf")
+    }
+    assert blamed(report, "poses by Pinocchio") == {"b", "b_l", "c", "c_l"}
 
 
 def test_a_conversion_that_raises_anything_fails_its_own_rows_only(nao: nk.NaoModel) -> None:
@@ -899,9 +913,10 @@ def test_what_pinocchio_does_not_read_is_left_out_in_words(tmp_path: Path, capfd
     )
     report = crosscheck.run(nk.RobotModel.from_urdf(path), 5)
     assert report.ok, report.failures
-    limits = [row for row in report.rows if row.convention.endswith(" limits")]
-    assert {row.against for row in limits} == {"yourdfpy"}
-    assert {row.note for row in limits} == {
+    rows = [row for row in report.rows if row.convention.endswith(" limits") or row.convention == "poses by Pinocchio"]
+    assert len(rows) == 5
+    assert {row.against for row in rows} == {"yourdfpy"}
+    assert {row.note for row in rows} == {
         "not compared with Pinocchio's own parser, which needs velocity and effort of 'j'"
     }
     assert capfd.readouterr().err == ""

@@ -12,7 +12,7 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, BadInputFile, BadModel, OutsideLimits, UnknownName
+from nao_kin.errors import BadArgument, BadInputFile, BadModel, NaoKinError, OutsideLimits, UnknownName
 from nao_kin.robot.nao.v6 import REST
 from nao_kin.robot.semantics import CoupledLimit, Mimic, Posture, Semantics, View, read_semantics
 
@@ -173,6 +173,18 @@ def test_a_table_may_not_bind_a_joint_that_follows(tmp_path: Path) -> None:
         (lambda: Semantics(units={"a": "deg"}), "unit of a must be one of rad, m, 1, got 'deg'"),
         (lambda: Posture(3), "angles of a posture must be a mapping of names, got 3"),
         (lambda: CoupledLimit("a", "a", (0.0,), (0.0,), (1.0,)), "coupled limit of a depends on that joint itself"),
+        (
+            lambda: CoupledLimit(np.zeros(2), "b", (0.0,), (0.0,), (1.0,)),
+            "'joint' of a coupled limit must be of the type str",
+        ),
+        (lambda: CoupledLimit("a", None, (0.0,), (0.0,), (1.0,)), "'of' of a coupled limit must be of the type str"),
+        (lambda: Semantics(soles=np.array(1.0)), "soles must be several, as in a list, got array"),
+        (lambda: Semantics(chains={"c": np.array(1.0)}), "chain 'c' must be several, as in a list, got array"),
+        (lambda: Mimic("a").driver_range(None, 1.0), "ends of a range must be real numbers, got \\[None, 1.0\\]"),
+        (lambda: Mimic("a").driver_range("abc", 1.0), "ends of a range must be real numbers"),
+        (lambda: Mimic("a").range(0.0, 10**400), "ends of a range must be real numbers"),
+        (lambda: Mimic("a").range(0.0, math.nan), "ends of a range must be two numbers, got 0.0 and nan"),
+        (lambda: Mimic("a").range([0.0, 1.0], [0.0, 1.0]), "ends of a range must be two numbers"),
         (lambda: CoupledLimit("a", "b", ("x",), (0.0,), (1.0,)), "must have numbers in at, got \\('x',\\)"),
         (lambda: CoupledLimit("a", "b", (0.0,), None, (1.0,)), "must have numbers in lower, got None"),
         (lambda: read_semantics(3), "expected the path of a TOML file, got 3"),
@@ -218,16 +230,7 @@ def test_a_posture_that_no_motors_take_is_refused_by_name(tmp_path: Path, angles
         (".toml", f"[postures.p]\nangles = {{ a = 1{'0' * 400} }}", "postures.p.angles.a must be a finite number"),
         (".toml", f"[postures.p]\nangles = {{ a = 1{'0' * 5000} }}", "cannot be read: "),
         (".toml", '[units]\na = "deg"', "unit of a must be one of rad, m, 1, got 'deg'"),
-        (
-            ".srdf",
-            '<robot><group_state name="p"><joint name="a" value="1"/><joint name="b" value="9"/></group_state></robot>',
-            "posture 'p': a = 1 drives b",
-        ),
-        (
-            ".srdf",
-            '<robot><group_state name="p"><joint name="a" value="1e999"/></group_state></robot>',
-            "'a' is '1e999'",
-        ),
+        (".srdf", "<sdf/>", "root element is <sdf>"),
     ],
 )
 def test_postures_beside_the_urdf_that_do_not_fit_keep_no_robot_from_loading(
@@ -371,9 +374,57 @@ def test_an_srdf_that_was_asked_for_is_refused_when_it_is_none(tmp_path: Path) -
         path.write_text(text)
         with pytest.raises(BadModel, match=message):
             _robot(tmp_path, path)
-    path.write_text(SRDF.replace('value="0.5"', 'value="half"'))
-    with pytest.raises(BadModel, match="group state 'home': 'a' is 'half', expected a number"):
-        _robot(tmp_path, path)
+
+
+def test_a_group_state_that_cannot_be_taken_is_left_out_alone(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0), limits=(-6.0, 6.0)), J("f", kind="fixed"))
+    states = {
+        "good": '<joint name="a" value="0.5"/><joint name="f" value="0.2"/>',
+        "against the mimic": '<joint name="a" value="1"/><joint name="b" value="9"/>',
+        "no number": '<joint name="a" value="half"/><joint name="b" value="0.1"/>',
+        "too large": '<joint name="a" value="1e999"/>',
+    }
+    elements = "".join(
+        f'<group_state name="{name}" group="arm">{inside}</group_state>' for name, inside in states.items()
+    )
+    path = robot.urdf_path.with_suffix(".srdf")
+    path.write_text(
+        f'<robot name="r"><group name="arm"><chain base_link="base" tip_link="b_l"/></group>{elements}'
+        '<disable_collisions link1="base" link2="b_l" reason="Never"/></robot>',
+        encoding="utf-8",
+    )
+    notes = (
+        "group state 'no number' of robot.srdf is left out: 'a' is 'half', expected a number",
+        "group state 'too large' of robot.srdf is left out: 'a' is '1e999', expected a number",
+        "robot.srdf gives values to 1 fixed joints: f",
+    )
+    for semantics in (None, path):
+        robot = nk.RobotModel.from_urdf(robot.urdf_path, semantics=semantics)
+        assert robot.chains == {"arm": ("a", "b")}
+        assert robot.posture_names == ("good",)
+        assert robot.semantics.disabled_collisions == (("base", "b_l", "Never"),)
+        assert robot.load_notes[:3] == notes
+        assert robot.load_notes[3].startswith(
+            "group state 'against the mimic' of robot.srdf is left out: a = 1 drives b"
+        )
+
+
+def test_a_fixed_joint_is_called_fixed(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("f", kind="fixed"))
+    with pytest.raises(UnknownName, match="unknown joint 'f' .*; 'f' is fixed in the robot's file"):
+        robot.configuration({"f": 0.1})
+    with pytest.raises(UnknownName, match="'f' is fixed in the robot's file"):
+        robot.unit("f")
+    with pytest.raises(UnknownName, match="'f' is fixed; give frames="):
+        robot.with_offsets(joints={"f": 0.1})
+    for semantics, message in (
+        (Semantics(postures={"p": Posture({"f": 0.1})}), "posture 'p' names the joint 'f', which is fixed"),
+        (Semantics(chains={"c": ("a", "f")}), "chain 'c' names the joint 'f', which is fixed"),
+        (Semantics(soles=("f",)), "soles names the frame 'f', which is a fixed joint"),
+        (Semantics(soles=("x",)), "soles names the frame 'x', which does not exist"),
+    ):
+        with pytest.raises(BadModel, match=message):
+            nk.RobotModel.from_urdf(robot.urdf_path, semantics=semantics)
 
 
 def test_an_srdf_speaks_of_links_by_the_names_of_the_file(tmp_path: Path) -> None:
@@ -467,3 +518,10 @@ def test_sensors_that_a_robot_does_not_have_are_refused(nao: nk.NaoModel) -> Non
             BadModel, match=rf"{part} names the frame 'Gyro', which does not exist \(nearest: Gyrometer\)"
         ):
             nk.RobotModel(nao.tree, Semantics(**{part: ("Gyro",)}))
+
+
+@pytest.mark.parametrize("value", ["abc", 10**400, None, math.nan, [0.0, math.inf]])
+def test_a_coupled_limit_at_no_number_is_refused(value: object) -> None:
+    table = CoupledLimit("b", "a", (-1.0, 1.0), (-0.5, 0.0), (0.5, 1.0))
+    with pytest.raises(NaoKinError, match="values of a must be (real numbers|finite)"):
+        table.range(value)

@@ -1,6 +1,6 @@
 """Robot description files: URDF and MJCF files read into one tree, with a note for every repair."""
 
-from nao_kin.robot.urdf.document import Packages
+from nao_kin.robot.urdf.document import Packages, read_document as read_document
 from nao_kin.robot.urdf.mjcf.reader import read_mjcf as read_mjcf
 from nao_kin.robot.urdf.reader import file_format as file_format, read_robot, read_urdf as read_urdf
 from nao_kin.robot.urdf.srdf import read_srdf as read_srdf
@@ -19,6 +19,7 @@ from nao_kin.robot.urdf.tree import (
     UrdfJoint as UrdfJoint,
     UrdfTree,
     Visual as Visual,
+    has_quaternions as has_quaternions,
 )
 
 __all__ = [

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf.tree import UrdfJoint
+from nao_kin.robot.urdf.tree import Origin, UrdfJoint
 
 # Number of joints of a chain of mimics that a note names.
 _MAX_NAMED = 8
@@ -20,7 +20,10 @@ class Refused(Exception):
 
 
 def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[str, UrdfJoint]:
-    """Return the joints with direct mimics: a follows b follows c becomes a follows c."""
+    """Return the joints with direct mimics: a follows b follows c becomes a follows c.
+
+    A joint that follows a fixed one, which is at zero, becomes fixed at its offset.
+    """
     direct: dict[str, Mimic] = {}
     for name in joints:
         chain, end = dict[str, Mimic](), name
@@ -32,13 +35,19 @@ def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[st
                 circle = abbreviated(" → ".join([*chain, mimic.joint]))
                 raise Refused(f"joints follow each other in a circle: {circle}")
             end = mimic.joint
-        if chain and joints[end].kind == "fixed":
-            raise Refused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
         for follower, mimic in reversed(chain.items()):
             direct[follower] = mimic.through(direct[mimic.joint]) if mimic.joint in direct else mimic
-    resolved = {name: replace(joint, mimic=direct.get(name)) for name, joint in joints.items()}
+    resolved = {}
     for name, joint in joints.items():
-        if joint.mimic is not None and joint.mimic.joint in direct:
+        mimic = direct.get(name)
+        resolved[name] = replace(joint, mimic=mimic)
+        if mimic is not None and joints[mimic.joint].kind == "fixed":
+            place = Origin.of(joint.origin.matrix @ joint.travel(mimic.offset))
+            resolved[name] = UrdfJoint(name, "fixed", joint.parent, joint.child, place)
+            notes.append(
+                f"joint {quoted(name)} follows {quoted(mimic.joint)}, which is fixed: fixed at {mimic.offset:g}"
+            )
+        elif joint.mimic is not None and joint.mimic.joint in direct:
             path = ", which follows ".join(map(quoted, itertools.islice(_drivers(joints, joint.mimic), _MAX_NAMED)))
             notes.append(f"joint {quoted(name)} follows {path}: made to follow {quoted(direct[name].joint)} directly")
     return resolved

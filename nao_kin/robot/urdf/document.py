@@ -1,4 +1,4 @@
-"""The XML of a URDF in practice: undeclared namespaces, leftovers of xacro, blank lines at the beginning."""
+"""The XML of a URDF in practice: undeclared namespaces, leftovers of xacro, comments before the declaration."""
 
 from __future__ import annotations
 
@@ -26,8 +26,11 @@ from nao_kin.errors import BadArgument, BadInputFile, BadModel
 _DEFINITIONS = ("property", "arg", "include")
 # The expressions of xacro; other programs also use $(…), but with other names.
 _EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
-# Blank lines, and a byte order mark, before the text.
-_BLANK = re.compile(rb"\A[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
+# A byte order mark and blank lines before the text, and comments and instructions before an XML declaration.
+_BEFORE = re.compile(
+    rb"\A[ \t\r\n]*(?:\xef\xbb\xbf)?"
+    rb"(?:(?:[ \t\r\n]|<!--[^-]*(?:-(?!->)[^-]*)*-->|<\?(?!xml\s)[^?]*(?:\?(?!>)[^?]*)*\?>)*(?=<\?xml\s)|[ \t\r\n]*)"
+)
 
 
 # A function that expands a xacro source; it takes a description of the source for messages, and returns the URDF.
@@ -39,9 +42,9 @@ def read_document(
 ) -> tuple[ET.Element, str]:
     """Return the root element of an XML file without the elements of xacro, and the expanded text of a xacro source.
 
-    Prefixes need not be bound and belong to the name; a namespace declaration is an ordinary attribute; blank lines may
-    precede the XML declaration. `expand` takes a description of a xacro source for messages, and returns its URDF; None
-    if sources cannot be expanded. With `always`, it is called for any file that mentions xacro.
+    Prefixes need not be bound and belong to the name; a namespace declaration is an ordinary attribute; blank lines and
+    comments may precede the XML declaration. `expand` takes a description of a xacro source for messages, and returns
+    its URDF; None if sources cannot be expanded. With `always`, it is called for any file that mentions xacro.
     """
     document = _document(path, content)
     if b"xacro" not in content and b"${" not in content and b"$(" not in content:
@@ -75,6 +78,11 @@ class _RootOnly(ET.TreeBuilder):
         raise _RootFound(tag)
 
 
+def xml_text(content: bytes) -> bytes:
+    """Return the content of an XML file from its declaration, or its first comment or element, on."""
+    return _BEFORE.sub(b"", content, count=1)
+
+
 def finite_numbers(text: str) -> list[float]:
     """Return the numbers in a text; an empty list if one of its words is not a finite number."""
     try:
@@ -104,7 +112,7 @@ def _document(path: Path | str, content: bytes, builder: ET.TreeBuilder | None =
     parser.buffer_text = True
     parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
     parser.CharacterDataHandler = builder.data
-    text = _BLANK.sub(b"", content, count=1)
+    text = xml_text(content)
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
@@ -359,7 +367,7 @@ def expand_xacro(
     try:
         with _EXPANDING, _found_by(packages), contextlib.redirect_stderr(warnings):
             xacro.init_stacks(str(path.absolute()))
-            document = xacro.parse(io.BytesIO(content.lstrip()))
+            document = xacro.parse(io.BytesIO(xml_text(content)))
             xacro.process_doc(document, mappings=xacro_values(arguments))
             expanded: bytes = document.toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # its expressions may raise anything

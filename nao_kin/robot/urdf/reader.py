@@ -29,7 +29,19 @@ from nao_kin.robot.urdf.document import (
     xacro_values,
 )
 from nao_kin.robot.urdf.mjcf.reader import read_mjcf
-from nao_kin.robot.urdf.tree import TENSOR_LABELS, Inertial, Origin, UrdfJoint, UrdfTree, read_shapes, rename_links
+from nao_kin.robot.urdf.notes import notes_on_elements, notes_on_numbers, notes_on_shapes
+from nao_kin.robot.urdf.tree import (
+    TENSOR_LABELS,
+    Inertial,
+    Origin,
+    UnreadableShape,
+    UrdfJoint,
+    UrdfTree,
+    has_quaternions,
+    read_origin,
+    read_shapes,
+    rename_links,
+)
 
 # The owner of an attribute, for messages: "joint" or "link", and its name.
 Owner = tuple[str, str]
@@ -78,6 +90,7 @@ def read_urdf(
 class _UrdfReader:
     def __init__(self, document: ET.Element, path: Path, folders: tuple[Path, ...], notes: list[str]) -> None:
         self.document, self.path, self.folders, self.notes = document, path, folders, notes
+        self.quaternions = has_quaternions(document)
 
     def tree(self) -> UrdfTree:
         if self.document.tag != "robot":
@@ -89,20 +102,24 @@ class _UrdfReader:
         joints = {name: self._joint(name, element, renamed) for name, element in joint_elements.items()}
         root = self._base(self._root(list(links), joints.values()), links, joints)
         joints = resolve_chains(joints, self.notes)
-        order = share_limits(drive_order(joints, root, self.notes), self.notes)
+        given = drive_order(joints, root, self.notes)
+        order = share_limits(given, self.notes)
         found = {name: self._inertial(element) for name, element in links.items()}
+        inertials = {name: inertial for name, inertial in found.items() if inertial is not None}
+        shapes = read_shapes(self.document, links)
         self._note_missing_meshes()
+        self.notes += [*notes_on_elements(self.document), *notes_on_numbers(given, inertials), *notes_on_shapes(shapes)]
         return UrdfTree(
             path=self.path,
             name=self.document.get("name", "robot"),
             root=root,
             links=tuple(links),
-            inertials={name: inertial for name, inertial in found.items() if inertial is not None},
+            inertials=inertials,
             joints=tuple(order),
             shared_names=renamed,
             notes=tuple(self.notes),
             package_dirs=self.folders,
-            **read_shapes(self.document, links),
+            **shapes,
         )
 
     def _unique(self, tag: str) -> dict[str, ET.Element]:
@@ -174,7 +191,10 @@ class _UrdfReader:
 
     def _axis(self, joint: str, element: ET.Element | None) -> Vector:
         text = "1 0 0" if element is None else element.get("xyz", "1 0 0")
-        x, y, z = self._three(("joint", joint), "axis", text)
+        numbers = finite_numbers(text)
+        if len(numbers) != 3:
+            raise Refused(f"joint {quoted(joint)} has axis {quoted(text)}, expected three numbers")
+        x, y, z = numbers
         length = math.hypot(x, y, z)
         if not 1e-9 < length < 1e9:
             raise Refused(f"joint {quoted(joint)} has axis {quoted(text)}, which has no direction")
@@ -200,16 +220,10 @@ class _UrdfReader:
         return Inertial(value, self._origin(owner, element.find("origin")), (xx, xy, xz, yy, yz, zz))
 
     def _origin(self, owner: Owner, element: ET.Element | None) -> Origin:
-        if element is None:
-            return Origin()
-        xyz, rpy = element.get("xyz", "0 0 0"), element.get("rpy", "0 0 0")
-        return Origin(self._three(owner, "origin xyz", xyz), self._three(owner, "origin rpy", rpy))
-
-    def _three(self, owner: Owner, what: str, text: str) -> Vector:
-        numbers = finite_numbers(text)
-        if len(numbers) != 3:
-            raise Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers")
-        return numbers[0], numbers[1], numbers[2]
+        try:
+            return read_origin(element, self.quaternions)
+        except UnreadableShape as reason:
+            raise Refused(f"{_name(owner)}: {reason}") from None
 
     def _number(self, owner: Owner, element: ET.Element, attribute: str, default: float) -> float:
         text = element.get(attribute)

@@ -28,7 +28,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
     semantics = Semantics(
         chains=reader.chains(),
         end_effectors=tuple(dict.fromkeys(end for end in ends if end in tree.links)),
-        postures=_postures(document, tree, reader.missing),
+        postures=_postures(document, tree, reader.missing, Path(path).name, notes),
         disabled_collisions=tuple(_disabled(document, reader, tree.links)),
     )
     missing = dict.fromkeys([*reader.missing, *(end for end in ends if end not in tree.links)])
@@ -106,24 +106,30 @@ def _disabled(document: ET.Element, reader: _Groups, links: Collection[str]) -> 
             yield pair[0], pair[1], element.get("reason", "")
 
 
-def _postures(document: ET.Element, tree: UrdfTree, missing: list[str]) -> dict[str, Posture]:
+def _postures(
+    document: ET.Element, tree: UrdfTree, missing: list[str], file: str, notes: list[str]
+) -> dict[str, Posture]:
+    """Return the group states; one with a value that is no number is left out, as are values of fixed joints."""
     moving = {joint.name: joint for joint in tree.moving_joints}
     angles: dict[str, dict[str, float]] = {}
+    wrong, fixed, still = dict[str, str](), dict[str, None](), tree.fixed_joints
     for state in document.findall("group_state"):
         values = angles.setdefault(state.get("name", ""), {})
         for element in state.findall("joint"):
-            name = element.get("name", "")
-            if name in moving:
-                value = _value(element.get("value", ""))
-                if value is None:
-                    raise BadModel(
-                        f"group state {quoted(state.get('name', ''))}: {quoted(name)} is "
-                        f"{quoted(element.get('value', ''))}, expected a number"
-                    )
+            name, text = element.get("name", ""), element.get("value", "")
+            value = _value(text)
+            if name in moving and value is not None:
                 values[name] = value
-            elif len(element.get("value", "").split()) == 1:
+            elif name in moving:
+                wrong[state.get("name", "")] = f"{quoted(name)} is {quoted(text)}, expected a number"
+            elif name in still:
+                fixed |= {name: None} if value else {}
+            elif len(text.split()) == 1:
                 missing.append(name)
-    return {name: Posture(values) for name, values in angles.items() if values}
+    notes += [f"group state {quoted(name)} of {file} is left out: {reason}" for name, reason in wrong.items()]
+    if fixed:
+        notes.append(f"{file} gives values to {len(fixed)} fixed joints: {abbreviated(', '.join(fixed), 100)}")
+    return {name: Posture(values) for name, values in angles.items() if values and name not in wrong}
 
 
 def _value(text: str) -> float | None:

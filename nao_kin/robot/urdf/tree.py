@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats, Vector, join_poses
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.document import Packages, finite_numbers
-from nao_kin.rotations import exp, matrix_from_rpy, rpy_from_matrix
+from nao_kin.rotations import exp, matrix_from_quat, matrix_from_rpy, quat_from_xyzw, rpy_from_matrix
 
 # --- The `<visual>` and `<collision>` elements of a URDF: pose, shape and colour.
 
@@ -126,11 +126,14 @@ class Collision:
     name: str = ""
 
 
+# An origin farther away is an error of the file, and would lose the digits of a millimetre [m].
+_FARTHEST = 1e6
 _LEFT_OUT = {"visual": "a visual of {} is not shown", "collision": "a collision shape of {} is left out"}
 
 
 def read_shapes(document: ET.Element, links: Mapping[str, ET.Element]) -> dict[str, Any]:
     """Return the visuals, the collision shapes and the notes on unreadable shapes, by the fields of `UrdfTree`."""
+    quaternions = has_quaternions(document)
     colours = {material.get("name", ""): rgba for material in document.findall("material") if (rgba := _rgba(material))}
     found = {field: list[Any]() for tag in _LEFT_OUT for field in (f"{tag}s", f"{tag}_notes")}
     for link, element in links.items():
@@ -138,27 +141,64 @@ def read_shapes(document: ET.Element, links: Mapping[str, ET.Element]) -> dict[s
             if part.tag not in _LEFT_OUT:
                 continue
             try:
+                placed, own = _placed(part, quaternions), part.get("name", "")
                 if part.tag == "collision":
-                    found["collisions"].append(Collision(link, *_placed(part), part.get("name", "")))
+                    found["collisions"] += [Collision(link, *shape, own) for shape in placed]
                 else:
                     material = part.find("material")
                     name = "" if material is None else material.get("name", "")
                     rgba = None if material is None else _rgba(material) or colours.get(name)
-                    found["visuals"].append(Visual(link, *_placed(part), name, rgba, part.get("name", "")))
+                    found["visuals"] += [Visual(link, *shape, name, rgba, own) for shape in placed]
             except UnreadableShape as reason:
                 found[f"{part.tag}_notes"].append(f"{_LEFT_OUT[part.tag].format(abbreviated(link))}: {reason}")
     return {field: tuple(values) for field, values in found.items()}
 
 
-def _placed(element: ET.Element) -> tuple[Origin, Geometry]:
-    """Return the pose and the geometry of a visual or a collision."""
+def has_quaternions(document: ET.Element) -> bool:
+    """Return whether the `<robot>` is of a version of URDF, 1.1 or later, in which an origin may be a quaternion."""
+    return finite_numbers(document.get("version", "1.0").replace(".", " ")) >= [1, 1]
+
+
+def read_origin(element: ET.Element | None, quaternions: bool) -> Origin:
+    """Return the pose of an `<origin>`; its quat_xyzw, of any length, counts only if the file has `quaternions`."""
+    if element is None:
+        return Origin()
+    xyz = _vector(element, "xyz", "0 0 0")
+    if max(map(abs, xyz)) > _FARTHEST:
+        raise UnreadableShape(f"origin has xyz {quoted(element.get('xyz'))}, farther than {_FARTHEST:g} m")
+    if not quaternions or element.get("quat_xyzw") is None:
+        return Origin(xyz, _vector(element, "rpy", "0 0 0"))
+    if element.get("rpy") is not None:
+        raise UnreadableShape("origin has both rpy and quat_xyzw")
+    xyzw = _numbers(element, "quat_xyzw", 4)
+    length = math.hypot(*xyzw)
+    if not 1e-9 < length < 1e9:
+        raise UnreadableShape(f"origin has quat_xyzw {quoted(element.get('quat_xyzw'))}, which is no rotation")
+    R = matrix_from_quat(quat_from_xyzw(np.array(xyzw) / length))
+    return Origin.of(join_poses(R, np.array(xyz)))
+
+
+def _placed(element: ET.Element, quaternions: bool) -> list[tuple[Origin, Geometry]]:
+    """Return the pose and the geometry of the shapes that make a visual or a collision: three for a capsule."""
     geometry = element.find("geometry")
     shape = next(iter(geometry), None) if geometry is not None else None
     if shape is None:
         raise UnreadableShape("no geometry")
-    origin = element.find("origin")
-    place = Origin() if origin is None else Origin(_vector(origin, "xyz", "0 0 0"), _vector(origin, "rpy", "0 0 0"))
-    return place, _geometry(shape)
+    place = read_origin(element.find("origin"), quaternions)
+    if shape.tag != "capsule":
+        return [(place, _geometry(shape))]
+    radius, length = (_numbers(shape, size, 1)[0] for size in ("radius", "length"))
+    if not (radius > 0.0 and length >= 0.0):
+        raise UnreadableShape(f"capsule has radius {radius:g} and length {length:g}")
+    return [(Origin.of(T), part) for T, part in capsule_parts(place.matrix, radius, length)]
+
+
+def capsule_parts(T_link_capsule: Floats, radius: float, length: float) -> Iterator[tuple[Floats, Geometry]]:
+    """Yield the shapes that make a capsule about z, with their poses: a cylinder, and a sphere at each of its ends."""
+    if length:
+        yield T_link_capsule, Cylinder(radius, length)
+    for end in (0.5 * length, -0.5 * length) if length else (0.0,):
+        yield T_link_capsule @ join_poses(np.eye(3), np.array([0.0, 0.0, end])), Sphere(radius)
 
 
 def _geometry(shape: ET.Element) -> Geometry:
@@ -337,6 +377,11 @@ class UrdfTree:
     def moving_joints(self) -> tuple[UrdfJoint, ...]:
         """The joints that are not fixed."""
         return tuple([joint for joint in self.joints if joint.kind != "fixed"])
+
+    @property
+    def fixed_joints(self) -> frozenset[str]:
+        """The names of the joints that cannot move."""
+        return frozenset([joint.name for joint in self.joints if joint.kind == "fixed"])
 
     @property
     def mimics(self) -> dict[str, Mimic]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from nao_kin._core.text import fresh_name, with_underscores
 from nao_kin.errors import BadModel
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf import Box, Collision, Origin, UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import TENSOR_LABELS, Box, Collision, Origin, UrdfJoint, UrdfTree
 from nao_kin.robot.urdf.reader import read_urdf
 
 
@@ -102,6 +103,72 @@ def test_a_mesh_of_a_package_is_found_from_a_folder_inside_of_it(tmp_path: Path,
     assert _read(tmp_path / "shapes" / "urdf", mesh, links="").notes == ()
     (note,) = _read(tmp_path / "shapes" / "urdf", mesh.replace("a.stl", "b.stl"), links="").notes
     assert note == f"1 of 1 mesh files are missing, first '{scheme}shapes/b.stl'"
+
+
+@pytest.mark.parametrize(
+    ("elements", "kinds"),
+    [
+        ('<loop_joint name="k" type="spherical"><link1 link="a"/><link2 link="b"/></loop_joint>', "1 .*: <loop_joint>"),
+        ("<gazebo><joint name='k' type='revolute'/></gazebo><gazebo/><gazebo reference='a'><mu1/></gazebo>",
+         "1 .*: <gazebo><joint>"),
+        ("<drake:ball_constraint/><drake:linear_bushing_rpy/><drake:ball_constraint/>",
+         "3 .*: <drake:ball_constraint>, <drake:linear_bushing_rpy>"),
+    ],
+)  # fmt: skip
+def test_a_loop_that_stays_open_is_said(tmp_path: Path, elements: str, kinds: str) -> None:
+    joints = _joint("A", "base", "a"), _joint("B", "base", "b"), "<transmission/><gazebo><plugin/></gazebo>"
+    assert _read(tmp_path, *joints, links="base a b").notes == ()
+    (note,) = _read(tmp_path, *joints, elements, links="base a b").notes
+    assert re.fullmatch(kinds.replace(".*", "elements that close loops are left out, and the loops stay open"), note)
+
+
+def _limited(lower: float, upper: float, effort: float = 3.0, kind: str = "revolute") -> str:
+    limit = f'<limit lower="{lower}" upper="{upper}" velocity="2" effort="{effort}"/>'
+    return _joint("A", "base", "a", limit).replace('"revolute"', f'"{kind}"')
+
+
+@pytest.mark.parametrize(
+    ("joint", "note"),
+    [
+        (_limited(-1, 1, effort=0.0), "joint 'A' has an effort limit of 0"),
+        (_limited(0, 0), "joint 'A' has lower and upper limits of 0, and cannot move"),
+        (_limited(-90, 90), "joint 'A' has limits that seem to be in degrees"),
+        (_limited(0, 180), "joint 'A' has limits that seem to be in degrees"),
+        (_limited(0, 90, kind="prismatic"), None),
+        (_limited(-6.3, 6.3), None),  # a UR10
+        (_limited(-1e16, 1e16), None),  # a rotor of Iris: unlimited
+        (_limited(-0.5, 0), None),
+    ],
+)
+def test_limits_that_no_robot_has_are_said(tmp_path: Path, joint: str, note: str | None) -> None:
+    tree = _read(tmp_path, joint, links="base a")
+    assert tree.notes == ((note,) if note else ())
+
+
+def test_the_joints_of_one_note_are_counted(tmp_path: Path) -> None:
+    tree = _read(tmp_path, _limited(0, 0), _limited(0, 0).replace('"A"', '"B"').replace('"a"', '"b"'), links="base a b")
+    assert tree.notes == ("2 joints ('A', 'B') have lower and upper limits of 0, and cannot move",)
+
+
+@pytest.mark.parametrize(
+    ("mass", "tensor", "possible"),
+    [
+        (1.0, (1.0, 0.0, 0.0, 1.0, 0.0, 2.0), True),  # a flat disc, the limit of the triangle inequality
+        (1.0, (1.0, 0.0, 0.0, 1.0, 0.0, 2.01), False),
+        (1.0, (1.0, 0.9, 0.0, 1.0, 0.0, 1.0), False),  # principal moments 0.1, 1 and 1.9
+        (1.0, (-1.0, 0.0, 0.0, 1.0, 0.0, 1.0), False),
+        (1.0, (-1.0, 0.0, 0.0, -1.0, 0.0, -1.0), False),
+        (1.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), True),  # a point
+        (1e-6, (1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6), True),  # a placeholder, as in several quadrupeds
+    ],
+)
+def test_a_tensor_that_no_body_has_is_said(
+    tmp_path: Path, mass: float, tensor: tuple[float, ...], possible: bool
+) -> None:
+    values = " ".join(f'{name}="{value!r}"' for name, value in zip(TENSOR_LABELS, tensor, strict=True))
+    body = f'<link name="d"><inertial><mass value="{mass!r}"/><inertia {values}/></inertial></link>'
+    notes = () if possible else ("link 'd' has an inertia tensor that no body has",)
+    assert _read(tmp_path, body, links="").notes == notes
 
 
 # --- couplings --------------------------------------------------------------------------------------------------------

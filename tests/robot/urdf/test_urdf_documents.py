@@ -129,6 +129,9 @@ def test_an_expression_that_no_element_uses_keeps_nothing_from_loading(tmp_path:
         f'<?xml version="1.0" encoding="latin-1"?><robot name="r">{FIXED}<!-- é --></robot>'.encode("latin-1"),
         b"\xef\xbb\xbf" + f'<robot name="r">{FIXED}</robot>'.encode(),
         b"\xef\xbb\xbf\n\n" + f'<?xml version="1.0"?><robot name="r">{FIXED}</robot>'.encode(),
+        f'<!-- a licence -- <?xml -->\n<!---->\n<?xml version="1.0"?>\n<robot name="r">{FIXED}</robot>',
+        f'<?xml-model href="urdf.xsd"?>\n <!-- a -> b? --> <?x?>\n<?xml version="1.0"?><robot name="r">{FIXED}</robot>',
+        f'<!-- no declaration --><?x?><robot name="r">{FIXED}</robot>',
     ],
     ids=[
         "blank lines",
@@ -137,16 +140,28 @@ def test_an_expression_that_no_element_uses_keeps_nothing_from_loading(tmp_path:
         "latin-1",
         "byte order mark",
         "byte order mark, blank lines",
+        "comments before the declaration",
+        "instructions before the declaration",
+        "comment and no declaration",
     ],
 )
 def test_what_strict_xml_refuses_and_everybody_reads_is_read(tmp_path: Path, text: str | bytes) -> None:
     robot = _load(tmp_path, text)
     assert (robot.link_names, robot.load_notes) == (("a", "b"), ())
+    report = nk.crosscheck.run(robot, 2)
+    assert report.ok, report.failures
 
 
-def test_the_line_of_a_mistake_counts_the_blank_ones_before(tmp_path: Path) -> None:
+@pytest.mark.parametrize("before", ["\n\n", "<!-- two\nlines -->\n"])
+def test_the_line_of_a_mistake_counts_those_before_the_declaration(tmp_path: Path, before: str) -> None:
     with pytest.raises(BadModel, match=r"line 4, column \d+: not well-formed XML \(mismatched tag\)"):
-        _load(tmp_path, '\n\n<?xml version="1.0"?>\n<robot><link name="a"></robot>')
+        _load(tmp_path, before + '<?xml version="1.0"?>\n<robot><link name="a"></robot>')
+
+
+def test_a_declaration_after_other_text_is_refused(tmp_path: Path) -> None:
+    for before in ("text", "<!-- not closed", "<!-- a --> text"):
+        with pytest.raises(BadModel, match="not well-formed XML"):
+            _load(tmp_path, f'{before}<?xml version="1.0"?><robot name="r">{FIXED}</robot>')
 
 
 def test_a_chain_of_thousands_of_fixed_links_loads(tmp_path: Path) -> None:

@@ -44,6 +44,13 @@ def test_a_source_is_read_as_what_it_becomes(source: Path) -> None:
     assert "l_arm" in robot.tree.expanded
 
 
+def test_a_comment_may_precede_the_declaration_of_a_source(source: Path) -> None:
+    source.write_text(f'<!-- a licence -->\n<?xml version="1.0"?>\n{source.read_text()}')
+    robot = nk.RobotModel.from_urdf(source)
+    assert robot.joint_names == ("l_j", "r_j")
+    assert nk.crosscheck.run(robot, 2).ok
+
+
 def test_arguments_reach_the_source(source: Path) -> None:
     robot = nk.RobotModel.from_file(source, xacro_arguments={"length": 0.5})
     assert robot.position(robot.neutral(), "r_arm").tolist() == [0.25, 0.0, 0.0]

@@ -23,8 +23,19 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import mujoco_warnings, need_extra
 from nao_kin.errors import BadModel
 from nao_kin.robot.urdf.document import Packages
-from nao_kin.robot.urdf.mjcf.joints import pose, translation
-from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual
+from nao_kin.robot.urdf.mjcf.joints import pose
+from nao_kin.robot.urdf.tree import (
+    Box,
+    Collision,
+    Cylinder,
+    Geometry,
+    MeshFile,
+    Origin,
+    Rgba,
+    Sphere,
+    Visual,
+    capsule_parts,
+)
 
 # --- The mesh files of an MJCF.
 
@@ -354,9 +365,7 @@ class Shapes:
         elif kind == _BOX:
             yield T_link_geom, Box((2.0 * a, 2.0 * b, 2.0 * c))
         elif kind == _CAPSULE:
-            yield T_link_geom, Cylinder(a, 2.0 * b)
-            for end in (b, -b):
-                yield T_link_geom @ translation(np.array([0.0, 0.0, end])), Sphere(a)
+            yield from capsule_parts(T_link_geom, a, 2.0 * b)
 
     def _mesh(self, geom: int, T_link_geom: Floats) -> Iterator[tuple[Floats, Geometry]]:
         asset = self._compiled.meshes[geom]
