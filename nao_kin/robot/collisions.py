@@ -23,7 +23,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
 from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, warn_of_shapes
-from nao_kin.robot.separation import covering_capsule
+from nao_kin.robot.separation import Capsules, covering_capsule
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ class LinkShapes:
         ends, width = np.array([ends for ends, _ in around]), radius + np.array([width for _, width in around])
         points = np.concatenate([shape.points for shape in self.shapes])
         self._table = HullTable(link, first, points, radius, ends.reshape(-1, 6), width)
-        self.capsules: dict[str, list[tuple[Floats, float]]] = {link: [] for link in self.links}
+        self.capsules: Capsules = {link: [] for link in self.links}
         for shape, segment, size in zip(self.shapes, ends, width.tolist(), strict=True):
             self.capsules[shape.link].append((segment, size))
         self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))

@@ -42,7 +42,7 @@ class LinkContacts:
         self.notes: list[str] = []
         self._shapes: dict[str, list[int]] = defaultdict(list)
         self._geometries: list[Any] = []
-        self.capsules: dict[str, list[tuple[Floats, float]]] = defaultdict(list)
+        self.capsules: Capsules = defaultdict(list)
         owners, placements = [], []
         packages = tree.packages
         caps = {cap for both in capsules(tree.collisions).values() for cap in both}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
 # Link → capsules that contain its shapes, in its frame: the ends (2, 3) and the radius of each [m].
-Capsules = Mapping[str, Sequence[tuple[Floats, float]]]
+Capsules = dict[str, list[tuple[Floats, float]]]
 # Boxes examined at once, and corners of the first box examined before them.
 _AT_ONCE, _CORNERS = 1024, 200
 # Capsules nearer than this are not proven apart [m].
