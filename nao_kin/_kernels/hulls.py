@@ -81,8 +81,8 @@ def _clipped(x: Any) -> Any:
 
 
 @both_ways
-def segments_squared(r: Components, u: Components, v: Components) -> Any:
-    """Return the squared distance of two segments, the least |r + s u − t v|² for s and t in [−1, 1].
+def between_segments(r: Components, u: Components, v: Components) -> Components:
+    """Return the shortest vector from the second of two segments to the first, r + s u − t v with s and t in [−1, 1].
 
     r goes from the second centre to the first; u and v go from the centres to an end. Segments may be points, or
     parallel.
@@ -92,7 +92,13 @@ def segments_squared(r: Components, u: Components, v: Components) -> Any:
     s = _clipped((b * f - c * e) / np.maximum(a * e - b * b, 1e-40))
     t = _clipped((f + s * b) / np.maximum(e, 1e-40))
     s = _clipped((t * b - c) / np.maximum(a, 1e-40))
-    between = _plus(_plus(r, s, u), -t, v)
+    return _plus(_plus(r, s, u), -t, v)
+
+
+@both_ways
+def segments_squared(r: Components, u: Components, v: Components) -> Any:
+    """Return the squared distance of two segments, given as for `between_segments`."""
+    between = between_segments(r, u, v)
     return _dot(between, between)
 
 

@@ -29,7 +29,7 @@ class ExportOptions:
     typed: bool | None = flag("Merge three joints with one centre into a spherical joint.", default=None)
     axes: str | None = option("HOW", "Joint axes: published, or aligned (without oblique axes).")
     base: str | None = option("HOW", "The root: floating or fixed.")
-    samples: int | None = option("N", "srdf, ros2: number of random configurations that are checked for contacts.")
+    samples: int | None = option("N", "srdf, ros2: largest number of configurations examined for each pair of links.")
     seed: int | None = option("N", "srdf, ros2: seed of these configurations.")
     package: str | None = option("NAME", "ros2: name of the package.")
     package_version: str | None = option("X.Y.Z", "ros2: version of the package.")

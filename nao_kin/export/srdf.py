@@ -185,8 +185,8 @@ def srdf(
     Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves a
     gripper has a second group without that joint, which ends in the frame of the end effector. Postures are group
     states without mimic joints, which are passive joints. A pair of links is not checked if the two are adjacent, touch
-    in the start posture, touch in more than 95 % of the tested configurations, or in none of them. A robot without
-    chains has one group of all its joints; without collision shapes no check is skipped.
+    in the start posture, touch in more than 95 % of random configurations, or are proven to touch nowhere within the
+    joint limits. A robot without chains has one group of all its joints; without collision shapes no check is skipped.
 
     Args:
         robot: any robot.
@@ -196,7 +196,8 @@ def srdf(
         coupling: "mimic", "locked" or "independent", as in that URDF.
         base: how the root link is attached to the frame "world": "fixed", "floating" or "planar"; None for the base of
             the loaded robot.
-        samples: number of configurations tested for contacts.
+        samples: largest number of configurations that the proof for a pair of links examines; the first 1000 random
+            ones are also tested for contacts.
         seed: seed of the random configurations; the same seed gives the same file.
         overwrite: replace an existing file.
 
@@ -294,7 +295,7 @@ def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int
     counts = ", ".join(f"{count} {reason}" for reason, count in sorted(Counter(reasons.values()).items()))
     return (
         f"{len(reasons)} of {len(contacts.pairs)} pairs of links with collision shapes are not checked "
-        f"({counts}; {samples} configurations tried)"
+        f"({counts}; at most {samples} configurations examined for each pair)"
     )
 
 

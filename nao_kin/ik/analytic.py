@@ -33,7 +33,7 @@ from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Rea
 from nao_kin.ik.targets import Limits, as_options, rigid_poses
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
-from nao_kin.rotations import rot_z
+from nao_kin.rotations import exp, rot_z
 
 Rows = NDArray[np.intp]
 
@@ -47,8 +47,10 @@ _BLOCK, _FEW = 2048, 200
 # Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
 # square roots have half the digits.
 _PRECISE, _REFINED = 1e-13, 1e-3
-# Angles [rad] up to which two answers are one, and two members of families.
-_SAME, _SAME_MEMBER = 1e-6, 1e-4
+# Angles [rad] up to which two answers are one, and two members of families; up to which a search would find the same.
+_SAME, _SAME_MEMBER, _NEAR = 1e-6, 1e-4, 1e-2
+# A pose beside a target [m, rad], in the target's frame.
+_BESIDE = join_poses(exp(np.array([0.6, -1.1, 0.8]) * 1e-4), np.array([-0.7, 0.5, 0.9]) * 1e-4)
 # Joints with a range of more turns get their whole turns from the reference.
 _TURNS = 3.0
 # Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
@@ -93,7 +95,7 @@ def analytic(
         root: the frame in which targets are given, and from which the chain begins; None for the torso, the root of the
             robot's semantics, or else the root link.
         locked: joint name → value of joints of the chain that stay there [rad, m]: a chain of seven joints has a closed
-            form if the right one is locked.
+            form if the right one is locked; the error without it names these joints.
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and its values of other joints are used. None for all joints at zero, or at the limit
             nearest to it.
@@ -105,8 +107,10 @@ def analytic(
         collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
-        All branches inside the limits. Where the axes are dependent, infinitely many solutions may form a family
-        (`SINGULAR`): it is listed by the members nearest to the reference that a search finds.
+        All branches inside the limits. At a singularity EAIK misses some of them: searches from its answers for poses
+        beside the target find these, and `notes` says for how many targets. The reference is listed if it is a
+        solution. Where the axes are dependent, infinitely many solutions may form a family (`SINGULAR`): it is listed
+        by the members nearest to the reference that a search finds.
 
     Raises:
         MissingExtra: EAIK is not installed.
@@ -215,6 +219,9 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
         raise BadArgument(f"no joint moves {quoted(frame)} in {quoted(base)}")
     if len(names) > _MOST_JOINTS:
         lock = f"lock {len(names) - _MOST_JOINTS} of {', '.join(names)} with locked={{…}}"
+        if len(names) == _MOST_JOINTS + 1:
+            fit = [name for name in names if _fits(robot, frame, base, held, name)]
+            lock = f"lock {' or '.join(fit)} with locked={{…}}" if fit else "none has a closed form if one is locked"
         raise error(f"{len(names)} joints, and EAIK solves {_MOST_JOINTS}; {lock}")
     placed = np.array(links)
     axes, points, ends = _axes(placed, np.zeros((1, len(names))))
@@ -253,6 +260,17 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
         LimitRegion(robot, joints),
         LimitRegion(robot, joints, enforced=False),
     )
+
+
+def _fits(robot: RobotModel, frame: str, base: str, held: Mapping[str, float], name: str) -> bool:
+    """Return whether a chain has a closed form if one more joint is locked, at a value that is nothing special."""
+    place = robot.joint_names.index(name)
+    value = 0.37 * max(float(robot.lower[place]), -math.pi) + 0.63 * min(float(robot.upper[place]), math.pi)
+    try:
+        _limb_of(robot, frame, base, {**held, name: value})
+    except BadArgument:
+        return False
+    return True
 
 
 def _for_eaik(poses: Floats, turn: Floats) -> Floats:
@@ -337,6 +355,7 @@ class _Solved(NamedTuple):
 _COUNTED = (
     "answers of EAIK that are wrong are left out: {}",
     "{} of {} targets were reached by a search only, not by an answer of EAIK",
+    "{} of {} targets have solutions that EAIK misses, found by searches from its answers for poses beside the targets",
     "{} of {} targets are not reached, and have least-squares answers of EAIK only",
 )
 
@@ -365,9 +384,13 @@ class _Problem:
         exact = self._is_exact(given)
         # A search tells whether EAIK missed the solutions of targets for which it has none.
         missed = ~given.where(exact).of(n)
-        found = self._descended(limb.free, self._starts(given, missed), _PRECISE)
-        found = found.where(self._is_exact(found))
-        solutions = self._with_members(self._distinct(_together(given.where(exact), found)))
+        beside = self._beside(given, exact)
+        found = self._descended(limb.free, _together(self._starts(given, missed), beside), _PRECISE)
+        found, itself = (each.where(self._is_exact(each)) for each in (found, self._verified(np.arange(n), self.near)))
+        given_ones = self._distinct(given.where(exact))
+        solutions = self._distinct(_together(given_ones, found))
+        more = np.bincount(solutions.owner, minlength=n) > np.bincount(given_ones.owner, minlength=n)
+        solutions = self._with_members(self._distinct(_together(itself, solutions)))
         turned, _ = self._turned(solutions)
         outside = limb.limited.worst(self._values(turned))
         inside = turned.where(~outside.outside) if self.enforce else turned
@@ -404,8 +427,10 @@ class _Problem:
         near = near.where(np.lexsort((cost, near.owner)))
         near = near.where(_places(near.owner) == 0)
         best[near.owner], residual[near.owner] = near.u, near.errors
-        counted = ~exact & ~least_squares, (missed & found.of(n)) | met.of(n), never & given.where(least_squares).of(n)
-        counts = np.array([np.count_nonzero(each) for each in counted])
+        searched, unreached = (missed & found.of(n)) | met.of(n), never & given.where(least_squares).of(n)
+        counts = np.array(
+            [np.count_nonzero(each) for each in (~exact & ~least_squares, searched, more & ~missed, unreached)]
+        )
         return _Solved(inside, best, reasons, residual, joint, needed, limit, counts)
 
     def _nearest_first(self, answers: _Answers) -> _Answers:
@@ -418,7 +443,16 @@ class _Problem:
 
     def _given(self) -> tuple[_Answers, NDArray[np.bool_]]:
         """Return EAIK's answers, refined if they are nearly solutions, and which of them are least-squares answers."""
-        limb, poses = self.limb, list(_for_eaik(self.targets, self.limb.turn))
+        owner, u, flags = self._asked(self.targets)
+        answers = self._verified(owner, u)
+        worst = answers.errors.max(axis=-1, initial=0.0)
+        rough = np.flatnonzero((worst > _PRECISE) & (worst < _REFINED))
+        answers.replace(rough, self._descended(self.limb.free, answers.where(rough), _PRECISE))
+        return answers, flags
+
+    def _asked(self, targets: Floats) -> tuple[Rows, Floats, NDArray[np.bool_]]:
+        """Return EAIK's answers as indices of targets, coordinates, and whether they are least-squares answers."""
+        limb, poses = self.limb, list(_for_eaik(targets, self.limb.turn))
         if len(poses) < _FEW:
             found = [limb.solver.IK(pose) for pose in poses]
         else:
@@ -427,11 +461,23 @@ class _Problem:
         values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in found if len(answer.Q))])
         flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in found if len(answer.Q))])
         finite = np.isfinite(values).all(axis=-1)
-        answers = self._verified(owner[finite], (values[finite] - limb.offset) / limb.multiplier)
-        worst = answers.errors.max(axis=-1, initial=0.0)
-        rough = np.flatnonzero((worst > _PRECISE) & (worst < _REFINED))
-        answers.replace(rough, self._descended(limb.free, answers.where(rough), _PRECISE))
-        return answers, flags[finite]
+        return owner[finite], (values[finite] - limb.offset) / limb.multiplier, flags[finite]
+
+    def _beside(self, given: _Answers, exact: NDArray[np.bool_]) -> _Answers:
+        """Return EAIK's answers for poses beside the targets of inexact ones, without those near an exact answer.
+
+        At a singularity EAIK has least-squares answers in place of some branches, but beside it none is missing.
+        """
+        rows = np.unique(given.owner[~exact])
+        owner, u, _ = self._asked(self.targets[rows] @ _BESIDE)
+        beside = self._verified(rows[owner], u)
+        beside = beside.where(beside.errors.max(axis=-1, initial=0.0) < _REFINED)
+        beside.families[...] = -1  # to tell them from the exact ones
+        known = given.where(exact & np.isin(given.owner, beside.owner))
+        beside = self._distinct(_together(known, beside), _NEAR)
+        beside = beside.where(beside.families < 0)
+        beside.families[...] = 0
+        return beside
 
     def _q(self, answers: _Answers) -> Floats:
         q: Floats = self.reference[answers.owner]
@@ -472,14 +518,14 @@ class _Problem:
         turns = (u - other) * self.limb.multiplier / (2.0 * math.pi)
         return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
 
-    def _distinct(self, answers: _Answers) -> _Answers:
+    def _distinct(self, answers: _Answers, apart: float = _SAME) -> _Answers:
         """Return answers without those that are another one up to whole turns."""
         place = _places(answers.owner)
         keep = np.ones(len(place), dtype=np.bool_)
         for back in range(1, int(place.max(initial=0)) + 1):
             later = np.flatnonzero(place >= back)
             away = np.abs(self._apart(answers.u[later], answers.u[later - back])).max(axis=-1)
-            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, _SAME)
+            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, apart)
             keep[later[(away < same) & keep[later - back]]] = False
         return answers.where(keep)
 

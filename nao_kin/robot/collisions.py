@@ -23,6 +23,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
 from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, warn_of_shapes
+from nao_kin.robot.separation import Capsules, covering_capsule
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ class Clearance:
 
 # --- The shapes of the links.
 
-# Samples that sort the pairs of a robot whose semantics do not.
+# Random configurations, and boxes in a proof, that sort the pairs of a robot whose semantics do not.
 _SAMPLES = 1000
 _CHUNK = 4096
 # Configurations whose pairs are tested for nearness at once.
@@ -206,21 +207,6 @@ def hulls_in(text: str) -> Iterator[Shape]:
         yield hull_shape(name.split(".")[0], np.array(points, dtype=float))
 
 
-def covering_capsule(points: Floats) -> tuple[Floats, float]:
-    """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
-    if len(points) <= 2:
-        return points[[0, -1]], 0.0
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T[:, ::-1]
-    low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
-    local = points @ axes - (low + high) / 2.0
-    across = np.linalg.norm(local[:, :2], axis=1)
-    radius = float(across.max())
-    # Each point is within the radius of the segment if this reaches so far along the axis.
-    half = max(float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - across**2, 0.0))).max()), 0.0)
-    centre = axes @ (low + high) / 2.0
-    return np.array([centre - half * axes[:, 2], centre + half * axes[:, 2]]), radius
-
-
 class LinkShapes:
     """The shapes of a robot's links, in the links' order, and the distances between the `pairs` that are checked."""
 
@@ -243,6 +229,9 @@ class LinkShapes:
         ends, width = np.array([ends for ends, _ in around]), radius + np.array([width for _, width in around])
         points = np.concatenate([shape.points for shape in self.shapes])
         self._table = HullTable(link, first, points, radius, ends.reshape(-1, 6), width)
+        self.capsules: Capsules = {link: [] for link in self.links}
+        for shape, segment, size in zip(self.shapes, ends, width.tolist(), strict=True):
+            self.capsules[shape.link].append((segment, size))
         self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))
         self.disabled = self._disabled() if disabled is None else disabled
         self.pairs = tuple(pair for pair in self.pairs if pair not in self.disabled)

@@ -970,8 +970,8 @@ class RobotModel:
         The shapes of a NAO are the convex hulls of its meshes. Those of another robot are its collision elements, or
         its visuals if it has none: balls, capsules (a cylinder with a sphere at each end) and the convex hulls of
         boxes, cylinders and meshes. Pairs of links that a joint connects, that always touch or that never touch are
-        left out: the pairs in `semantics.disabled_collisions` (of an SRDF) or, if there are none, those found in 1000
-        random configurations on the first call.
+        left out: the pairs in `semantics.disabled_collisions` (of an SRDF) or, if there are none, those found on the
+        first call by the rules of `nk.export.srdf`.
 
         Args:
             q: configurations, shape (..., nq).

@@ -256,12 +256,11 @@ def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monke
 
 
 def test_the_same_seed_gives_the_same_file(nao: nk.NaoModel) -> None:
-    first, second, other = (srdf_document(nao, samples=300, seed=seed).text for seed in (3, 3, 4))
+    first, second = (srdf_document(nao, samples=300, seed=3).text for _ in range(2))
     assert first == second
-    assert first != other
 
 
-def test_more_samples_never_disable_more_pairs_as_never_touching(nao: nk.NaoModel) -> None:
+def test_a_longer_proof_never_finds_fewer_pairs_that_never_touch(nao: nk.NaoModel) -> None:
     few, many = (
         {
             (e.get("link1"), e.get("link2"))
@@ -270,7 +269,7 @@ def test_more_samples_never_disable_more_pairs_as_never_touching(nao: nk.NaoMode
         }
         for n in (FEW, 20 * FEW)
     )
-    assert many < few
+    assert few < many
 
 
 def _shaped(robot: nk.RobotModel, folder: Path, **shapes: str) -> nk.RobotModel:
@@ -335,18 +334,17 @@ def _before_a_wall(tmp_path: Path, touching_from: float) -> nk.RobotModel:
     return _shaped(robot, tmp_path, base=wall, a_l=_ball(0.01), b_l=_ball(0.05))
 
 
-def test_a_pair_that_touches_in_one_of_the_last_samples_is_checked(tmp_path: Path) -> None:
-    values = _before_a_wall(tmp_path, 0.5).random(0, 3000)[:, 0]
-    first, last = values[:1000].max(), values.max()
-    assert first < last
-    robot = _before_a_wall(tmp_path, (first + last) / 2.0)
-    assert _reasons(robot, samples=1000)[("b_l", "base")] == "Never"
-    assert ("b_l", "base") not in _reasons(robot, samples=3000)
+@pytest.mark.parametrize(("gap", "reason"), [(-1e-4, None), (-1e-12, None), (1e-4, "Never")])
+def test_a_pair_that_touches_only_at_a_limit_is_checked(tmp_path: Path, gap: float, reason: str | None) -> None:
+    slide = J("b", kind="prismatic", axis=(1.0, 0.0, 0.0), limits=(0.0, 1.0))
+    robot = made_up(tmp_path, J("a", xyz=(0.1, 0.0, 0.0), kind="fixed"), slide)
+    robot = _shaped(robot, tmp_path, base=_ball(0.3, x=1.45 + gap), a_l=_ball(0.01), b_l=_ball(0.05))
+    assert robot.random(0, 1000)[:, 0].max() < 0.9999
+    assert _reasons(robot, samples=1000).get(("b_l", "base")) == reason
 
 
-def test_a_pair_that_touches_in_a_posture_is_checked(tmp_path: Path) -> None:
+def test_a_pair_that_touches_in_the_start_posture_touches_by_default(tmp_path: Path) -> None:
     robot = _before_a_wall(tmp_path, 0.9999)
-    assert _reasons(robot)[("b_l", "base")] == "Never"
     postures = {"in": nk.semantics.Posture({}), "out": nk.semantics.Posture({"b": 1.0})}
     assert ("b_l", "base") not in _reasons(nk.RobotModel(robot.tree, Semantics(postures=postures, start="in")))
     # What touches in the posture that the robot starts in touches by default.
@@ -491,7 +489,7 @@ def test_an_effector_on_the_trunk_takes_no_arm_for_its_gripper(tmp_path: Path) -
 
 def test_what_an_srdf_cannot_say_is_said(written: nk.export.Exported) -> None:
     changes = "\n".join(written.changes)
-    assert "2000 configurations tried" in changes
+    assert "at most 2000 configurations examined" in changes
     assert "coupled limits are left out, because a planner has one range for each joint: HeadPitch" in changes
     assert "in posture 'Sit' checked shapes touch" in changes
 

@@ -26,6 +26,7 @@ from nao_kin.errors import BadArgument, MissingShapeWarning, NaoKinError, Unknow
 from nao_kin.robot import LinkContacts, LinkShapes, mesh_path, read_mesh
 from nao_kin.robot.collisions import Shape, covering_capsule, hull_shape, round_shape, shapes_of
 from nao_kin.robot.semantics import Semantics
+from nao_kin.robot.separation import never_touch
 from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.rotations import random_rotation
 
@@ -244,6 +245,56 @@ def test_clearances_are_those_of_a_loop_over_coal() -> None:
         assert found.distance[sample] == pytest.approx(least, abs=1e-9)
 
 
+def _at_limits(robot: nk.RobotModel, n: int, seed: int) -> np.ndarray:
+    """Random configurations with three of five joints at a limit, where clamping and inverse kinematics end."""
+    rng = np.random.default_rng(seed)
+    limits = np.where(rng.random((n, robot.nq)) < 0.5, robot.lower, robot.upper)
+    return robot.clamp(np.where(rng.random((n, robot.nq)) < 0.6, limits, robot.random(rng, n)))
+
+
+@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
+def test_pairs_that_are_not_compared_do_not_overlap_at_the_limits(version: str) -> None:
+    nao = nk.load_nao(version)
+    never = {pair for pair, reason in nao.link_shapes.disabled.items() if reason == "Never"}
+    assert len(never) > 100
+    every = combinations(sorted(nao.link_shapes.links), 2)
+    shapes = LinkShapes(nao, {pair: "" for pair in every if pair not in never})
+    assert shapes.pairs == tuple(sorted(never))
+    assert shapes.clearance(_at_limits(nao, 4000, 0), 0.0).is_free.all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_proven_apart_overlaps_in_no_configuration(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    kinds, axes = rng.choice(["revolute", "revolute", "prismatic"], 5).tolist(), rng.normal(size=(5, 3))
+    axes = (axes / np.linalg.norm(axes, axis=1, keepdims=True)).tolist()
+    places, limits = rng.uniform(-0.15, 0.15, (5, 3)).tolist(), np.sort(rng.uniform(-1.0, 1.5, (5, 2))).tolist()
+    joints = [
+        J(f"j{k}", tuple(axes[k]), xyz=tuple(places[k]), kind=kinds[k], limits=tuple(limits[k]), parent=parent)
+        for k, parent in enumerate(("base", "j0", "j1", "base", "j3"))
+    ]
+    robot = made_up(tmp_path, *joints)
+    links = ["base", *(f"j{k}_l" for k in range(5))]
+    capsules = {link: [(rng.uniform(-0.1, 0.1, (2, 3)), rng.uniform(0.03, 0.08))] for link in links}
+    q = np.concatenate([robot.random(1, 3000), _at_limits(robot, 3000, 2)])
+    share, T = np.linspace(0.0, 1.0, 15)[:, None], robot.fk(q, links)
+    segments = {}
+    for place, link in enumerate(links):
+        ends, _ = capsules[link][0]
+        points = (1.0 - share) * ends[0] + share * ends[1]
+        segments[link] = points @ T[:, place, :3, :3].swapaxes(1, 2) + T[:, place, None, :3, 3]
+    proven = 0
+    for one, other in combinations(links, 2):
+        gaps = np.linalg.norm(segments[one][:, :, None] - segments[other][:, None], axis=-1).min(axis=(1, 2))
+        radii = capsules[one][0][1] + capsules[other][0][1]
+        if never_touch(robot, capsules, (one, other), 2000):
+            proven += 1
+            assert gaps.min() > radii
+        else:  # a proof needs few boxes unless the capsules nearly touch
+            assert gaps.min() < radii + 0.05
+    assert 0 < proven < 15
+
+
 def test_no_collision_of_the_meshes_is_missed() -> None:
     _verdicts("v6", 1500, 3)
 
@@ -267,6 +318,10 @@ def _verdicts(version: str, n: int, seed: int) -> None:
     skipped = {pair for pair, reason in nao.link_shapes.disabled.items() if reason != "Never"}
     hosts = {pair: tuple(sorted(map(host, pair))) for pair in meshes.pairs}
     pairs = {pair for pair, both in hosts.items() if both[0] != both[1] and both not in skipped}
+    at_limits = _at_limits(nao, n // 3, seed)
+    assert {sample for _, sample in meshes.touching(at_limits, pairs)} <= set(
+        np.flatnonzero(~nao.clearance(at_limits).is_free)
+    )
     q = nao.random(seed, n)
     touching = {sample for _, sample in meshes.touching(q, pairs)}
     overlapping = set(np.flatnonzero(~nao.clearance(q).is_free).tolist())
@@ -413,7 +468,7 @@ def test_a_mesh_without_a_volume_counts_and_one_that_is_no_shape_is_left_out(
         assert LinkShapes(robot, {}).clearance(np.zeros(2)).distance == pytest.approx(distance, abs=3e-6)
 
 
-def test_pairs_are_those_of_the_semantics_or_else_found_by_sampling(tmp_path: Path) -> None:
+def test_pairs_are_those_of_the_semantics_or_else_found_by_proof(tmp_path: Path) -> None:
     # In reach of each other only where the middle joint folds; neighbours never count.
     shapes = [(link, Sphere(0.1), (0.0, 0.0, 0.0)) for link in ("base", "a_l", "b_l")]
     robot = _shaped(tmp_path, *shapes)

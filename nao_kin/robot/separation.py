@@ -1,0 +1,164 @@
+"""Proofs that two links touch nowhere within the joint limits: branch and bound over the ranges of the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats, cross, dot, norm
+from nao_kin._kernels.hulls import between_segments
+from nao_kin.robot.urdf import UrdfJoint, UrdfTree
+
+if TYPE_CHECKING:
+    from nao_kin.robot.model import RobotModel
+
+# Link → capsules that contain its shapes, in its frame: the ends (2, 3) and the radius of each [m].
+Capsules = dict[str, list[tuple[Floats, float]]]
+# Boxes examined at once, and corners of the first box examined before them.
+_AT_ONCE, _CORNERS = 1024, 200
+# Capsules nearer than this are not proven apart [m].
+_ROUNDING = 1e-9
+
+
+def covering_capsule(points: Floats) -> tuple[Floats, float]:
+    """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
+    if len(points) <= 2:
+        return points[[0, -1]], 0.0
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T[:, ::-1]
+    low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
+    local = points @ axes - (low + high) / 2.0
+    across = np.linalg.norm(local[:, :2], axis=1)
+    radius = float(across.max())
+    # Each point is within the radius of the segment if this reaches so far along the axis.
+    half = max(float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - across**2, 0.0))).max()), 0.0)
+    centre = axes @ (low + high) / 2.0
+    return np.array([centre - half * axes[:, 2], centre + half * axes[:, 2]]), radius
+
+
+def never_touch(robot: RobotModel, capsules: Capsules, pair: tuple[str, str], boxes: int) -> bool:
+    """Return whether it is proven that the capsules of two links touch nowhere within the joint limits.
+
+    The ranges of the joints between the links are a box in the space of joint values. Two capsules are apart in all of
+    it if, at its centre, the distance between their segments is larger than both radii and the motions of the ends
+    along the normal (`_motions`). Otherwise the box is halved, across the joint that moves the ends farthest. The
+    search ends without a proof if capsules touch at the centre of a box or at a corner of the first one, or after the
+    given number of boxes. Coupled limits are ignored: the configurations that they exclude are examined, too.
+    """
+    between = _Between(robot, capsules, pair)
+    low, high = between.ranges
+    if not np.isfinite(high - low).all():
+        return False
+    corners = np.where(np.random.default_rng(0).random((_CORNERS, len(low))) < 0.5, low, high)
+    if between.near(corners, np.zeros_like(corners)) is None:
+        return False
+    waiting = [(0.5 * (low + high)[None], 0.5 * (high - low)[None])]
+    while waiting:
+        centre, half = waiting.pop()
+        boxes -= len(centre)
+        found = between.near(centre, half) if boxes >= 0 else None
+        if found is None:
+            return False
+        near, motions = found
+        centre, half, widest = centre[near], half[near].copy(), (np.arange(near.sum()), motions[near].argmax(axis=1))
+        step = np.zeros_like(half)
+        half[widest] *= 0.5
+        step[widest] = half[widest]
+        centre, half = np.concatenate([centre - step, centre + step]), np.concatenate([half, half])
+        waiting += [(centre[k : k + _AT_ONCE], half[k : k + _AT_ONCE]) for k in range(0, len(centre), _AT_ONCE)]
+    return True
+
+
+class _Between:
+    """The joints between two links, the ranges of their coordinates, and all combinations of the links' capsules."""
+
+    def __init__(self, robot: RobotModel, capsules: Capsules, pair: tuple[str, str]) -> None:
+        a, b = (_moving(robot.tree, link) for link in pair)
+        while a and b and a[0] == b[0]:  # a joint that moves both
+            a, b = a[1:], b[1:]
+        self._robot, self._sides, joints = robot, (a, b), (*a, *b)
+        self._links = [*(joint.child for joint in joints), *pair]
+        self._names = list(dict.fromkeys(joint.coupling.joint for joint in joints))
+        # Speed of each joint over that of each coordinate.
+        self._ratios = np.array(
+            [[joint.coupling.multiplier * (joint.coupling.joint == name) for name in self._names] for joint in joints]
+        ).reshape(len(joints), len(self._names))
+        columns = [robot.joint_names.index(name) for name in self._names]
+        low, high = robot.lower[columns], robot.upper[columns]
+        turns = np.array([joint.kind == "revolute" and abs(joint.coupling.multiplier) == 1.0 for joint in joints], bool)
+        whole = ~np.isfinite(high - low) & ~(~turns @ (self._ratios != 0.0))  # all turns of joints without limits
+        self.ranges = np.where(whole, -np.pi, low), np.where(whole, np.pi, high)
+        both = list(product(*(capsules[link] for link in pair)))
+        self._ends = [np.array([capsule[side][0] for capsule in both]) for side in (0, 1)]
+        self._radii = np.array([one[1] + other[1] for one, other in both])
+
+    def near(self, centre: Floats, half: Floats) -> tuple[NDArray[np.bool_], Floats] | None:
+        """Return which boxes may hold contacts, and how far each coordinate moves the ends; None if capsules touch.
+
+        Boxes are given by their centres and half edges, both of shape (n, coordinates).
+        """
+        q = self._robot.configuration(dict(zip(self._names, centre.T, strict=True)), limits="ignore")
+        T = self._robot.fk(np.broadcast_to(q, (len(centre), q.shape[-1])), self._links)
+        one, other = (
+            np.einsum("nij,mej->nmei", T[:, k, :3, :3], ends) + T[:, k, None, None, :3, 3]
+            for k, ends in zip((-2, -1), self._ends, strict=True)
+        )
+        middles = one.mean(axis=2) - other.mean(axis=2)
+        along = [0.5 * (ends[:, :, 1] - ends[:, :, 0]) for ends in (one, other)]
+        parts = [tuple(np.moveaxis(vectors, -1, 0)) for vectors in (middles, *along)]
+        normals = np.stack(between_segments(*parts), axis=-1)
+        gaps = norm(normals)
+        if (gaps <= self._radii).any():
+            return None
+        normals /= gaps[..., None]
+        steps = half @ np.abs(self._ratios).T
+        count = len(self._sides[0])
+        to_a, motions_a = _motions(self._sides[0], T[:, :count], steps[:, :count], one, normals)
+        to_b, motions_b = _motions(self._sides[1], T[:, count:-2], steps[:, count:], other, normals)
+        lowest = (dot(one, normals[:, :, None]) - to_a).min(axis=-1)
+        highest = (dot(other, normals[:, :, None]) + to_b).max(axis=-1)
+        near = (lowest - highest - self._radii <= _ROUNDING).any(axis=1)
+        return near, np.concatenate([motions_a, motions_b], axis=1) @ (self._ratios != 0.0)
+
+
+def _moving(tree: UrdfTree, link: str) -> tuple[UrdfJoint, ...]:
+    """Return the joints that move a link, from the root outwards."""
+    above, joints = {joint.child: joint for joint in tree.joints}, []
+    while link in above:
+        joints.append(above[link])
+        link = above[link].parent
+    return tuple(joint for joint in reversed(joints) if joint.kind != "fixed")
+
+
+def _motions(
+    joints: Sequence[UrdfJoint], T: Floats, steps: Floats, ends: Floats, normals: Floats
+) -> tuple[Floats, Floats]:
+    """Return bounds of the motions of points p (n, m, 2, 3) along normals (n, m, 3), if joints move by up to steps.
+
+    Joints 1 … k are given from the first link outwards, with poses (n, k, 4, 4) of the links that they move. Joint j
+    turns by up to h_j about the axis a_j through o_j. Let g_j = a_j × (p − o_j), and c_j = 2 sin(h_j/2) the chord. The
+    distance of p from this axis is up to r_j = |g_j| + Σ_{i>j} c_i r_i, and p moves by up to Σ c_j r_j. Because
+    ∂²p/∂q_i∂q_j = a_i × g_j for i ≤ j, it moves along the normal n by up to
+    Σ |n · g_j| h_j + Σ r_j h_j (h_j/2 + Σ_{i<j} h_i). Sliding joints have g_j = a_j, c_j = h_j, r_j = 1, and they do
+    not change distances from their own axes.
+
+    Returns:
+        The smaller bound for each point, shape (n, m, 2), and the largest motion by each joint, shape (n, k) [m].
+    """
+    turns = np.array([joint.kind == "revolute" for joint in joints], dtype=bool)
+    axes = np.einsum("nkij,kj->nki", T[..., :3, :3], np.array([joint.axis for joint in joints]).reshape(-1, 3))
+    axes = axes[:, :, None, None]
+    levers = np.where(turns[:, None, None, None], cross(axes, ends[:, None] - T[:, :, None, None, :3, 3]), axes)
+    reach, moved = norm(levers), np.zeros(ends.shape[:-1])
+    angles = np.where(turns, np.minimum(steps, np.pi), steps)
+    chords = np.where(turns, 2.0 * np.sin(0.5 * angles), steps)[:, :, None, None]
+    for j in reversed(range(len(joints))):
+        reach[:, j] += moved * turns[j]
+        moved = moved + chords[:, j] * reach[:, j]
+    before = np.cumsum(angles * turns, axis=1) - 0.5 * angles * turns
+    along = np.abs(dot(levers, normals[:, None, :, None])) + reach * before[:, :, None, None]
+    along *= angles[:, :, None, None]
+    return np.minimum(moved, along.sum(axis=1)), np.minimum(chords * reach, along).max(axis=(2, 3))
