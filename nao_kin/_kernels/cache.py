@@ -86,7 +86,12 @@ def may_compile() -> bool:
     """Return whether functions are compiled, as far as this is known without importing Numba."""
     if "numba" in sys.modules:
         return compiles()
-    return importlib.util.find_spec("numba") is not None and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    return _numba_is_installed() and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+@cache
+def _numba_is_installed() -> bool:
+    return importlib.util.find_spec("numba") is not None
 
 
 class _Slowness:
@@ -326,6 +331,20 @@ class CachedKernel:
         if self.folder is not None and os.path.exists(self.folder / self.name):
             return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
+
+    def is_worthwhile(self) -> bool:
+        """Return whether calls as Python have taken longer than to load the kernel; if it is not cached, compile it.
+
+        Another process compiles it. The caller adds the time of each call to `python_seconds`. So a loop of calls takes
+        at most twice as long as with the better choice from the beginning, without knowing how many calls follow.
+        """
+        if self.python_seconds < _READ_SECONDS or not may_compile():
+            return False
+        if self.seconds_until_better() <= 0.0:
+            return True
+        if self.python_seconds >= _IMPORT_SECONDS:
+            self.compile_in_background()
+        return False
 
     def compile_in_background(self) -> None:
         """Start one process that compiles the kernel and may outlive this one, unless another process compiles it."""
