@@ -34,10 +34,10 @@ _LIMITS = ("enforce", "ignore")
 
 def as_poses(T: ArrayLike, what: str) -> Floats:
     """Return finite poses of shape (..., 4, 4), within ±1e150; their solver checks whether they are rigid."""
-    is_one = type(T) is np.ndarray and T.shape == (4, 4) and T.dtype == np.float64
-    # For sixteen numbers, Python's sum takes less time than a NumPy reduction.
-    if is_one and sum(map(abs, T.ravel().tolist())) <= LARGEST:
-        return T
+    if type(T) is np.ndarray and T.shape == (4, 4) and T.dtype == np.float64:
+        one: Floats = T
+        if sum(map(abs, one.ravel().tolist())) <= LARGEST:  # for sixteen numbers quicker than a reduction of NumPy
+            return one
     with np.errstate(over="ignore"):
         poses = as_floats(T, (4, 4), what)
     return as_vectors(poses, what, 4, rows=True)
