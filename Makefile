@@ -60,10 +60,10 @@ test: $(STAMP)
 test-all: $(STAMP) $(LOWEST)/.installed $(LIGHT)/.installed
 	$(MAKE) -j3 --output-sync=target test-full test-lowest test-light
 
-test-full: $(STAMP)
+test-full: $(STAMP) kernels
 	$(BIN)/pytest $(PARALLEL) -m full
 
-quick: lint
+quick: lint kernels
 	$(BIN)/pytest $(if $(ROOM),$(PARALLEL) tests/$(ROOM),-n auto $(QUICK))
 
 kernels: long-kernels other-kernels
@@ -106,6 +106,7 @@ $(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py
 
 # One worker, for `make test-all` runs it beside the full tests, and each worker reads all tests.
 test-lowest: $(LOWEST)/.installed
+	$(LOWEST)/bin/nao-kin warmup >/dev/null
 	$(LOWEST)/bin/python -m pytest -n 1 $(QUICK)
 
 $(LIGHT)/.installed: pyproject.toml | $(STAMP)
@@ -122,7 +123,7 @@ test-light: $(LIGHT)/.installed
 	cd $(LIGHT) && bin/python -I -m pytest -q --noconftest -p no:cacheprovider -c /dev/null --rootdir . \
 	  $(CURDIR)/tests/project/test_default_install.py
 
-coverage: $(STAMP)
+coverage: $(STAMP) kernels
 	$(BIN)/pytest -n auto --dist loadfile --cov --cov-report=term --cov-report=html:build/coverage
 
 mutate: $(STAMP)

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 import nao_kin as nk
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "_helpers"))
 from whole_body_samples import Standing, standing_poses  # type: ignore[import-not-found]
 
 Floats = NDArray[np.float64]

@@ -39,9 +39,13 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _compiled_kernels() -> None:
-    """Compile kernels before a test checks what a command prints, because compiling prints a note."""
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Compile kernels before a test checks what a command prints, because compiling prints a note.
+
+    Not in a fixture, whose time would count for the first test: on a new, busy machine it takes longer than a test may.
+    """
+    if not session.items or session.config.option.collectonly:
+        return
     nk.warm_up([])
     nk.warm_up([name for name in nk._kernels.KERNELS if not name.startswith("ik")])
     for name in ("ik kernel, bodies", "ik kernel, both legs"):

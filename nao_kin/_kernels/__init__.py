@@ -1,6 +1,7 @@
 """Compiled code: the cache of kernels, and programs that compute the kinematics of many configurations together."""
 
-from nao_kin._kernels.cache import KERNELS, KernelState, cache_folder, warm_up
+from nao_kin._kernels.cache import KERNELS, KernelState, warm_up
+from nao_kin._kernels.folder import cache_folder
 from nao_kin._kernels.program import Program, aligned_empty
 from nao_kin._kernels.program_run import execute, kernel
 from nao_kin._kernels.robot_programs import (

@@ -14,7 +14,6 @@ import ast
 import fcntl
 import hashlib
 import importlib
-import importlib.metadata
 import importlib.util
 import inspect
 import json
@@ -28,7 +27,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -42,6 +41,15 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.extras import command
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
+from nao_kin._kernels.folder import (
+    WAITING,
+    NotTrusted,
+    cache_folder,
+    compile_lock,
+    folder_mode,
+    lock_file,
+    trusted,
+)
 from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning, UnknownName
 
 # --- With Numba, kernels are compiled; without Numba, they run as Python.
@@ -77,7 +85,12 @@ def may_compile() -> bool:
     """Return whether functions are compiled, as far as this is known without importing Numba."""
     if "numba" in sys.modules:
         return compiles()
-    return importlib.util.find_spec("numba") is not None and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    return _numba_is_installed() and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+@cache
+def _numba_is_installed() -> bool:
+    return importlib.util.find_spec("numba") is not None
 
 
 class _Slowness:
@@ -188,6 +201,8 @@ def _tree(module: str) -> str:
 @cache
 def _version(package: str) -> str:
     """Return the version of a package without importing it."""
+    import importlib.metadata  # takes a tenth of the time to import this package
+
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
@@ -221,8 +236,6 @@ _WORTH_COMPILING = 0.01
 _PAUSE_SECONDS = 600.0
 # Interval at which the use of a cached kernel is noted, and time after which an unused kernel may be removed [s].
 _TOUCH_SECONDS, _UNUSED_SECONDS = 86400.0, 30 * 86400.0
-# The bytes of a lock file: one is locked while compiling, one while waiting to compile in the background.
-_COMPILING, _WAITING = 0, 1
 
 # The program of the background process. It forks immediately, so that the starting process need not wait, and ends
 # itself after an hour. It takes over `sys.path`, and so has the same packages without running start-up files again.
@@ -315,22 +328,38 @@ class CachedKernel:
 
     def seconds_until_better(self) -> float:
         """Return how long to continue as Python before waiting for the kernel [s]; the time already spent counts."""
-        if self._is_cached():
+        # This is asked for every row; to check whether the folder is trusted takes longer than a row.
+        if self.folder is not None and os.path.exists(self.folder / self.name):
             return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
 
+    def is_worthwhile(self) -> bool:
+        """Return whether calls as Python have taken longer than to load the kernel; if it is not cached, compile it.
+
+        Another process compiles it. The caller adds the time of each call to `python_seconds`. So a loop of calls takes
+        at most twice as long as with the better choice from the beginning, without knowing how many calls follow.
+        """
+        if self.python_seconds < _READ_SECONDS or not may_compile():
+            return False
+        if self.seconds_until_better() <= 0.0:
+            return True
+        if self.python_seconds >= _IMPORT_SECONDS:
+            self.compile_in_background()
+        return False
+
     def compile_in_background(self) -> None:
         """Start one process that compiles the kernel and may outlive this one, unless another process compiles it."""
-        if self._started or self._is_cached():
+        if self._started:
             return
         self._started = True
         # In a frozen program, or in one that embeds Python, `sys.executable` is not Python.
         is_python = Path(sys.executable or "").name.startswith("python") and not getattr(sys, "frozen", False)
         if self.folder is None or not is_python:
             return
-        with suppress(OSError, subprocess.SubprocessError):
-            self.folder.parent.mkdir(parents=True, exist_ok=True)
-            with _THREADS, _lock_file(self.folder) as lock:
+        try:
+            if self._is_stored():
+                return
+            with _THREADS, lock_file(self.folder) as lock:
                 # This raises an error if another process has locked a part of the file.
                 fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 state = os.fstat(lock)
@@ -347,39 +376,39 @@ class CachedKernel:
                 start_new_session=True,
                 timeout=60,
             )
+        except NotTrusted as error:
+            _warn_not_cached(str(error))
+        except (OSError, subprocess.SubprocessError):
+            pass
 
     def _load_or_compile(self) -> Callable[..., Any]:
         folder, obstacle = self.folder, "no home directory, or no source of the kernels"
         if folder is not None:
-            if self._is_cached():
-                self._mark_used(folder)
-                # Files damaged by a crash or another program are written again.
-                with suppress(Exception):
-                    return self._compile(folder)
             try:
-                folder.parent.mkdir(parents=True, exist_ok=True)
-                with _compile_lock(folder, f"waiting for another process that compiles {self._what} …"):
-                    if self._is_cached():
+                if self._is_stored():
+                    self._mark_used(folder)
+                    # Files damaged by a crash or another program are written again.
+                    with suppress(Exception):
+                        return self._compile(folder)
+                waiting = f"waiting for another process that compiles {self._what} …"
+                with compile_lock(folder, partial(_print_once, waiting)):
+                    if self._is_stored():
                         with suppress(Exception):
                             return self._compile(folder)
-                        shutil.rmtree(folder, ignore_errors=True)
-                    folder.mkdir(exist_ok=True)
+                    shutil.rmtree(folder, ignore_errors=True)
+                    folder.mkdir(folder_mode())
                     with tempfile.TemporaryFile(dir=folder):
                         pass
                     _print_once(f"compiling {self._what}, once on this machine …")
                     made = self._compile(folder)
                     (folder / self.name).touch()
+                    for file in folder.iterdir():  # whatever the umask
+                        file.chmod(file.stat().st_mode & ~0o022)
                     self._remove_unused(folder)
                     return made
             except (OSError, RuntimeError) as error:  # Numba raises a RuntimeError for a read-only folder
                 obstacle = f"{quoted(str(folder))}: {error}"
-        if "warning" not in _printed:
-            _printed.add("warning")
-            warn_caller(
-                f"compiled kernels cannot be cached ({abbreviated(obstacle)}); every process compiles them again "
-                "(set NUMBA_CACHE_DIR to a writable folder)",
-                NotCachedWarning,
-            )
+        _warn_not_cached(obstacle)
         _print_once(f"compiling {self._what} …")
         return self._compile(None)
 
@@ -390,9 +419,10 @@ class CachedKernel:
         register_functions()
         signature = self._signature()
         compiled = numba.njit(nogil=True, error_model="numpy")(self._function)
-        if folder is not None:
-            compiled._cache = _numba_cache(self._function, folder)
-        compiled.compile(signature)
+        with ExitStack() as opened:
+            if folder is not None:
+                compiled._cache = _numba_cache(self._function, opened.enter_context(trusted(folder)), folder.name)
+            compiled.compile(signature)
         compiled.disable_compile()
         self.entry_point = next(iter(compiled.overloads.values())).entry_point
         return compiled  # type: ignore[no-any-return]
@@ -412,7 +442,7 @@ class CachedKernel:
                 marker = former / self.name
                 with suppress(OSError):  # it belongs to another kernel, is read-only or in use
                     if time.time() - marker.stat().st_mtime > _UNUSED_SECONDS:
-                        with _lock_file(former) as lock:
+                        with lock_file(former) as lock:
                             fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                             # A process that is reading here finds files missing, and compiles the kernel.
                             marker.unlink()
@@ -420,7 +450,16 @@ class CachedKernel:
                             former.with_suffix(".lock").unlink()
 
     def _is_cached(self) -> bool:
-        return self.folder is not None and (self.folder / self.name).exists()
+        with suppress(OSError):
+            return self._is_stored()
+        return False
+
+    def _is_stored(self) -> bool:
+        """Do as `_is_cached`, but raise `NotTrusted` if others may have written the kernel."""
+        if self.folder is None or not os.path.exists(self.folder / self.name):
+            return False
+        with trusted(self.folder):
+            return True
 
     @cached_property
     def folder(self) -> Path | None:
@@ -429,7 +468,7 @@ class CachedKernel:
         if parent is None:
             return None
         try:
-            return parent / fingerprint(self._function, self.name)
+            return Path(os.path.realpath(parent)) / fingerprint(self._function, self.name)
         except OSError:
             return None
 
@@ -495,62 +534,15 @@ def compile_kernel(module: str, name: str) -> None:
     kernel, folder = KERNELS[name], KERNELS[name].folder
     if folder is None or not compiles():
         return
-    with suppress(BlockingIOError, PermissionError), _lock_file(folder) as lock:
-        fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _WAITING)
-        with _lock_file(folder.with_name("background")) as turn:
+    with suppress(BlockingIOError, PermissionError), lock_file(folder) as lock:
+        fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, WAITING)
+        with lock_file(folder.with_name("background")) as turn:
             fcntl.lockf(turn, fcntl.LOCK_EX)
             kernel.warm_up()
 
 
-def cache_folder() -> Path | None:
-    """Return the folder of compiled kernels: below NUMBA_CACHE_DIR if set, otherwise in the user's cache directory.
-
-    None if the user has no home directory.
-
-    Examples:
-        >>> folder = nk.cache_folder()
-        >>> folder is None or folder.is_absolute()
-        True
-    """
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    if named:
-        return Path(named) / "nao_kin"
-    try:
-        if sys.platform == "darwin":
-            return Path.home() / "Library" / "Caches" / "nao_kin"
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nao_kin"
-    except RuntimeError:
-        return None
-
-
-@contextmanager
-def _lock_file(folder: Path) -> Iterator[int]:
-    """Open the file that is locked while a kernel is compiled, next to its folder, and yield the descriptor."""
-    # POSIX locks end with their process, and a forked process does not inherit them.
-    descriptor = os.open(folder.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
-    try:
-        yield descriptor
-    finally:
-        os.close(descriptor)
-
-
-@contextmanager
-def _compile_lock(folder: Path, waiting: str) -> Iterator[None]:
-    """Hold the lock of a kernel's folder; if another process has it, print `waiting` and wait for it."""
-    with _lock_file(folder) as lock:
-        try:
-            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _COMPILING)
-        except (BlockingIOError, PermissionError):
-            _print_once(waiting)
-            fcntl.lockf(lock, fcntl.LOCK_EX, 1, _COMPILING)
-        except OSError:
-            pass  # a file system without locks: at worst two processes compile the same kernel
-        os.pwrite(lock, b"1", 0)  # the file's time becomes that of the last attempt
-        yield
-
-
-def _numba_cache(function: Callable[..., Any], folder: Path) -> Any:
-    """Return Numba's cache of a function, in a folder whose name identifies the source.
+def _numba_cache(function: Callable[..., Any], folder: Path, stamp: str) -> Any:
+    """Return Numba's cache of a function in a folder; the stamp identifies the source.
 
     Numba's own choice depends on the bytes and lines of the function's file, and ignores the functions that it calls;
     and it does not read from a read-only folder.
@@ -564,7 +556,7 @@ def _numba_cache(function: Callable[..., Any], folder: Path) -> Any:
             return str(folder)
 
         def get_source_stamp(self) -> str:
-            return folder.name
+            return stamp
 
         def get_disambiguator(self) -> str:
             return "kernel"
@@ -580,6 +572,17 @@ def _numba_cache(function: Callable[..., Any], folder: Path) -> Any:
         _impl_class = Implementation
 
     return Cache(function)
+
+
+def _warn_not_cached(obstacle: str) -> None:
+    """Warn once in a process that kernels are neither read from the cache nor written there."""
+    if "warning" not in _printed:
+        _printed.add("warning")
+        warn_caller(
+            f"compiled kernels cannot be cached ({abbreviated(obstacle)}); every process compiles them again "
+            "(set NUMBA_CACHE_DIR to a folder that only you can write to)",
+            NotCachedWarning,
+        )
 
 
 def _print_once(message: str) -> None:

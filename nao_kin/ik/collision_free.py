@@ -19,7 +19,7 @@ def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) 
 
     If links overlap in all solutions of a target, `best` is the one with the largest clearance.
     """
-    if not flag(wanted, "collisions"):
+    if wanted is False or not flag(wanted, "collisions"):
         return result
     q = result.solutions
     exists = np.arange(q.shape[-2]) < result.count[..., None]

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -73,6 +74,12 @@ class Limb:
     torso: str  # the frame in which targets are given
     rest: Floats  # all joints at zero, or at the limit nearest to it, shape (nq,)
     is_scaled: bool  # whether some joint differs from its coordinate
+
+    @cached_property
+    def at_rest(self) -> Floats:
+        """The values of the joints at rest, shape (1, c); read only."""
+        values = self.rest[self.index]
+        return (values * self.multiplier + self.offset if self.is_scaled else values)[None]
 
     def coordinates(self, values: Floats) -> Floats:
         """Return the coordinates for values of the joints, shape (..., c)."""
@@ -133,6 +140,8 @@ def geometry_error(robot: RobotModel, limb: str, why: str) -> BadArgument:
 
 def check_side(side: object) -> str:
     """Return the side, "L" or "R", or raise UnknownName."""
+    if isinstance(side, str) and side in _SIDES:
+        return side
     return choice(side, _SIDES, "side", "the sides are the robot's own, L for left and R for right")
 
 
@@ -144,7 +153,14 @@ class _Cache:
 
     def __init__(self, robot: RobotModel) -> None:
         self.numbers = ModelNumbers(robot.model)
-        self.limbs: dict[tuple[Any, ...], Any] = {}
+        # Each with the frames on which it depends; None for all.
+        self.limbs: dict[tuple[Any, ...], tuple[Any, Any]] = {}
+
+    def frames_of(self, robot: RobotModel, arguments: tuple[str, ...]) -> Any:
+        """Return the frames on which a limb depends; None if they are not known, for a frame under a former name."""
+        names = {*arguments, torso_frame(robot), robot.tree.root}
+        ids = {robot.frame_table.get(name, -1) for name in names if name in robot.frame_table or name not in _SIDES}
+        return None if -1 in ids else self.numbers.some_frames(ids)
 
 
 _CACHES: weakref.WeakKeyDictionary[RobotModel, _Cache] = weakref.WeakKeyDictionary()
@@ -152,7 +168,11 @@ _LOCK = threading.Lock()
 
 
 def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) -> _Made:
-    """Return `make(robot, *arguments)`, computed again if `robot.model` has changed since the last call."""
+    """Return `make(robot, *arguments)`, computed again if `robot.model` has changed since the last call.
+
+    The arguments are sides and frames. `make` may depend on the placements of all joints and of these frames, the torso
+    and the root.
+    """
     check_robot(robot)
     for name in arguments:
         if not isinstance(name, str):
@@ -160,12 +180,15 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
     key = (make, *arguments)
     with _LOCK:
         cache = _CACHES.get(robot)
-        if cache is None or cache.numbers.placements_changed():
-            cache = _CACHES[robot] = _Cache(robot)
-        limb: _Made | None = cache.limbs.get(key)
+        limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
+        if cache is None or cache.numbers.placements_changed(frames):
+            cache, limb = _Cache(robot), None
+            _CACHES[robot] = cache
     if limb is None:
-        limb = cache.limbs[key] = make(robot, *arguments)
-    return limb
+        limb = make(robot, *arguments)
+        cache.limbs[key] = limb, cache.frames_of(robot, arguments)
+    made: _Made = limb
+    return made
 
 
 def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
@@ -318,7 +341,7 @@ class KernelOutput(NamedTuple):
     def is_complete(self) -> bool:
         """Whether every target has a solution."""
         rows = self.rows
-        return bool(rows[0, 0] > 0.0 if len(rows) == 1 else (rows[:, 0] > 0.0).all())
+        return rows.item(0) > 0.0 if len(rows) == 1 else bool((rows[:, 0] > 0.0).all())
 
     @property
     def report(self) -> Floats:
@@ -345,25 +368,28 @@ def solve_targets(
 ) -> KernelOutput:
     """Solve targets of shape (..., m) with a closed form; `refuse` raises for the first target that is not rigid."""
     enforce, batch, c = options.enforce, targets.shape[:-1], len(limb.joints)
-    joints = options.reference[..., limb.index]
-    if limb.is_scaled:
-        joints = joints * limb.multiplier + limb.offset
-    # The kernel is compiled for one type of array.
-    joints = _contiguous((np.broadcast_to(joints, (*batch, c)) if batch else joints).reshape(-1, c))
-    flat = _contiguous(targets.reshape(math.prod(batch), targets.shape[-1]))
+    if options.reference is limb.rest:
+        joints = limb.at_rest
+    else:
+        joints = options.reference[..., limb.index]
+        joints = joints * limb.multiplier + limb.offset if limb.is_scaled else joints
     if batch:
+        # The kernel is compiled for one type of array.
+        joints = _contiguous(np.broadcast_to(joints, (*batch, c)).reshape(-1, c))
+        flat = _contiguous(targets.reshape(math.prod(batch), targets.shape[-1]))
         # First with space for the usual number of branches; if there are more, again with space for all.
         space = min(form.usual, form.max_branches) if enforce else form.max_branches
         output = _solve_by_kernel(form, limb, flat, joints, enforce, space, options.threads)
         if output.rows[:, 0].max(initial=0.0) > space:
             output = _solve_by_kernel(form, limb, flat, joints, enforce, form.max_branches, options.threads)
-        is_rigid = output.report[:, REASON].min(initial=0.0) != NOT_RIGID
     else:
-        output = _solve_one(form, limb, flat, joints, enforce)
-        is_rigid = output.rows[0, REPORT + REASON] != NOT_RIGID
-    if not is_rigid:
+        joints = joints.reshape(1, c)
+        output = _solve_one(form, limb, _contiguous(targets.reshape(1, targets.size)), joints, enforce)
+    if output.is_complete:
+        return output
+    if output.report[:, REASON].min(initial=0.0) == NOT_RIGID:
         refuse()
-    if not enforce and not output.is_complete:
+    if not enforce:
         # The nearest poses of targets that are missed, turned to within half a turn of the reference.
         missed, report = output.rows[:, 0] == 0.0, output.report
         near, best = joints[missed], report[missed, BEST : BEST + c]
@@ -373,19 +399,20 @@ def solve_targets(
 
 
 def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> KernelOutput:
-    """Solve one target, with the kernel if it is in memory, else as Python."""
+    """Solve one target, with the kernel if it is in memory or worth loading, else as Python."""
     quick = form.kernel.entry_point
     if quick is not None:
         output = _empty_output(form, limb, 1, form.max_branches)
         quick(limb.numbers, limb.ranges, target, reference, enforce, output.rows)
         return output
-    if form.alone is not None:
-        c = len(limb.joints)
+    if form.alone is not None and not form.kernel.is_worthwhile():
+        started, c = time.perf_counter(), len(limb.joints)
         values = [0.0] * (form.max_branches * (c + EXTRAS))
         report = [0.0] * BEST + [math.nan] * (c + form.more)
         selection = Selection(limb.ranges, reference[0].tolist(), enforce)
         work = Workspace([0.0] * (c + form.scratch), values, report)
         count = form.alone(limb.numbers, target[0].tolist(), selection, work)
+        form.kernel.python_seconds += time.perf_counter() - started
         if count > 0 or not form.searches or report[REASON] == NOT_RIGID:
             return KernelOutput(np.array([[count, *report, *values]]), c, len(report))
     return _solve_by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
@@ -432,7 +459,7 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
     return {
         "joints": limb.joints,
         "columns": limb.columns,
-        "reference": options.reference,
+        "reference": options.reference.copy() if options.reference is limb.rest else options.reference,
         "best": limb.coordinates(best),
         "branches": limb.coordinates(values),
         "families": branches[..., c + 3].astype(np.int8),

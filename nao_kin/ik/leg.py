@@ -111,8 +111,11 @@ def leg(
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
-    nearest, refuse = partial(nearest_foot, robot, limb), partial(refuse_not_rigid, T, "T_torso_foot")
-    result = solve_or_nearest(_LEG, limb, T.reshape(*batch, 16), options, nearest, refuse)
+    result = solve_or_nearest(
+        _LEG, limb, T.reshape(*batch, 16), options,
+        lambda rows, options: nearest_foot(robot, limb, rows, options),
+        lambda: refuse_not_rigid(T, "T_torso_foot"),
+    )  # fmt: skip
     return without_collisions(robot, result, collisions)
 
 

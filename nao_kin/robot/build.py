@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import fresh_name, quoted
@@ -189,6 +190,10 @@ def address(array: Floats) -> int:
     return int(array.__array_interface__["data"][0])
 
 
+# The placements of some frames: views of Pinocchio's memory, and the bytes that were there.
+SomeFrames: TypeAlias = tuple[tuple[NDArray[np.void], bytes], ...]
+
+
 class ModelNumbers:
     """A copy of the numbers of a model, and views of the memory that holds them."""
 
@@ -213,10 +218,17 @@ class ModelNumbers:
             return [float(inertia.mass) for inertia in self._inertias] != self._masses
         return bool(self._first.mass != self._first_mass)
 
-    def placements_changed(self) -> bool:
-        """Return whether the placement of a joint or frame has changed since this object was made."""
+    def placements_changed(self, some: SomeFrames | None = None) -> bool:
+        """Return whether the placement of a joint or frame has changed since this object was made.
+
+        With `some_frames` only these frames count: a robot has hundreds, and to compare all takes longer than a leg.
+        """
         placements, frames, _, _ = self._parts
-        return placements.changed() or frames.changed()
+        return placements.changed() or frames.changed(some)
+
+    def some_frames(self, frame_ids: Iterable[int]) -> SomeFrames:
+        """Return the placements of some frames for `placements_changed`, as they were when this object was made."""
+        return self._parts[1].some(frame_ids)
 
 
 class _Part:
@@ -231,6 +243,18 @@ class _Part:
         self._blocks = self.view.view(f"V{_DOUBLE * doubles}")  # copied by the block, not by the number
         self._seen = self._blocks.tobytes()
 
-    def changed(self) -> bool:
+    def changed(self, some: SomeFrames | None = None) -> bool:
         """Return whether the vector has grown, which moves it and invalidates the view, or a number has changed."""
-        return len(self._elements) != self._count or self._blocks.tobytes() != self._seen
+        if len(self._elements) != self._count:
+            return True
+        if some is None:
+            return self._blocks.tobytes() != self._seen
+        for now, seen in some:  # noqa: SIM110, a generator takes longer than the comparison
+            if now.tobytes() != seen:
+                return True
+        return False
+
+    def some(self, rows: Iterable[int]) -> SomeFrames:
+        """Return views of some elements, each with its former bytes."""
+        size = self._blocks.itemsize
+        return tuple((self._blocks[row], self._seen[size * row : size * (row + 1)]) for row in rows)

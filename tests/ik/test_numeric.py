@@ -161,7 +161,8 @@ def test_a_pose_is_solved_alike_alone_and_in_a_batch_and_again(nao: nk.NaoModel)
 
 
 def test_pink_makes_the_steps_where_it_is_installed(nao: nk.NaoModel) -> None:
-    pytest.importorskip("pink")
+    for module in ("pink", "qpsolvers", "quadprog"):
+        pytest.importorskip(module)
     for frame in ("Head", "LLeg"):
         T = nao.fk(nao.random(5, 8), frame)
         found = numeric(nao, frame, T, reference=nao.posture("StandInit"), solver="pink", tolerance=1e-6)

@@ -128,7 +128,7 @@ def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path:
     assert err.count("NotCachedWarning") == 1
     assert err.count("nao_kin: compiling a small kernel (about 10 s) …\n") == 1
     assert str(occupied) in err
-    assert "set NUMBA_CACHE_DIR to a writable folder" in err
+    assert "set NUMBA_CACHE_DIR to a folder that only you can write to" in err
     assert occupied.read_text() == "not a folder"
 
 

@@ -160,3 +160,46 @@ def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
     for index in np.ndindex(3, 2):
         one = nk.ik.leg(nao, "L", T[index], reference=references[index[0], 0])
         np.testing.assert_array_equal(one.q, found.q[index])
+
+
+def test_a_loop_of_single_targets_loads_the_kernel(
+    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    nk.warm_up(["ik kernel, legs"])
+    kernel, T = nk._kernels.KERNELS["ik kernel, legs"], nao.fk(nao.posture("StandInit"), "LLeg")
+    expected = nk.ik.leg(nao, "L", T).q
+    started: list[str] = []
+    monkeypatch.setattr(type(kernel), "compile_in_background", lambda self: started.append(self.name))
+    for name, value in {"_compiled": None, "entry_point": None, "python_seconds": 0.0}.items():
+        monkeypatch.setattr(kernel, name, value)
+
+    def solved_as_python() -> bool:
+        np.testing.assert_array_equal(nk.ik.leg(nao, "L", T).q, expected)
+        return not kernel.in_memory
+
+    assert solved_as_python()
+    assert 0.0 < kernel.python_seconds < 0.1
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setitem(vars(kernel), "folder", tmp_path / "nao_kin" / "0123")
+        assert solved_as_python()
+        assert started == []
+        kernel.python_seconds = 1.0  # in all; as long as to load a kernel, if there were one
+        assert solved_as_python()
+        assert started == ["ik kernel, legs"]
+    assert not solved_as_python()  # the kernel is on the disk
+
+
+@pytest.mark.parametrize(("limb", "most"), [("leg", 25), ("arm", 26)])
+def test_a_single_target_takes_few_python_calls(nao: nk.NaoModel, limb: str, most: int) -> None:
+    """A call of Python takes about 0.2 µs, and Pinocchio computes all poses in 1 µs."""
+    nk.warm_up(["ik kernel, legs", "ik kernel, arms by pose"])
+    solve, T = getattr(nk.ik, limb), nao.fk(nao.posture("StandInit"), f"L{limb.capitalize()}")
+    solve(nao, "L", T)
+    called = []
+    sys.setprofile(lambda frame, event, _: called.append(frame.f_code.co_name) if event == "call" else None)
+    try:
+        solve(nao, "L", T)
+    finally:
+        sys.setprofile(None)
+    assert called[0] == limb
+    assert len(called) <= most, called

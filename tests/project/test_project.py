@@ -82,6 +82,13 @@ def test_make_and_the_hooks_call_what_is_there() -> None:
             assert set(words.split()) <= targets, f"{page.name}: make {words}"
 
 
+@pytest.mark.parametrize("target", ["quick", "unit", "test-full", "test-lowest", "coverage"])
+def test_kernels_are_compiled_before_the_time_of_a_test_is_measured(target: str) -> None:
+    done = subprocess.run(["make", "-n", target], cwd=ROOT, capture_output=True, text=True, check=True)
+    kernels = min(done.stdout.find(words) % len(done.stdout) for words in ("warm_up(", "nao-kin warmup"))
+    assert kernels < done.stdout.index("pytest")
+
+
 def test_every_mutation_can_be_planted() -> None:
     wrong = []
     for mutation in mutate.MUTATIONS:
