@@ -80,7 +80,8 @@ class RobotModel:
         link_names: the links, in the order in which `fk(q)` returns them.
         lower: smallest joint values, shape (n,).
         upper: largest joint values, shape (n,).
-        velocity_limits: largest joint speeds, shape (n,).
+        velocity_limits: largest joint speeds, above 0, shape (n,); ∞ for a joint without a speed limit, which is also
+            the meaning of a 0 in the file.
         effort_limits: largest joint torques or forces, shape (n,).
         coupled_limits: tables in which one joint's range depends on another's value.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -480,6 +481,27 @@ def test_a_negative_speed_or_effort_is_no_limit(write: Write, attribute: str) ->
     assert robot.load_notes == (f"joint 'J' has {attribute} -1: taken as unlimited",)
     report = nk.crosscheck.run(robot, 5)
     assert report.ok, report.failures
+
+
+def test_a_speed_of_0_is_no_limit_to_any_function(write: Write) -> None:
+    nao, text = nk.load_nao(), nk.load_nao().urdf_path.read_text(encoding="utf-8")
+    text, changes = re.subn(r'(<joint name="HeadYaw".*?velocity=)"[^"]*"', r'\1"0"', text, count=1, flags=re.DOTALL)
+    assert changes == 1
+    robot = nk.RobotModel.from_urdf(write(text), semantics=nao.semantics)
+    yaw = robot.joint_names.index("HeadYaw")
+    assert robot.velocity_limits[yaw] == math.inf
+    assert "joint 'HeadYaw' has velocity 0: taken as unlimited" in robot.load_notes
+    assert not {row.convention for row in nk.crosscheck.run(robot, 5).failures}
+    fast = nk.Motion([0.0, 1e-3], ["HeadYaw"], [[-0.5], [0.5]])
+    assert nk.motion.check(robot, fast).ok
+    assert nk.motion.slow_down(robot, fast).motion == fast
+    turn = nk.ik.velocity(robot, robot.neutral(), [0.0, 0.0, 0.0, 0.0, 0.0, 50.0], "HeadYaw", dt=1e-4)
+    assert turn.v[yaw] == pytest.approx(50.0)
+    q = np.tile(robot.posture("StandInit"), (5, 1))
+    q[:, yaw] = np.linspace(-0.5, 0.5, 5)
+    along = nk.ik.follow(robot, {"Head": robot.rotation(q, "Head")}, times=np.linspace(0.0, 1e-3, 5), reference=q[0])
+    np.testing.assert_allclose(along.q, q, atol=1e-6)
+    assert not along.stretched
 
 
 @pytest.mark.parametrize(
