@@ -232,10 +232,14 @@ def test_a_seed_and_a_generator_make_the_same_rotations_and_shapes_are_kept():
     assert angle_between(R[:, None], near).max() < 1e-5
 
 
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of a matrix
 @pytest.mark.parametrize("draw", [random_rotation, random_quat, lambda *a: random_rotation_near(np.eye(3), 0.1, *a)])
 def test_what_draws_no_rotations_is_refused(draw):
-    for rng in ("seed", -1, 1.5):
-        with pytest.raises(BadArgument, match="generator or a seed"):
+    endless = [1]
+    endless.append(endless)
+    # NumPy ends the interpreter for a matrix and for a list that contains itself.
+    for rng in ("seed", -1, 1.5, np.matrix(np.eye(3)), endless, [[1, 2], [3, 4]], {}):
+        with pytest.raises(BadArgument, match="rng must be a generator, or a seed of whole numbers from 0, got"):
             draw(rng)
     for shape in ("ab", 1.5, (2, None), -1, (2, -1)):
         with pytest.raises(BadArgument, match="shape must"):
