@@ -271,6 +271,12 @@ def test_a_driving_joint_is_confined_to_what_suits_its_followers(write: Write) -
     assert robot.load_notes == ("joint 'A' confined to [-0.2, 0.3] by 'B'",)
 
 
+@pytest.mark.parametrize(("limits", "range_"), [((-1.0, 0.5), "[-1, 0.5]"), ((-0.5, 1.0), "[-0.5, 1]")])
+def test_a_follower_that_confines_one_end_is_noted(tmp_path: Path, limits: tuple[float, float], range_: str) -> None:
+    robot = made_up(tmp_path, J("A", limits=(-1.0, 1.0)), J("B", follows=("A", 1.0, 0.0), limits=limits))
+    assert robot.load_notes == (f"joint 'A' confined to {range_} by 'B'",)
+
+
 def test_limits_come_along_when_a_coupling_is_turned_round(write: Write) -> None:
     inner = _joint("In", "base", "a", inside=_mimic("Out", 2.0, 0.5))
     outer = _joint("Out", "a", "b").replace('lower="-1" upper="1"', 'lower="0" upper="0.2"')
