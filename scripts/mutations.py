@@ -313,7 +313,7 @@ _ROBOT = (
         "test_limits.py::test_the_unit_of_a_violation_is_that_of_the_joint_that_is_limited "
         "test_model_details.py::test_joints_with_one_limit_are_drawn_within_a_turn_of_it",
         ("violations-of-least-excess-first", "violation: -violation.excess", "violation: violation.excess"),
-        ("violation-in-the-unit-of-the-other-joint", "self.units[column], at, table.of", "self.units[of], at, table.of"),
+        ("violation-in-the-unit-of-the-other-joint", "self.units[column], at, table", "self.units[of], at, table"),
         ("half-a-turn-below-an-upper-limit", "self.upper - 2 * np.pi", "self.upper - np.pi"),
     ),
     *_faults(
