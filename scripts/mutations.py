@@ -699,7 +699,9 @@ _CROSSCHECK = (
 
 _THIN = _faults(
     "export/inertia.py",
-    "test_urdf.py::test_a_sheet_thinner_than_a_millionth_is_made_as_thick",
+    "test_urdf.py::test_a_sheet_thinner_than_a_millionth_is_made_as_thick "
+    "test_urdf.py::test_a_negative_tensor_is_called_negative_and_becomes_a_ball_of_water",
+    ("negative-tensor-called-none", ' if moments[0] >= -_SMALLEST * body.mass else "a negative"', ""),
     ("bodies-a-thousand-times-as-thin", "_THINNEST = 1e-6", "_THINNEST = 1e-9"),
 )
 
@@ -1014,6 +1016,8 @@ _MOTION = (
         "motion/editing.py",
         "test_editing.py",
         ("mirrored-turns-keep-their-sign", 'kind == "prismatic" else -1.0', 'kind == "prismatic" else 1.0'),
+        ("blend-as-long-as-a-motion-refused", "if blend > motion.duration:", "if blend >= motion.duration:"),
+        ("blend-that-begins-between-keys", "second.key_times, [begin], np.linspace", "second.key_times, np.linspace"),
     ),
     *_faults(
         "motion/checking.py",

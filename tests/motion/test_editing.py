@@ -557,6 +557,18 @@ def test_changes_are_said_in_degrees_and_as_json(nao: nk.NaoModel) -> None:
     assert mended.changes[0].as_dict()["amount"] == pytest.approx(math.radians(10.0))
 
 
+def test_a_blend_may_be_as_long_as_a_motion_and_begins_at_a_key() -> None:
+    short = nk.Motion([0.0, 0.5], ["HeadYaw"], [[0.0], [0.2]])
+    assert concatenate([short, short], blend=0.5).end == 0.5
+    with pytest.raises(nk.errors.BadArgument, match="longer than a motion of 0.5 s"):
+        concatenate([short, short], blend=0.5 + 1e-9)
+    curved = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]], "smooth")
+    blended = concatenate([curved, curved], blend=0.1234567)
+    begin = 1.0 - 0.1234567
+    assert begin in blended.times[0]
+    assert blended.sample(begin) == pytest.approx(curved.sample(begin), abs=1e-15)
+
+
 def test_bezier_motions_that_meet_keep_the_handles_on_both_sides() -> None:
     handles = np.zeros((2, 2, 2))
     handles[0, 1], handles[1, 0] = (0.6, 0.3), (-0.5, -0.2)
