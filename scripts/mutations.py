@@ -1017,7 +1017,6 @@ _MOTION = (
         "test_editing.py",
         ("mirrored-turns-keep-their-sign", 'kind == "prismatic" else -1.0', 'kind == "prismatic" else 1.0'),
         ("blend-as-long-as-a-motion-refused", "if blend > motion.duration:", "if blend >= motion.duration:"),
-        ("blend-that-begins-between-keys", "second.key_times, [begin], np.linspace", "second.key_times, np.linspace"),
     ),
     *_faults(
         "motion/checking.py",
