@@ -96,8 +96,8 @@ _URDF = (
         ),
         (
             "negative-speed-taken",
-            '        if value < 0.0:\n            self.notes.append(f"joint {quoted(joint)} has {attribute}',
-            '        if False:\n            self.notes.append(f"joint {quoted(joint)} has {attribute}',
+            'if value < 0.0 or (value == 0.0 and attribute == "velocity"):',
+            'if value == 0.0 and attribute == "velocity":',
         ),
         (
             "plain-file-expanded",
@@ -114,6 +114,11 @@ _URDF = (
             'ends.append(renamed.get(str(end.get("link")), str(end.get("link"))))',
             'ends.append(str(end.get("link")))',
         ),
+    ),
+    *_faults(
+        "robot/urdf/reader.py",
+        "test_foreign_urdf.py::test_a_speed_of_0_is_no_limit_to_any_function",
+        ("speed-of-0-taken", ' or (value == 0.0 and attribute == "velocity")', ""),
     ),
     *_faults(
         "robot/urdf/reader.py",
@@ -155,6 +160,12 @@ _URDF = (
             "-follower.velocity / abs(follower.coupling.multiplier)",
             "-follower.velocity",
         ),
+    ),
+    *_faults(
+        "robot/urdf/couplings.py",
+        "test_foreign_urdf.py::test_a_follower_that_confines_one_end_is_noted",
+        ("upper-limit-shared-without-a-note", "if (lower, upper) != before:", "if lower != before[0]:"),
+        ("lower-limit-shared-without-a-note", "if (lower, upper) != before:", "if upper != before[1]:"),
     ),
     *_faults(
         "robot/urdf/couplings.py",
@@ -295,6 +306,15 @@ _ROBOT = (
             "if name in moved",
         ),
         ("shared-name-warned-of-every-time", "self._ambiguous.pop(name, None)", "self._ambiguous.get(name)"),
+    ),
+    *_faults(
+        "robot/limits.py",
+        "test_limits.py::test_violations_are_listed_by_configuration_and_then_by_excess "
+        "test_limits.py::test_the_unit_of_a_violation_is_that_of_the_joint_that_is_limited "
+        "test_model_details.py::test_joints_with_one_limit_are_drawn_within_a_turn_of_it",
+        ("violations-of-least-excess-first", "violation: -violation.excess", "violation: violation.excess"),
+        ("violation-in-the-unit-of-the-other-joint", "self.units[column], at, table", "self.units[of], at, table"),
+        ("half-a-turn-below-an-upper-limit", "self.upper - 2 * np.pi", "self.upper - np.pi"),
     ),
     *_faults(
         "robot/limits.py",
@@ -679,7 +699,9 @@ _CROSSCHECK = (
 
 _THIN = _faults(
     "export/inertia.py",
-    "test_urdf.py::test_a_sheet_thinner_than_a_millionth_is_made_as_thick",
+    "test_urdf.py::test_a_sheet_thinner_than_a_millionth_is_made_as_thick "
+    "test_urdf.py::test_a_negative_tensor_is_called_negative_and_becomes_a_ball_of_water",
+    ("negative-tensor-called-none", ' if moments[0] >= -_SMALLEST * body.mass else "a negative"', ""),
     ("bodies-a-thousand-times-as-thin", "_THINNEST = 1e-6", "_THINNEST = 1e-9"),
 )
 
@@ -901,9 +923,25 @@ _WHOLE_BODY = (
         "test_whole_body.py::test_the_polygon_is_the_hull_of_the_sensors",
         ("distance-outside-by-the-edge-line", "inside, -away))", "inside, inside))"),
     ),
+    *_faults(
+        "robot/support_polygon.py",
+        "test_support_polygon.py",
+        ("distance-beyond-a-corner-to-the-edge-line", "axis=-1), 0.0, 1.0)", "axis=-1), -9.0, 9.0)"),
+        ("distance-beyond-the-end-of-an-edge-to-its-line", "axis=-1), 0.0, 1.0)", "axis=-1), 0.0, 9.0)"),
+        ("points-on-an-edge-are-vertices", "(by - ay) * (x - ax) > 0.0", "(by - ay) * (x - ax) >= 0.0"),
+    ),
 )
 
 _IK = (
+    *_faults(
+        "ik/limit_regions.py",
+        "test_numeric.py::test_a_target_that_needs_a_joint_below_its_range_names_the_lower_limit",
+        (
+            "lower-limit-told-as-the-upper-one",
+            "np.where(below[rows, joint] > 0.0, self.lower[joint], self.upper[joint])",
+            "self.upper[joint]",
+        ),
+    ),
     *_faults(
         "ik/legs_equations.py",
         "test_legs.py::test_hips_on_the_axis_of_ankle_roll_and_beside_it",
@@ -978,6 +1016,14 @@ _MOTION = (
         "motion/editing.py",
         "test_editing.py",
         ("mirrored-turns-keep-their-sign", 'kind == "prismatic" else -1.0', 'kind == "prismatic" else 1.0'),
+        ("blend-as-long-as-a-motion-refused", "if blend > motion.duration:", "if blend >= motion.duration:"),
+    ),
+    *_faults(
+        "motion/checking.py",
+        "test_checking.py::test_overlapping_links_are_found_between_keys_and_only_if_asked "
+        "test_checking.py::test_of_very_many_stretches_the_worst_are_listed",
+        ("what-is-left-out-below-not-counted", "above.left_out + below.left_out", "above.left_out"),
+        ("shallowest-overlaps-listed", "key=lambda row: row.value)[:_MOST", "key=lambda row: -row.value)[:_MOST"),
     ),
     *_faults(
         "motion/checking.py",

@@ -43,6 +43,8 @@ def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
 def all_finite(array: Floats) -> bool:
     """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:
+        if 0 in array.strides:  # a broadcast view repeats its entries, and may be larger than any memory
+            array = array[tuple([slice(None, 1) if step == 0 else slice(None) for step in array.strides])]
         # A sum, not a dot product: BLAS would use threads, which take ten times as long on a busy machine.
         with np.errstate(over="ignore", invalid="ignore"):
             if math.isfinite(array.sum()):
@@ -234,6 +236,24 @@ def whole_number(value: SupportsIndex, what: str, least: int, most: int | None =
     # Python refuses to print whole numbers of thousands of digits.
     given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
     raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
+
+
+_GENERATORS = np.random.Generator, np.random.BitGenerator, np.random.RandomState, np.random.SeedSequence
+
+
+def generator(rng: object) -> np.random.Generator:
+    """Return NumPy's generator of random numbers for a generator, a seed (whole numbers), or None.
+
+    NumPy itself crashes the interpreter for a matrix and for a list that contains itself.
+    """
+    seed: Any = rng
+    try:
+        if rng is not None and not isinstance(rng, _GENERATORS):
+            several = isinstance(rng, (list, tuple, range)) or (isinstance(rng, np.ndarray) and rng.ndim == 1)
+            seed = list(map(operator.index, seed)) if several else operator.index(seed)
+        return np.random.default_rng(seed)
+    except (TypeError, ValueError):
+        raise BadArgument(f"rng must be a generator, or a seed of whole numbers from 0, got {quoted(rng)}") from None
 
 
 def check_tolerance(tolerance: object, what: str = "tolerance") -> None:

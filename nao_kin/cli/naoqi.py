@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from json import dumps
@@ -203,7 +205,7 @@ def live(
     lola: str | None = option("SOCKET", "Read a NAO6's RoboCup interface instead, from its Unix socket."),
     rate: float = option("N", "Largest number of readings per second.", default=_RATE),
     record: str | None = option("FILE", "Write the readings as a motion at the end."),
-    seconds: float | None = option("S", "End after this many seconds of readings."),
+    seconds: float | None = option("S", "End after this many seconds of readings, or as many without one."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
     force: bool = FORCE,
@@ -228,10 +230,11 @@ def live(
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
         atomic.check_replaceable(record, overwrite=force)
     model = robot.load()
-    from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
+    from nao_kin.naoqi import LolaSource, Lost, NaoqiSource, readings, recorded
 
     source = LolaSource(lola) if lola is not None else NaoqiSource(str(address))
     found: list[JointReading] = []
+    patience = math.inf if seconds is None else seconds
     with ExitStack() as running:
         viewer = None
         if view:
@@ -239,14 +242,22 @@ def live(
             print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
         # A signal ends the reading; the readings so far are still written.
         ended = running.enter_context(uninterrupted())
-        for reading in readings(source, model, rate=rate, wanted=lambda: not ended(), on_state=print_note):
+        since = time.monotonic()  # the last reading, or the start
+
+        def wanted() -> bool:
+            return not ended() and time.monotonic() < since + patience
+
+        for reading in readings(source, model, rate=rate, wanted=wanted, on_state=print_note):
+            since = time.monotonic()
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
             if record is None:
                 found.clear()  # without a recording, the last reading is enough
             found.append(reading)
-            if seconds is not None and reading.time >= seconds:
+            if reading.time >= patience:
                 break
+        if not found and not ended():
+            raise Lost(f"{source.address} gave no reading within {patience:g} s")
         if record is not None and found:
             from nao_kin.motion import write_motion
 

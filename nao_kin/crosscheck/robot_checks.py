@@ -396,8 +396,8 @@ def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[floa
 
 
 def _own_bounds(joint: ParsedJoint) -> tuple[float, float, float]:
-    """Return lower, upper and velocity of one joint: infinite where the file has none or swapped ends."""
-    velocity = math.inf if joint.velocity is None or joint.velocity < 0.0 else joint.velocity
+    """Return lower, upper and velocity of one joint: infinite where the file has none, velocity 0 or swapped ends."""
+    velocity = math.inf if joint.velocity is None or joint.velocity <= 0.0 else joint.velocity
     lower, upper = joint.lower or 0.0, joint.upper or 0.0
     if joint.continuous or (joint.lower is None and joint.upper is None) or lower > upper:
         return -math.inf, math.inf, velocity

@@ -54,7 +54,7 @@ def joint_limits(tree: UrdfTree) -> str:
     ]
     own = [joint for joint in tree.moving_joints if joint.mimic is None]
     for joint in own:
-        limited = math.isfinite(joint.velocity) and joint.velocity > 0.0
+        limited = math.isfinite(joint.velocity)
         lines += [
             f"  {json.dumps(joint.name)}:",
             f"    has_velocity_limits: {'true' if limited else 'false'}",

@@ -84,7 +84,7 @@ def arm(
     - A position alone leaves two joints free; the result has the best solution by `criterion`.
 
     If a target is not met, `reason` says why, and `best` and `q` are the joint values with the smallest
-    √(distance² + (angle_weight · angle)²), inside the limits if these are enforced.
+    √(distance² + (angle_weight · angle)²) that a search finds, inside the limits if these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with arms of its geometry.

@@ -60,12 +60,7 @@ def scaled(
     segments that take longer than requested.
     """
     moved = np.abs(np.diff(joints, axis=0))
-    stuck = (moved > 0.0).any(axis=0) & (robot.velocity_limits <= 0.0)
-    if stuck.any():
-        joint = robot.joint_names[int(np.argmax(stuck))]
-        raise BadArgument(f"{joint} has to move, but its speed limit is 0: no time is long enough")
-    limits = np.where(moved.any(axis=0), robot.velocity_limits, np.inf)
-    least = moved / limits
+    least = moved / robot.velocity_limits
     needed = least.max(axis=1, initial=0.0) / speed
     given = np.zeros(len(moved)) if times is None else np.diff(times)
     # Differences of times are rounded: a segment that is too short by no more than rounding is not changed.
@@ -386,10 +381,8 @@ def _with_free_torso(
 
 def _weights(robot: RobotModel) -> Floats:
     """Return the weight of motion of each coordinate: 1/v_j, 1 for a joint without speed limit, and 0 for the base."""
-    v = robot.velocity_limits
-    limited = np.isfinite(v) & (v > 0.0)
     weights = np.zeros(robot.nq)
-    weights[robot.nq_base :] = np.where(limited, 1.0 / np.where(limited, v, 1.0), 1.0)
+    weights[robot.nq_base :] = np.where(np.isfinite(robot.velocity_limits), 1.0 / robot.velocity_limits, 1.0)
     return weights
 
 

@@ -291,9 +291,7 @@ class _Bounds:
         # Whether the configurations are inside the limits.
         off = np.abs(self._region.project(self._values) - self._values)
         self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)
-        speed = motion.robot.velocity_limits[motion.joints]
-        # A URDF without speed limits has 0, which would stop every joint.
-        self._fastest: Floats = np.where(speed > 0.0, speed, np.inf)
+        self._fastest: Floats = motion.robot.velocity_limits[motion.joints]
 
     def allowed(self, speeds: Floats, rows: NDArray[np.intp]) -> Floats:
         """Return velocities near `speeds` (k, m) inside the speed limits and, for the time dt, the ranges."""

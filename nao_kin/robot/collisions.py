@@ -15,7 +15,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, finite_or_none
+from nao_kin._core.arrays import Floats, finite_or_none, generator
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
@@ -344,11 +344,11 @@ def random_free(
 ) -> Floats:
     """Return random configurations in which no links overlap; those that overlap are drawn again."""
     wanted = robot.random(rng, n)  # checks the arguments
-    generator = np.random.default_rng(rng)
+    drawn = generator(rng)
     rows = wanted.reshape(-1, robot.nq)
     filled = vain = 0
     while filled < len(rows):
-        q = robot.random(generator, min(max(_DRAWN, len(rows) - filled), _CHUNK))
+        q = robot.random(drawn, min(max(_DRAWN, len(rows) - filled), _CHUNK))
         q = q[shapes.clearance(q, 0.0).is_free][: len(rows) - filled]
         vain = 0 if len(q) else vain + _DRAWN
         if vain > _MOST_DRAWN:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, choice, first_index
+from nao_kin._core.arrays import Floats, as_floats, choice, first_index, generator
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
-from nao_kin.robot.limits import JointLimits, LimitPolicy, check_policy
+from nao_kin.robot.limits import LIMIT_TOLERANCE, JointLimits, LimitPolicy, check_policy
 from nao_kin.robot.semantics import Mimic, Posture
 
 # --- Conversion between joint values by name and arrays; mimic joints must agree with their driving joints.
@@ -189,17 +189,17 @@ class ConfigurationSpace:
 
     def random(self, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None) -> Floats:
         """Return configurations inside all limits, each joint uniform in its range."""
+        drawn = generator(rng)
         try:
-            generator = np.random.default_rng(rng)
             shape = () if n is None else tuple(map(operator.index, n if isinstance(n, Iterable) else (n,)))
-        except (TypeError, ValueError) as error:
-            raise BadArgument(f"random needs a generator or a seed, and a number or a shape: {error}") from None
+        except TypeError:
+            raise BadArgument(f"n must be a whole number or a shape, got {quoted(n)}") from None
         if any(length < 0 for length in shape):
             raise BadArgument(f"n must not be negative, got {n}")
         if math.prod(shape) > _MAX_DRAWN:
             raise BadArgument(f"n must not exceed {_MAX_DRAWN} configurations, got {quoted(n)}")
         q = self.neutral(shape)
-        q[..., self._offset :] = self._limits.random(generator, shape)
+        q[..., self._offset :] = self._limits.random(drawn, shape)
         return q
 
     def by_joint(self, angles: Mapping[str, ArrayLike], degrees: bool) -> dict[str, Floats]:
@@ -307,7 +307,7 @@ class ConfigurationSpace:
         joints = q[..., self._offset :]
         if not joints.size or max(float(joints.max()), -float(joints.min())) <= TURN:
             return
-        lower, upper = self._limits.lower, self._limits.upper
+        lower, upper = self._limits.lower - LIMIT_TOLERANCE, self._limits.upper + LIMIT_TOLERANCE
         wrong = (np.abs(joints) > TURN) & ((joints < lower) | (joints > upper)) & self._bounded
         if wrong.any():
             place = first_index(wrong)

@@ -165,7 +165,7 @@ def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Fl
     if named is not None:
         return np.pad(np.array(named), ((0, 0), (0, 1)))
     try:
-        points = sole_corners(robot, sole)
+        return sole_corners(robot, sole)
     except BadArgument:
         floor, frames = _floor_of(robot), robot.model.frames
         own = frames[frame_id]

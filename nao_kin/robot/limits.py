@@ -167,9 +167,12 @@ class JointLimits:
         return inside
 
     def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
-        """Return values inside all limits, uniform in each range; joints without limits are uniform in [−π, π]."""
+        """Return values inside all limits, uniform in each range; joints without limits are uniform in [−π, π].
+
+        Joints with one limit are uniform within a turn of it.
+        """
         low = np.where(
-            np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper - np.pi, -np.pi)
+            np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper - 2 * np.pi, -np.pi)
         )
         high = np.where(np.isfinite(self.upper), self.upper, low + 2 * np.pi)
         values = low + (high - low) * rng.random((*shape, len(self.names)))

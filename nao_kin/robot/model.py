@@ -81,7 +81,8 @@ class RobotModel:
         link_names: the links, in the order in which `fk(q)` returns them.
         lower: smallest joint values, shape (n,).
         upper: largest joint values, shape (n,).
-        velocity_limits: largest joint speeds, shape (n,).
+        velocity_limits: largest joint speeds, above 0, shape (n,); ∞ for a joint without a speed limit, which is also
+            the meaning of a 0 in the file.
         effort_limits: largest joint torques or forces, shape (n,).
         coupled_limits: tables in which one joint's range depends on another's value.
 
@@ -884,12 +885,13 @@ class RobotModel:
         return support_polygon(self, q, soles, reference)
 
     def sole_outline(self, sole: str, kind: OutlineKind = "sole") -> Floats:
-        """Return the corners of a sole in its own frame, shape (k, 3) [m], counter-clockwise with the kind "sole".
+        """Return the corners of a sole in its own frame, counter-clockwise, shape (k, 3) [m].
 
         "sole" is the area that touches the floor: the outline in the semantics; without one, the hull of the frames on
         the foot in the plane of the sole; without three of these, the hull of its visual shapes within 5 mm of their
-        lowest point. "sensors" are the frames on the foot in the plane of the sole, which `support_polygon` and the
-        whole-body poses take: on a NAO the four force sensors, 100 × 53 mm, inside the sole of 142 × 81 mm.
+        lowest point. "sensors" is the hull of the frames on the foot in the plane of the sole, which `support_polygon`
+        and the whole-body poses take: on a NAO the four force sensors, 100 mm long, 53 mm wide in front and 49 mm
+        behind, inside the sole of 142 × 81 mm.
 
         Raises:
             BadArgument: the sole has no outline.

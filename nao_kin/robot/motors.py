@@ -52,7 +52,10 @@ def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
     mimic = robot.mimics.get(joint)
     column = robot.joint_names.index(joint if mimic is None else mimic.joint)
     lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
-    return (lower, upper, speed) if mimic is None else (*mimic.range(lower, upper), abs(mimic.multiplier) * speed)
+    if mimic is None:
+        return lower, upper, speed
+    # A multiplier of 0 holds the joint still even if the motor has no speed limit.
+    return *mimic.range(lower, upper), abs(mimic.multiplier) * speed if mimic.multiplier else 0.0
 
 
 Hips = Literal["average", "left", "right"]

@@ -119,10 +119,10 @@ def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed:
 
 
 def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
-    """Return points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot in the plane of the sole.
+    """Return the hull of the frames on the foot in the plane of a sole, in its own frame, shape (k, 3) [m].
 
-    On a NAO these are the four pressure sensors, which carry the robot: a rectangle of 100 × 53 mm, inside the area of
-    142 × 81 mm that touches the floor (`RobotModel.sole_outline`).
+    On a NAO the corners are the four pressure sensors, which carry the robot, inside the area that touches the floor
+    (`RobotModel.sole_outline`). The hull is counter-clockwise.
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
@@ -131,10 +131,9 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     ]
     points = np.array([own.placement.actInv(place).translation for place in places])
     flat = points[np.abs(points[:, 2]) <= _FLAT]
-    corners = np.unique(np.round(flat, 12), axis=0)
-    if len(corners) < 3:
+    if len(np.unique(np.round(flat, 12), axis=0)) < 3:
         raise BadArgument(f"{robot.name} has no outline of {sole}: fewer than three frames lie in its plane")
-    return corners
+    return np.pad(SupportPolygon.around(np.round(flat, 12)).vertices, ((0, 0), (0, 1)))
 
 
 def polygon_below(soles: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> SupportPolygon:

@@ -9,7 +9,7 @@ from typing import SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, unit
+from nao_kin._core.arrays import Floats, as_batch, generator, unit
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._exponential import exp
@@ -86,21 +86,14 @@ def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, sha
         raise WrongShape("sigma", "() or (3,)", deviations.shape)
     if not ((deviations >= 0.0) & (deviations <= 1e100)).all():
         raise BadArgument(f"sigma must be from 0 to 1e100 rad, got {deviations.tolist()}")
-    generator, sizes = _generator(rng), _sizes(shape)
+    sizes = _sizes(shape)
     batch = middle.shape[:-2]
-    turns = exp(deviations * generator.standard_normal((*batch, *sizes, 3)))
+    turns = exp(deviations * generator(rng).standard_normal((*batch, *sizes, 3)))
     return np.asarray(middle.reshape(*batch, *(1,) * len(sizes), 3, 3) @ turns)
 
 
 def _normals(rng: Random, shape: Shape, count: int) -> Floats:
-    return np.asarray(_generator(rng).standard_normal((*_sizes(shape), count)))
-
-
-def _generator(rng: Random) -> np.random.Generator:
-    try:
-        return np.random.default_rng(rng)
-    except (TypeError, ValueError) as error:
-        raise BadArgument(f"rng must be a generator or a seed: {error}") from None
+    return np.asarray(generator(rng).standard_normal((*_sizes(shape), count)))
 
 
 def _sizes(shape: Shape) -> tuple[int, ...]:

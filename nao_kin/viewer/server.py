@@ -2,7 +2,8 @@
 
 The server runs inside the process and ends with it. Each page gets the newest message of each kind; a slow page skips
 outdated ones. The size, rate and number of pages' messages are limited, so that a faulty page neither fills the memory
-nor delays the other pages.
+nor delays the other pages. The number of connections, and the time that a request may take, are limited so that clients
+do not take the files of the program, which are connections too.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import json
+import logging
 import os
 import socket
 import threading
@@ -21,6 +23,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 import tornado.httpserver
+import tornado.ioloop
 import tornado.iostream
 import tornado.web
 import tornado.websocket
@@ -36,11 +39,18 @@ _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
 # Requests here have no body; by default tornado would read 100 MB before it refuses one.
 _LARGEST_BODY = 1 << 10
 _MAX_PAGES = 64
+# As many other connections as pages; a program on macOS may have 256 open files.
+_MAX_CONNECTIONS = 2 * _MAX_PAGES
+# For the headers of a request, its body, and between two requests of a connection; a page's socket has no such limit.
+_SECONDS_FOR_A_REQUEST = 10.0
+_SECONDS_BETWEEN_ATTEMPTS = 1.0
 # More messages than any page sends, even if it draws 240 times a second.
 _SECONDS_BETWEEN_ANSWERS = 1.0 / 500.0
 _JOIN_SECONDS = 5.0
 # Address that means all addresses → an address that a browser can open.
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+
+_LOG = logging.getLogger(__name__)
 
 Answer = dict[str, Any]
 
@@ -177,11 +187,16 @@ class LiveServer:
 
     async def _serve(self, listening: socket.socket, started: threading.Event) -> None:
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
-        server = tornado.httpserver.HTTPServer(self._application, max_body_size=_LARGEST_BODY)
-        server.add_sockets([listening])
+        server = tornado.httpserver.HTTPServer(
+            self._application,
+            max_body_size=_LARGEST_BODY,
+            idle_connection_timeout=_SECONDS_FOR_A_REQUEST,
+            body_timeout=_SECONDS_FOR_A_REQUEST,
+        )
+        door = _Door(server, listening)
         started.set()
         await self._stop.wait()
-        server.stop()
+        door.close()
         for page in tuple(self._pages):
             page.close(1001, "the viewer closed")
         await server.close_all_connections()
@@ -230,6 +245,51 @@ class LiveServer:
             with self._arrival:
                 self._arrival.notify_all()
         self._on_answer(answer)
+
+
+class _Door:
+    """Accepts the connections of a server: `_MAX_CONNECTIONS` at once; the next ones wait in the socket's queue.
+
+    tornado's own accepts any number, and reports each one that the process has no file for with a traceback.
+    """
+
+    def __init__(self, server: tornado.httpserver.HTTPServer, listening: socket.socket) -> None:
+        self._server, self._listening = server, listening
+        self._loop = tornado.ioloop.IOLoop.current()
+        self._connections: list[socket.socket] = []
+        self._told: set[str] = set()
+        self._loop.add_handler(listening, self._accept, tornado.ioloop.IOLoop.READ)
+
+    def close(self) -> None:
+        """Accept no more connections and close the port."""
+        self._loop.remove_handler(self._listening)
+        self._listening.close()
+
+    def _accept(self, *_: object) -> None:
+        while True:
+            self._connections = [connection for connection in self._connections if connection.fileno() >= 0]
+            if len(self._connections) >= _MAX_CONNECTIONS:
+                return self._pause(f"{_MAX_CONNECTIONS} connections are open")
+            try:
+                connection, address = self._listening.accept()
+            except (BlockingIOError, ConnectionAbortedError):
+                return None
+            except OSError as error:
+                return self._pause(error.strerror or str(error))
+            self._connections.append(connection)
+            self._server.handle_stream(tornado.iostream.IOStream(connection), address)
+
+    def _pause(self, reason: str) -> None:
+        """Accept nothing for a moment: the waiting connections would otherwise call `_accept` all the time."""
+        if reason not in self._told:
+            self._told.add(reason)
+            _LOG.warning("pages that connect have to wait: %s", reason)
+        self._loop.remove_handler(self._listening)
+        self._loop.call_later(_SECONDS_BETWEEN_ATTEMPTS, self._continue)
+
+    def _continue(self) -> None:
+        if self._listening.fileno() >= 0:
+            self._loop.add_handler(self._listening, self._accept, tornado.ioloop.IOLoop.READ)
 
 
 class _Page(Guarded, tornado.websocket.WebSocketHandler):

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from loops import for_all
 
-from nao_kin._core.arrays import all_finite
+import nao_kin as nk
+from nao_kin._core.arrays import all_finite, generator
+from nao_kin.errors import BadArgument
 
 # Exactly searched, just short enough for that, just too long, long.
 SIZES = (1, 7, 2000, 2001, 10_000)
@@ -38,3 +41,40 @@ def test_an_array_in_any_layout_is_looked_at_whole() -> None:
         assert not all_finite(seen)
     assert all_finite(array[:99])
     assert all_finite(np.zeros((0, 3)))
+
+
+def test_a_view_that_repeats_its_entries_is_looked_at_once() -> None:
+    # Larger than any memory: to look at each entry would take hours.
+    assert all_finite(np.broadcast_to(0.0, (10**12, 3)))
+    assert all_finite(np.broadcast_to(np.arange(3.0), (10**12, 3)))
+    assert not all_finite(np.broadcast_to([0.0, np.nan, 0.0], (10**12, 3)))
+    assert not all_finite(np.broadcast_to([[0.0], [np.inf]], (2, 5000)))
+    with pytest.raises(MemoryError):
+        nk.rotations.right_jacobian_inverse(np.broadcast_to(0.0, (10**12, 3)))
+
+
+# --- Generators of random numbers.
+
+
+@for_all("seed", [0, 7, 2**80, np.int64(7), (1, 2), [2**40, 0], range(3), np.array([3, 4]), np.random.SeedSequence(5)])
+def test_a_seed_gives_the_numbers_that_numpy_gives(seed: object) -> None:
+    expected = np.random.default_rng(seed).random(3)  # type: ignore[arg-type]
+    assert generator(seed).random(3).tolist() == expected.tolist()
+
+
+def test_a_generator_stays_itself() -> None:
+    own = np.random.default_rng(1)
+    assert generator(own) is own
+    assert generator(np.random.PCG64(3)).random() == np.random.default_rng(3).random()
+    assert generator(None).random() != generator(None).random()
+
+
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of a matrix
+def test_a_configuration_is_not_drawn_with_anything_else(nao: nk.NaoModel) -> None:
+    for rng in (np.matrix(np.eye(3)), "L" * 100_000, -1, [0.5]):
+        with pytest.raises(
+            BadArgument, match=r"^rng must be a generator, or a seed of whole numbers from 0, got .{1,200}$"
+        ):
+            nao.random(rng)  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="n must be a whole number or a shape, got 'two'"):
+        nao.random(0, "two")  # type: ignore[arg-type]

@@ -236,6 +236,17 @@ def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> Non
     assert np.diag(nk.RobotModel(tree).model.inertias[0].inertia).max() >= min(size, 1e-12)
 
 
+def test_a_negative_tensor_is_called_negative_and_becomes_a_ball_of_water(tmp_path: Path) -> None:
+    path = tmp_path / "negative.urdf"
+    inertia = '<inertia ixx="-1" iyy="-1" izz="-1" ixy="0" ixz="0" iyz="0"/>'
+    path.write_text(
+        f'<robot name="n"><link name="a"><inertial><mass value="4.18879"/>{inertia}</inertial></link></robot>'
+    )
+    tree, changes = make_physical(read_urdf(path))
+    assert changes == ("a: a negative inertia → a ball of water, 0.0168 kg m²",)
+    assert realizable(tree.inertials["a"])
+
+
 # Names.
 
 
@@ -434,7 +445,9 @@ def _same_robot(robot: nk.RobotModel, path: Path, **options: Any) -> None:
     np.testing.assert_allclose(read.fk(q, robot.link_names), robot.fk(q, robot.link_names), atol=1e-12)
     np.testing.assert_allclose(read.com(q), robot.com(q), atol=1e-12)
     np.testing.assert_array_equal(read.lower, robot.lower)
-    np.testing.assert_array_equal(read.velocity_limits, robot.velocity_limits)
+    # A URDF with a range must have a speed too: none is written as a large one, and said.
+    speeds, again = (np.minimum(each.velocity_limits, 1e9) for each in (robot, read))
+    np.testing.assert_array_equal(again, speeds)
 
 
 def test_a_made_up_robot_comes_back_as_it_was(tmp_path: Path) -> None:

@@ -237,6 +237,18 @@ def test_a_target_that_needs_a_joint_outside_its_range_names_it(nao: nk.NaoModel
     assert nao.within_limits(found.q)
 
 
+def test_a_target_that_needs_a_joint_below_its_range_names_the_lower_limit(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    roll = nao.joint_names.index("LElbowRoll")
+    q[roll] = nao.lower[roll] - 0.1
+    found = numeric(nao, "LArm", nao.fk(q, "LArm"), reference=nao.posture("Crouch"))
+    assert found.reason is Reason.JOINT_LIMIT
+    assert found.joints[int(found.obstacles.joint)] == "LElbowRoll"
+    assert float(found.obstacles.needed) == pytest.approx(q[roll], abs=1e-6)
+    assert float(found.obstacles.limit) == nao.lower[roll]
+    assert str(found.message).startswith(f"LElbowRoll needs {q[roll]:.3g} rad, limit {nao.lower[roll]:.3g};")
+
+
 def test_a_target_that_only_a_coupled_limit_forbids_says_so(nao: nk.NaoModel) -> None:
     yaw, pitch = (nao.joint_names.index(name) for name in ("HeadYaw", "HeadPitch"))
     q = nao.neutral()
@@ -247,6 +259,8 @@ def test_a_target_that_only_a_coupled_limit_forbids_says_so(nao: nk.NaoModel) ->
     assert found.reason is Reason.COUPLED_LIMIT
     assert found.joints[int(found.obstacles.joint)] == "HeadPitch"
     assert float(found.obstacles.needed) == pytest.approx(0.4, abs=1e-6)
+    (table,) = (table for table in nao.coupled_limits if table.joint == "HeadPitch")
+    assert float(found.obstacles.limit) == pytest.approx(float(np.interp(1.5, table.at, table.upper)), abs=1e-6)
     assert nao.within_limits(found.q)
 
 

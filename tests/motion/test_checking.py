@@ -237,6 +237,9 @@ def test_of_very_many_stretches_the_worst_are_listed(nao: nk.NaoModel) -> None:
     assert max(row.value for row in report.violations) == 2.0
     assert [row.start for row in report.violations] == sorted(row.start for row in report.violations)
     assert len(report.describe().splitlines()) < 10
+    below = check(nao, nk.Motion(np.arange(20_000.0), ["LHand"], 1.0 - keys[:, None]))
+    assert (len(below.violations), below.left_out) == (1000, 9999 - 1000)
+    assert min(row.value for row in below.violations) == -1.0
 
 
 def test_a_robot_without_speed_limits_is_never_too_fast(nao: nk.NaoModel) -> None:
@@ -321,7 +324,7 @@ def test_two_followers_without_their_driver_are_held_against_each_other(tmp_path
         ]
 
 
-def test_overlapping_links_are_found_between_keys_and_only_if_asked() -> None:
+def test_overlapping_links_are_found_between_keys_and_only_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     nao = nk.load_nao()
     motion = nk.Motion(
         [0.0, 1.0, 2.0, 3.0, 4.0],
@@ -346,3 +349,8 @@ def test_overlapping_links_are_found_between_keys_and_only_if_asked() -> None:
     assert "with links that overlap" in report.describe()
     assert report.describe().endswith("collisions were sampled 100 times per second")
     assert nk.motion.check(nao, motion, collisions=True, fill="Crouch").violations[0].end == 4.0
+    deepest = max(report.violations, key=lambda violation: violation.excess)
+    monkeypatch.setattr("nao_kin.motion.checking._MOST_COLLISIONS", 1)
+    shorter = nk.motion.check(nao, motion, collisions=True, rate=100.0)
+    assert shorter.violations == (deepest,)
+    assert shorter.left_out == len(report.violations) - 1

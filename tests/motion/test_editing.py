@@ -472,15 +472,14 @@ def test_other_joints_are_slowed_down_with_the_one_that_is_too_fast(nao: nk.NaoM
 
 
 @pytest.mark.parametrize("how", ["local", "uniform"])
-def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, how: Any) -> None:
+def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, tmp_path: Path, how: Any) -> None:
     handles = np.zeros((2, 2, 2))
     handles[0, 1] = 0.0, 0.5
     with pytest.raises(nk.errors.BadArgument, match="LHand moves in no time between its keys 0 and 1"):
         slow_down(nao, nk.Motion([0.0, 1.0], ["LHand"], [[0.0], [1.0]], "bezier", [handles]), how=how)
-    stuck = nk.load_nao()
-    stuck.velocity_limits = np.zeros(25)  # type: ignore[misc]
+    held = made_up(tmp_path, J("a"), J("b", follows=("a", 0.0, 0.0)))
     with pytest.raises(nk.errors.BadArgument, match="its speed limit is 0"):
-        slow_down(stuck, nk.Motion([0.0, 1.0], ["LHand"], [[0.0], [1.0]]), how=how)
+        slow_down(held, nk.Motion([0.0, 1.0], ["b"], [[0.0], [1.0]]), how=how)
     with pytest.raises(nk.errors.UnknownName, match="local, uniform"):
         slow_down(nao, nk.Motion([0.0], ["LHand"], [[0.0]]), how="fast")  # type: ignore[arg-type]
 
@@ -556,6 +555,18 @@ def test_changes_are_said_in_degrees_and_as_json(nao: nk.NaoModel) -> None:
     mended = clamp(nao, motion)
     assert mended.describe(degrees=True) == "HeadYaw: moved into its limits by up to 10° (10 s)"
     assert mended.changes[0].as_dict()["amount"] == pytest.approx(math.radians(10.0))
+
+
+def test_a_blend_may_be_as_long_as_a_motion_and_begins_at_a_key() -> None:
+    short = nk.Motion([0.0, 0.5], ["HeadYaw"], [[0.0], [0.2]])
+    assert concatenate([short, short], blend=0.5).end == 0.5
+    with pytest.raises(nk.errors.BadArgument, match="longer than a motion of 0.5 s"):
+        concatenate([short, short], blend=0.5 + 1e-9)
+    curved = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]], "smooth")
+    blended = concatenate([curved, curved], blend=0.1234567)
+    begin = 1.0 - 0.1234567
+    assert begin in blended.times[0]
+    assert blended.sample(begin) == pytest.approx(curved.sample(begin), abs=1e-15)
 
 
 def test_bezier_motions_that_meet_keep_the_handles_on_both_sides() -> None:

@@ -231,6 +231,28 @@ def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: 
     silent.close()
 
 
+def test_a_robot_that_never_answers_is_given_up_after_the_seconds_asked_for(short_folder: Path) -> None:
+    silent = short_folder / "silent"
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(silent))
+        listening.listen()
+        for address in (str(silent), str(short_folder / "nobody")):
+            done = _live("--lola", address, "--seconds", "0.3", "--record", str(short_folder / "nod.json"))
+            assert done.returncode == 2
+            assert done.stdout == ""
+            assert done.stderr.endswith(f"\nnao-kin: {address} gave no reading within 0.3 s\n")
+    assert not (short_folder / "nod.json").exists()
+
+
+def test_a_robot_that_is_lost_for_the_seconds_asked_for_ends_the_recording(short_folder: Path) -> None:
+    file = short_folder / "nod.json"
+    with _lola_robot(short_folder, 20) as (path, _):
+        done = _live("--lola", path, "--seconds", "2", "--record", str(file), "--json")
+    assert done.returncode == 0, done.stderr
+    assert "trying again" in done.stderr
+    assert len(read_motion(file).times[0]) == json.loads(done.stdout)["readings"] > 0
+
+
 def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
     pytest.importorskip("qi")
     with socket.socket() as free:

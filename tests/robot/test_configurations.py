@@ -83,6 +83,15 @@ def test_what_may_turn_that_far_is_not_taken_for_degrees(tmp_path: Path) -> None
             robot.fk(q, "bound_l")
 
 
+def test_a_joint_at_a_limit_of_a_full_turn_is_not_taken_for_degrees(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("shoulder", limits=(-6.28318530718, 6.28318530718)))  # a UR5's
+    for q in (robot.upper + 1e-12, robot.lower - 9e-7):
+        assert robot.within_limits(q)
+        robot.fk(q, "shoulder_l")
+    with pytest.warns(DegreesWarning, match=r"^shoulder = 6\.2832 rad"):
+        robot.fk(robot.upper + 1.5e-5, "shoulder_l")
+
+
 def test_whoever_looks_at_the_limits_needs_no_warning(nao: nk.NaoModel) -> None:
     q = np.full((2, 25), 45.0)
     assert not nao.within_limits(q).any()

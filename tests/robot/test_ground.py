@@ -176,6 +176,17 @@ def test_the_rows_are_the_edge_of_the_flat_of_the_mesh(each_nao: nk.NaoModel, si
     assert nk.robot.SupportPolygon.around(outline).signed_distance(sensors).min() > 0.001
 
 
+@for_all("side", ["L", "R"])
+def test_the_corners_of_the_sensors_are_the_four_sensors_counter_clockwise(each_nao: nk.NaoModel, side: str) -> None:
+    q = each_nao.neutral()
+    names = [name for name in each_nao.semantics.force_sensors if name.startswith(side)]
+    places = each_nao.fk(q, names, reference=f"{side}Leg")[:, :3, 3]
+    corners = each_nao.sole_outline(f"{side}Leg", "sensors")
+    order = ConvexHull(places[:, :2]).vertices  # counter-clockwise
+    first = int(np.argmin(np.linalg.norm(places[order] - corners[0], axis=1)))
+    np.testing.assert_allclose(corners, places[np.roll(order, -first)], atol=1e-9)
+
+
 def test_the_rows_are_mirror_images_and_counter_clockwise() -> None:
     left, right = (np.array(row.corners_m) for row in SOLE_OUTLINES)
     assert {tuple(p) for p in left * [1, -1]} == {tuple(p) for p in right}

@@ -106,6 +106,29 @@ def test_limits_and_postures_may_be_rounded_as_files_round_them(
         assert nao.configuration(nao.angles(row)).tolist() == row.tolist()
 
 
+def test_the_unit_of_a_violation_is_that_of_the_joint_that_is_limited(tmp_path: Path) -> None:
+    path = made_up(tmp_path, J("slide", kind="prismatic"), J("turn")).urdf_path
+    table = CoupledLimit("turn", "slide", (-1.0, 1.0), (-0.5, -0.5), (0.5, 0.5))
+    robot = nk.RobotModel.from_urdf(path, semantics=Semantics(coupled_limits=(table,)))
+    (violation,) = robot.limit_violations([0.25, 1.0])
+    assert (violation.unit, violation.of, violation.of_value) == ("rad", "slide", 0.25)
+    assert str(violation) == "turn = 1 not in [-0.5, 0.5] rad at slide = 0.25"
+
+
+def test_violations_are_listed_by_configuration_and_then_by_excess(nao: nk.NaoModel) -> None:
+    angles = {"HeadYaw": nao.upper[0] + 0.02, "HeadPitch": 0.4, "LHand": -0.3, "RHand": 1.01, "LKneePitch": -1.0}
+    q = nao.configuration(angles, limits="ignore")
+    found = nao.limit_violations(np.stack([nao.neutral(), q, nao.posture("Stand"), q]))
+    rows = [(row.index, row.joint) for row in found if row.index in ((1,), (3,))]
+    assert [row.index for row in found] == sorted(row.index for row in found)
+    for index in ((1,), (3,)):
+        excesses = [row.excess for row in found if row.index == index]
+        assert excesses == sorted(excesses, reverse=True)
+    own = [joint for index, joint in rows if index == (1,) and joint in angles]
+    assert own == ["LKneePitch", "LHand", "HeadPitch", "HeadYaw", "RHand"]
+    assert next(row.of for row in found if row.joint == "HeadPitch") == "HeadYaw"
+
+
 @pytest.mark.parametrize("degrees", [False, True])
 def test_a_violation_is_told_with_as_many_digits_as_show_it(nao: nk.NaoModel, degrees: bool) -> None:
     for end, miss in itertools.product((nao.lower[0], nao.upper[0]), (2e-6, 1e-4, 0.3)):

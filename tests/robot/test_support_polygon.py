@@ -40,6 +40,24 @@ def test_a_reference_moves_its_vertices(nao: nk.NaoModel) -> None:
     assert np.abs(torso.signed_distance(moved)).max() < 1e-12
 
 
+def test_points_on_an_edge_are_not_vertices() -> None:
+    points = [[0, 0], [1, 0], [0.5, 0], [1, 1], [1, 0.25], [0, 1], [0, 0.5], [0, 0]]
+    vertices = nk.robot.SupportPolygon.around(points).vertices.tolist()
+    assert vertices == [[0, 0], [1, 0], [1, 1], [0, 1]]
+
+
+def test_the_distance_from_a_rectangle_is_that_of_its_closed_form() -> None:
+    """Beside an edge, beyond a corner and inside: with d = |p − c| − h, outside it is the length of max(d, 0)."""
+    half, turn, centre = np.array([0.3, 0.1]), nk.rotations.rot_z(0.4)[:2, :2], np.array([0.2, -0.1])
+    corners = half * [[1, 1], [-1, 1], [-1, -1], [1, -1]] @ turn.T + centre
+    offsets = np.random.default_rng(0).uniform(-3.0, 3.0, (500, 2)) * half
+    offsets[:4] = half * [[1.5, 1.5], [-1.5, 1.5], [-1.5, -1.5], [1.5, -1.5]]
+    d = np.abs(offsets) - half
+    expected = -np.linalg.norm(np.maximum(d, 0.0), axis=-1) - np.minimum(d.max(axis=-1), 0.0)
+    found = nk.robot.SupportPolygon.around(corners).signed_distance(offsets @ turn.T + centre)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
 def test_what_has_no_polygon_is_refused(nao: nk.NaoModel) -> None:
     q = nao.posture("Stand")
     with pytest.raises(WrongShape, match="one configuration"):

@@ -236,6 +236,92 @@ def test_what_is_sent_along_with_a_request_is_not_read(viewer: Viewer) -> None:
         assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
 
 
+def _ends(connection: socket.socket) -> bool:
+    """Whether the server closes a connection, after whatever it still sends."""
+    with suppress(ConnectionResetError):
+        while connection.recv(1 << 16):
+            pass
+    return True
+
+
+def test_half_a_request_is_not_held_for_long_and_a_page_is(viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nao_kin.viewer.server._SECONDS_FOR_A_REQUEST", 0.2)
+    port = int(viewer.url.rstrip("/").rpartition(":")[2])
+    head = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n"
+    parts = "", head, head + "\r\n", head + "Content-Length: 100\r\n\r\nnot a hundred"
+
+    async def stay() -> None:
+        async with _client(viewer) as page:
+            with ExitStack() as opened:
+                for part in parts:
+                    connection = opened.enter_context(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE))
+                    connection.sendall(part.encode())
+                    assert await asyncio.to_thread(_ends, connection), part
+            viewer.display(viewer.robot.posture("Crouch"))
+            await page.receive("joints", lambda message: np.array_equal(_q_of(message), viewer.q))
+
+    asyncio.run(stay())
+
+
+def test_so_many_connections_are_open_at_once_and_the_next_ones_wait(
+    viewer: Viewer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("nao_kin.viewer.server._SECONDS_BETWEEN_ATTEMPTS", 0.05)
+    port = int(viewer.url.rstrip("/").rpartition(":")[2])
+    before = len(os.listdir("/dev/fd"))
+    with ExitStack() as opened:
+        for _ in range(200):
+            connection = opened.enter_context(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE))
+            connection.sendall(b"GET / HTTP/1.1\r\nHost: loc")
+        assert until(lambda: len(caplog.records) > 0)
+        assert len(os.listdir("/dev/fd")) - before - 200 == 128
+        last = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+        last.sendall(f"HEAD / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode())
+    with last:
+        assert last.recv(12) == b"HTTP/1.1 200"
+    assert [record.getMessage() for record in caplog.records] == [
+        "pages that connect have to wait: 128 connections are open"
+    ]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of a process")
+def test_a_program_without_free_files_says_so_in_one_line_and_pages_wait(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import os, resource, nao_kin as nk\n"
+        "from nao_kin.viewer import Viewer\n"
+        "with Viewer(nk.load_nao()) as viewer:\n"
+        "    print(viewer.url, flush=True)\n"
+        "    most, largest = resource.getrlimit(resource.RLIMIT_NOFILE)\n"
+        "    free = os.dup(0)\n"
+        "    os.close(free)\n"
+        "    resource.setrlimit(resource.RLIMIT_NOFILE, (free, largest))\n"
+        "    print('no file is free', flush=True)\n"
+        "    input()\n"
+        "    resource.setrlimit(resource.RLIMIT_NOFILE, (most, largest))\n"
+        "    input()\n",
+        encoding="utf-8",
+    )
+    pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, str(program)], text=True, **pipes) as process:
+        try:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            assert process.stderr is not None
+            port = int(process.stdout.readline().strip().rstrip("/").rpartition(":")[2])
+            assert process.stdout.readline() == "no file is free\n"
+            with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as page:
+                page.sendall(f"HEAD / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode())
+                assert process.stderr.readline() == "pages that connect have to wait: Too many open files\n"
+                process.stdin.write("\n")
+                process.stdin.flush()
+                assert page.recv(12) == b"HTTP/1.1 200"
+            _, errors = process.communicate("\n", timeout=PATIENCE)
+            assert (process.returncode, errors) == (0, "")
+        finally:
+            process.kill()
+
+
 def test_what_comes_and_goes_without_a_page_is_not_remembered(viewer: Viewer) -> None:
     viewer._started()
     for number in range(20):

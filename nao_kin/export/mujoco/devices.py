@@ -46,9 +46,9 @@ class Servo:
 
 
 def servo(row: UrdfJoint) -> Servo:
-    """Return the motor of a joint from the published effort and speed; zero or infinite values are unknown."""
+    """Return the motor of a joint from the published effort and speed; infinite values and effort 0 are unknown."""
     effort = row.effort if 0.0 < row.effort < math.inf else math.inf
-    known = effort < math.inf and 0.0 < row.velocity < math.inf
+    known = effort < math.inf and row.velocity < math.inf
     slope = effort / row.velocity if known else 0.0
     armature = ROTOR_TIME * slope
     kp = effort / FULL_EFFORT_ERROR[row.kind] if effort < math.inf else UNKNOWN_GAIN

@@ -235,7 +235,11 @@ class _UrdfReader:
         return numbers[0]
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
-        """Return a largest speed or effort, infinite for "inf", a negative number or a missing attribute."""
+        """Return a largest speed or effort, infinite for "inf", a negative number or a missing attribute.
+
+        A speed of 0 is infinite too: a URDF must have the attribute, and 0 means that nobody filled it in. MoveIt and
+        pink read it so, and a joint that cannot move would be a fixed one.
+        """
         if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
             return math.inf
         try:
@@ -244,7 +248,7 @@ class _UrdfReader:
             raise Refused(
                 f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
             ) from None
-        if value < 0.0:
+        if value < 0.0 or (value == 0.0 and attribute == "velocity"):
             self.notes.append(f"joint {quoted(joint)} has {attribute} {value:g}: taken as unlimited")
             return math.inf
         return value

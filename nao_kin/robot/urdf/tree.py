@@ -271,7 +271,7 @@ class UrdfJoint:
         axis: unit vector of the axis.
         lower: smallest value [rad or m].
         upper: largest value [rad or m].
-        velocity: largest speed.
+        velocity: largest speed, above 0; ∞ without a limit.
         effort: largest torque or force.
         damping: viscous torque or force per unit of speed.
         friction: dry friction torque or force.

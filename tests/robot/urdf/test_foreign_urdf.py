@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -290,6 +291,12 @@ def test_a_driving_joint_is_confined_to_what_suits_its_followers(write: Write) -
     assert robot.load_notes == ("joint 'A' confined to [-0.2, 0.3] by 'B'",)
 
 
+@pytest.mark.parametrize(("limits", "range_"), [((-1.0, 0.5), "[-1, 0.5]"), ((-0.5, 1.0), "[-0.5, 1]")])
+def test_a_follower_that_confines_one_end_is_noted(tmp_path: Path, limits: tuple[float, float], range_: str) -> None:
+    robot = made_up(tmp_path, J("A", limits=(-1.0, 1.0)), J("B", follows=("A", 1.0, 0.0), limits=limits))
+    assert robot.load_notes == (f"joint 'A' confined to {range_} by 'B'",)
+
+
 def test_limits_come_along_when_a_coupling_is_turned_round(write: Write) -> None:
     inner = _joint("In", "base", "a", inside=_mimic("Out", 2.0, 0.5))
     outer = _joint("Out", "a", "b").replace('lower="-1" upper="1"', 'lower="0" upper="0.2"')
@@ -500,6 +507,27 @@ def test_a_negative_speed_or_effort_is_no_limit(write: Write, attribute: str) ->
     assert robot.load_notes == (f"joint 'J' has {attribute} -1: taken as unlimited",)
     report = nk.crosscheck.run(robot, 5)
     assert report.ok, report.failures
+
+
+def test_a_speed_of_0_is_no_limit_to_any_function(write: Write) -> None:
+    nao, text = nk.load_nao(), nk.load_nao().urdf_path.read_text(encoding="utf-8")
+    text, changes = re.subn(r'(<joint name="HeadYaw".*?velocity=)"[^"]*"', r'\1"0"', text, count=1, flags=re.DOTALL)
+    assert changes == 1
+    robot = nk.RobotModel.from_urdf(write(text), semantics=nao.semantics)
+    yaw = robot.joint_names.index("HeadYaw")
+    assert robot.velocity_limits[yaw] == math.inf
+    assert "joint 'HeadYaw' has velocity 0: taken as unlimited" in robot.load_notes
+    assert not {row.convention for row in nk.crosscheck.run(robot, 5).failures}
+    fast = nk.Motion([0.0, 1e-3], ["HeadYaw"], [[-0.5], [0.5]])
+    assert nk.motion.check(robot, fast).ok
+    assert nk.motion.slow_down(robot, fast).motion == fast
+    turn = nk.ik.velocity(robot, robot.neutral(), [0.0, 0.0, 0.0, 0.0, 0.0, 50.0], "HeadYaw", dt=1e-4)
+    assert turn.v[yaw] == pytest.approx(50.0)
+    q = np.tile(robot.posture("StandInit"), (5, 1))
+    q[:, yaw] = np.linspace(-0.5, 0.5, 5)
+    along = nk.ik.follow(robot, {"Head": robot.rotation(q, "Head")}, times=np.linspace(0.0, 1e-3, 5), reference=q[0])
+    np.testing.assert_allclose(along.q, q, atol=1e-6)
+    assert not along.stretched
 
 
 @pytest.mark.parametrize(
