@@ -7,11 +7,14 @@ are therefore trusted only if they belong to this user or to root and nobody els
 from __future__ import annotations
 
 import fcntl
+import grp
 import os
+import pwd
 import stat
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 from nao_kin._core.text import quoted
@@ -75,17 +78,30 @@ def _check_parents(folder: Path) -> None:
     In a folder with a sticky bit, such as /tmp, nobody can replace what belongs to others. Folders farther up are not
     checked: who replaces one of them owns the new one, or finds only what belongs to this user.
     """
-    cache = folder.parent
-    _check(cache.parent.stat(), cache.parent, sticky=True)
-    _check(cache.lstat(), cache)
+    kernels = folder.parent
+    _check(kernels.parent.stat(), kernels.parent, sticky=True)
+    _check(kernels.lstat(), kernels)
 
 
 def _check(state: os.stat_result, path: Path, *, sticky: bool = False) -> None:
     """Raise `NotTrusted` unless a file belongs to this user or root, and nobody else may write it."""
     if state.st_uid not in (0, os.geteuid()):
         raise NotTrusted(f"user {state.st_uid} owns {quoted(str(path))}")
-    if state.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and not (sticky and state.st_mode & stat.S_ISVTX):
+    shared = state.st_mode & stat.S_IWOTH or (state.st_mode & stat.S_IWGRP and not _is_private(state.st_gid))
+    if shared and not (sticky and state.st_mode & stat.S_ISVTX):
         raise NotTrusted(f"other users may write to {quoted(str(path))}")
+
+
+@cache
+def _is_private(gid: int) -> bool:
+    """Return whether a group is that of this user alone: Linux systems make one of the user's name, with umask 002."""
+    try:
+        group, user = grp.getgrgid(gid), pwd.getpwuid(os.geteuid())
+    except KeyError:
+        return False
+    alone = group.gr_name == user.pw_name and set(group.gr_mem) <= {user.pw_name}
+    # In containers, arbitrary users are in the group of root.
+    return alone and gid == user.pw_gid and gid != 0
 
 
 @contextmanager

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import grp
 import os
 import pickle
+import pwd
 import shutil
 import sys
 import tempfile
@@ -31,12 +33,13 @@ kernel = CachedKernel(small.doubled, "a small kernel", "doubled", lambda: "float
 assert kernel(3.0) == 6.0
 print(kernel.folder)
 """
-AS_NOBODY = f"""
+AS_ANOTHER = """
 import os
 os.setgroups([])
-os.setgid({NOBODY})
-os.setuid({NOBODY})
+os.setgid({gid})
+os.setuid({uid})
 """
+AS_NOBODY = AS_ANOTHER.format(uid=NOBODY, gid=NOBODY)
 COMPILED = "nao_kin: compiling a small kernel (about 10 s), once on this machine …\n"
 
 
@@ -158,6 +161,24 @@ def test_folders_of_a_user_are_closed_to_others_whatever_the_umask(programs: For
     assert [path.stat().st_mode & 0o777 for path in (folder, folder.parent, root)] == [0o700] * 3
     assert not any(path.stat().st_mode & 0o022 for path in folder.iterdir())
     assert programs.run(as_nobody, cwd=shared, NUMBA_CACHE_DIR=str(root)) == (0, out, "")
+
+
+@needs_root
+@pytest.mark.parametrize("alone", [True, False])
+def test_the_group_of_one_user_alone_may_write(programs: Forks, shared: Path, alone: bool) -> None:
+    """Debian has a user and a group "daemon"; nobody's group is called otherwise, and may have other members."""
+    user = pwd.getpwnam("daemon" if alone else "nobody")
+    if alone and grp.getgrgid(user.pw_gid) != ("daemon", "x", user.pw_gid, []):
+        pytest.skip("no user with a group of its own")
+    root = shared / "root"
+    root.mkdir()
+    os.chown(root, user.pw_uid, user.pw_gid)
+    root.chmod(0o775)  # as the umask 002 makes it
+    program = AS_ANOTHER.format(uid=user.pw_uid, gid=user.pw_gid) + PROGRAM
+    code, _, err = programs.run(program, cwd=shared, NUMBA_CACHE_DIR=str(root))
+    assert code == 0
+    assert (err == COMPILED) == alone
+    assert ("NotCachedWarning" in err) != alone
 
 
 @pytest.mark.parametrize("opened", ["nao_kin", "nao_kin/0123"])
