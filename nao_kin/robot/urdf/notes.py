@@ -41,10 +41,13 @@ def notes_on_elements(document: ET.Element) -> Iterator[str]:
         yield f"{len(closing)} elements that close loops are left out, and the loops stay open: {kinds}"
 
 
-def notes_on_numbers(joints: Sequence[UrdfJoint], inertials: Mapping[str, Inertial]) -> Iterator[str]:
-    """Yield notes on limits and inertias that no robot has; they are kept as they are."""
+def notes_on_numbers(
+    joints: Sequence[UrdfJoint], inertials: Mapping[str, Inertial], speedless: Sequence[str]
+) -> Iterator[str]:
+    """Yield notes on limits and inertias that no robot has; only a velocity limit of 0 is not kept as it is."""
     moving = [joint for joint in joints if joint.kind != "fixed"]
-    found = {
+    found: dict[str, Sequence[str]] = {
+        "velocity 0: taken as unlimited": speedless,
         "an effort limit of 0": [joint.name for joint in moving if joint.effort == 0.0],
         "lower and upper limits of 0, and cannot move": [
             joint.name for joint in moving if joint.lower == joint.upper == 0.0

@@ -90,6 +90,7 @@ def read_urdf(
 class _UrdfReader:
     def __init__(self, document: ET.Element, path: Path, folders: tuple[Path, ...], notes: list[str]) -> None:
         self.document, self.path, self.folders, self.notes = document, path, folders, notes
+        self.speedless: list[str] = []  # joints with a velocity limit of 0
         self.quaternions = has_quaternions(document)
 
     def tree(self) -> UrdfTree:
@@ -108,7 +109,8 @@ class _UrdfReader:
         inertials = {name: inertial for name, inertial in found.items() if inertial is not None}
         shapes = read_shapes(self.document, links)
         self._note_missing_meshes()
-        self.notes += [*notes_on_elements(self.document), *notes_on_numbers(given, inertials), *notes_on_shapes(shapes)]
+        self.notes += [*notes_on_elements(self.document), *notes_on_numbers(given, inertials, self.speedless)]
+        self.notes += notes_on_shapes(shapes)
         return UrdfTree(
             path=self.path,
             name=self.document.get("name", "robot"),
@@ -248,7 +250,10 @@ class _UrdfReader:
             raise Refused(
                 f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
             ) from None
-        if value < 0.0 or (value == 0.0 and attribute == "velocity"):
+        if value == 0.0 and attribute == "velocity":
+            self.speedless.append(joint)
+            return math.inf
+        if value < 0.0:
             self.notes.append(f"joint {quoted(joint)} has {attribute} {value:g}: taken as unlimited")
             return math.inf
         return value
