@@ -63,6 +63,8 @@ def never_touch(robot: RobotModel, capsules: Capsules, pair: tuple[str, str], bo
         if found is None:
             return False
         near, motions = found
+        if not near.any():
+            continue
         centre, half, widest = centre[near], half[near].copy(), (np.arange(near.sum()), motions[near].argmax(axis=1))
         step = np.zeros_like(half)
         half[widest] *= 0.5

@@ -304,7 +304,7 @@ def test_a_bad_interpolation_is_refused_before_anything_moves(
         ("getCOM", ("Body", 3, True), "FRAME_TORSO 0"),
         ("killTask", ("one",), "must be a number"),
         ("killTask", (1.5,), "must be a whole number"),
-        ("setBreathConfig", ([["Bmp", 5]],), "nearest: Bpm"),
+        ("setBreathConfig", ([["Bmp", 5]],), "valid: Bpm"),
         ("setBreathEnabled", ("Tail", True), "unknown chain"),
         ("getMethodHelp", ("fly",), "unknown method"),
     ],

@@ -476,7 +476,7 @@ def test_pairs_are_those_of_the_semantics_or_else_found_by_proof(tmp_path: Path)
     named = _shaped(tmp_path, *shapes, disabled_collisions=[("base", "b_l", "User")])
     assert named.link_shapes.pairs == (("a_l", "b_l"), ("a_l", "base"))
     wrong = _shaped(tmp_path, *shapes, disabled_collisions=[("base", "c_l", "User")])
-    with pytest.raises(UnknownName, match="'c_l'.*nearest"):
+    with pytest.raises(UnknownName, match="'c_l' .valid: base, a_l, b_l"):
         wrong.clearance(np.zeros(2))
     with pytest.raises(BadArgument, match="two links and a reason"):
         Semantics(disabled_collisions=[("base", "a_l")])  # type: ignore[list-item]
