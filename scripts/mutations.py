@@ -1209,15 +1209,15 @@ _WORLD = (
         ("body-rolls-back-from-its-centre-of-mass", "side = -(nearest @ across)", "side = (nearest @ across)"),
         (
             "height-from-the-outermost-points-alone",
-            "without: Sequence[int] = (), exact: bool = True",
-            "without: Sequence[int] = (), exact: bool = False",
+            "exact: bool = True,\n",
+            "exact: bool = False,\n",
         ),
         (
             "straight-down-turned-about-x",
             "rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])",
             "rotation_between(-down, _UPRIGHT, axis=[1.0, 0.0, 0.0])",
         ),
-        ("named-soles-lifted-by-other-links", "own if given else floor.lowest(", "floor.lowest("),
+        ("named-soles-lifted-by-other-links", "    if not given:\n        # Of", "    if len(down):\n        # Of"),
     ),
     *_faults(
         "world/balance.py",

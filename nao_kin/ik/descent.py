@@ -4,7 +4,8 @@ With the target (R_t, p_t) and the pose (R, p) of each frame, it minimises ½‖
 log(Rᵀ R_t)) and its exact derivative ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
 
 A step solves (JᵀJ + λ 1) δ = −Jᵀe in the directions that the limits leave free, with λ proportional to ‖e‖² (quadratic
-convergence also for singular J). It is then shortened to 1 rad, and projected onto the limits. λ follows the ratio of
+convergence also for singular J). It is then shortened to 1 rad, and projected onto the limits; joints that the
+projection moves are held, and the step of the others is computed again. λ follows the ratio of
 the actual decrease to the decrease predicted by the linear model.
 
 Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE T-RO 2011; Nielsen,
@@ -29,7 +30,7 @@ from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, rotation_vecto
 from nao_kin.errors import BadArgument
 from nao_kin.ik.compiling import cached_kernel, copied, in_lists, run_rows
 from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, result_of, solve_targets, torso_in_trunk
-from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project
+from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, nearest_corner, open_directions, project
 from nao_kin.ik.ranges import MAX_TURNED, Rotation
 from nao_kin.ik.results import IKResult
 from nao_kin.ik.targets import Options
@@ -43,8 +44,13 @@ MIN_DAMPING, MAX_DAMPING = 1e-6, 1e12
 MIN_GAIN = 1e-3
 # Largest change of a joint in one step [rad or m]: the linear model does not hold beyond.
 MAX_STEP = 1.0
-# A slope is flat if it is a smaller share than this of the steepest possible slope.
+# A slope is flat if it is a smaller share than this of the steepest possible slope; where the result of one search is
+# the answer, with the most steps of that search.
 FLAT = 1e-7
+_PRECISE, _LAST_STEPS = 1e-9, 1000
+# Largest number of times that a step is computed again because it leaves the limits; largest rounding of a step
+# [rad or m].
+MAX_HOLDS, ROUNDING = 4, 1e-14
 # A floor against rounding keeps the linear system regular when damping vanishes with the error.
 _FLOOR, _TINY = 1e-15, 1e-300
 
@@ -60,6 +66,7 @@ class Goal(NamedTuple):
     tolerance: float  # of position and angle [m, rad]
     steps: int  # largest number of steps
     directed: bool = False  # whether only the direction of the frame's x axis counts, not the rotation about it
+    flat: float = FLAT  # share of the steepest possible slope below which the search ends
 
 
 class Scratch(NamedTuple):
@@ -113,30 +120,23 @@ def descend(
                 slope += scratch.J[i * m + j] * scratch.e[i]
             scratch.wanted[j] = -slope
         restrict(region, values, still, scratch)
-        damped_step(m, 2.0 * damping * cost, scratch)
-        longest = 0.0
-        for j in range(m):
-            longest = max(longest, abs(scratch.step[j]))
-        shorter = max(1.0, longest / MAX_STEP)
-        for j in range(m):
-            scratch.ahead[j] = values[j] + scratch.step[j] / shorter
-        project(region, scratch.ahead, still, scratch.inside)
-        # If the projection has changed the step, the model predicts the decrease of the changed step.
-        promised, squares = 0.0, 0.0
-        for i in range(rows):
-            change = 0.0
-            for j in range(m):
-                change += scratch.J[i * m + j] * (scratch.inside[j] - values[j])
-                squares += scratch.J[i * m + j] * scratch.J[i * m + j]
-            promised -= scratch.e[i] * change + 0.5 * change * change
         # If the open directions gain no more than rounding, this is a minimum inside the limits.
-        slopes = 0.0
+        slopes, squares = 0.0, 0.0
         for j in range(m):
             slope = 0.0
             for i in range(rows):
                 slope += scratch.J_open[i * m + j] * scratch.e[i]
+                squares += scratch.J[i * m + j] * scratch.J[i * m + j]
             slopes += slope * slope
-        settled = slopes <= FLAT * FLAT * squares * 2.0 * cost
+        settled = slopes <= goal.flat * goal.flat * squares * 2.0 * cost
+        step_inside(region, values, still, 2.0 * damping * cost, scratch)
+        # If the projection has changed the step, the model predicts the decrease of the changed step.
+        promised = 0.0
+        for i in range(rows):
+            change = 0.0
+            for j in range(m):
+                change += scratch.J[i * m + j] * (scratch.inside[j] - values[j])
+            promised -= scratch.e[i] * change + 0.5 * change * change
         cost_ahead = errors_at(chain, goal, target, scratch.inside, scratch, scratch.e_ahead, scratch.J_ahead)
         gain = (cost - cost_ahead) / promised if promised > 0.0 else 0.0
         if cost_ahead < cost and gain > MIN_GAIN:
@@ -300,10 +300,77 @@ def restrict(region: Region, values: Row, still: Row, scratch: Scratch) -> None:
 
 
 @both_ways
-def damped_step(m: int, damping: float, scratch: Scratch) -> None:
+def step_inside(region: Region, values: Row, still: Row, damping: float, scratch: Scratch) -> None:
+    """Write the joint values after a damped step into `inside`.
+
+    Projecting a step that leaves the limits changes it to one that need not decrease the error. So the joints that the
+    projection moves are held where it puts them, and the step of the others is computed again.
+    """
+    m, rows = len(values), len(scratch.e)
+    held, step, ahead, e = scratch.wanted, scratch.step, scratch.ahead, scratch.e_ahead
+    for j in range(m):
+        held[j] = 0.0
+    for count in range(MAX_HOLDS + 1):
+        for i in range(rows):
+            e[i] = scratch.e[i]
+            for j in range(m):
+                e[i] += scratch.J[i * m + j] * held[j]
+        damped_step(m, damping, e, scratch)
+        longest = 0.0
+        for j in range(m):
+            step[j] += held[j]
+            longest = max(longest, abs(step[j]))
+        shorter = max(1.0, longest / MAX_STEP)
+        for j in range(m):
+            ahead[j] = values[j] + step[j] / shorter
+        project(region, ahead, still, scratch.inside)
+        if count == MAX_HOLDS or not hold(region, values, held, scratch):
+            break
+
+
+@both_ways
+def hold(region: Region, values: Row, held: Row, scratch: Scratch) -> bool:
+    """Hold the joints that the projection has moved, a pair on the edge of its table; return whether there are any."""
+    m, rows, found = len(values), len(scratch.e), False
+    for j in range(m):
+        scratch.is_open[j] = 1.0
+        if abs(scratch.inside[j] - scratch.ahead[j]) > ROUNDING:
+            found, scratch.is_open[j] = True, 0.0
+    if not found:
+        return False
+    for t in range(len(region.tables) // TABLE):
+        of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+        if of < 0 or joint < 0 or scratch.is_open[of] * scratch.is_open[joint] == 1.0:
+            continue
+        if held[of] != 0.0 or held[joint] != 0.0:
+            # The step went beyond the end of an edge: the next one begins at the corner, if it is so near.
+            x, y = nearest_corner(region, t, scratch.inside[of], scratch.inside[joint])
+            if max(abs(x - values[of]), abs(y - values[joint])) <= max(abs(scratch.step[of]), abs(scratch.step[joint])):
+                scratch.inside[of], scratch.inside[joint] = x, y
+            scratch.is_open[of] = scratch.is_open[joint] = 0.0
+            continue
+        # Along the edge, perpendicular to the displacement by the projection.
+        x, y = scratch.ahead[joint] - scratch.inside[joint], scratch.inside[of] - scratch.ahead[of]
+        length = math.sqrt(x * x + y * y)
+        x, y = x / length, y / length
+        scratch.is_open[of] = scratch.is_open[joint] = 1.0
+        held[of], held[joint] = scratch.inside[of] - values[of], scratch.inside[joint] - values[joint]
+        for i in range(rows):
+            part = scratch.J[i * m + of] * x + scratch.J[i * m + joint] * y
+            scratch.J_open[i * m + of], scratch.J_open[i * m + joint] = part * x, part * y
+    for j in range(m):
+        if scratch.is_open[j] == 0.0:
+            held[j] = scratch.inside[j] - values[j]
+            for i in range(rows):
+                scratch.J_open[i * m + j] = 0.0
+    return True
+
+
+@both_ways
+def damped_step(m: int, damping: float, e: Row, scratch: Scratch) -> None:
     """Write −(JᵀJ + λ 1)⁻¹ Jᵀe = −Jᵀ (J Jᵀ + λ 1)⁻¹ e for the open directions, by the smaller of the two systems."""
     J, N, y = scratch.J_open, scratch.normal, scratch.right
-    rows = len(scratch.e)
+    rows = len(e)
     size = min(rows, m)
     trace = 0.0
     for a in range(size):
@@ -320,9 +387,9 @@ def damped_step(m: int, damping: float, scratch: Scratch) -> None:
         y[a] = 0.0
         if m <= rows:
             for i in range(rows):
-                y[a] += J[i * m + a] * scratch.e[i]
+                y[a] += J[i * m + a] * e[i]
         else:
-            y[a] = scratch.e[a]
+            y[a] = e[a]
     floor = _FLOOR * trace + _TINY
     for a in range(size):
         N[a * size + a] += damping + floor
@@ -477,6 +544,8 @@ def _descents(
 
 # The weight of one radian [m].
 ANGLE_WEIGHT = 0.1
+# Costs that differ by a smaller share than this are equal; its square is the cost of a target that is met [m²].
+_EQUAL = 1e-7
 # Targets searched for at a time.
 _BLOCK = 2048
 
@@ -554,13 +623,26 @@ def nearest_values(
     # A single search runs as Python where nothing is compiled yet.
     parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 and not _descents.in_memory else [slice(None)]
     found = [descended(chain, region, goal, targets[k], fixed[k], inside[k], options.threads) for k in parts]
-    cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
-    rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
-    best, residual = (np.concatenate([getattr(part, name) for part in found])[rows] for name in ("q", "residual"))
-    if weight == 0.0:  # for positions alone the search converges slowly: only the best start goes on
-        last = descended(chain, region, goal._replace(steps=1000), targets[rows], fixed[rows], best, options.threads)
-        best, residual = last.q, last.residual
+    q, cost = (np.concatenate([getattr(part, name) for part in found]) for name in ("q", "cost"))
+    rows = _nearest_of_the_best(cost.reshape(-1, n), (q.reshape(-1, n, c) - near) * limb.multiplier, options.enforce)
+    # Only the best search goes on, to a minimum that rounding does not move.
+    goal = goal._replace(steps=_LAST_STEPS, flat=_PRECISE)
+    last = descended(chain, region, goal, targets[rows], fixed[rows], q[rows], options.threads)
+    best = last.q
     if not options.enforce:
         turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
         best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
-    return best, residual
+    return best, last.residual
+
+
+def _nearest_of_the_best(cost: Floats, away: Floats, enforce: bool) -> NDArray[np.intp]:
+    """Return, for each of n targets, the index in (s, n) of the best of s searches, by joint differences (s, n, c).
+
+    Of searches that end with the same cost, such as those for both signs of a knee, the nearest to the reference is
+    the best: rounding must not decide.
+    """
+    if not enforce:
+        away = away - 2.0 * math.pi * np.round(away / (2.0 * math.pi))
+    equal = cost <= cost.min(axis=0) * (1.0 + _EQUAL) + _EQUAL * _EQUAL
+    n = cost.shape[1]
+    return np.asarray(np.where(equal, np.square(away).sum(axis=-1), np.inf).argmin(axis=0) * n + np.arange(n))

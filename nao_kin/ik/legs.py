@@ -172,7 +172,8 @@ def legs(
       configuration, `yaw_errors` are the rotations, and the reason is `HIPS_DISAGREE`, or the obstacle to one leg
       alone. A frame that is not on the normal through the ankle also moves: see `foot_residuals`.
     - If a leg is too short, or its limits exclude all such values, `q` is the configuration inside the limits with the
-      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds; the torso is unchanged.
+      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds, of equal ones the nearest to the
+      reference; the torso is unchanged.
 
     With `base="floating"` feet and torso are given in the world, and one number of the torso's pose is changed as
     little as possible so that both feet are met. If the robot has a floating base, `q` has the changed base.

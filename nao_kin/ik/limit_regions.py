@@ -23,6 +23,8 @@ from nao_kin.robot.semantics import CoupledLimit
 MAX_PASSES = 20
 # Length of the step that probes a direction [rad or m]: far above rounding, far below the segments of a table.
 PROBE = 1e-6
+# A probe that moves two joints by a smaller share than this of its length is held by a corner of their plane region.
+_AT_CORNER = 1e-8
 # A line of a table within this distance of the table's bound [rad] coincides with it.
 _SAME = 1e-12
 # Numbers of a table: the indices of joint `of` and of the joint whose range depends on it, −1 for a joint that does not
@@ -130,6 +132,19 @@ def nearest_point(region: Region, t: int, of: float, joint: float) -> tuple[floa
 
 
 @both_ways
+def nearest_corner(region: Region, t: int, of: float, joint: float) -> tuple[float, float]:
+    """Return the nearest corner of a plane region."""
+    best, x, y = math.inf, of, joint
+    for i in range(region.tables[TABLE * t + 2], region.tables[TABLE * t + 3]):
+        for side in range(2):
+            corner = region.low[i] if side == 0 else region.high[i]
+            away = (of - region.at[i]) * (of - region.at[i]) + (joint - corner) * (joint - corner)
+            if away < best:
+                best, x, y = away, region.at[i], corner
+    return x, y
+
+
+@both_ways
 def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
     """Return the value nearest to `of` at which the range includes `joint`; `of` if there is none.
 
@@ -192,11 +207,15 @@ def open_directions(
         if of >= 0 and joint >= 0:
             is_open[of], is_open[joint] = 1.0, 1.0
             x, y = (inside[of] - values[of]) / PROBE, (inside[joint] - values[joint]) / PROBE
-            off = max(abs(inside[of] - ahead[of]), abs(inside[joint] - ahead[joint])) / PROBE
-            if off > 1e-3:
+            off_x, off_y = (inside[of] - ahead[of]) / PROBE, (inside[joint] - ahead[joint]) / PROBE
+            if max(abs(off_x), abs(off_y)) > 1e-3:
+                along[2 * t], along[2 * t + 1] = 0.0, 0.0
                 length = math.sqrt(x * x + y * y)
-                along[2 * t] = x / length if length > 1e-3 else 0.0
-                along[2 * t + 1] = y / length if length > 1e-3 else 0.0
+                if length <= 1e-3 and length > _AT_CORNER:
+                    # The wanted direction is almost perpendicular to the edge, so that rounding changes (x, y).
+                    x, y, length = -off_y, off_x, math.sqrt(off_x * off_x + off_y * off_y)
+                if length > _AT_CORNER:
+                    along[2 * t], along[2 * t + 1] = x / length, y / length
     return False
 
 

@@ -148,11 +148,11 @@ class Feet(NamedTuple):
         T = T_soles[:, self.owner]
         return np.asarray(np.einsum("nkij,kj->nki", T[..., :3, :3], self.points) + T[..., :3, 3])
 
-    def carried(self, robot: RobotModel, links: Sequence[str]) -> list[int]:
-        """Return the indices of the links that move with a sole."""
+    def carried(self, robot: RobotModel, links: Sequence[str]) -> NDArray[np.bool_]:
+        """Return which links move with each sole, shape (S, L)."""
         frames = robot.model.frames
-        carriers = {frames[i].parentJoint for i in robot.frame_ids(self.names)}
-        return [k for k, i in enumerate(robot.frame_ids(links)) if frames[i].parentJoint in carriers]
+        soles, others = ([frames[i].parentJoint for i in robot.frame_ids(each)] for each in (self.names, links))
+        return np.asarray(np.equal.outer(soles, others))
 
 
 def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Floats:
@@ -202,15 +202,22 @@ class Floor(NamedTuple):
         return self.lowest(T, down, np.full(len(T), -np.inf), exact=False)
 
     def lowest(
-        self, T: Floats, down: Floats, known: Floats, *, without: Sequence[int] = (), exact: bool = True
+        self,
+        T: Floats,
+        down: Floats,
+        known: Floats,
+        *,
+        without: NDArray[np.bool_] | None = None,
+        exact: bool = True,
     ) -> Floats:
-        """Return how far down the lowest of a known point and all vertices is, shape (n,), `without` some links."""
+        """Return how far down the lowest of a known point and all vertices is, shape (n,), `without` links (n, L)."""
         lowest = np.array(known)
         if not self.links or not len(T):
             return lowest
         # A link is looked at where its sphere reaches lower than all links before, the deepest ones first.
         most = self._deepest(T, down)
-        most[:, list(without)] = -np.inf
+        if without is not None:
+            most[without] = -np.inf
         for k in np.argsort(-most.max(axis=0), kind="stable"):
             rows = np.flatnonzero(most[:, k] > lowest)
             if len(rows):
@@ -342,12 +349,12 @@ def _rows_down(
         down = common_down(T_soles)
     else:
         down, used, stands = _down_of(robot, floor, rows, T_links, T_soles)
-    # A robot that stands has the plane of its soles on the floor, whatever the shapes of its feet.
     heights = np.einsum("nki,ni->nk", corners, down)
-    own = np.where(used[:, feet.owner], heights, -np.inf).max(axis=1, initial=-np.inf)
-    deepest = own if given else floor.lowest(T_links, down, own, without=feet.carried(robot, floor.links))
-    lying = np.flatnonzero(~stands)
-    deepest[lying] = floor.lowest(T_links[lying], down[lying], heights[lying].max(axis=1, initial=-np.inf))
+    deepest = heights.max(axis=1, initial=-np.inf)
+    if not given:
+        # Of the feet that the robot stands on, the planes of the soles are on the floor, whatever the shapes.
+        on_soles = (used & stands[:, None]) @ feet.carried(robot, floor.links)
+        deepest = floor.lowest(T_links, down, deepest, without=on_soles)
     R = rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])
     T_world_base = join_poses(R, deepest[:, None] * _UPRIGHT)
     in_world = np.einsum("nij,nkj->nki", R, corners) + T_world_base[:, None, :3, 3]

@@ -114,9 +114,8 @@ def balance(
     corners = feet.placed(T_world_soles)
     points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
-        others = np.delete(
-            down.links.reshape(len(rows), len(robot.link_names)), feet.carried(robot, robot.link_names), axis=1
-        )
+        on_feet = feet.carried(robot, robot.link_names).any(axis=0)
+        others = np.delete(down.links.reshape(len(rows), len(robot.link_names)), on_feet, axis=1)
         for k in np.flatnonzero(others.any(axis=1)).tolist():
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, margins, nearest = _hulls(points, com[:, :2])

@@ -691,6 +691,23 @@ def test_straight_legs_in_float32_are_nearly_met(nao: nk.NaoModel) -> None:
         assert (away <= found.foot_residuals[met, foot, 0] + 1e-10).all()
 
 
+@for_all("limits, moved", [("enforce", 2e-6), ("ignore", 2e-5)])
+def test_rounding_of_feet_that_are_not_reached_does_not_move_the_nearest_pose(
+    nao: nk.NaoModel, limits: str, moved: float
+) -> None:
+    rng = np.random.default_rng(5)
+    feet = [nao.fk(nao.random(seed, 200), foot) for seed, foot in ((0, "LLeg"), (1000, "RLeg"))]
+    for T in feet:
+        T[::4, :3, 3] *= 1.2
+    rounded = [T * (1.0 + 2.0**-52 * np.pad(rng.integers(-4, 5, (200, 3, 4)), ((0, 0), (0, 1), (0, 0)))) for T in feet]
+    exact, other = (nk.ik.legs(nao, *pair, limits=limits) for pair in (feet, rounded))
+    missed = np.isnan(exact.yaw_errors[:, 0]) & (exact.count == 0)
+    assert missed.sum() > 40
+    assert np.abs(exact.best - other.best)[missed].max() < moved
+    one = np.flatnonzero(missed)[0]
+    assert np.allclose(nk.ik.legs(nao, *(T[one] for T in feet), limits=limits).best, exact.best[one], atol=moved)
+
+
 @pytest.mark.full
 def test_feet_that_are_not_reached_get_the_nearest_pose_of_both(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(2)

@@ -140,6 +140,23 @@ def test_gravity_is_what_is_down(seed: int) -> None:
     assert lowest == pytest.approx(0.0, abs=1e-8)
 
 
+def test_neither_soles_nor_other_links_are_below_the_floor(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(4)
+    standing = np.stack([nao.posture(name) for name in ("Stand", "StandInit", "StandZero", "Crouch", "Sit")])
+    q = np.concatenate([nao.random(7, 192), nao.random(1, 60)])
+    q = np.concatenate([q, nao.clamp(np.repeat(standing, 30, axis=0) + rng.normal(0.0, 0.05, (150, nao.nq)))])
+    together = nao.set_down(q)
+    assert 150 < together.stands.sum() < len(q) - 100
+    assert together.corners[..., 2].min() > -1e-12
+    for k in range(len(q)):
+        T = together.T_world_base[k]
+        # The edges of the feet that it stands on are outside the outlines of the soles.
+        lowest = (_vertices(nao, q[k]) @ T[2, :3]).min() + T[2, 3]
+        assert lowest > (-3e-4 if together.stands[k] else -1e-8), k
+    for k in range(0, len(q), 10):
+        assert np.allclose(nao.set_down(q[k]).T_world_base, together.T_world_base[k], atol=1e-12), k
+
+
 def test_straight_down_is_a_half_turn_about_y(nao: nk.NaoModel) -> None:
     down = nao.set_down(nao.neutral(), gravity=[0, 0, 1.0])
     assert down.T_world_base[:3, :3] == pytest.approx(np.diag([-1.0, 1.0, -1.0]), abs=1e-12)
