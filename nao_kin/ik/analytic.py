@@ -3,9 +3,6 @@
 EAIK recognises intersecting and parallel axes of a chain and reduces its inverse kinematics to geometric subproblems
 with closed forms. Its answers are verified here by forward kinematics, brought into the limits by whole turns, and
 completed where the axes are dependent.
-
-Source: Ostermeier, Külz and Althoff, Automatic Geometric Decomposition for Analytical Inverse Kinematics, IEEE RA-L
-2025.
 """
 
 from __future__ import annotations
@@ -27,7 +24,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import ANGLE_WEIGHT, Goal, descended
 from nao_kin.ik.geometry import cached_limb, torso_frame
-from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.limit_regions import LimitRegion, Violations
 from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
 from nao_kin.ik.targets import Limits, as_options, rigid_poses
@@ -37,11 +34,9 @@ from nao_kin.rotations import exp, rot_z
 
 Rows = NDArray[np.intp]
 
-# EAIK solves up to this number of joints.
-_MOST_JOINTS = 6
-# EAIK misses solutions of chains of few joints for a point on their axes, so it is given a point beside the frame [m].
-# Number of poses with which its decomposition of a chain is tried.
-_TIP, _PROBES = np.array([0.0731, 0.1137, 0.1913]), 4
+# EAIK solves up to this number of joints. It misses solutions of chains of few joints for a point on their axes, so it
+# is given a point beside the frame [m]. Number of poses with which its decomposition of a chain is tried.
+_MOST_JOINTS, _TIP, _PROBES = 6, np.array([0.0731, 0.1137, 0.1913]), 4
 # Targets solved at a time, and the least number that is worth EAIK's threads.
 _BLOCK, _FEW = 2048, 200
 # Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
@@ -58,11 +53,9 @@ _TURNS = 3.0
 _SINGULAR, _REGULAR = 1e-7, 1e-6
 # Steps along dependent axes [rad], of which in a family a share of at least `_STAYED` stays after a search for a
 # solution with this error; starts and most steps of the search for the member nearest to the reference, with an error
-# below `_MEMBER`.
+# below `_MEMBER`; most steps of any search.
 _STEPS, _STAYED, _ON_FAMILY, _MEMBER = (-0.1, -0.03, 0.03, 0.1), 0.4, 1e-13, 1e-10
-_SPREAD, _APPROACH = np.linspace(-math.pi, math.pi, 9), 40
-# Most steps of a search.
-_SEARCH = 200
+_SPREAD, _APPROACH, _SEARCH = np.linspace(-math.pi, math.pi, 9), 40, 200
 
 
 def analytic(
@@ -108,9 +101,10 @@ def analytic(
 
     Returns:
         All branches inside the limits. At a singularity EAIK misses some of them: searches from its answers for poses
-        beside the target find these, and `notes` says for how many targets. The reference is listed if it is a
-        solution. Where the axes are dependent, infinitely many solutions may form a family (`SINGULAR`): it is listed
-        by the members nearest to the reference that a search finds.
+        beside the target find these, and `notes` says for how many targets, and for how many a search failed. The
+        reference is listed if it is a solution. Where the axes are dependent, infinitely many solutions may form a
+        family (`SINGULAR`): it is listed by the member nearest to the reference that a search finds, with all whole
+        turns inside the limits.
 
     Raises:
         MissingExtra: EAIK is not installed.
@@ -134,8 +128,7 @@ def analytic(
     check_tolerance(tolerance)
     targets = rigid_poses(T, "T")
     batch = targets.shape[:-2]
-    rest = robot.clamp(robot.neutral())
-    options = as_options(robot, rest, reference, batch, limits, threads)
+    options = as_options(robot, robot.clamp(robot.neutral()), reference, batch, limits, threads)
     rows = np.array(np.broadcast_to(options.reference, (*batch, robot.nq)))
     base = torso_frame(robot) if root is None else root
     held = {} if locked is None else _held(robot, locked, "raise" if options.enforce else "ignore")
@@ -145,7 +138,7 @@ def analytic(
     flat, near = targets.reshape(-1, 4, 4), rows.reshape(-1, robot.nq)
     blocks = [slice(k, k + _BLOCK) for k in range(0, max(1, len(flat)), _BLOCK)]
     solved = [_Problem(*given, flat[k], near[k]).solve() for k in blocks]
-    return without_collisions(robot, _joined(limb, solved, rows, options.notes, batch), collisions)
+    return without_collisions(robot, _joined(limb, solved, rows, options.notes), collisions)
 
 
 def _held(robot: RobotModel, locked: Mapping[str, float], limits: Literal["raise", "ignore"]) -> dict[str, float]:
@@ -167,16 +160,14 @@ def _column(robot: RobotModel, joint: str) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Limb:
-    """The c joints of a chain that EAIK solves; value of a joint = `multiplier` · coordinate + `offset`, shape (c,)."""
+    """The c joints of a chain that EAIK solves."""
 
     base: str  # the frames between which the joints are
     frame: str
     names: tuple[str, ...]  # the joints whose coordinates move them
     columns: tuple[int, ...]  # indices of these coordinates in q
     held: dict[int, float]  # index in q → value of the locked joints
-    multiplier: Floats
-    offset: Floats
-    chain: Chain  # for scalar code
+    chain: Chain  # for scalar code; value of a joint = `chain.ratio` · coordinate + `chain.offset`
     length: float  # if stretched [m]
     links: Floats  # placements, shape (c + 1, 4, 4): joint k turns about z after placement k
     solver: Any  # EAIK's solver, for the poses that `_for_eaik` returns with the rotation `turn`
@@ -233,10 +224,8 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
     probes = np.random.default_rng(0).uniform(-1.5, 1.5, (_PROBES, len(names)))
     _, sizes, right = np.linalg.svd(_jacobians(placed, probes))
     if (sizes[:, -1] < _SINGULAR).all():
-        moving = [name for name, share in zip(names, right[0, -1], strict=True) if abs(share) > _SINGULAR]
-        raise error(
-            f"{', '.join(moving)} always move together without moving {quoted(frame)}; lock one with locked={{…}}"
-        )
+        moving = ", ".join(name for name, share in zip(names, right[0, -1], strict=True) if abs(share) > _SINGULAR)
+        raise error(f"{moving} always move together without moving {quoted(frame)}; lock one with locked={{…}}")
     poses = _axes(placed, probes)[2]
     for pose, given in zip(poses, _for_eaik(poses, turn), strict=True):
         found = _axes(placed, np.reshape(solver.IK(given).Q, (-1, len(names))))[2]
@@ -244,22 +233,11 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
             raise error(f"EAIK's decomposition, {solver.getKinematicFamily()}, misses solutions for {', '.join(names)}")
     joints = np.array([robot.joint_names.index(name) for name in names], dtype=np.intp)
     reduced = SerialChain(np.ascontiguousarray(placed[:, :3]), (False,) * len(names), tuple(drivers))
-    return _Limb(
-        base,
-        frame,
-        names,
-        tuple(_column(robot, name) for name in names),
-        {_column(robot, name): value for name, value in held.items()},
-        np.array([driver.multiplier for driver in drivers]),
-        np.array([driver.offset for driver in drivers]),
-        chain_of([reduced], names),
-        reduced.length(robot),
-        placed,
-        solver,
-        turn,
-        LimitRegion(robot, joints),
-        LimitRegion(robot, joints, enforced=False),
-    )
+    columns = tuple(_column(robot, name) for name in names)
+    values = {_column(robot, name): value for name, value in held.items()}
+    geometry = chain_of([reduced], names), reduced.length(robot), placed, solver, turn
+    regions = LimitRegion(robot, joints), LimitRegion(robot, joints, enforced=False)
+    return _Limb(base, frame, names, columns, values, *geometry, *regions)
 
 
 def _fits(robot: RobotModel, frame: str, base: str, held: Mapping[str, float], name: str) -> bool:
@@ -275,21 +253,18 @@ def _fits(robot: RobotModel, frame: str, base: str, held: Mapping[str, float], n
 
 def _for_eaik(poses: Floats, turn: Floats) -> Floats:
     """Return poses (n, 4, 4) for EAIK: with no rotation at zero, and of a point that is on no axis."""
-    moved: Floats = poses.copy()
-    moved[:, :3, :3] = poses[:, :3, :3] @ turn
-    moved[:, :3, 3] += moved[:, :3, :3] @ _TIP
-    return moved
+    return np.asarray(poses @ join_poses(turn, turn @ _TIP))
 
 
 def _axes(links: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     """Return axes and origins (n, c, 3) of the joints at values (n, c), and poses of the frame (n, 4, 4)."""
     axes, points = np.empty((*values.shape, 3)), np.empty((*values.shape, 3))
-    T = np.broadcast_to(links[0], (len(values), 4, 4))
+    T, cosines, sines = np.tile(links[0], (len(values), 1, 1)), np.cos(values), np.sin(values)
     for k, link in enumerate(links[1:]):
         axes[:, k], points[:, k] = T[:, :3, 2], T[:, :3, 3]
-        c, s = np.cos(values[:, k, None]), np.sin(values[:, k, None])
-        T = np.stack([c * T[..., 0] + s * T[..., 1], c * T[..., 1] - s * T[..., 0], T[..., 2], T[..., 3]], axis=-1)
-        T = T @ link
+        c, s = cosines[:, k, None], sines[:, k, None]
+        T[..., 0], T[..., 1] = c * T[..., 0] + s * T[..., 1], c * T[..., 1] - s * T[..., 0]
+        T = (T.reshape(-1, 4) @ link).reshape(T.shape)  # one product of matrices is faster than many small ones
     return axes, points, T
 
 
@@ -315,6 +290,10 @@ class _Answers(NamedTuple):
         """Return some of them."""
         return _Answers(*(part[chosen] for part in self))
 
+    def at(self, targets: NDArray[np.bool_]) -> _Answers:
+        """Return those of some targets."""
+        return self.where(targets[self.owner])
+
     def replace(self, chosen: NDArray[Any], other: _Answers) -> None:
         """Replace some of them in place."""
         parts: tuple[Any, ...] = self
@@ -338,24 +317,20 @@ def _places(owner: Rows) -> Rows:
     return np.arange(len(owner)) - np.repeat(firsts, np.diff(firsts, append=len(owner)))
 
 
-class _Solved(NamedTuple):
-    """Solutions of a block of n targets, sorted, and arrays as in `IKResult`; `counts` are those of `_COUNTED`."""
-
-    solutions: _Answers
-    best: Floats
-    reasons: Codes
-    residual: Floats
-    joint: Integers
-    needed: Floats
-    limit: Floats
-    counts: Integers
+def _least(cost: Floats, owner: Rows) -> Rows:
+    """Return the index of the answer with the least cost for each target that has one."""
+    order = np.lexsort((cost, owner))
+    return np.asarray(order[_places(owner[order]) == 0])
 
 
-# What `_Solved.counts` counts, and the number of targets.
+# Solutions of a block of n targets, sorted; for each target best, residual, reasons, joint, needed and limit as in
+# `IKResult`; and the numbers of `_COUNTED`.
+_Solved = tuple[_Answers, tuple[NDArray[Any], ...], Integers]
 _COUNTED = (
     "answers of EAIK that are wrong are left out: {}",
     "{} of {} targets were reached by a search only, not by an answer of EAIK",
     "{} of {} targets have solutions that EAIK misses, found by searches from its answers for poses beside the targets",
+    "{} of {} targets near a singularity may have more solutions: EAIK misses some, and a search for them failed",
     "{} of {} targets are not reached, and have least-squares answers of EAIK only",
 )
 
@@ -381,62 +356,62 @@ class _Problem:
         """Solve all targets."""
         n, limb = len(self.targets), self.limb
         given, least_squares = self._given()
-        exact = self._is_exact(given)
+        exact, itself = self._is_exact(given), self._verified(np.arange(n), self.near)
         # A search tells whether EAIK missed the solutions of targets for which it has none.
         missed = ~given.where(exact).of(n)
-        beside = self._beside(given, exact)
-        found = self._descended(limb.free, _together(self._starts(given, missed), beside), _PRECISE)
-        found, itself = (each.where(self._is_exact(each)) for each in (found, self._verified(np.arange(n), self.near)))
-        given_ones = self._distinct(given.where(exact))
-        solutions = self._distinct(_together(given_ones, found))
-        more = np.bincount(solutions.owner, minlength=n) > np.bincount(given_ones.owner, minlength=n)
-        solutions = self._with_members(self._distinct(_together(itself, solutions)))
+        beside = self._descended(limb.free, self._beside(given, exact), _PRECISE)
+        found = self._descended(limb.free, _together(given.at(missed), itself.at(missed)), _PRECISE)
+        # A pose beside a target is met by six joints only, so only their answers there tell how many branches it has.
+        lacking = beside.where(~self._is_exact(beside)).of(n) & (len(limb.names) == _MOST_JOINTS)
+        same, found, beside = (each.where(self._is_exact(each)) for each in (itself, found, beside))
+        solutions = self._distinct(_together(same, given.where(exact), found, beside))
+        known = self._distinct(given.where(exact).at(beside.of(n)))
+        more = known.of(n) & (np.bincount(solutions.owner, minlength=n) > np.bincount(known.owner, minlength=n))
+        solutions = self._with_members(solutions)
+
         turned, _ = self._turned(solutions)
         outside = limb.limited.worst(self._values(turned))
         inside = turned.where(~outside.outside) if self.enforce else turned
         unmet = ~inside.of(n)
-        region = limb.limited if self.enforce else limb.free
-        near = self._descended(region, self._starts(_together(given, turned), unmet), 0.0)
+        starts = _together(given.at(unmet), turned.at(unmet), itself.at(unmet))
+        near = self._descended(limb.limited if self.enforce else limb.free, starts, 0.0)
         # Beside a singularity EAIK may have one member of what is nearly a family, and another one is inside.
-        met = self._nearest_first(near.where(self._is_exact(near)))
-        met = met.where(_places(met.owner) == 0)
-        met.families[self._null_projectors(met).any(axis=(-1, -2))] = Family.SINGULAR
-        inside = self._nearest_first(_together(inside, met))
+        others = near.where(self._is_exact(near))
+        others = others.where(_least(self._away(others), others.owner))
+        others.families[self._null_projectors(others).any(axis=(-1, -2))] = Family.SINGULAR
+        inside = _together(inside, others)
+        inside = inside.where(np.lexsort((self._away(inside), inside.owner)))
         reached = inside.of(n)
 
-        firsts = inside.where(_places(inside.owner) == 0)
-        best, residual = np.full((n, len(limb.names)), np.nan), np.full((n, 2), np.nan)
-        best[reached], residual[reached] = firsts.u, firsts.errors
+        near = near.at(~reached)
+        near = near.where(_least(np.hypot(near.errors[:, 0], ANGLE_WEIGHT * near.errors[:, 1]), near.owner))
+        firsts = _together(inside.where(_places(inside.owner) == 0), near)  # one for each target
+        searched, unreached = (missed & found.of(n)) | others.of(n), ~solutions.of(n) & given.where(least_squares).of(n)
+        counted = ~exact & ~least_squares, searched, more, lacking & solutions.of(n), unreached & ~reached
+        counts = np.array([np.count_nonzero(each) for each in counted])
+        return inside, (firsts.u, firsts.errors, *self._obstacles(turned, outside, reached)), counts
+
+    def _obstacles(self, turned: _Answers, outside: Violations, reached: NDArray[np.bool_]) -> tuple[NDArray[Any], ...]:
+        """Return reasons, joints, needed values and limits of all targets, as in `IKResult`."""
+        n, limb = len(self.targets), self.limb
         reasons, joint = np.full(n, Reason.REACHED, dtype=np.int8), np.full(n, -1, dtype=np.int64)
         needed, limit = np.zeros(n), np.zeros(n)
         # The solution that exceeds the limits least is the reason why there is none inside them.
-        excess = np.abs(outside.value - outside.limit)
-        order = np.lexsort((excess, turned.owner))
-        order = order[(_places(turned.owner) == 0) & ~reached[turned.owner[order]]]
+        order = _least(np.abs(outside.value - outside.limit), turned.owner)
+        order = order[~reached[turned.owner[order]]]
         rows = turned.owner[order]
         reasons[rows] = np.where(outside.coupled[order], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
         joint[rows] = np.argmax(limb.limited.moving == outside.joint[order, None], axis=-1)
         needed[rows], limit[rows] = outside.value[order], outside.limit[order]
-        never = ~solutions.of(n) & ~reached
-        beyond = np.linalg.norm(self.targets[:, :3, 3] - limb.links[0, :3, 3], axis=-1) - limb.length
-        reasons[never] = np.where(beyond[never] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_ENOUGH_JOINTS)
-        needed[never] = np.maximum(beyond[never], 0.0)
+        never = ~turned.of(n) & ~reached
+        beyond = np.linalg.norm(self.targets[never, :3, 3] - limb.links[0, :3, 3], axis=-1) - limb.length
+        reasons[never] = np.where(beyond > 0.0, Reason.OUT_OF_REACH, Reason.NOT_ENOUGH_JOINTS)
+        needed[never] = np.maximum(beyond, 0.0)
+        return reasons, joint, needed, limit
 
-        near = near.where(~reached[near.owner])
-        cost = np.hypot(near.errors[:, 0], ANGLE_WEIGHT * near.errors[:, 1])
-        near = near.where(np.lexsort((cost, near.owner)))
-        near = near.where(_places(near.owner) == 0)
-        best[near.owner], residual[near.owner] = near.u, near.errors
-        searched, unreached = (missed & found.of(n)) | met.of(n), never & given.where(least_squares).of(n)
-        counts = np.array(
-            [np.count_nonzero(each) for each in (~exact & ~least_squares, searched, more & ~missed, unreached)]
-        )
-        return _Solved(inside, best, reasons, residual, joint, needed, limit, counts)
-
-    def _nearest_first(self, answers: _Answers) -> _Answers:
-        """Return answers sorted by their targets, and then by the distance to the reference."""
-        away = np.linalg.norm(answers.u - self.near[answers.owner], axis=-1)
-        return answers.where(np.lexsort((away, answers.owner)))
+    def _away(self, answers: _Answers) -> Floats:
+        """Return the distances of answers to the reference, shape (N,)."""
+        return np.asarray(np.linalg.norm(answers.u - self.near[answers.owner], axis=-1))
 
     def _is_exact(self, answers: _Answers) -> NDArray[np.bool_]:
         return np.asarray((answers.errors <= self.tolerance).all(axis=-1))
@@ -447,7 +422,9 @@ class _Problem:
         answers = self._verified(owner, u)
         worst = answers.errors.max(axis=-1, initial=0.0)
         rough = np.flatnonzero((worst > _PRECISE) & (worst < _REFINED))
-        answers.replace(rough, self._descended(self.limb.free, answers.where(rough), _PRECISE))
+        refined = self._descended(self.limb.free, answers.where(rough), _PRECISE)
+        met = self._is_exact(refined)
+        answers.replace(rough[met], refined.where(met))
         return answers, flags
 
     def _asked(self, targets: Floats) -> tuple[Rows, Floats, NDArray[np.bool_]]:
@@ -461,41 +438,37 @@ class _Problem:
         values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in found if len(answer.Q))])
         flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in found if len(answer.Q))])
         finite = np.isfinite(values).all(axis=-1)
-        return owner[finite], (values[finite] - limb.offset) / limb.multiplier, flags[finite]
+        return owner[finite], (values[finite] - limb.chain.offset) / limb.chain.ratio, flags[finite]
 
     def _beside(self, given: _Answers, exact: NDArray[np.bool_]) -> _Answers:
-        """Return EAIK's answers for poses beside the targets of inexact ones, without those near an exact answer.
+        """Return EAIK's answers for poses beside targets at a singularity, without those near an exact answer.
 
-        At a singularity EAIK has least-squares answers in place of some branches, but beside it none is missing.
+        At a singularity EAIK has answers with a wrong rotation in place of some branches, but beside it none is
+        missing. If a branch of six joints does not reach a target, its least-squares answer has the right rotation.
         """
-        rows = np.unique(given.owner[~exact])
+        wrong = given.where(~exact & (given.errors[:, 1] > _SAME))
+        rows = np.unique(wrong.owner[self._dependent(wrong)[0]])
         owner, u, _ = self._asked(self.targets[rows] @ _BESIDE)
         beside = self._verified(rows[owner], u)
         beside = beside.where(beside.errors.max(axis=-1, initial=0.0) < _REFINED)
-        beside.families[...] = -1  # to tell them from the exact ones
-        known = given.where(exact & np.isin(given.owner, beside.owner))
-        beside = self._distinct(_together(known, beside), _NEAR)
-        beside = beside.where(beside.families < 0)
-        beside.families[...] = 0
-        return beside
-
-    def _q(self, answers: _Answers) -> Floats:
-        q: Floats = self.reference[answers.owner]
-        q[:, self.limb.columns] = answers.u
-        return q
+        # A search from an answer near an exact one would find the same; no answer beside has an error of zero.
+        known = given.where(exact).at(beside.of(len(self.targets)))
+        beside = self._distinct(_together(known._replace(errors=0.0 * known.errors), beside), _NEAR)
+        return beside.where(beside.errors[:, 0] > 0.0)
 
     def _values(self, answers: _Answers) -> Floats:
         """Return the values of all joints, shape (N, joints)."""
-        return self._q(answers)[:, self.robot.nq_base :]
+        q: Floats = self.reference[answers.owner]
+        q[:, self.limb.columns] = answers.u
+        return q[:, self.robot.nq_base :]
 
     def _verified(self, owner: Rows, u: Floats) -> _Answers:
         """Return answers with their errors by forward kinematics."""
-        answers = _Answers(owner, u, np.zeros((len(owner), 2)), np.zeros(len(owner), dtype=np.int8))
-        if len(owner):
-            poses = self.robot.fk(self._q(answers), self.limb.frame, reference=self.limb.base)
-            errors = pose_errors(poses, self.targets[owner]).reshape(-1, 2, 3)
-            answers = answers._replace(errors=np.linalg.norm(errors, axis=-1))
-        return answers
+        q: Floats = self.reference[owner]
+        q[:, self.limb.columns] = self._apart(u, np.zeros(1)) / self.limb.chain.ratio  # without whole turns
+        poses = self.robot.fk(q, self.limb.frame, reference=self.limb.base)
+        errors = np.linalg.norm(pose_errors(poses, self.targets[owner]).reshape(-1, 2, 3), axis=-1)
+        return _Answers(owner, u, errors, np.zeros(len(owner), dtype=np.int8))
 
     def _descended(self, region: LimitRegion, starts: _Answers, tolerance: float) -> _Answers:
         """Return the ends of searches from starts, inside a region."""
@@ -508,14 +481,9 @@ class _Problem:
         found = descended(self.limb.chain, region, goal, targets, still, inside, self.threads)
         return self._verified(starts.owner, found.q)._replace(families=starts.families)
 
-    def _starts(self, given: _Answers, chosen: NDArray[np.bool_]) -> _Answers:
-        """Return EAIK's answers and the reference as starts of searches for some targets."""
-        rows = np.flatnonzero(chosen)
-        return _together(given.where(chosen[given.owner]), self._verified(rows, self.near[rows]))
-
     def _apart(self, u: Floats, other: Floats) -> Floats:
         """Return differences of coordinates as angles of the joints without whole turns, shape (N, c) [rad]."""
-        turns = (u - other) * self.limb.multiplier / (2.0 * math.pi)
+        turns = (u - other) * self.limb.chain.ratio / (2.0 * math.pi)
         return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
 
     def _distinct(self, answers: _Answers, apart: float = _SAME) -> _Answers:
@@ -533,18 +501,16 @@ class _Problem:
         """Return answers with all whole turns inside the limits, or those that exceed them least; and their indices."""
         region, near, index = self.limb.limited, self.near, np.arange(len(answers.owner))
         for k, joint in enumerate(region.moving):
-            turn, u = 2.0 * math.pi / abs(self.limb.multiplier[k]), answers.u[:, k]
+            turn, u = 2.0 * math.pi / abs(self.limb.chain.ratio[k]), answers.u[:, k]
             low, high = region.lower[joint], region.upper[joint]
+            least, most = np.ceil((low - LIMIT_TOLERANCE - u) / turn), np.floor((high + LIMIT_TOLERANCE - u) / turn)
             if self.enforce and high - low < _TURNS * turn:
-                first = np.ceil((low - LIMIT_TOLERANCE - u) / turn)
-                count = np.floor((high + LIMIT_TOLERANCE - u) / turn) - first + 1.0
-                first = np.where(count > 0.0, first, np.round((0.5 * (low + high) - u) / turn))
-                count = np.maximum(count, 1.0).astype(np.intp)
+                first = np.where(least <= most, least, np.round((0.5 * (low + high) - u) / turn))
+                count = np.maximum(most - least + 1.0, 1.0).astype(np.intp)
             else:
                 first, count = np.round((near[answers.owner, k] - u) / turn), np.ones(len(u), dtype=np.intp)
                 if self.enforce:
-                    first = np.minimum(first, np.floor((high + LIMIT_TOLERANCE - u) / turn))
-                    first = np.maximum(first, np.ceil((low - LIMIT_TOLERANCE - u) / turn))
+                    first = np.clip(first, least, most)
             rows = np.repeat(np.arange(len(u)), count)
             answers, index = answers.where(rows), index[rows]
             answers.u[:, k] += turn * (first[rows] + _places(rows))
@@ -552,15 +518,20 @@ class _Problem:
 
     # Families: where axes are dependent, joints may move without moving the frame.
 
+    def _dependent(self, answers: _Answers) -> tuple[Rows, Floats]:
+        """Return the indices of answers where axes are dependent, or nearly so, and the Jacobians of these."""
+        chain = self.limb.chain
+        J = _jacobians(self.limb.links, chain.ratio * answers.u + chain.offset) * chain.ratio
+        rows = np.flatnonzero(np.linalg.det(J.swapaxes(-1, -2) @ J) < _REGULAR)
+        return rows, J[rows]
+
     def _null_projectors(self, answers: _Answers) -> Floats:
         """Return projectors onto the null space of the Jacobian, shape (N, c, c); zero where it has none."""
-        limb, projectors = self.limb, np.zeros((len(answers.owner), *[len(self.limb.names)] * 2))
-        J = _jacobians(limb.links, limb.multiplier * answers.u + limb.offset) * limb.multiplier
-        rows = np.flatnonzero(np.linalg.det(J.swapaxes(-1, -2) @ J) < _REGULAR)
-        if len(rows):
-            _, sizes, right = np.linalg.svd(J[rows])
-            null = right * (sizes < _SINGULAR)[..., None]
-            projectors[rows] = null.swapaxes(-1, -2) @ null
+        projectors = np.zeros((len(answers.owner), *[len(self.limb.names)] * 2))
+        rows, J = self._dependent(answers)
+        _, sizes, right = np.linalg.svd(J)
+        null = right * (sizes < _SINGULAR)[..., None]
+        projectors[rows] = null.swapaxes(-1, -2) @ null
         return projectors
 
     def _with_members(self, answers: _Answers) -> _Answers:
@@ -587,11 +558,12 @@ class _Problem:
     def _nearest_members(self, members: _Answers, ways: Floats) -> tuple[Rows, _Answers]:
         """Return the nearest allowed members of families, given one member and direction each; and their families."""
         region = self.limb.limited if self.enforce else self.limb.free
-        starts, family = self._turned(members)
-        repeated = np.repeat(np.arange(len(family)), len(_SPREAD))
-        starts, family = starts.where(repeated), family[repeated]
+        family = np.repeat(np.arange(len(ways)), len(_SPREAD))
+        starts = members.where(family)
         starts.u[...] += np.resize(_SPREAD, len(family))[:, None] * ways[family]
-        here = self._descended(region, starts, _PRECISE)
+        # A family is searched for once, with the whole turns nearest to the reference.
+        turned, index = self._turned(starts)
+        here = self._descended(region, turned.where(_least(self._away(turned), index)), _PRECISE)
         on = (here.errors.max(axis=-1) < _MEMBER) & self._null_projectors(here).any(axis=(-1, -2))
         here, family = here.where(on), family[on]
         near, share = self.near[here.owner], np.ones(len(family))
@@ -601,41 +573,27 @@ class _Problem:
             steps = np.einsum("nij,nj->ni", self._null_projectors(here), near - here.u)
             steps *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300))
             there = self._descended(region, here._replace(u=here.u + share[:, None] * steps), _PRECISE)
-            away, before = (np.linalg.norm(each.u - near, axis=-1) for each in (there, here))
-            nearer = (there.errors.max(axis=-1) < _MEMBER) & (away < before - 1e-9)
+            nearer = (there.errors.max(axis=-1) < _MEMBER) & (self._away(there) < self._away(here) - 1e-9)
             share = np.where(nearer, 1.0, 0.25 * share)
             here.replace(nearer, there.where(nearer))
-        order = np.lexsort((np.linalg.norm(here.u - near, axis=-1), family))
-        order = order[_places(family[order]) == 0]
-        return family[order], here.where(order)
+        nearest = _least(self._away(here), family)
+        return family[nearest], here.where(nearest)
 
 
-def _joined(
-    limb: _Limb, blocks: list[_Solved], reference: Floats, notes: tuple[str, ...], batch: tuple[int, ...]
-) -> IKResult:
+def _joined(limb: _Limb, blocks: list[_Solved], reference: Floats, notes: tuple[str, ...]) -> IKResult:
     """Return the results of all blocks of a batch."""
-    first = np.cumsum([0, *(len(block.best) for block in blocks)])
-    owner = np.concatenate([block.solutions.owner + start for block, start in zip(blocks, first, strict=False)])
-    arrays = list(zip(*blocks, strict=True))[1:-1]
-    best, reasons, residual, joint, needed, limit = (np.concatenate(parts) for parts in arrays)
-    n, c, place = len(best), len(limb.names), _places(owner)
+    solutions, arrays, counts = zip(*blocks, strict=True)
+    parts = [np.concatenate(each) for each in zip(*arrays, strict=True)]
+    first = np.cumsum([0, *(len(each[0]) for each in arrays)])
+    owner = np.concatenate([each.owner + start for each, start in zip(solutions, first, strict=False)])
+    n, place = len(parts[0]), _places(owner)
     count = np.bincount(owner, minlength=n)
     k = int(count.max(initial=0))
-    branches, families = np.full((n, k, c), np.nan), np.zeros((n, k), dtype=np.int8)
-    branches[owner, place] = np.concatenate([block.solutions.u for block in blocks])
-    families[owner, place] = np.concatenate([block.solutions.families for block in blocks])
-    totals = np.sum([block.counts for block in blocks], axis=0)
-    notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, totals, strict=True) if total)
-    return IKResult(
-        joints=limb.names,
-        columns=limb.columns,
-        reference=reference,
-        best=best.reshape(*batch, c),
-        branches=branches.reshape(*batch, k, c),
-        families=families.reshape(*batch, k),
-        count=count.astype(np.int64).reshape(batch),
-        reasons=reasons.reshape(batch),
-        residual=residual.reshape(*batch, 2),
-        obstacles=Obstacles(joint.reshape(batch), needed.reshape(batch), limit.reshape(batch)),
-        notes=notes,
-    )
+    values, kinds = np.full((n, k, len(limb.names)), np.nan), np.zeros((n, k), dtype=np.int8)
+    values[owner, place] = np.concatenate([each.u for each in solutions])
+    kinds[owner, place] = np.concatenate([each.families for each in solutions])
+    notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, np.sum(counts, axis=0), strict=True) if total)
+    shaped = (part.reshape(reference.shape[:-1] + part.shape[1:]) for part in (values, kinds, count, *parts))
+    branches, families, count, best, residual, reasons, joint, needed, limit = shaped
+    why = Obstacles(joint, needed, limit)
+    return IKResult(limb.names, limb.columns, reference, best, branches, families, count, reasons, residual, why, notes)

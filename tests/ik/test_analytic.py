@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
 from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions, pose_errors
@@ -17,6 +18,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, OutsideLimits, UnknownName, WrongShape
 from nao_kin.ik import Family, IKResult, Reason, analytic
+from nao_kin.ik.descent import descended
 from nao_kin.rotations import exp, rot_x
 
 pytest.importorskip("eaik")
@@ -302,52 +304,132 @@ def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
     assert distance_to_solutions(inside, q).max() < 1e-9 / beside
 
 
-@for_all("beside", [0.0, 1e-9, 1e-8])
+@for_all("beside", [0.0, 1e-9, 1e-8, 1e-7, 1e-6])
 def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None:
     romeo = nk.load_robot("romeo")
     q = romeo.random(1, 10)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T = romeo.fk(q, "LWristPitch", reference="torso")
     found = analytic(romeo, "LWristPitch", T, root="torso", locked={"LShoulderPitch": 0.1})
-    assert found.success.all()
-    assert (found.family == Family.SINGULAR).all()
+    # Between 1e-7 and 1e-6 rad a few searches fail.
+    assert found.success.all() or (beside == 1e-6 and found.success.sum() >= 9)
+    assert (found.family == Family.SINGULAR).all() or beside == 1e-6  # where EAIK has some of the branches
     assert romeo.within_limits(found.q).all()
-    assert found.residual.max() < 1e-8
+    assert found.residual[found.success].max() < 1e-8
+
+
+# Chains with targets that have least-squares answers of EAIK, the joint that makes them singular at zero, and a joint
+# to be locked.
+SINGULAR = [
+    ("panda", "panda_hand_tcp", "panda_joint2", "panda_joint7"),
+    ("panda", "panda_hand_tcp", "panda_joint2", "panda_joint6"),
+    ("panda", "panda_hand_tcp", "panda_joint2", "panda_joint5"),
+    ("ur5_robot", "tool0", "wrist_2_joint", ""),
+    ("ur10_robot", "tool0", "wrist_2_joint", ""),
+]
+
+
+def near_a_singularity(name: str, frame: str, joint: str, lock: str, beside: float) -> tuple[Any, Floats, Floats, Any]:
+    """Return a robot, configurations beside a singularity, their poses by Pinocchio, and arguments of `analytic`."""
+    robot, rng = nk.load_robot(name), np.random.default_rng(5)
+    q = robot.random(rng, 4) if lock else rng.uniform(-1.5, 1.5, (2, 6))
+    q[:, robot.joint_names.index(joint)] = beside
+    if lock:
+        q[:, robot.joint_names.index(lock)] = q[0, robot.joint_names.index(lock)]
+    locked = {lock: float(q[0, robot.joint_names.index(lock)])} if lock else {}
+    return robot, q, poses_by_pinocchio(robot, frame, q), {"root": robot.tree.root, "locked": locked}
+
+
+def poses_by_pinocchio(robot: Any, frame: str, q: Floats) -> Floats:
+    data, index, poses = robot.model.createData(), robot.model.getFrameId(frame), []
+    for row in q:
+        pin.forwardKinematics(robot.model, data, row)
+        poses.append(pin.updateFramePlacement(robot.model, data, index).homogeneous)
+    return np.array(poses)
 
 
 @for_all("beside", [0.0, 1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-3])
-@for_all(
-    ("name", "frame", "joint", "lock"),
-    [
-        ("panda", "panda_hand_tcp", "panda_joint2", "panda_joint7"),
-        ("panda", "panda_hand_tcp", "panda_joint2", "panda_joint6"),
-        ("panda", "panda_hand_tcp", "panda_joint2", "panda_joint5"),
-        ("ur5_robot", "tool0", "wrist_2_joint", ""),
-    ],
-)
+@for_all(("name", "frame", "joint", "lock"), SINGULAR)
 def test_where_two_axes_meet_the_reference_is_among_the_solutions(
     name: str, frame: str, joint: str, lock: str, beside: float
 ) -> None:
-    robot, rng = nk.load_robot(name), np.random.default_rng(5)
-    q = robot.random(rng, 4) if lock else rng.uniform(-1.5, 1.5, (1, 6))
-    q[:, robot.joint_names.index(joint)] = beside
-    locked = {lock: float(q[0, robot.joint_names.index(lock)])} if lock else {}
-    for held, value in locked.items():
-        q[:, robot.joint_names.index(held)] = value
-    root = robot.tree.root
-    T = robot.fk(q, frame, reference=root)
-    found = analytic(robot, frame, T, root=root, locked=locked, reference=q, limits="enforce" if lock else "ignore")
+    robot, q, T, given = near_a_singularity(name, frame, joint, lock, beside)
+    limits: Any = "enforce" if lock else "ignore"
+    found = analytic(robot, frame, T, reference=q, limits=limits, **given)
     np.testing.assert_allclose(found.branches[:, 0], q[:, list(found.columns)], atol=1e-7)
     for index, row in enumerate(found.branches):
         solutions = np.tile(q[index], (int(found.count[index]), 1))
         solutions[:, list(found.columns)] = row[: len(solutions)]
-        errors = pose_errors(robot.fk(solutions, frame, reference=root), T[index])
-        assert np.abs(errors).max() < 1e-8
+        np.testing.assert_allclose(
+            poses_by_pinocchio(robot, frame, solutions), np.broadcast_to(T[index], (len(solutions), 4, 4)), atol=2e-8
+        )
     if beside == 0.0:
         # The branch that EAIK misses is found without the reference, too.
-        alone = analytic(robot, frame, T, root=root, locked=locked, limits="enforce" if lock else "ignore")
+        alone = analytic(robot, frame, T, limits=limits, **given)
         assert (alone.families == Family.SINGULAR).any(axis=-1).all()
         assert any("have solutions that EAIK misses" in note for note in alone.notes)
+
+
+@for_all(("name", "frame", "joint", "lock"), SINGULAR)
+def test_away_from_singularities_eaik_is_asked_once(
+    monkeypatch: pytest.MonkeyPatch, name: str, frame: str, joint: str, lock: str
+) -> None:
+    robot, q, _, given = near_a_singularity(name, frame, joint, lock, 0.7)
+    more = q[:1] + np.random.default_rng(6).uniform(-0.5, 0.5, (40, robot.nq))
+    if lock:
+        more[:, robot.joint_names.index(lock)] = q[0, robot.joint_names.index(lock)]
+    asked: list[int] = []
+    with monkeypatch.context() as patch:
+        answer_with(patch, lambda Q: asked.append(len(Q)) or Q)
+        found = analytic(robot, frame, poses_by_pinocchio(robot, frame, more), limits="ignore", **given)
+    assert found.success.all()
+    # Some targets have least-squares answers.
+    assert sum(asked[-40:]) > found.count.sum()
+    # Before, answers for four poses show whether EAIK solves the chain.
+    assert len(asked) <= 40 + 4
+
+
+@for_all("name", ["ur5_robot", "ur10_robot"])
+def test_a_family_is_searched_for_once_and_listed_with_its_whole_turns(
+    monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    robot, q, T, given = near_a_singularity(name, "tool0", "wrist_2_joint", "", 0.0)
+    starts: dict[str, int] = {}
+    found: dict[str, IKResult] = {}
+    for limits in LIMITS:
+
+        def counted(chain: Any, region: Any, goal: Any, targets: Floats, *rest: Any, limits: Any = limits) -> Any:
+            starts[limits] = starts.get(limits, 0) + len(targets)
+            return descended(chain, region, goal, targets, *rest)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(sys.modules["nao_kin.ik.analytic"], "descended", counted)
+            found[limits] = analytic(robot, "tool0", T, reference=q, limits=limits, **given)
+    assert starts["enforce"] < 1.5 * starts["ignore"]
+    for index in range(len(T)):
+        turned, members = (
+            each.branches[index][each.families[index] == Family.SINGULAR]
+            for each in (found["enforce"], found["ignore"])
+        )
+        turns = (turned[:, None] - members) / (2.0 * math.pi)
+        same = (np.abs(turns - np.round(turns)) < 1e-4).all(axis=-1)
+        assert (same.sum(axis=1) == 1).all()
+        # Joints with limits of ±360° have two values inside them, wrist_2 at zero has three.
+        assert (same.sum(axis=0) >= 2**5).all()
+        assert (np.abs(turned) <= 2.0 * math.pi + 1e-9).all()
+
+
+@for_all(("beside", "is_said"), [(0.0, False), (1e-9, False), (1e-7, True), (1e-3, False)])
+def test_branches_that_may_be_missing_beside_a_singularity_are_said(beside: float, is_said: bool) -> None:
+    robot, _, T, given = near_a_singularity("ur5_robot", "tool0", "wrist_2_joint", "", beside)
+    found = analytic(robot, "tool0", T, limits="ignore", **given)
+    note = "2 of 2 targets near a singularity may have more solutions: EAIK misses some, and a search for them failed"
+    assert (note in found.notes) is is_said
+    # 1 mm away none is missing.
+    T[:, :3, 3] += 1e-3
+    away = analytic(robot, "tool0", T, limits="ignore", **given)
+    assert away.notes == ()
+    assert (found.count < away.count).all() == (is_said or beside == 0.0)
 
 
 def test_branches_near_each_other_are_no_family() -> None:
