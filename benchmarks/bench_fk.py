@@ -20,7 +20,14 @@ import pinocchio as pin
 
 import nao_kin as nk
 
-LIMITS = {"fk_one_frame": 2.5, "fk_all_links": 2.0, "load_nao": 3.0, "first_load_nao": 5.0, "import_seconds": 0.1}
+LIMITS = {
+    "fk_one_frame": 2.5,
+    "fk_all_links": 2.0,
+    "one_leg": 2.5,
+    "load_nao": 3.0,
+    "first_load_nao": 5.0,
+    "import_seconds": 0.1,
+}
 # A small call may take this many times as long as plain Pinocchio, plus this time [µs].
 SMALL_TIMES, SMALL_EXTRA = 1.5, 3.0
 # Limits for calls without a counterpart in Pinocchio [µs].
@@ -77,10 +84,14 @@ def measure(rounds: int) -> dict[str, dict[str, float]]:
         seconds_to_import("import pinocchio, nao_kin; nao_kin.load_nao") - seconds_to_import("import pinocchio")
         for _ in range(max(3, rounds // 3))
     ]
+    T_leg = nao.fk(q, "LLeg")
+    nk.warm_up(["ik kernel, legs"])
     read = importlib.import_module("nao_kin.robot.urdf").read_urdf
     return {
         "fk_one_frame": ratio(lambda: nao.fk(q, "LFoot"), raw_one, 4000, rounds),
         "fk_all_links": ratio(lambda: nao.fk(q), raw_all, 4000, rounds),
+        # Inverse kinematics of a leg with all checks, in terms of forward kinematics.
+        "one_leg": ratio(lambda: nk.ik.leg(nao, "L", T_leg), lambda: nao.fk(q, "LLeg"), 1000, rounds),
         "load_nao": ratio(nk.load_nao, lambda: pin.buildModelFromUrdf(path, mimic=True), 10, rounds),
         # The file of a NAO version is read only once in a process; other files are read each time.
         "first_load_nao": ratio(

@@ -7,7 +7,6 @@ valid names, and carries the values as attributes for programs.
 from __future__ import annotations
 
 import copyreg
-import difflib
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -104,6 +103,8 @@ def nearest_names(name: str, valid: Iterable[str], count: int = 3, similar: floa
         >>> nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
         ('LHand', 'RHand')
     """
+    import difflib  # imported late, as other modules that few calls need: together they take 25 ms
+
     name = name[:MAX_ECHOED]
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:

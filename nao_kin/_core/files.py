@@ -11,8 +11,6 @@ import json
 import math
 import os
 import re
-import secrets
-import shutil
 import stat
 import sys
 import zlib
@@ -105,6 +103,8 @@ def move_into_place(finished: Path, path: Path | str) -> None:
                 sync(content)
             os.replace(finished, target.path)
             return
+        import shutil
+
         with finished.open("rb") as content, _opened(target) as stream:
             shutil.copyfileobj(content, stream, _COPIED_AT_ONCE)
         finished.unlink()
@@ -188,7 +188,7 @@ def sync(file: BinaryIO) -> None:
 @contextmanager
 def _temporary_file(target: _Target) -> Iterator[tuple[int, Path]]:
     """Yield descriptor and path of a new file in the target's folder, which is removed at the end in any case."""
-    temporary = target.path.with_name(f".nao_kin-{secrets.token_hex(8)}")
+    temporary = target.path.with_name(f".nao_kin-{os.urandom(8).hex()}")
 
     def remove() -> None:
         with suppress(OSError):
@@ -256,7 +256,9 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: boo
 @contextmanager
 def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
     """Yield a new folder in `parent` that contains the files; it is removed at the end in any case."""
-    fresh = parent / f".nao_kin-{secrets.token_hex(8)}"
+    import shutil
+
+    fresh = parent / f".nao_kin-{os.urandom(8).hex()}"
 
     def remove() -> None:
         shutil.rmtree(fresh, ignore_errors=True)

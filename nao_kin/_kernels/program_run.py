@@ -6,8 +6,7 @@ import math
 import os
 import struct
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,9 @@ from nao_kin._core.process import usable_cores
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.cache import CachedKernel
 from nao_kin._kernels.program import Program, aligned_empty, tile_width
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
 
 _DOUBLE = np.dtype(np.float64)
 
@@ -51,9 +53,11 @@ class _Threads:
 
     def map(self, function: Callable[[slice], int], parts: Sequence[slice]) -> list[int]:
         """Return `function` of all parts; the calling thread takes the first."""
-        if self.pool is None:
-            self.pool = ThreadPoolExecutor(max(1, usable_cores() - 1), "nao_kin_batch")
         try:
+            if self.pool is None:
+                from concurrent.futures import ThreadPoolExecutor
+
+                self.pool = ThreadPoolExecutor(max(1, usable_cores() - 1), "nao_kin_batch")
             others = [self.pool.submit(function, part) for part in parts[1:]]
         except RuntimeError:  # the interpreter is ending
             return [function(part) for part in parts]

@@ -10,7 +10,6 @@ A closed form runs as Python for one target while nothing is compiled yet, and c
 from __future__ import annotations
 
 import math
-import threading
 import time
 import weakref
 from collections.abc import Callable
@@ -23,9 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import Floats2, numba_type
+from nao_kin._kernels.cache import Floats1, Floats2, numba_type
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import borrowed, cached_kernel, register_borrowed, run_rows
+from nao_kin.ik.compiling import borrowed, cached_kernel, packed, register_borrowed, register_unpacking, run_rows
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -80,6 +79,11 @@ class Limb:
         """The values of the joints at rest, shape (1, c); read only."""
         values = self.rest[self.index]
         return (values * self.multiplier + self.offset if self.is_scaled else values)[None]
+
+    @cached_property
+    def packed(self) -> Floats:
+        """Its geometry and limits in one array, for kernels."""
+        return packed((self.numbers, self.ranges))
 
     def coordinates(self, values: Floats) -> Floats:
         """Return the coordinates for values of the joints, shape (..., c)."""
@@ -164,7 +168,6 @@ class _Cache:
 
 
 _CACHES: weakref.WeakKeyDictionary[RobotModel, _Cache] = weakref.WeakKeyDictionary()
-_LOCK = threading.Lock()
 
 
 def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) -> _Made:
@@ -178,12 +181,12 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
         if not isinstance(name, str):
             raise UnknownName("frame", name, robot.frame_names)
     key = (make, *arguments)
-    with _LOCK:
-        cache = _CACHES.get(robot)
-        limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
-        if cache is None or cache.numbers.placements_changed(frames):
-            cache, limb = _Cache(robot), None
-            _CACHES[robot] = cache
+    cache = _CACHES.get(robot)
+    limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
+    if cache is None or cache.numbers.placements_changed(frames):
+        # Two threads may do this at a time; each then uses its own.
+        cache = _CACHES[robot] = _Cache(robot)
+        limb = None
     if limb is None:
         limb = make(robot, *arguments)
         cache.limbs[key] = limb, cache.frames_of(robot, arguments)
@@ -300,9 +303,13 @@ class ClosedForm:
         self.alone, self.searches, self.max_branches = alone, alone is not solve, max_branches
         self.usual, self.more, self.scratch = usual, more, scratch
 
-        def run(limb: Any, ranges: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
+        def unpacked(numbers: Any) -> Any:
+            return numbers  # as Python, `run` takes the tuples themselves
+
+        def run(numbers: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
             joints = references.shape[1]
             branches = REPORT + BEST + joints + more
+            limb, ranges = unpacked(numbers)
             owner = np.empty(joints + scratch + max_branches * (joints + EXTRAS))
             q, found = borrowed(owner[: joints + scratch]), borrowed(owner[joints + scratch :])
             targets, references, out = borrowed(targets), borrowed(references), borrowed(out)
@@ -315,7 +322,8 @@ class ClosedForm:
 
         def signature() -> tuple[Any, ...]:
             register_borrowed()
-            return (*types(), *map(numba_type, (Floats2, Floats2, bool, Floats2)))
+            register_unpacking(unpacked, types())
+            return tuple(map(numba_type, (Floats1, Floats2, Floats2, bool, Floats2)))
 
         run.__module__ = solve.__module__  # the module that a compiling process has to import
         self.kernel = cached_kernel(name, seconds, signature)(run)
@@ -403,7 +411,7 @@ def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, 
     quick = form.kernel.entry_point
     if quick is not None:
         output = _empty_output(form, limb, 1, form.max_branches)
-        quick(limb.numbers, limb.ranges, target, reference, enforce, output.rows)
+        quick(limb.packed, target, reference, enforce, output.rows)
         return output
     if form.alone is not None and not form.kernel.is_worthwhile():
         started, c = time.perf_counter(), len(limb.joints)
@@ -425,7 +433,8 @@ def _solve_by_kernel(
     output = _empty_output(form, limb, len(targets), space)
 
     def solve(function: Callable[..., object], part: slice) -> None:
-        function(limb.numbers, limb.ranges, targets[part], references[part], enforce, output.rows[part])
+        numbers = (limb.numbers, limb.ranges) if function == form.kernel.uncompiled else limb.packed
+        function(numbers, targets[part], references[part], enforce, output.rows[part])
 
     run_rows(form.kernel, solve, len(targets), threads)
     return output

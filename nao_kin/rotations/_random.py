@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterable
-from typing import SupportsIndex
+from typing import SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._exponential import exp
 from nao_kin.rotations._quaternions import matrix_from_quat, quat_canonical
 
-Random = np.random.Generator | int | None
+Random: TypeAlias = "np.random.Generator | int | None"  # as text, because NumPy takes 15 ms to load its generators
 Shape = SupportsIndex | Iterable[SupportsIndex]
 
 

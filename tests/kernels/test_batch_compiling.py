@@ -274,13 +274,13 @@ CHAIN = {
 }
 FINGERPRINTS = """
 import importlib, sys
-from nao_kin._kernels import cache
+from nao_kin._kernels import fingerprint
 for folder in sys.argv[1:]:
     for name in [name for name in sys.modules if name.startswith("made_up")]:
         del sys.modules[name]
-    cache._tree.cache_clear()
+    fingerprint._tree.cache_clear()
     sys.path.insert(0, folder)
-    print(cache.fingerprint(importlib.import_module("made_up.first").kernel, "kernel"))
+    print(fingerprint.fingerprint(importlib.import_module("made_up.first").kernel, "kernel"))
 """
 CHANGES = [
     ("first.py", "", "", False),

@@ -187,7 +187,7 @@ def test_no_process_compiles_into_a_folder_that_others_can_write(
 ) -> None:
     monkeypatch.setattr(kernel_cache, "KERNELS", {})
     monkeypatch.setattr(kernel_cache, "_printed", set())
-    monkeypatch.setattr(kernel_cache.subprocess, "run", lambda *_, **__: pytest.fail("a process was started"))
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: pytest.fail("a process was started"))
     kernel = kernel_cache.CachedKernel(len, "a kernel", "made up")
     folder = vars(kernel)["folder"] = tmp_path / "nao_kin" / "0123"
     folder.mkdir(parents=True)

@@ -628,6 +628,17 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
     assert child.stdout.split("\n")[:2] == ["False", "[]"], child.stderr
 
 
+@pytest.mark.slow
+def test_importing_the_package_loads_no_module_that_few_calls_need() -> None:
+    late = {"numpy.random", "secrets", "concurrent.futures", "logging", "subprocess", "tempfile", "shutil", "difflib"}
+    code = (
+        "import sys, pinocchio; before = set(sys.modules); import nao_kin; nao_kin.load_nao; "
+        f"print(sorted({late!r} & (set(sys.modules) - before)))"
+    )
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert child.stdout == "[]\n", child.stderr
+
+
 # --- limits -----------------------------------------------------------------------------------------------------------
 
 
