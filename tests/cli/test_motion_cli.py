@@ -293,7 +293,10 @@ def test_without_matplotlib_the_extra_is_named(
         (("convert", "{nod}", "{folder}/x.csv", "--hips", "both"), "valid: average, left, right"),
         (("convert", "{nod}", "/dev/stdout", "--to", "csv", "--json"), "both write to standard output"),
         (("convert", "{nod}"), "Missing argument"),
-        (("info", "{nod}", "--timeline", "3"), "--timeline chooses one of several, in files of xar, xap, python, bhuman"),
+        (
+            ("info", "{nod}", "--timeline", "3"),
+            "--timeline chooses one of several, in files of xar, xap, python, bhuman",
+        ),
         (("convert", "{nod}", "{folder}/x.csv", "--rate", "1", "--rate", "2"), "--rate is given twice"),
         (("draw",), "no such command 'draw' (see nao-kin motion --help)"),
     ],
