@@ -238,17 +238,15 @@ def whole_number(value: SupportsIndex, what: str, least: int, most: int | None =
     raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
 
 
-_GENERATORS = np.random.Generator, np.random.BitGenerator, np.random.RandomState, np.random.SeedSequence
-
-
 def generator(rng: object) -> np.random.Generator:
     """Return NumPy's generator of random numbers for a generator, a seed (whole numbers), or None.
 
     NumPy itself crashes the interpreter for a matrix and for a list that contains itself.
     """
     seed: Any = rng
+    taken = np.random.Generator, np.random.BitGenerator, np.random.RandomState, np.random.SeedSequence
     try:
-        if rng is not None and not isinstance(rng, _GENERATORS):
+        if rng is not None and not isinstance(rng, taken):
             several = isinstance(rng, (list, tuple, range)) or (isinstance(rng, np.ndarray) and rng.ndim == 1)
             seed = list(map(operator.index, seed)) if several else operator.index(seed)
         return np.random.default_rng(seed)
