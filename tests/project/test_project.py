@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -89,18 +90,18 @@ def test_kernels_are_compiled_before_the_time_of_a_test_is_measured(target: str)
     assert kernels < done.stdout.index("pytest")
 
 
-def test_every_mutation_can_be_planted() -> None:
+def test_every_fault_can_be_planted() -> None:
     wrong = []
-    for mutation in mutate.MUTATIONS:
+    for fault in mutate.read_faults():
         try:
-            source = mutate.planted(mutation)
-            if mutation.file.endswith(".py"):  # those of the page are tried in test_viewer_closed_forms
-                compile(source, mutation.file, "exec")
-        except (mutate.NotPlanted, SyntaxError) as error:
-            wrong.append(f"{mutation.name}: {error}")
-        wrong += [f"{mutation.name}: no {test}" for test in mutation.tests if not _is_there(test)]
-        if mutation.new == mutation.old:
-            wrong.append(f"{mutation.name} changes nothing")
+            source = mutate.planted(fault)
+            if fault.path.endswith(".py"):  # those of the page are tried in test_closed_forms
+                compile(source, fault.path, "exec")
+            wrong += [f"{fault.name}: no {test}" for test in fault.arguments if not _is_there(test)]
+        except (mutate.NotPlanted, SyntaxError, ValueError) as error:  # a ValueError for a test file that is not there
+            wrong.append(f"{fault.name}: {error}")
+        if fault.new == fault.old:
+            wrong.append(f"{fault.name} changes nothing")
     assert not wrong
 
 
@@ -110,15 +111,59 @@ def _is_there(test: str) -> bool:
     return bool(source) and all(f"\ndef {name}(" in source for name in names)
 
 
-def test_mutations_have_names_of_their_own() -> None:
-    names = [mutation.name for mutation in mutate.MUTATIONS]
+def test_faults_have_names_of_their_own() -> None:
+    names = [fault.name for fault in mutate.read_faults()]
     assert len(set(names)) == len(names)
 
 
-def test_a_mutation_whose_text_is_gone_is_named() -> None:
-    gone = mutate.Mutation("gone", "nao_kin/__init__.py", "no such text", "", ())
-    with pytest.raises(mutate.NotPlanted, match=r"gone: its text occurs 0 times in nao_kin/__init__\.py"):
-        mutate.planted(gone)
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[[str, str, str, str, str], str]:
+    """A function that plants a fault in a source: file name, source, place, old and new text."""
+
+    def write(file: str, source: str, place: str, old: str, new: str) -> str:
+        (tmp_path / "web").mkdir(exist_ok=True)
+        (tmp_path / "web" / file).write_text(source)
+        return mutate.planted(mutate.Fault("it", f"web/{file}", place, old, new, ""), tmp_path)
+
+    return write
+
+
+SOURCE = """
+def f(x):  # a comment
+    a = g( x,
+           1 )
+    return x
+
+class C:
+    def f(self, x):
+        if x: return x
+        return x
+"""
+
+
+def test_a_fault_is_found_by_its_place_however_the_source_is_written(written: Callable[..., str]) -> None:
+    plain = mutate.ast.unparse(mutate.ast.parse(SOURCE))
+    assert written("a.py", SOURCE, "f", "g(x,1)", "h") == plain.replace("g(x, 1)", "h")
+    assert written("a.py", SOURCE, "f", "return x", "pass") == plain.replace("return x", "pass", 1)
+    assert written("a.py", SOURCE, "C.f#2", "return x", "return 2").endswith("    return x\n        return 2")
+    assert written("a.ts", "f( a,\n  b );  g(a)", "", "f(a, b)", "0") == "0;  g(a)"
+    assert written("a.ts", "f(a);  g(a)", "#2", "( a )", "()") == "f(a);  g()"
+
+
+@pytest.mark.parametrize(
+    ("place", "old", "new", "reason"),
+    [
+        ("f", "no_such_text", "x", "occurs 0 times in web/a.py f, not once"),
+        ("C.f", "return x", "pass", "occurs 2 times in web/a.py C.f, not once"),
+        ("C.g", "x", "y", "web/a.py has no C.g"),
+        ("f", "return x", "a = 1; b = 2", "expected two expressions, or two statements"),
+    ],
+)
+def test_a_fault_that_cannot_be_planted_is_named(
+    written: Callable[..., str], place: str, old: str, new: str, reason: str
+) -> None:
+    with pytest.raises(mutate.NotPlanted, match=f"it: .*{reason}"):
+        written("a.py", SOURCE, place, old, new)
 
 
 def test_the_map_of_the_rooms_is_in_step() -> None:

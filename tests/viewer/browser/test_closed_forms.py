@@ -412,10 +412,10 @@ def test_a_fault_planted_in_the_page_is_no_mistake_in_its_grammar(
 ) -> None:
     monkeypatch.syspath_prepend(Path(__file__).resolve().parents[3] / "scripts")
     mutate = importlib.import_module("mutate")
-    faults = [mutation for mutation in mutate.MUTATIONS if mutation.file.endswith(".ts")]
+    faults = [fault for fault in mutate.read_faults() if fault.path.endswith(".ts")]
     assert faults
-    for number, mutation in enumerate(faults):
-        (tmp_path / f"{number}.ts").write_text(mutate.planted(mutation), encoding="utf-8")
+    for number, fault in enumerate(faults):
+        (tmp_path / f"{number}.ts").write_text(mutate.planted(fault), encoding="utf-8")
     command = [node(), str(packages() / "esbuild" / "bin" / "esbuild"), f"--outdir={tmp_path / 'out'}"]
     done = subprocess.run([*command, *map(str, tmp_path.glob("*.ts"))], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
