@@ -1,8 +1,6 @@
 """From a log to the paths of the hands.
 
 Learn how to convert a file of joint angles of any length to a file of poses, and how bad rows are reported.
-
-Needs nao-kin[arrow].
 """
 
 import csv

@@ -42,6 +42,9 @@ _LONG = re.compile(rf"'[^']{{{MAX_ECHOED},}}'|\S{{{MAX_ECHOED + 1},}}")
 
 # Kinds of errors of typer's validator → what was expected.
 _EXPECTED = {"float_parsing": "a number", "int_parsing": "a whole number", "int_from_float": "a whole number"}
+# What typer says without this validator, before 0.27.
+_EXPECTED |= {"float": "a number", "integer": "a whole number"}
+_INVALID = re.compile(r"Invalid value for '([^']+)': (?:'(.*)' is not a valid (float|integer)|(.*))", re.DOTALL)
 
 app = typer.Typer(
     name="nao-kin",
@@ -103,7 +106,14 @@ def _usage(error: Any) -> str:
     """Return the message of a usage error; of a value that typer's validator refused, with the option and the value."""
     refused = getattr(error.__cause__, "errors", None)
     if refused is None or error.param is None:
-        return _LONG.sub(_shortened, str(error.format_message()).rstrip("."))
+        message = str(error.format_message()).rstrip(".")
+        invalid = _INVALID.fullmatch(message)
+        if invalid is None:
+            return _LONG.sub(_shortened, message)
+        option, value, kind, reason = invalid.groups()
+        if kind:
+            return f"{option} {quoted(value)}: expected {_EXPECTED[kind]}"
+        return _LONG.sub(_shortened, f"{option}: {reason}")
     first = refused()[0]
     name = next((name for name in error.param.opts if name.startswith("--")), error.param.metavar or error.param.name)
     if first["type"] in _EXPECTED:
