@@ -42,7 +42,7 @@ _LONG = re.compile(rf"'[^']{{{MAX_ECHOED},}}'|\S{{{MAX_ECHOED + 1},}}")
 
 # Kinds of errors of typer's validator → what was expected.
 _EXPECTED = {"float_parsing": "a number", "int_parsing": "a whole number", "int_from_float": "a whole number"}
-# What typer says without this validator, before 0.27.
+# What typer says without this validator, as version 0.26 does.
 _EXPECTED |= {"float": "a number", "integer": "a whole number"}
 _INVALID = re.compile(r"Invalid value for '([^']+)': (?:'(.*)' is not a valid (float|integer)|(.*))", re.DOTALL)
 
