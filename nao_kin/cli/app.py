@@ -110,15 +110,14 @@ def _usage(error: Any) -> str:
         invalid = _INVALID.fullmatch(message)
         if invalid is None:
             return _LONG.sub(_shortened, message)
-        option, value, kind, reason = invalid.groups()
-        if kind:
-            return f"{option} {quoted(value)}: expected {_EXPECTED[kind]}"
-        return _LONG.sub(_shortened, f"{option}: {reason}")
-    first = refused()[0]
-    name = next((name for name in error.param.opts if name.startswith("--")), error.param.metavar or error.param.name)
-    if first["type"] in _EXPECTED:
-        return f"{name} {quoted(first['input'])}: expected {_EXPECTED[first['type']]}"
-    return _LONG.sub(_shortened, f"{name}: {first.get('ctx', {}).get('error', first['msg'])}".rstrip("."))
+        name, value, kind, reason = invalid.groups()
+    else:
+        first, flags = refused()[0], error.param.opts
+        name = next((flag for flag in flags if flag.startswith("--")), error.param.metavar or error.param.name)
+        value, kind, reason = first["input"], first["type"], first.get("ctx", {}).get("error", first["msg"])
+    if kind in _EXPECTED:
+        return f"{name} {quoted(value)}: expected {_EXPECTED[kind]}"
+    return _LONG.sub(_shortened, f"{name}: {reason}".rstrip("."))
 
 
 def _fail(message: str) -> int:

@@ -169,9 +169,14 @@ class GoToBalance(WholeBodyTask):
     """wbGoToBalance: move the centre of mass above `support` in `duration` [s], or longer for a speed `fraction`."""
 
     def __init__(
-        self, nao: VirtualNao, name: str, control: BalanceControl, support: Any, duration: float,
+        self,
+        nao: VirtualNao,
+        name: str,
+        control: BalanceControl,
+        support: Any,
+        duration: float,
         fraction: float | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(nao, name, BalanceControl(enabled=True))
         self._control, self._support = control, arguments.choice(support, "support leg", SUPPORTS)
         self._feet = LEGS if self._support == "Legs" else (self._support,)
