@@ -29,10 +29,11 @@ export class ViewMenu {
     this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
     top.append(this.menu);
     // The menu ends at the bottom of the picture.
-    this.menu.addEventListener("toggle", () => {
-      const { bottom } = (top.parentElement as HTMLElement).getBoundingClientRect();
+    const picture = top.parentElement as HTMLElement;
+    new ResizeObserver(() => {
+      const { bottom } = picture.getBoundingClientRect();
       this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
-    });
+    }).observe(picture);
     document.addEventListener("pointerdown", ({ target }) => {
       if (!this.menu.contains(target as Node)) this.menu.open = false;
     });
