@@ -15,7 +15,7 @@ import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -130,7 +130,8 @@ class ChainAtZero:
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
         """Return 1 if the frame is rotated in its link, else 0; its rotation; and its position from `origin`."""
         turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
-        return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
+        rotation, point = self.rotation.ravel().tolist(), (self.point - origin).tolist()
+        return turned, cast(Rotation, tuple(rotation)), cast(Vector, tuple(point))
 
     def error(self, why: str) -> BadArgument:
         """Return the error for a limb that the closed form does not fit."""
