@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
-from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
-from nao_kin.motion.motion import Motion, check_both
+from nao_kin.motion.motion import HOLD, Motion, check_both, checked_rate
 from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joint_bounds, joints_by_motor
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -24,6 +23,11 @@ from nao_kin.robot.semantics import CoupledLimit
 Kind = Literal["limit", "coupled limit", "speed", "motor", "collision"]
 # For each joint and kind a message lists this many intervals, those with the largest excess.
 _MAX_LISTED = 3
+
+
+def interval(start: float, end: float) -> str:
+    """Return a time interval in words."""
+    return f"{start:.6g} s" if start == end else f"{start:.6g} to {end:.6g} s"
 
 
 @dataclass(frozen=True)

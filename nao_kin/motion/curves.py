@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
-from nao_kin.motion.configurations import MAX_SAMPLES, filled
 from nao_kin.motion.interpolation import Segments, segments
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import MAX_SAMPLES, Motion, filled
 from nao_kin.robot import RobotModel
 
 
