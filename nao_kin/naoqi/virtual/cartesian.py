@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,15 +16,12 @@ from nao_kin.naoqi import spaces as frames
 from nao_kin.naoqi.names import as_names
 from nao_kin.naoqi.spaces import EFFECTORS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO
 from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
-from nao_kin.naoqi.virtual.engine import Call, MotionTask
+from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
 from nao_kin.naoqi.virtual.limb_solvers import LimbSolution, LimbTarget
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service, variants
 from nao_kin.rotations import exp, log
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The arguments of Cartesian calls: effectors, spaces, masks, poses and times, in NAOqi's forms.
 
@@ -141,7 +138,7 @@ _FIRST = (TORSO, *LEGS)
 class CartesianState:
     """The commanded q with torso, FRAME_ROBOT and feet in the world; a task keeps the FRAME_ROBOT of its beginning."""
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         self.robot = nao.robot
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
@@ -179,7 +176,7 @@ class CartesianState:
         return LimbTarget(effector, T_reference_world @ T, request.mask, R, reference)
 
 
-def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+def hold_still(nao: Machine, requests: Sequence[EffectorRequest]) -> None:
     """Stand on the other foot if the requests move the standing foot alone."""
     moved = [request.effector for request in requests if request.effector in LEGS]
     if len(moved) == 1 and nao.base.support == moved[0]:
@@ -237,13 +234,13 @@ class _LimbFollower:
 class PathTask(MotionTask):
     """Effectors follow paths: positionInterpolations and transformInterpolations."""
 
-    def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest]) -> None:
         by_name = {request.effector: request for request in requests}
         super().__init__(name, limbs.joints_of(nao.robot, tuple(by_name)))
         self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
         self._requests = by_name
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
         super().start(nao, time)
         hold_still(nao, tuple(self._requests.values()))
@@ -254,7 +251,7 @@ class PathTask(MotionTask):
         self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
         self._others = list(by_name.values())
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Solve for this tick: torso and legs first, then the effectors that depend on the torso."""
         t = time - self.begin
         q = nao.joints.q(sensor=False)
@@ -292,7 +289,7 @@ class PathTask(MotionTask):
 class SynchronizedApproach(Approach):
     """Joints move to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Slow the joints down so that all arrive with the slowest."""
         super().start(nao, time)
         ways = np.abs(self._targets - self._at)
@@ -409,7 +406,7 @@ class CartesianControl(Service):
         """Make effectors follow paths over time: the interpolation methods."""
         relative = not arguments.flag(is_absolute, "isAbsolute")
         found = self._requests(name, names, spaces, paths, masks, times, relative=relative)
-        return self.nao.start_task(self._path_task(name, found))
+        return self.nao.tasks.add(self._path_task(name, found))
 
     def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
         return PathTask(name, self.nao, found)
@@ -442,4 +439,4 @@ class CartesianControl(Service):
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
         task = SynchronizedApproach(name, joints, targets, share)
         task.keeps_feet = not set(effectors).isdisjoint(_FIRST)
-        self.nao.start_task(task)
+        self.nao.tasks.add(task)

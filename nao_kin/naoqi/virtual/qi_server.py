@@ -79,7 +79,7 @@ class QiServer:
             raise BadArgument(f"cannot listen on {host}, port {number}: {reason}") from None
         endpoints = self._session.endpoints()
         self.endpoint = next((endpoint for endpoint in endpoints if host in endpoint), endpoints[0])
-        nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
+        nao.machine.services["ALMemory"].module_called = self._call_module
         strand = None
         for name, service in nao.services.items():
             # A missing method returns an error that says that it is missing.

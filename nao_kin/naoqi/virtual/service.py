@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import compiles, warm_up
@@ -17,10 +17,7 @@ from nao_kin.errors import BadArgument, NaoKinError, nearest_names
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
+from nao_kin.naoqi.virtual.machine import Machine
 
 _S = TypeVar("_S", bound="Service")
 _P = ParamSpec("_P")
@@ -44,7 +41,7 @@ class Service:
 
     name: str
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         self.nao = nao
         self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
         self._settings: dict[tuple[str, str], Any] = {}
@@ -281,7 +278,7 @@ def _offer(
 _ready: set[str] = set()
 
 
-def _make_ready(nao: VirtualNao, call: str, kernels: frozenset[str]) -> None:
+def _make_ready(nao: Machine, call: str, kernels: frozenset[str]) -> None:
     """Load compiled kernels from the disk, or compile them, while robot time stands still."""
     with nao.time_held():
         if compiles():

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,12 +17,9 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments, steps
-from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
+from nao_kin.naoqi.virtual.engine import TICK, Call
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service, former_names
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The plans of a walk: to targets, at a velocity, or by given footsteps.
 
@@ -150,7 +147,7 @@ _PLACE = [0, 1, 5]
 class Walk(MotionTask):
     """A kinematic walk: in each step, one foot stands, the other is lifted, and the torso moves between the feet."""
 
-    def __init__(self, name: str, nao: VirtualNao, plan: WalkPlan) -> None:
+    def __init__(self, name: str, nao: Machine, plan: WalkPlan) -> None:
         super().__init__(name, joint_names(nao.robot, "Legs"))
         self.plan = self._first = plan
         self._limp = False
@@ -159,7 +156,7 @@ class Walk(MotionTask):
         self.step: steps.Footstep | None = None
         self.walker: Walker | None = None
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Bring the torso over the feet, or reject a robot that cannot walk from its configuration."""
         nao.base.check_stands()
         super().start(nao, time)
@@ -167,7 +164,7 @@ class Walk(MotionTask):
         self.plan.begin(body_of(nao, q))
         self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Command the next configuration; after the last one of a step, plan the next step from there."""
         if self._at >= len(self.motion) and not self._next(nao, nao.joints.q(sensor=False)):
             return True
@@ -176,7 +173,7 @@ class Walk(MotionTask):
         nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
         return self._at == len(self.motion) and not self._next(nao, q)
 
-    def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
+    def take_over(self, nao: Machine, plan: WalkPlan) -> Call:
         """Continue with another plan after the current step; return a call that ends when the walk ends."""
         self.plan = plan
         if self.started is not None:
@@ -197,7 +194,7 @@ class Walk(MotionTask):
         self.call.add_done_callback(end)
         return call
 
-    def _next(self, nao: VirtualNao, q: Floats) -> bool:
+    def _next(self, nao: Machine, q: Floats) -> bool:
         """Plan a step from a configuration; return whether there is one."""
         feet = feet_of(nao, q)
         if self.walker is None:
@@ -211,7 +208,7 @@ class Walk(MotionTask):
         self.motion, self._at = steps.step_motion(nao.robot, self.step, q), 0
         return True
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+    def end(self, nao: Machine, *, killed: bool) -> None:
         """Set the result of the walk's call, which ends a moment later."""
         self._limp = self.started is not None and bool((nao.joints.stiffness[self.columns] == 0.0).any())
         self.value = self._answer(self._first)
@@ -221,13 +218,13 @@ class Walk(MotionTask):
         return None if plan.arrived is None else plan.arrived and not self._limp
 
 
-def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
+def feet_of(nao: Machine, q: Floats) -> dict[str, Floats]:
     """Return the poses of the feet on the floor, by "L" and "R", shape (3,)."""
     T_world_feet = nao.base.torso(q) @ nao.robot.fk(q, list(_FEET.values()))
     return dict(zip(_FEET, position6d(T_world_feet)[:, _PLACE], strict=True))
 
 
-def body_of(nao: VirtualNao, q: Floats) -> Floats:
+def body_of(nao: Machine, q: Floats) -> Floats:
     """Return the pose of FRAME_ROBOT on the floor, shape (3,)."""
     return position6d(robot_frame(nao.robot, q, torso_in_world=nao.base.torso(q)))[_PLACE]
 
@@ -433,7 +430,7 @@ class Locomotion(Service):
         if walk is not None:
             return walk.take_over(self.nao, plan)
         self.nao.base.check_stands()
-        return self.nao.start_task(Walk(name, self.nao, plan))
+        return self.nao.tasks.add(Walk(name, self.nao, plan))
 
     def _make_steps(
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,17 +15,14 @@ from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
-from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
+from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
 from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
 from nao_kin.world import LOWER
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The constraints of whole-body control, and joint values that satisfy them.
 
@@ -66,18 +63,18 @@ class WholeBodyTask(MotionTask):
 
     keeps_feet = True
 
-    def __init__(self, nao: VirtualNao, name: str, balance: BalanceControl) -> None:
+    def __init__(self, nao: Machine, name: str, balance: BalanceControl) -> None:
         super().__init__(name, joint_names(nao.robot, "Joints"))
         self._robot, self._balance = nao.robot, balance
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Note the initial state and the joints without stiffness."""
         super().start(nao, time)
         self._initial = CartesianState(nao)
         # The largest movement of each joint in a tick; infinite for joints that another task takes.
         self._max_step = nao.robot.velocity_limits * TICK
 
-    def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
+    def command(self, nao: Machine, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
         """Command joint values for targets that can be reached in this tick, and return them; None as from `solve`.
 
         Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
@@ -170,7 +167,7 @@ class GoToBalance(WholeBodyTask):
 
     def __init__(
         self,
-        nao: VirtualNao,
+        nao: Machine,
         name: str,
         control: BalanceControl,
         support: Any,
@@ -184,7 +181,7 @@ class GoToBalance(WholeBodyTask):
         nao.base.check_stands()
         self.value = False
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Find the path of the centre of mass, which ends above the middle of the feet's pressure sensors."""
         super().start(nao, time)
         state = self._initial
@@ -199,7 +196,7 @@ class GoToBalance(WholeBodyTask):
             self._duration = max(self._duration, 1.875 * float(ways.max()))
             arguments.check_duration(self._duration, "the time to balance")
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's position of the centre of mass."""
         share = min((time - self.begin) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
@@ -223,20 +220,18 @@ class GoToBalance(WholeBodyTask):
 class WholeBodyPathTask(WholeBodyTask):
     """Effectors follow paths with the whole robot, with the masks of `MASKS`: positionInterpolations."""
 
-    def __init__(
-        self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest], balance: BalanceControl
-    ) -> None:
+    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
         super().__init__(nao, name, balance)
         self._requests = tuple(requests)
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
         hold_still(nao, self._requests)
         super().start(nao, time)
         self._paths = [self._initial.curve(request) for request in self._requests]
         self._end = max(float(path.times[-1]) for path in self._paths)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's poses."""
         t = time - self.begin
         T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
@@ -260,18 +255,18 @@ class EffectorControl(WholeBodyTask):
 
     reactive = True
 
-    def __init__(self, nao: VirtualNao, balance: BalanceControl) -> None:
+    def __init__(self, nao: Machine, balance: BalanceControl) -> None:
         super().__init__(nao, "wbEnableEffectorControl", balance)
         self.goals: dict[str, Floats] = {}
         self._now: dict[str, Floats] = {}
 
-    def hold(self, nao: VirtualNao, effector: str) -> None:
+    def hold(self, nao: Machine, effector: str) -> None:
         """Hold an effector at its current pose."""
         state = CartesianState(nao)
         T_world = state.T_world_torso @ nao.robot.fk(state.q, effector)
         self._now[effector] = self.goals[effector] = T_world[:3, :3] if effector == "Head" else T_world[:3, 3]
 
-    def send(self, nao: VirtualNao, effector: str, target: Floats) -> None:
+    def send(self, nao: Machine, effector: str, target: Floats) -> None:
         """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] for the head."""
         T_world_robot = CartesianState(nao).T_world_robot
         if effector == "Head":
@@ -279,7 +274,7 @@ class EffectorControl(WholeBodyTask):
         else:
             self.goals[effector] = T_world_robot[:3, :3] @ target + T_world_robot[:3, 3]
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Move the targets towards their goals, and the whole robot with them."""
         targets: Targets = {}
         for effector, goal in self.goals.items():
@@ -329,7 +324,7 @@ class WholeBodyControl(CartesianControl):
     - "Plane" is treated as "Fixed": a foot does not slide. wbEnableEffectorOptimization has no effect.
     """
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self.balance = BalanceControl()
 
@@ -366,13 +361,13 @@ class WholeBodyControl(CartesianControl):
         The robot then stands on these feet: they become "Fixed". A foot in the air does not support the robot.
         """
         seconds = arguments.duration(duration, "duration")
-        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, seconds))
+        return self.nao.tasks.add(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
         task = GoToBalance(self.nao, "wbGoToBalanceWithSpeed", self.balance, supportLeg, _MIN_DURATION, share)
-        return self.nao.start_task(task)
+        return self.nao.tasks.add(task)
 
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
@@ -392,7 +387,7 @@ class WholeBodyControl(CartesianControl):
             self.balance.enabled, self.balance.support = True, "Legs"
         if control is None:
             control = EffectorControl(self.nao, self.balance)
-            self.nao.start_task(control)
+            self.nao.tasks.add(control)
         control.hold(self.nao, effector)
 
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:

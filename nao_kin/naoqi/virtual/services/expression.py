@@ -8,18 +8,15 @@ import re
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
+from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- Names of a NAO's LEDs and of their groups.
 #
@@ -116,7 +113,7 @@ class ALLeds(Service):
 
     name = "ALLeds"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._groups = groups()
         self._actuators = actuators()
@@ -343,7 +340,7 @@ class ALTextToSpeech(Service):
 
     name = "ALTextToSpeech"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
+from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, Setting, constant_answers, settings
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 _STATES = ("solitary", "interactive", "disabled", "safeguard")
 _ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
@@ -123,7 +120,7 @@ class ALPreferenceManager(Service):
 
     name = "ALPreferenceManager"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._domains: dict[str, dict[str, Any]] = {}
 

@@ -6,18 +6,15 @@ import itertools
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
+from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, former_names
 from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The robot's own keys in ALMemory: switches with their events, sonars, and constants.
 #
@@ -132,7 +129,7 @@ class ALMemory(Service):
 
     name = "ALMemory"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
@@ -292,7 +289,7 @@ class ALMemory(Service):
         """Notify the sensors of a new value under a key of the robot."""
         if key in self._own:
             for service in ("ALTouch", "ALSonar"):
-                self.nao.services[service]._sensed(key, self._value(key))  # type: ignore[attr-defined]
+                self.nao.services[service]._sensed(key, self._value(key))
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
@@ -347,13 +344,12 @@ class ALMemory(Service):
 
     def _led(self, led: str, channel: int | None) -> float:
         """Return the brightness of a channel of an LED, from 0 to 1; for an LED of one colour, its brightness."""
-        colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
+        colour = self.nao.services["ALLeds"].colours[led]
         return float(max(colour) if channel is None else colour[channel])
 
     def _switched(self, event: str) -> float:
         """Return 1.0 while a switch that raises this event is pressed, else 0.0."""
-        touch = self.nao.services["ALTouch"]
-        return float(touch._is_raised(event))  # type: ignore[attr-defined]
+        return float(self.nao.services["ALTouch"]._is_raised(event))
 
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""
@@ -395,7 +391,7 @@ class ALTouch(Service):
 
     name = "ALTouch"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._pressed = dict.fromkeys(SWITCHES, False)
 
@@ -434,7 +430,7 @@ class ALSonar(Service):
 
     name = "ALSonar"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._subscribers: list[str] = []
 

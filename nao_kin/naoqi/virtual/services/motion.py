@@ -18,6 +18,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
+from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings, variants
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
@@ -71,7 +72,7 @@ class JointControl(Service):
             keys = angles if absolute else [row + first for row, first in zip(angles, start, strict=True)]
             return through(joints, times, keys, start)
 
-        return self.nao.start_task(Interpolation("angleInterpolation", joints, plan))
+        return self.nao.tasks.add(Interpolation("angleInterpolation", joints, plan))
 
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
         """Move joints to angles, the slowest at a fraction of its maximum speed; returns at the end.
@@ -81,7 +82,7 @@ class JointControl(Service):
         joints = self.joints(names)
         targets = arguments.one_each(targetAngles, joints, "targetAngles")
         fraction = arguments.fraction(maxSpeedFraction, "maxSpeedFraction", positive=True)
-        return self.nao.start_task(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
+        return self.nao.tasks.add(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
 
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
@@ -103,7 +104,7 @@ class JointControl(Service):
             return through(joints, rows, keys, start, "bezier", handles)
 
         plan(np.array([row[0] for row in keys]))  # rejects handles outside their segments, before any joint moves
-        return self.nao.start_task(Interpolation("angleInterpolationBezier", joints, plan))
+        return self.nao.tasks.add(Interpolation("angleInterpolationBezier", joints, plan))
 
     def openHand(self, handName: Any) -> Call:
         """Open a hand at its maximum speed, and remove its stiffness."""
@@ -115,11 +116,11 @@ class JointControl(Service):
         joints, relative = self.joints(names), name == "changeAngles"
         targets = arguments.one_each(values, joints, "changes" if relative else "angles")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
-        self.nao.start_task(Approach(name, joints, targets, share, relative=relative))
+        self.nao.tasks.add(Approach(name, joints, targets, share, relative=relative))
 
     def _hand(self, name: str, hand: Any) -> Call:
         chosen, opening = arguments.choice(hand, "hand", _HANDS), np.array([float(name == "openHand")])
-        return self.nao.start_task(HandMove(name, self.nao, (chosen,), opening, 1.0))
+        return self.nao.tasks.add(HandMove(name, self.nao, (chosen,), opening, 1.0))
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
@@ -169,7 +170,7 @@ class StiffnessControl(Service):
                 self._awake(False)
             done.finish()
 
-        crouching = self.nao.start_task(GoToPosture("rest", "Crouch", self.nao, REST_SPEED))
+        crouching = self.nao.tasks.add(GoToPosture("rest", "Crouch", self.nao, REST_SPEED))
         done = Call(crouching.cancel)
         crouching.add_done_callback(release)
         return done
@@ -204,7 +205,7 @@ class StiffnessControl(Service):
         joints = self.joints(names)
         keys, times = arguments.timed(stiffnessLists, timeLists, joints, "stiffnesses")
         _check_stiffnesses(joints, keys)
-        return self.nao.start_task(StiffnessRamp(joints, times, keys))
+        return self.nao.tasks.add(StiffnessRamp(joints, times, keys))
 
     def setMotionConfig(self, config: Any) -> None:
         """Accepted and logged, without effect."""
@@ -250,7 +251,7 @@ _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 class GeneralTools(Service):
     """The methods of ALMotion about the robot and its tasks; switches of reflexes are only stored."""
 
-    def __init__(self, nao: Any) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._breath: dict[str, float] = {"Bpm": 12.0, "Amplitude": 0.5}
         self._notifies = True

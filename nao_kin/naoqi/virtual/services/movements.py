@@ -6,7 +6,7 @@ import math
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,12 +18,9 @@ from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
+from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, former_names, variants
 from nao_kin.robot import NaoModel
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- ALRobotPosture: the robot moves to a posture.
 
@@ -46,14 +43,14 @@ _BENT_KNEES = 1.5
 class GoToPosture(AtSpeed):
     """Joints move to a posture, while the robot stands up, sits or lies down."""
 
-    def __init__(self, name: str, posture: str, nao: VirtualNao, fraction: float) -> None:
+    def __init__(self, name: str, posture: str, nao: Machine, fraction: float) -> None:
         self._posture = posture
         self._q = nao.robot.clamp(nao.robot.posture(posture))
         self._target = nao.robot.to_body(self._q)
         super().__init__(name, nao, nao.joints.names, self._target, fraction)
         self.value = False
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Note whether the robot stands or lies."""
         super().start(nao, time)
         rest = nao.robot.semantics.postures[self._posture].up
@@ -63,7 +60,7 @@ class GoToPosture(AtSpeed):
         foot = nao.base.standing_foot(self._q)
         self._up_after = nao.robot.fk(self._q, foot)[:3, 2] if rest is None else np.array(rest)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Move the joints, and turn the vertical with them."""
         done = super().advance(nao, time)
         if not (self._from_feet and self._to_feet) and nao.joints.stiffness.any():
@@ -71,7 +68,7 @@ class GoToPosture(AtSpeed):
             nao.base.rest(_between(self._up_before, self._up_after, share), nao.joints.q())
         return done
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+    def end(self, nao: Machine, *, killed: bool) -> None:
         """Set the result to whether the posture was reached; if it is a posture on the feet, stand on a foot."""
         super().end(nao, killed=killed)
         if killed or self.started is None:
@@ -154,7 +151,7 @@ class ALRobotPosture(Service):
         if wanted not in self.nao.robot.posture_names:
             self.nao.log.write(f"{name}: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
             return False
-        return self.nao.start_task(GoToPosture(name, wanted, self.nao, share))
+        return self.nao.tasks.add(GoToPosture(name, wanted, self.nao, share))
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
@@ -193,7 +190,7 @@ class ALTracker(Service):
         if not result.success:
             self.nao.log.write(f"lookAt: the head cannot look at the point: {result.reason}; it turns as far as it can")
         angles = self.nao.robot.to_body(result.q)[self.nao.joints.columns(_HEAD)]
-        return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
+        return self.nao.tasks.add(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
         """Stretch an arm towards a point [x, y, z] [m], so that shoulder, hand and point are in line, if limits allow.
@@ -206,7 +203,7 @@ class ALTracker(Service):
         side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
         joints = tuple(f"{side}{joint}" for joint in _ARM)
         targets = pointing(self.nao.robot, side, point)
-        return self.nao.start_task(AtSpeed("pointAt", self.nao, joints, targets, share))
+        return self.nao.tasks.add(AtSpeed("pointAt", self.nao, joints, targets, share))
 
     def stopTracker(self) -> None:
         """End lookAt and pointAt."""
@@ -279,7 +276,7 @@ class ALBehaviorManager(Service):
 
     name = "ALBehaviorManager"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._known: dict[tuple[Path, int], list[str]] = {}
 
@@ -325,7 +322,7 @@ class ALBehaviorManager(Service):
         """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
         if self.isBehaviorRunning(name):
             raise BadArgument(f"{name} is running already")
-        return self.nao.start_task(Playing(task, name, self._motion(name)))
+        return self.nao.tasks.add(Playing(task, name, self._motion(name)))
 
     def _motion(self, name: Any) -> Motion:
         """Return the motion of a behaviour; raise an error for one that is unknown or cannot be played."""
@@ -384,8 +381,7 @@ class ALAnimationPlayer(Service):
             if family not in _POSTURES:
                 raise BadArgument(f"[posture] stands for Stand or Sit, but the robot's family of postures is {family}")
             name = name.replace("[posture]", _POSTURES[family])
-        manager = self.nao.services["ALBehaviorManager"]
-        return manager._play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
+        return self.nao.services["ALBehaviorManager"]._play("ALAnimationPlayer.run", name)  # type: ignore[no-any-return]
 
 
 def led_in(motion: Motion, start: Floats) -> Motion:
