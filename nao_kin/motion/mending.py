@@ -263,9 +263,9 @@ def _overshoots(motion: Motion, column: int, lower: float, upper: float) -> NDAr
     curve = motion.segments[column]
     pieces = pieces_of(curve, "value", np.arange(len(curve.start)))
     outside = ((pieces.values < lower - LIMIT_TOLERANCE) | (pieces.values > upper + LIMIT_TOLERANCE)).any(axis=1)
-    found = np.zeros(len(curve.start), dtype=np.bool_)
-    found[pieces.segment[outside]] = True
-    return found
+    result = np.zeros(len(curve.start), dtype=np.bool_)
+    result[pieces.segment[outside]] = True
+    return result
 
 
 def _into_table(

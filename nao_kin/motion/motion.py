@@ -31,17 +31,17 @@ def checked_names(names: Any) -> tuple[str, ...]:
     """Return the joint names of a motion as texts, each given once."""
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise BadArgument(f"joint_names must be a list of names, got {quoted(names)}")
-    found = tuple(names)
-    if not found:
+    result = tuple(names)
+    if not result:
         raise BadArgument("a motion needs at least one joint, got no joint_names")
     seen = set[str]()
-    for index, name in enumerate(found):
+    for index, name in enumerate(result):
         if not isinstance(name, str) or not name:
             raise BadArgument(f"joint_names must be texts, got {quoted(name)} at index [{index}]")
         if name in seen:
             raise BadArgument(f"joint_names has {quoted(name)} twice, again at index [{index}]")
         seen.add(name)
-    return found
+    return result
 
 
 def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
@@ -538,15 +538,15 @@ class Motion:
             return rows.reshape(*wanted.shape, len(self.keys))
         # Joint by joint in memory, as it is filled.
         result = np.empty((len(self.keys), len(flat)))
-        found, place = None, np.zeros(0, dtype=np.intp)
+        column_times, place = None, np.zeros(0, dtype=np.intp)
         for column, (times, keys) in enumerate(zip(self.times, self.keys, strict=True)):
             if len(keys) == 1:
                 result[column] = 0.0 if speed else keys[0]
             elif self.interpolation == "linear" and not speed:
                 result[column] = np.interp(flat, times, keys)
             else:
-                if times is not found:
-                    found, place = times, segment_of(times, flat)
+                if times is not column_times:
+                    column_times, place = times, segment_of(times, flat)
                 pieces = self.segments[column]
                 u = pieces.parameter(place, flat)
                 if speed:
