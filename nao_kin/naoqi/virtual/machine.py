@@ -114,11 +114,11 @@ class Tasks:
     def kill(self, wanted: Callable[[MotionTask], bool] = lambda task: True) -> bool:
         """End the tasks for which `wanted` is true, waiting ones first; return whether there were any."""
         with self._nao.monitor:
-            found = [task for task in (*self._waiting, *self.running) if wanted(task)]
-            for task in found:
+            killed = [task for task in (*self._waiting, *self.running) if wanted(task)]
+            for task in killed:
                 self._finish(task, killed=True)
             self.start_waiting()
-        return bool(found)
+        return bool(killed)
 
     def booked(self) -> frozenset[str]:
         """Return the resources of the running blocking tasks."""

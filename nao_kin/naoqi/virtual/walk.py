@@ -14,12 +14,12 @@ import numpy as np
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import joint_names
+from nao_kin.naoqi.names import ARMS, LEGS, joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments, steps
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.machine import Machine, MotionTask
-from nao_kin.naoqi.virtual.service import Service, former_names
+from nao_kin.naoqi.virtual.service import Service
 
 # --- The plans of a walk: to targets, at a velocity, or by given footsteps.
 
@@ -123,7 +123,7 @@ class ByFootsteps(WalkPlan):
         support = walker.feet[steps.other(side)]
         end = steps.composed(support, relative)
         walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
-        height = steps.FootGait().step_height
+        height = steps.DEFAULT.step_height
         return steps.Footstep(side, support.copy(), walker.feet[side].copy(), end, height, period)
 
     def stop(self) -> None:
@@ -140,7 +140,7 @@ def _step_to(walker: Walker, goal: Floats, gait: steps.Gait) -> steps.Footstep:
 
 # --- The motion task of the walk.
 
-_FEET = {"L": "LLeg", "R": "RLeg"}
+_FEET = dict(zip("LR", LEGS, strict=True))
 _PLACE = [0, 1, 5]
 
 
@@ -231,23 +231,12 @@ def body_of(nao: Machine, q: Floats) -> Floats:
 
 # --- The methods.
 
-_ARMS = ("LArm", "RArm")
 # The distance between the feet side by side, from which MaxStepY is measured [m].
 _STANCE = 0.1
 # The largest distance of a target [m], and the longest time of a step [s].
 _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
-@former_names(
-    walkInit="moveInit",
-    walkTo="moveTo",
-    stopWalk="stopMove",
-    killWalk="killMove",
-    waitUntilWalkIsFinished="waitUntilMoveIsFinished",
-    walkIsActive="moveIsActive",
-    setWalkArmsEnabled="setMoveArmsEnabled",
-    getFootGaitConfig="getMoveConfig",
-)
 class Locomotion(Service):
     """The methods of ALMotion that walk kinematically, without balance, sway or swinging arms.
 
@@ -351,7 +340,7 @@ class Locomotion(Service):
             raise BadArgument(f"footSteps must have as many entries as legName, {len(legs)}, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
-        durations = steps.Gait().left.period / shares
+        durations = steps.DEFAULT.period / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
@@ -399,10 +388,14 @@ class Locomotion(Service):
 
     def getMoveArmsEnabled(self, chainName: Any) -> bool:
         """The stored value of "LArm" or "RArm", or whether both are enabled for "Arms"; initially True."""
-        arm = arguments.choice(chainName, "chain", (*_ARMS, "Arms"))
-        return all(self._arms) if arm == "Arms" else self._arms[_ARMS.index(arm)]
+        arm = arguments.choice(chainName, "chain", (*ARMS, "Arms"))
+        return all(self._arms) if arm == "Arms" else self._arms[ARMS.index(arm)]
 
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
+
+    walkInit, walkTo, stopWalk, killWalk = moveInit, moveTo, stopMove, killMove
+    waitUntilWalkIsFinished, walkIsActive = waitUntilMoveIsFinished, moveIsActive
+    setWalkArmsEnabled, getFootGaitConfig = setMoveArmsEnabled, getMoveConfig
 
     def setWalkTargetVelocity(self, x: Any, y: Any, theta: Any, frequency: Any, moveConfig: Any = None) -> None:
         """The same as moveToward, with the frequency from 0 to 1."""
@@ -438,7 +431,7 @@ class Locomotion(Service):
         clears = arguments.flag(clear, "clearExisting")
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
-        shortest, changed = steps.FootGait().period, []
+        shortest, changed = steps.DEFAULT.period, []
         plan = ByFootsteps([])
         for leg, wanted, duration in zip(legs, poses, durations.tolist(), strict=True):
             made, period = steps.bounded(wanted, leg[0], steps.HIGHEST), max(duration, shortest)
@@ -457,21 +450,21 @@ class Locomotion(Service):
         return self._start(name, plan)
 
 
-def _motion(x: Any, y: Any, theta: Any, most: float = np.inf) -> Floats:
+def _motion(x: Any, y: Any, theta: Any, largest: float = np.inf) -> Floats:
     """Return x, y and theta, shape (3,), each at most `most` in magnitude."""
-    found = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
-    for what, number in found.items():
-        if abs(number) > most:
-            raise BadArgument(f"{what} must be from {-most:g} to {most:g}, got {number:g}")
-    return np.array(list(found.values()))
+    numbers = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
+    for what, number in numbers.items():
+        if abs(number) > largest:
+            raise BadArgument(f"{what} must be from {-largest:g} to {largest:g}, got {number:g}")
+    return np.array(list(numbers.values()))
 
 
 def _poses(value: Any) -> list[Floats]:
     """Return a list of poses [x, y, theta], at least one."""
-    found = as_floats(list(value) if isinstance(value, (list, tuple)) else value, (3,), "poses [x, y, theta]")
-    if found.ndim != 2 or not len(found):
+    poses = as_floats(list(value) if isinstance(value, (list, tuple)) else value, (3,), "poses [x, y, theta]")
+    if poses.ndim != 2 or not len(poses):
         raise BadArgument(f"expected a list of poses [x, y, theta], got {quoted(value, 60)}")
-    return [np.array(row) for row in found]
+    return [np.array(row) for row in poses]
 
 
 def _legs(value: Any) -> tuple[str, ...]:

@@ -11,8 +11,8 @@ import numpy as np
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import joint_names
-from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
+from nao_kin.naoqi.names import ARMS, LEGS, joint_names
+from nao_kin.naoqi.spaces import FRAME_TORSO, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
 from nao_kin.naoqi.virtual.engine import TICK, Call
@@ -30,7 +30,7 @@ from nao_kin.world import LOWER
 Targets = dict[str, tuple[Floats, tuple[float, float]]]
 
 FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
-SUPPORTS: tuple[str, ...] = ("Legs", "LLeg", "RLeg")
+SUPPORTS: tuple[str, ...] = ("Legs", *LEGS)
 _SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 # The weight of a lifted foot that must keep its pose, relative to other targets.
 _HELD = 100.0
@@ -92,13 +92,13 @@ class WholeBodyTask(MotionTask):
                     name: (_part(T_world_torso @ self._robot.fk(q, name), wanted, share), weights)
                     for name, (wanted, weights) in targets.items()
                 }
-            found = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
-            if found is None:
+            solution = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
+            if solution is None:
                 return None
             # Targets that were moved nearer count as missed.
-            missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else found.missing
-            if np.all(np.abs(found.q - q) <= self._max_step):
-                joints = found.q
+            missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else solution.missing
+            if np.all(np.abs(solution.q - q) <= self._max_step):
+                joints = solution.q
                 break
         if missing > NOTEWORTHY:
             self.notes.once("missed", missed)
@@ -122,7 +122,7 @@ class WholeBodyTask(MotionTask):
         weights = {"torso" if name == TORSO else name: weight for name, (_, weight) in rows.items()}
         torso, _ = rows.pop(TORSO, (None, None))
         supported = com is None and balance.support is not None
-        found = ik.whole_body(
+        result = ik.whole_body(
             self._robot,
             {name: T for name, (T, _) in rows.items()},
             feet={foot[0]: T for foot, T in standing.items()},
@@ -134,10 +134,10 @@ class WholeBodyTask(MotionTask):
             posture=self._initial.q,
             restarts=0,
         )
-        if not np.isfinite(found.q).all():
+        if not np.isfinite(result.q).all():
             return LimbSolution(np.array(q), np.inf)
-        errors = [np.hypot(away, RADIAN * turn) for away, turn in found.residuals.values()]
-        return LimbSolution(found.q, float(np.linalg.norm(errors)))
+        errors = [np.hypot(away, RADIAN * turn) for away, turn in result.residuals.values()]
+        return LimbSolution(result.q, float(np.linalg.norm(errors)))
 
 
 def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
@@ -155,7 +155,7 @@ def _part(now: Floats, wanted: Floats, share: float) -> Floats:
 
 # --- The motion tasks of whole-body control: to balance, along paths, and effectors held in FRAME_ROBOT.
 
-HELD: tuple[str, ...] = ("Head", "LArm", "RArm")
+HELD: tuple[str, ...] = ("Head", *ARMS)
 # The speeds at which targets of held effectors move [m/s, rad/s].
 _PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
 # The shortest time of a movement at a fraction of the joints' speeds [s].
@@ -241,8 +241,8 @@ class WholeBodyPathTask(WholeBodyTask):
             T_world = T_world_torso @ T if request.space == FRAME_TORSO else T
             weights = MASKS[AxisMask.ALL if request.effector == TORSO else request.mask]
             targets[request.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
-        found = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
-        if found is None:
+        q = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
+        if q is None:
             self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
         return t >= self._end - ON_TIME
 
@@ -308,7 +308,7 @@ def _towards(now: Floats, goal: Floats) -> Floats:
 # --- The methods.
 
 # The effectors that NAOqi accepts in wbEnableEffectorOptimization.
-_OPTIMIZED = ("All", "Arms", "Legs", "Head", "LArm", "RArm", "LLeg", "RLeg", "Torso", "Com")
+_OPTIMIZED = ("All", "Arms", "Legs", "Head", *ARMS, *LEGS, "Torso", "Com")
 
 
 class WholeBodyControl(CartesianControl):
@@ -328,11 +328,11 @@ class WholeBodyControl(CartesianControl):
         super().__init__(nao)
         self.balance = BalanceControl()
 
-    def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
+    def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
         """Return a task of the whole robot if whole-body control is on and supports the masks of the paths."""
-        if self.balance.enabled and all(request.mask in MASKS for request in found):
-            return WholeBodyPathTask(name, self.nao, found, self.balance)
-        return super()._path_task(name, found)
+        if self.balance.enabled and all(request.mask in MASKS for request in requests):
+            return WholeBodyPathTask(name, self.nao, requests, self.balance)
+        return super()._path_task(name, requests)
 
     def wbEnable(self, isEnabled: Any) -> None:
         """Switch whole-body control on or off; switching it off removes all constraints."""

@@ -14,19 +14,19 @@ from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
+from nao_kin.naoqi.names import ARMS, HANDS
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
 from nao_kin.naoqi.virtual.machine import Machine
-from nao_kin.naoqi.virtual.service import Service, former_names, variants
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
 
 # --- ALRobotPosture: the robot moves to a posture.
 
 # The tolerance of a posture [rad]; NAOqi's own is not published.
 _NEAR = 0.1
-_HANDS = ("LHand", "RHand")
 _FAMILIES = {
     "Stand": "Standing",
     "StandInit": "Standing",
@@ -77,7 +77,7 @@ class GoToPosture(AtSpeed):
         step = nao.joints.max_speed * TICK * (nao.joints.stiffness > 0.0)
         near = np.abs(nao.joints.sensor - self._target) <= step + 1e-6
         # Hands do not count, as for getPosture: openHand and closeHand leave them without stiffness.
-        near[nao.joints.columns(_HANDS)] = True
+        near[nao.joints.columns(HANDS)] = True
         self.value = bool(near.all())
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
             nao.base.stand_up(nao.base.standing_foot(self._q), self._q)
@@ -87,7 +87,6 @@ class GoToPosture(AtSpeed):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
-@variants("goToPosture", "_go", applyPosture=("", "The same as goToPosture; in NAOqi, without path planning."))
 class ALRobotPosture(Service):
     """Predefined postures, each reached on a straight line in joint space.
 
@@ -108,7 +107,7 @@ class ALRobotPosture(Service):
     def getPosture(self) -> str:
         """The predefined posture from which no joint differs by more than 0.1 rad, except the hands; or "Unknown"."""
         body = self.nao.joints.sensor
-        checked = [index for index, name in enumerate(self.nao.joints.names) if name not in _HANDS]
+        checked = [index for index, name in enumerate(self.nao.joints.names) if name not in HANDS]
         distances = {
             name: float(np.abs(self.nao.robot.to_body(self.nao.robot.posture(name)) - body)[checked].max())
             for name in self.nao.robot.posture_names
@@ -133,6 +132,10 @@ class ALRobotPosture(Service):
         stiffness. The hands move too, but do not count: openHand and closeHand leave them without stiffness.
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
+
+    def applyPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
+        """The same as goToPosture; in NAOqi, without path planning."""
+        return self._go("applyPosture", postureName, maxSpeedFraction)
 
     def stopMove(self) -> None:
         """End the movements to postures, running and waiting."""
@@ -197,7 +200,7 @@ class ALTracker(Service):
 
         pEffector is "LArm", "RArm", or "Arms" for the one on the point's side.
         """
-        effector = arguments.choice(pEffector, "effector", ("LArm", "RArm", "Arms"))
+        effector = arguments.choice(pEffector, "effector", (*ARMS, "Arms"))
         point = self._in_torso(pPosition, pFrame)
         share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
         side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
@@ -258,14 +261,6 @@ class Playing(Interpolation):
         self.behavior = behavior
 
 
-@former_names(
-    "The same as {}, under its name before NAOqi 1.22.",
-    getBehaviorNames="getInstalledBehaviors",
-    isBehaviorPresent="isBehaviorInstalled",
-)
-@former_names("The same as {}: behaviours are not preloaded here.", isBehaviorLoaded="isBehaviorRunning")
-@former_names("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
-@former_names("Without effect; returns whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
 class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
@@ -318,6 +313,15 @@ class ALBehaviorManager(Service):
         """Names of the running behaviours."""
         return sorted(task.behavior for task in self.nao.tasks.all if isinstance(task, Playing))
 
+    def preloadBehavior(self, name: Any) -> bool:
+        """Without effect; returns whether there is such a behaviour."""
+        return self.isBehaviorInstalled(name)
+
+    # Behaviours are not preloaded here.
+    isBehaviorLoaded, getLoadedBehaviors = isBehaviorRunning, getRunningBehaviors
+    # The names before NAOqi 1.22.
+    getBehaviorNames, isBehaviorPresent = getInstalledBehaviors, isBehaviorInstalled
+
     def _play(self, task: str, name: Any) -> Call:
         """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
         if self.isBehaviorRunning(name):
@@ -361,11 +365,11 @@ class ALBehaviorManager(Service):
         folder = self.nao.behaviors
         if folder is None:
             return {}
-        found = {}
+        files = {}
         for path in folder.rglob("*.xar"):
             name = path.relative_to(folder).with_suffix("")
-            found[(name.parent if name.name == _FILE and name.parent.name else name).as_posix()] = path
-        return found
+            files[(name.parent if name.name == _FILE and name.parent.name else name).as_posix()] = path
+        return files
 
 
 class ALAnimationPlayer(Service):
