@@ -11,7 +11,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
-from nao_kin.naoqi.virtual import Call, Event, MotionTask, NaoqiError, VirtualNao
+from nao_kin.naoqi.virtual import Call, Event, Machine, MotionTask, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 
 FAST_YAW = 8.26797  # rad/s, the maximum speed of HeadYaw in the published URDF
@@ -393,7 +393,7 @@ def test_waiting_for_a_task_ends_with_it_or_with_the_time(awake: VirtualNao) -> 
 class _Broken(MotionTask):
     ended = 0
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         raise RuntimeError("broken on purpose")
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:

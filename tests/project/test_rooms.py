@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import ModuleType
 
@@ -37,6 +38,8 @@ INNER_FACES = ("robot.nao", "robot.semantics", "robot.urdf", "rotations.rank_one
 # The machine rooms have no face that hides anything.
 OPEN = ("_core", "_kernels")
 MODULES = sorted(PACKAGE.rglob("*.py"))
+# Rooms whose modules import each other in a circle, for types only.
+WITH_CIRCLES = ("calibration", "cli", "robot")
 
 
 def _parts(module: Path) -> tuple[str, ...]:
@@ -101,6 +104,27 @@ def test_a_room_is_entered_through_its_face() -> None:
             if len(other) > 1 and not at_home and ".".join(other) not in INNER_FACES:
                 past.append(f"{module.relative_to(PACKAGE)} imports {'.'.join(other)}")
     assert not past
+
+
+def _modules_imported(module: Path) -> set[str]:
+    """Return the modules of the package that a module imports: at its top, inside functions, and for types."""
+    names = {".".join(("nao_kin", *_parts(other))): ".".join(_parts(other)) for other in MODULES}
+    found = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {names.get(alias.name) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {names.get(f"{node.module}.{alias.name}", names.get(node.module)) for alias in node.names}
+    return {name for name in found if name}
+
+
+@pytest.mark.parametrize("room", sorted({_parts(module)[0] for module in MODULES} - set(WITH_CIRCLES)))
+def test_the_modules_of_a_room_do_not_import_each_other_in_a_circle_even_for_types(room: str) -> None:
+    graph = {".".join(_parts(module)): _modules_imported(module) for module in MODULES if _parts(module)[0] == room}
+    try:
+        TopologicalSorter({name: imported & graph.keys() for name, imported in graph.items()}).prepare()
+    except CycleError as error:
+        pytest.fail(" ← ".join(error.args[1]))
 
 
 def test_the_mathematics_knows_no_robot_and_no_pinocchio() -> None:
