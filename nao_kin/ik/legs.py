@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, choice, rigid_inverse
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import missed_targets, nearest_values
-from nao_kin.ik.geometry import (
+from nao_kin.ik.branches import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_roots, add_shortfall, least
+from nao_kin.ik.closed_form import (
     ClosedForm,
     KernelOutput,
     Limb,
@@ -23,9 +22,11 @@ from nao_kin.ik.geometry import (
     cached_limb,
     geometry_error,
     limb_types,
+    missed_targets,
     result_fields,
     solve_targets,
 )
+from nao_kin.ik.least_squares import nearest_values
 from nao_kin.ik.leg import Leg, foot_of, leg_limb, nearest_foot, within_reach
 from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
@@ -46,9 +47,15 @@ from nao_kin.ik.legs_equations import (
     foot_yaw,
     solve_legs,
 )
-from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_shortfall
-from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
-from nao_kin.ik.searches import add_roots, least
+from nao_kin.ik.results import (
+    Codes,
+    IKResult,
+    Reason,
+    angle_in_words,
+    crossing_in_words,
+    errors_in_words,
+    without_collisions,
+)
 from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
@@ -384,7 +391,7 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 
 @both_ways
 def solve_fixed(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find all joint values that meet both feet with the torso as desired, as `ranges` describes."""
+    """Find all joint values that meet both feet with the torso as desired, as `branches` describes."""
     short = _write_desired_target(legs, target, work.q)
     count = solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work)
     _add_shortfalls(short, count, work)
@@ -438,7 +445,7 @@ def _add_shortfalls(short: tuple[float, float], count: int, work: Workspace) -> 
     """Add the distances by which the feet were moved to the errors in position."""
     report = work.report
     if max(short[0], short[1]) > 0.0:
-        add_shortfall(work.found, JOINTS, count, max(short[0], short[1]))
+        add_shortfall(work.branches, JOINTS, count, max(short[0], short[1]))
         report[LEFT_FOOT] += short[0]
         report[RIGHT_FOOT] += short[1]
         report[POSITION_ERROR] = max(report[LEFT_FOOT], report[RIGHT_FOOT])
