@@ -1,4 +1,13 @@
-"""Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none."""
+"""Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none.
+
+These options are the same in all solvers:
+
+- `limits`: "enforce" leaves out solutions with a joint outside its own range or a coupled limit; "ignore" keeps them,
+  with the whole turns that bring each joint within half a turn of the reference.
+- `threads`: how many threads may work on a batch; None for all cores if that is worthwhile.
+- `collisions`: whether to leave out solutions in which links overlap, by `RobotModel.clearance`. If links overlap in
+  all of them, the result has the one with the largest clearance, and the reason `COLLISION`.
+"""
 
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm

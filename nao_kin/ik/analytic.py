@@ -91,12 +91,12 @@ def analytic(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and its values of other joints are used. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit, and lists a branch with
-            all whole turns inside the limits (with those nearest to the reference for a joint with a range of more than
-            three turns); "ignore" returns all, with the whole turns nearest to the reference.
+        limits: as in all solvers, see `nao_kin.ik`. With "enforce", a branch is listed with all whole
+            turns inside the limits; for a joint with a range of more than three turns, with those nearest to the
+            reference.
+        threads: as in all solvers.
+        collisions: as in all solvers.
         tolerance: largest error of a solution in position [m] and rotation [rad].
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         All branches inside the limits. At a singularity EAIK misses some of them: searches from its answers for poses

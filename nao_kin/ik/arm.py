@@ -101,10 +101,10 @@ def arm(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" returns all, each joint with the
-            whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`; with criterion "limits", ignored limits leave
+            joints within ±π.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         Solutions meet the target to within 1e-10 m and rad. Five joints cannot meet a pose that is rounded, for

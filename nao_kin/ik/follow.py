@@ -265,17 +265,17 @@ def follow(
             first one to the start of the path counts. Configurations outside the limits are projected onto them, and
             `notes` says so. None for all joints at zero, or at the limit nearest to it; the motion from there does not
             count.
-        limits: "enforce" excludes branches with a joint outside its own or a coupled limit; "ignore" keeps all.
         speed: the share of the speed limits that may be used, above 0.
         priority: the foot that keeps its yaw if both feet need different values of the shared hip motor: "left",
             "right", or "balanced" for half of the error each.
         free: with `torso` and both feet, the direction in which the torso moves, at each sample as little as necessary,
             so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved torso, from which all
             other targets are met.
-        threads: number of threads; None for all cores if that is worthwhile.
-        collisions: leave out branches in which links overlap at a sample, by `RobotModel.clearance`, with the other
-            limbs where they are without this check. If links overlap in all branches, the sample is not reached: the
-            branch with the largest clearance is used, and the message names the links.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers, for the branches at each sample, with the other limbs where they are
+            without this check. If links overlap in all branches, the sample is not reached: the branch with the largest
+            clearance is used, and the message names the links.
 
     Raises:
         UnknownName: an effector or frame that does not exist.

@@ -66,9 +66,9 @@ def head(
         frame: a frame on the head, a camera for instance.
         reference: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
             taken; None for all joints at zero, or at the limit nearest to it.
-        limits: "enforce" keeps joints inside their limits, including the range of HeadPitch at this HeadYaw.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         At most one solution, to within 1e-10 rad. Two joints cannot meet an orientation that is rounded, for instance

@@ -193,8 +193,6 @@ def legs(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
             at the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
-            each joint with the whole turns that bring it within half a turn of the reference.
         priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
             "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
@@ -202,8 +200,9 @@ def legs(
             relative to the middle of the feet in the reference.
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Raises:
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
@@ -564,7 +563,7 @@ def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) 
 
 @both_ways
 def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the smallest |s| with which both feet are met; 0 if no s of an even grid meets them."""
+    """Return the smallest shift |s| of the torso, on a grid, with which both feet are met; 0 if there is none."""
     inside = math.inf
     for k in range(_STEPS + 1):
         moved = low + (high - low) * k / _STEPS
@@ -584,7 +583,10 @@ def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection
 
 @both_ways
 def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of a grid does."""
+    """Return the shift s of the torso, on a grid, that minimises the difference of both HipYawPitch values.
+
+    Both legs reach their feet with it; 0 if there is no such shift.
+    """
     given = legs, target, selection, work
     best = least(_gap, given, low, high, low, _STEPS) if low < high else 0.0
     return best if _gap(given, best) < math.inf else 0.0

@@ -394,7 +394,7 @@ def solve_separately(legs: Legs, target: Row, selection: Selection, work: Worksp
 
 @both_ways
 def _over_pieces(tasks: Tasks, priority: float, selection: Selection, work: Workspace) -> int:
-    """Report the joint values with the least turns of the feet; add them as solutions if the feet are met."""
+    """Report the joint values that minimise the yaw errors of the feet; add them as solutions if the feet are met."""
     q, (left, right) = work.q, tasks
     lefts, rights = np.empty((MAX_PIECES, PIECE)), np.empty((MAX_PIECES, PIECE))
     left_count = write_pieces(left, selection.ranges.left, selection.enforce, lefts)

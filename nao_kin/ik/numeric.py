@@ -276,7 +276,6 @@ def numeric(
         T: targets T_root_frame, shape (..., 4, 4) [m]; with a floating base the root is the world.
         reference: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
             `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says so.
-        limits: "enforce" or "ignore" for boxes and coupled limits.
         weights: weights of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and
             the rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves
             the rotation about the target's x axis free.
@@ -285,8 +284,9 @@ def numeric(
         iterations: largest number of steps of one search.
         seed: the seed of the random starts.
         solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, an extra.
-        threads: number of threads for a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`; no others are searched for.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers; other solutions are not searched for.
 
     Returns:
         One solution for each target that is met.

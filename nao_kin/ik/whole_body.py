@@ -203,8 +203,8 @@ def whole_body(
         robot: a NAO of any version, or another robot with legs of its geometry.
         targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. If
             empty, the robot only stands.
-        feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None
-            for both feet as in the reference.
+        feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None:
+            both feet stay where the reference has them.
         com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for any point above the support
             polygon of the standing feet; None to leave it free. The world's z axis points up.
         margin: distance of the centre of mass inside the support polygon, with com="support" [m].
@@ -218,16 +218,15 @@ def whole_body(
         reference: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
             the limit nearest to it. The torso of a fixed base is at the origin of the world, a floating base has its
             pose in the reference. Outside the limits it is projected onto them, and `notes` says so.
-        limits: "enforce" or "ignore" for boxes and coupled limits. If ignored, joint values are within half a turn of
-            those of the posture.
         restarts: the maximum of other starts if the first does not meet the targets.
         tolerance: a target is met within this error [m and rad].
         iterations: largest number of steps of one search.
         seed: the seed of the other starts.
-        threads: number of threads for a batch; None for all cores.
-        collisions: leave out poses in which links overlap, by `RobotModel.clearance`: up to `restarts` more searches
-            start farther and farther from such a pose. If links overlap in all poses found, `q` is the one with the
-            largest clearance.
+        limits: as in all solvers, see `nao_kin.ik`; "ignore" brings joint values within half a turn of
+            those of the posture.
+        threads: as in all solvers.
+        collisions: as in all solvers; up to `restarts` more searches start farther and farther from a pose in which
+            links overlap.
 
     Raises:
         UnknownName: a frame, camera, foot or weight that does not exist.
