@@ -1,6 +1,6 @@
 """Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none.
 
-These options are the same in all solvers:
+These options are the same in all solvers of poses:
 
 - `limits`: "enforce" leaves out solutions with a joint outside its own range or a coupled limit; "ignore" keeps them,
   with the whole turns that bring each joint within half a turn of the reference.
