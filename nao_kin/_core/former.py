@@ -31,7 +31,9 @@ class FormerName(NamedTuple):
 
     def warn(self) -> None:
         """Warn at the caller's line that the name has changed."""
-        warn_caller(f"{self.where}: {self.old} is a former name, use {self.new}", FormerNameWarning)
+        warn_caller(
+            f"{self.old} is now {self.new}; the next release does not accept {self.old}", FormerNameWarning, self.old
+        )
 
     def argument(self, former: Mapping[str, object], value: Any) -> Any:
         """Return an argument from the keywords that its function does not know; `value` is None under the new name."""
@@ -45,7 +47,7 @@ class FormerName(NamedTuple):
     def instead(self, given: Any, value: Any) -> Any:
         """Return what is given under the former name; refuse it if there is a `value` under the new name, too."""
         if value is not None:
-            raise BadArgument(f"{self.old} is a former name of {self.new}; give one of them")
+            raise BadArgument(f"{self.old} is the former name of {self.new}; give one of them")
         self.warn()
         return given
 
@@ -60,4 +62,6 @@ def hides_former(function: _Function) -> _Function:
 
 # --- The table.
 
-FORMER_NAMES: tuple[FormerName, ...] = ()
+LIMITS_RAISE = FormerName('limits="raise"', 'limits="enforce"', "nk.robot, nk.stream")
+
+FORMER_NAMES = (LIMITS_RAISE,)

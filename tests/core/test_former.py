@@ -21,7 +21,8 @@ def solved(target: int, *, near: int | None = None, **former: NoReturn) -> tuple
 
 
 def test_the_former_name_of_an_argument_works_and_warns_at_the_line_of_the_call() -> None:
-    with pytest.warns(FutureWarning, match="^nk.ik: reference= is a former name, use near=$") as caught:
+    message = "^reference= is now near=; the next release does not accept reference=$"
+    with pytest.warns(FutureWarning, match=message) as caught:
         assert solved(1, reference=2) == (1, 2)
     assert [warning.category for warning in caught] == [FormerNameWarning]
     assert caught[0].filename == __file__
@@ -34,7 +35,7 @@ def test_the_new_name_gives_no_warning() -> None:
 
 
 def test_an_argument_under_both_names_is_refused_in_one_line() -> None:
-    with pytest.raises(BadArgument, match=r"^reference= is a former name of near=; give one of them$"):
+    with pytest.raises(BadArgument, match=r"^reference= is the former name of near=; give one of them$"):
         solved(1, near=2, reference=3)
 
 
