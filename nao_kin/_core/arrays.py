@@ -323,7 +323,7 @@ LimitPolicy = Literal["enforce", "clamp", "ignore"]
 
 def limit_policy(limits: object) -> LimitPolicy:
     """Return a limits policy, or raise `UnknownName`."""
-    if isinstance(limits, str) and limits == "raise":
+    if isinstance(limits, str) and limits == LIMITS_RAISE.value:
         LIMITS_RAISE.warn()
         return "enforce"
     return cast(LimitPolicy, choice(limits, get_args(LimitPolicy), "limits policy"))
