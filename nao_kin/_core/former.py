@@ -71,6 +71,7 @@ LIMITS_RAISE = FormerName('limits="raise"', 'limits="enforce"', "robots, nk.stre
 NEAR = FormerName("reference=", "near=", "nk.ik, nk.naoqi.from_order, nk.joints.MultiDofModel")
 MOST = FormerName("most=", "max_configurations=", "robot.limit_violations")
 COLOUR_BY = FormerName("colour_by=", "by=", "nk.reach.ReachMap.save_ply")
+CLAMPED_MOST = FormerName("clamped.most", "clamped.largest", "nk.stream.StreamResult")
 HIPS_AGREE = FormerName('hips="agree"', "hips=None", "nk.naoqi.from_order")
 
-FORMER_NAMES = (LIMITS_RAISE, NEAR, MOST, COLOUR_BY, HIPS_AGREE)
+FORMER_NAMES = (LIMITS_RAISE, NEAR, MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE)

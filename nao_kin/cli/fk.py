@@ -305,8 +305,8 @@ def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
     """Print a note on the changes of --clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)
-        most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
-        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
+        largest = f"{changes.largest:.3g}{'' if unit == '1' else f' {unit}'}"
+        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {largest} ({changes.joint})")
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:
