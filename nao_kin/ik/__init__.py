@@ -1,6 +1,6 @@
 """Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none.
 
-These options are the same in all solvers:
+These options are the same in all solvers of poses:
 
 - `near`: preferred configurations. Solutions are sorted by their distance to it, searches begin there, and joints that
   the targets do not determine keep its values. If limits are enforced, `near` is projected into them, and `notes` says

@@ -251,7 +251,7 @@ def max_rows(region: Region) -> int:
 
 @both_ways
 def limit_rows(region: Region, values: Row, fixed: Row, longest: Row, A: Floats, b: Floats, count: int) -> int:
-    """Add rows A δ ≥ b that keep a step δ inside the limits and at largest `longest`; return their new number.
+    """Add rows A δ ≥ b that keep a step δ inside the limits and at most `longest`; return their new number.
 
     A joint that is outside is brought back as far as a step may go. Every segment of a table within reach of a step
     gives a row, unless its line would exclude allowed values: the region need not be convex.

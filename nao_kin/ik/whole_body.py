@@ -140,7 +140,7 @@ class WholeBodyResult(Outcome):
         beyond = float(self.beyond[index])
         if np.isnan(self.q[index]).any():
             if reason is not Reason.OUT_OF_REACH:
-                return "no pose solutions that stands on both feet: do their directions fit the shared hip motor?"
+                return "no pose found that stands on both feet: do their directions fit the shared hip motor?"
             hint = _METRES if beyond > MILLIMETRES_FROM else ""
             return f"the feet cannot both be stood on: too far apart by {length_in_words(beyond)}{hint}"
         margin = float(self.margin[index])
@@ -155,7 +155,7 @@ class WholeBodyResult(Outcome):
         distance, angle = (float(error) for error in self.residuals[name][index])
         errors = (length_in_words(distance), distance), (f"{angle:.3g} rad", angle)
         amount = " and ".join(text for text, size in errors if size > 1e-9) or length_in_words(distance)
-        why = _WHY.get(reason, "no pose solutions that meets it")
+        why = _WHY.get(reason, "no pose found that meets it")
         names = [joint for joint, is_at in zip(self.joints, self.at_limits[index], strict=True) if is_at]
         limits = f"; at their limits: {', '.join(names[:_MAX_NAMES])}" if names else ""
         if len(names) > _MAX_NAMES:
