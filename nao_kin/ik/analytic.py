@@ -102,10 +102,10 @@ def analytic(
 
     Returns:
         All branches inside the limits. At a singularity EAIK misses some of them: searches from its answers for poses
-        beside the target find these, and `notes` says for how many targets, and for how many a search failed.
-        `near` is listed if it is a solution. Where the axes are dependent, infinitely many solutions may form a
-        family (`SINGULAR`): it is listed by the member nearest to `near` that a search finds, with all whole
-        turns inside the limits.
+        beside the target find these, and `notes` says for how many targets, and for how many a search failed. If
+        `near` is a solution, it is listed. Where the axes are dependent, infinitely many solutions may form a family
+        (`SINGULAR`): it is listed by the member nearest to `near` that a search finds, with all whole turns inside the
+        limits.
 
     Raises:
         MissingExtra: EAIK is not installed.

@@ -382,7 +382,7 @@ def _with_free_torso(
     feet = path.targets["LLeg"], path.targets["RLeg"]
     named = (frames or {}).get("LLeg", "LLeg"), (frames or {}).get("RLeg", "RLeg")
     options = {**options, "base": "floating", "torso": path.torso, "free": free}
-    torso = np.asarray(legs(robot, *feet, frames=named, reference=references, **options).torso)
+    torso = np.asarray(legs(robot, *feet, frames=named, near=references, **options).torso)
     is_found = np.isfinite(torso).all(axis=(1, 2), keepdims=True)
     return dataclasses.replace(path, torso=np.where(is_found, torso, path.torso))
 
