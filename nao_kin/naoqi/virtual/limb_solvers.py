@@ -134,7 +134,7 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
     if q_legs is None or not robot.within_limits(q_legs):
         # One descent with the feet as constraints.
         feet = dict(zip("LR", T_world_feet, strict=True))
-        solution = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, reference=q, restarts=0)
+        solution = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, near=q, restarts=0)
         if not np.isfinite(solution.q).all():
             return LimbSolution(np.array(q), np.inf)
         q_legs, adapted = solution.q, solution.torso
@@ -154,9 +154,7 @@ def _with_fitting_yaw(
     target = T_world_torso
     for _ in range(_MAX_CORRECTIONS):
         # A batch of one uses the compiled kernel: in Python, a tick of 10 ms would take longer than 10 ms to compute.
-        solution = ik.legs(
-            robot, left[None], right, base="floating", torso=target, free="yaw", reference=q, limits="ignore"
-        )
+        solution = ik.legs(robot, left[None], right, base="floating", torso=target, free="yaw", near=q, limits="ignore")
         if not np.all(solution.success):
             return None, T_world_torso
         torso = np.asarray(solution.torso)[0]
@@ -174,9 +172,9 @@ def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | Non
     if target.reference != TORSO:
         T = robot.fk(q, target.reference) @ T
     if frame in ARMS and axes in (AxisMask.ALL, AxisMask.VEL):
-        return ik.arm(robot, frame[0], T if axes == AxisMask.ALL else T[:3, 3], reference=q).q
+        return ik.arm(robot, frame[0], T if axes == AxisMask.ALL else T[:3, 3], near=q).q
     if frame in LEGS and axes == AxisMask.ALL:
-        return ik.leg(robot, frame[0], T, reference=q).q
+        return ik.leg(robot, frame[0], T, near=q).q
     if frame == "Head" and axes in (AxisMask.ROT, AxisMask.ALL):
-        return ik.head(robot, T[:3, :3], reference=q).q
+        return ik.head(robot, T[:3, :3], near=q).q
     return None

@@ -356,7 +356,7 @@ def _all_of(result: ik.LegsResult) -> Floats:
 
 def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:
     """Solve both legs in closed form; the torso's yaw is adapted so that the shared hip motor reaches both feet."""
-    return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", reference=q)
+    return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", near=q)
 
 
 def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:

@@ -130,7 +130,7 @@ class WholeBodyTask(MotionTask):
             margin=_MARGIN if supported else 0.0,
             torso=torso,
             weights=weights,
-            reference=q,
+            near=q,
             posture=self._initial.q,
             restarts=0,
         )

@@ -530,7 +530,7 @@ def assert_drawn_where_they_differ(page: Page, nao: nk.NaoModel, configurations:
 @pytest.mark.full
 def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     q = nao.posture("StandInit")
-    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=q, limits="ignore")
     assert found.count == 8
     viewer = Viewer(nao)
     viewer.display(q)
@@ -554,7 +554,7 @@ def test_on_a_narrow_page_neither_legend_nor_line_covers_the_robot(
     browser: Any, nao: nk.NaoModel, tmp_path: Path, size: tuple[int, int]
 ) -> None:
     q = nao.posture("StandInit")
-    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=q, limits="ignore")
     viewer = Viewer(nao)
     viewer.display(q)
     viewer.show_ghosts(found.solutions[1:], first=2)
@@ -592,7 +592,7 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
 ) -> None:
     q = nao.posture("StandInit")
-    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=q, limits="ignore")
     viewer = Viewer(nao)
     viewer.display(q)
     viewer.show_ghosts(found.solutions[1:], first=2)
