@@ -10,8 +10,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_json_list, print_note, print_table
-from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions
-from nao_kin.cli.targets import numbers_of
+from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, numbers_of
 
 if TYPE_CHECKING:
     from nao_kin.robot import LimitPolicy, RobotModel

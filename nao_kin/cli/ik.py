@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Callable
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.text import quoted
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
-from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions, joint_values
-from nao_kin.cli.targets import Kind, Targets, numbers_of, read_targets, target_of, targets_as_csv
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table
+from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions, joint_values, numbers_of
+from nao_kin.errors import BadArgument, NaoKinError, UnknownName
 
 if TYPE_CHECKING:
     from nao_kin.ik import IKResult
     from nao_kin.robot import RobotModel
+    from nao_kin.stream import Targets
 
 
 # Both feet together.
@@ -40,7 +41,8 @@ _MANY = 2000
 # The clip of a list of targets shows so many solutions per second.
 _FPS = 25.0
 
-_KINDS: dict[Kind, str] = {"place": "a position", "rotation": "an orientation", "pose": "a pose"}
+# Part of a message that is redundant for a single target.
+_ONLY = " at index [0]"
 
 _EXAMPLES = (
     'Example: nao-kin ik LArm --target "0.15 0.12 0.05" --html arm.html; '
@@ -92,12 +94,18 @@ class Request:
 
     def targets(self, model: RobotModel) -> Targets:
         """Return the one target, or those of the file."""
+        from nao_kin.stream import Targets, read_targets
+
         frames = _FEET if self.frame == LEGS else (self.frame,)
         model.frame_ids(frames)
-        if self.target is not None:
-            return target_of(self.target, feet=self.frame == LEGS, degrees=self.deg)
-        roots = (model.semantics.root, model.tree.root, *(("world",) if "world" not in model.frame_names else ()))
-        return read_targets(str(self.file), frames, degrees=self.deg, roots=roots)
+        if self.target is None:
+            return read_targets(model, str(self.file), frames, degrees=self.deg)
+        numbers = numbers_of(self.target, "--target")
+        try:
+            found = Targets.of([numbers], frames=len(frames), degrees=self.deg)
+        except NaoKinError as error:
+            raise BadArgument(f"--target {quoted(self.target)}: {str(error).replace(_ONLY, '')}") from None
+        return replace(found, many=False)
 
     def near(self, model: RobotModel, targets: int) -> Floats | None:
         """Return the configuration of --reference, or its configurations, one for each target."""
@@ -141,7 +149,7 @@ def ik(request: Request, robot: RobotOptions) -> None:
     targets = request.targets(model)
     found = _solved(model, request, targets, request.near(model, len(targets.values)))
     answers = _Answers(model, request, targets.many, targets.kind, found)
-    print_note(*found.notes)
+    print_note(*targets.notes, *found.notes)
     written = None if html is None else answers.write_page(html)
     if written is not None and not atomic.leads_to_standard_output(written) and not json:
         # With --csv, standard output is a file, which must not contain this line.
@@ -194,7 +202,7 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     if limb != LEGS and request.priority is not None:
         raise BadArgument("--priority is for Legs, which has two feet")
     is_arm = limb in ("LArm", "RArm")
-    if not (is_arm and kind == "place"):
+    if not (is_arm and kind == "position"):
         for option, value in (("--direction", direction), ("--criterion", request.criterion)):
             if value is not None:
                 raise BadArgument(
@@ -203,7 +211,7 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     if direction is not None and request.criterion is not None:
         raise BadArgument("with --direction there is no freedom for --criterion to use; leave out --criterion")
 
-    if limb == "Head" and kind == "place" and frame not in model.semantics.cameras:
+    if limb == "Head" and kind == "position" and frame not in model.semantics.cameras:
         raise BadArgument(f"{frame} takes an orientation, 4 or 9 numbers; a camera takes a point to look at")
 
     def solve(target: Floats, near: Floats | None) -> IKResult:
@@ -213,24 +221,24 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
         common: Any = {"frame": frame, "reference": near, "limits": limits}
         if limb in _FEET and kind == "pose":
             return room.leg(model, limb[0], target, **common)
-        if limb == "Head" and kind == "place":
+        if limb == "Head" and kind == "position":
             return room.look_at(model, target, frame, reference=near, limits=limits)
         if limb == "Head":
             if kind == "pose":
                 print_note(
                     f"only the orientation of a pose is used for {frame}; its two joints cannot set the position too"
                 )
-            return room.head(model, target if kind == "rotation" else target[..., :3, :3], **common)
-        if is_arm and kind != "rotation":
+            return room.head(model, target if kind == "orientation" else target[..., :3, :3], **common)
+        if is_arm and kind != "orientation":
             criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
             return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
         if request.analytic:
             held = joint_values(request.lock, "--lock", model, request.deg)
             return room.analytic(model, frame, target, locked=held, reference=near, limits=limits)
         # For a position or a rotation, the other half of the pose has no weight.
-        weights = {"place": (1.0, 0.0), "rotation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
+        weights = {"position": (1.0, 0.0), "orientation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
         if kind != "pose":
-            target = join_poses(np.eye(3), target) if kind == "place" else join_poses(target, np.zeros(3))
+            target = join_poses(np.eye(3), target) if kind == "position" else join_poses(target, np.zeros(3))
         return room.numeric(model, frame, target, weights=weights, reference=near, limits=limits)
 
     return solve
@@ -243,7 +251,7 @@ class _Answers:
     model: RobotModel
     request: Request
     many: bool
-    kind: Kind
+    kind: str
     found: IKResult
 
     @cached_property
@@ -264,7 +272,8 @@ class _Answers:
     def print_one(self) -> None:
         """Print the answer for one target: its kind, the reason, and a table of joints and solutions."""
         found, count = self.found, int(self.found.count)
-        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else _KINDS[self.kind]}")
+        article = "an" if self.kind == "orientation" else "a"
+        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else f'{article} {self.kind}'}")
         print(found.describe(degrees=self.request.deg))
         if np.isnan(found.best).any():
             return
@@ -296,7 +305,7 @@ class _Answers:
         names = list(self.model.joint_names)
         q = self.found.solutions if self.request.every else self.found.q
         rows = q.reshape(-1, q.shape[-1])[:, -len(names) :]
-        return targets_as_csv(names, rows[~np.isnan(rows).any(axis=-1)] * self._scales(names))
+        return csv_text(names, (rows[~np.isnan(rows).any(axis=-1)] * self._scales(names)).tolist())
 
     def note_missed(self, missed: list[int]) -> None:
         """Print which targets are not reached and why, and which of them have a row in the CSV."""
@@ -317,7 +326,7 @@ class _Answers:
         head = {
             "robot": self.model.name,
             "frame": self.request.frame,
-            "target": _KINDS[self.kind].removeprefix("a ").removeprefix("an "),
+            "target": self.kind,
             "limits": self.request.limits,
             "units": {"length": "m", "angle": "deg" if self.request.deg else "rad"},
             "notes": list(self.found.notes),

@@ -11,12 +11,10 @@ import numpy as np
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
-from nao_kin._core.csv_numbers import TableColumns
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, option
-from nao_kin.cli.output import print_json_list, print_written
-from nao_kin.cli.sources import FileOptions, JointOptions
-from nao_kin.cli.targets import csv_records
+from nao_kin.cli.output import csv_text, print_json_list, print_written
+from nao_kin.cli.sources import FileOptions, JointOptions, read_columns
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 
 _ANGLES = ("roll", "pitch", "yaw")
@@ -65,7 +63,7 @@ def odometry(
     rows = [[*row, path.soles[k]] for row, k in zip(numbers, path.support.tolist(), strict=True)]
     if output is not None or not json:
         names = [f"{name}_deg" if deg and name in _ANGLES else name for name in _COLUMNS]
-        text = "".join(",".join(map(str, row)) + "\n" for row in (names, *rows))
+        text = csv_text(names, rows)
         if output is None:
             sys.stdout.write(text)
         else:
@@ -79,12 +77,11 @@ def odometry(
 
 def _measured(file: str, columns: list[str]) -> Floats:
     """Return the numbers in columns of a CSV file, shape (n, columns)."""
-    text, is_json = atomic.read_table_text(file, "measured values")
-    if is_json:
-        raise BadInputFile(file, f"is JSON, expected CSV with the column {quoted(columns[0])}")
-    _, names, records = csv_records(file, text)
-    for name in columns:
-        if name not in names:
-            raise UnknownName("column", name, names)
-    table = TableColumns(tuple(columns), (), tuple(map(names.index, columns)))
-    return np.array([table.numbers(file, fields, line) for line, fields in records]).reshape(-1, len(columns))
+
+    def chosen(names: list[str], line: int) -> list[str]:
+        for name in columns:
+            if name not in names:
+                raise UnknownName("column", name, names)
+        return columns
+
+    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]

@@ -5,18 +5,19 @@ from __future__ import annotations
 import io
 import math
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from nao_kin._core.arrays import Floats, finite_decimal
-from nao_kin._core.files import read_bounded
+from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
+from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import argument, flag, option
 from nao_kin.cli.output import print_note
-from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
-    from nao_kin._core.csv_numbers import TableColumns
     from nao_kin.motion import Motion, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
 
@@ -69,6 +70,46 @@ def joint_values(settings: list[str] | None, option: str, model: RobotModel, deg
             raise BadArgument(f"{option} names {abbreviated(name)} twice")
         values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
     return values
+
+
+_SEPARATORS = str.maketrans(",()[]", "     ")
+
+
+def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
+    """Return the finite numbers of an option, as many as `count` if it is given.
+
+    They are separated by blanks or commas, and may be in brackets, as Python and NumPy print them.
+    """
+    words = text.translate(_SEPARATORS).split()
+    numbers = []
+    for word in words:
+        number = finite_decimal(word)
+        if number is None:
+            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number")
+        numbers.append(number)
+    if count not in (None, len(numbers)):
+        raise BadArgument(f"{option} {quoted(text)}: {len(numbers)} numbers, expected {count}")
+    return numbers
+
+
+def read_columns(
+    file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]]
+) -> tuple[tuple[str, ...], Floats]:
+    """Return some headings of a CSV file with `what`, and the numbers (n, k) below them.
+
+    `chosen` returns them, given all headings and their line.
+    """
+    text, is_json = read_table_text(file, what)
+    if is_json:
+        raise BadInputFile(file, f"is JSON, expected CSV with {what}")
+
+    def columns(head: CsvHead) -> TableColumns:
+        names = [field.strip() for field in head.fields]
+        wanted = tuple(chosen(names, head.line))
+        return TableColumns(wanted, (), tuple(map(names.index, wanted)), all=len(names))
+
+    table, rows, _ = read_csv(file, text.encode(), columns, what)
+    return table.names, rows
 
 
 def check_posture(model: RobotModel, posture: str | None) -> None:

@@ -11,8 +11,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.process import wait_for_signal
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
-from nao_kin.cli.targets import numbers_of
+from nao_kin.cli.sources import FileOptions, JointOptions, is_motion, numbers_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:

@@ -371,7 +371,7 @@ def test_a_flat_list_is_one_target_and_full_turns_are_asked_about(
     (tmp_path / "one.json").write_text("[0, 0.05, -0.3, 0, 0, 0]")
     assert said(capsys, "LLeg", str(tmp_path / "one.json")).startswith("target: a pose\nreached, 1 solution")
     assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 45"]) == 1
-    assert "45 rad is more than a full turn; --deg takes degrees" in capsys.readouterr().err
+    assert "45 rad is more than a full turn; degrees=True (--deg) takes degrees" in capsys.readouterr().err
     assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 20", "--deg"]) == 0
     assert capsys.readouterr().err == ""
 
