@@ -7,11 +7,12 @@ import numbers
 import operator
 import re
 from collections.abc import Iterable
-from typing import Any, SupportsIndex
+from typing import Any, Literal, SupportsIndex, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from nao_kin._core.former import LIMITS_RAISE
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm, at_index
 
@@ -314,6 +315,18 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
     if not isinstance(value, str) or value not in names:
         raise UnknownName(what, value, names, hint)
     return value
+
+
+# What to do with joint values outside their limits: refuse them, move them to the nearest limit, or accept them.
+LimitPolicy = Literal["enforce", "clamp", "ignore"]
+
+
+def limit_policy(limits: object) -> LimitPolicy:
+    """Return a limits policy, or raise `UnknownName`."""
+    if isinstance(limits, str) and limits == "raise":
+        LIMITS_RAISE.warn()
+        return "enforce"
+    return cast(LimitPolicy, choice(limits, get_args(LimitPolicy), "limits policy"))
 
 
 def flag(value: object, what: str) -> bool:

@@ -43,7 +43,7 @@ def balance(
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
     model = robot.load()
-    limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
+    limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "enforce"
     q, times, many = given.configurations(model, file, joints, deg=deg, limits=limits)
     from nao_kin.world import balance
 

@@ -66,7 +66,7 @@ def camera(
     elif csv:
         raise BadArgument("--csv is for pixels and points; give a FILE, --pixel or --point")
     model = robot.load()
-    q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "raise")
+    q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "enforce")
     from nao_kin import world
 
     size = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", resolution)

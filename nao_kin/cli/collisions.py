@@ -38,7 +38,7 @@ def collisions(
     gives one row for each of its key times, or --rate rows per second. Exit code 1 if links overlap.
     """
     model = robot.load()
-    limits: LimitPolicy = "ignore" if ignore_limits else "raise"
+    limits: LimitPolicy = "ignore" if ignore_limits else "enforce"
     q, times, _ = given.configurations(model, file, joints, deg=deg, limits=limits)
     q = q[0] if file is None else q
     clearance = model.clearance(q)

@@ -199,7 +199,7 @@ def fk(
     from nao_kin import stream
 
     model = robot.load()
-    limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
+    limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "enforce"
     as_motion = joints.posture is not None or given.rate is not None or given.timeline is not None
     log = None if one is None or as_motion else given.log_columns(model, one)
     moves = moves and log is None
@@ -280,7 +280,7 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
     """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
     if limits == "clamp":
         return _clamped(model, path.q)
-    violations = model.limit_violations(path.q, most=1) if limits == "raise" else ()
+    violations = model.limit_violations(path.q, most=1) if limits == "enforce" else ()
     if violations:
         from nao_kin.stream import look_like_degrees
 

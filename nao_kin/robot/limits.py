@@ -6,20 +6,17 @@ import math
 from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats, LimitPolicy as LimitPolicy
 from nao_kin.robot.semantics import CoupledLimit
 
 # A value that exceeds a limit by no more than this [rad, m or ratio] is accepted unchanged: files have single precision
 # (1e-7 of a value) or six decimals (5e-7), and limits converted from degrees are rounded.
 LIMIT_TOLERANCE = 1e-6
 _MIN_DIGITS, _MAX_DIGITS = 6, 17
-
-LimitPolicy = Literal["raise", "clamp", "ignore"]
 
 
 @dataclass(frozen=True)
@@ -211,8 +208,3 @@ def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
         table.lower[left] + share * (table.lower[right] - table.lower[left]),
         table.upper[left] + share * (table.upper[right] - table.upper[left]),
     )
-
-
-def check_policy(limits: str) -> None:
-    """Raise `UnknownName` unless `limits` is a limits policy."""
-    choice(limits, get_args(LimitPolicy), "limits policy")

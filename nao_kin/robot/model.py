@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import Floats, choice, flag, shaped, whole_number
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, flag, limit_policy, shaped, whole_number
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot.answers import Answers, Output
@@ -31,7 +31,7 @@ from nao_kin.robot.kinematics import (
     Question,
     expression_named,
 )
-from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
+from nao_kin.robot.limits import JointLimits, LimitViolation
 from nao_kin.robot.motors import Hips, check_hips, with_shared_motors
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
@@ -378,7 +378,7 @@ class RobotModel:
         angles: Mapping[str, ArrayLike] | None = None,
         /,
         *,
-        limits: LimitPolicy = "raise",
+        limits: LimitPolicy = "enforce",
         **joints: ArrayLike,
     ) -> Floats:
         """Return a predefined posture, with other values for some joints.
@@ -389,7 +389,7 @@ class RobotModel:
         Args:
             name: one of `posture_names`.
             angles: joint or chain → value, as for `configuration`.
-            limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+            limits: what to do with joints outside their limits: "enforce", "clamp" or "ignore".
             **joints: further joints or chains → value, for names that are Python identifiers.
 
         Returns:
@@ -442,7 +442,7 @@ class RobotModel:
         self,
         angles: Mapping[str, ArrayLike],
         *,
-        limits: LimitPolicy = "raise",
+        limits: LimitPolicy = "enforce",
         degrees: bool = False,
         hips: Hips | None = None,
     ) -> Floats:
@@ -454,7 +454,7 @@ class RobotModel:
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
                 the values of its joints, shape (..., number of joints).
-            limits: what to do with a named joint outside its limits: "raise", "clamp" or "ignore".
+            limits: what to do with a named joint outside its limits: "enforce", "clamp" or "ignore".
             degrees: whether the values of turning joints are in degrees.
             hips: value of a motor whose two joints differ, such as the two HipYawPitch as a NAO's sensors measure them:
                 "average", or "left" or "right" for the joint of that side; None refuses them.
@@ -570,7 +570,7 @@ class RobotModel:
             >>> nao.check_limits(nao.posture("Stand")).shape
             (25,)
         """
-        return np.array(self._configurations.within(self._configurations.checked(q), "raise"), order="C")
+        return np.array(self._configurations.within(self._configurations.checked(q), "enforce"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
         """Return the nearest configurations inside the limits: each joint's own limits first, then coupled limits.
@@ -604,7 +604,7 @@ class RobotModel:
             frame: a frame name, several, or None for all links in the order of `link_names`.
             reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
                 with a floating one. "world" means the same, unless a frame has this name.
-            limits: "ignore" for any joint values; "raise" and "clamp" check the limits first.
+            limits: "ignore" for any joint values; "enforce" and "clamp" check the limits first.
             as_: "matrix" for homogeneous matrices; "position_quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion
                 scalar first and in canonical sign, as from `rotations.quat_from_matrix`; "position6d" for
                 (x, y, z, roll, pitch, yaw) with R = Rz(yaw) Ry(pitch) Rx(roll), NAOqi's Position6D.
@@ -617,7 +617,7 @@ class RobotModel:
             (..., n, 6) [m, rad].
 
         Raises:
-            OutsideLimits: with limits="raise", a joint is outside its limits.
+            OutsideLimits: with limits="enforce", a joint is outside its limits.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -631,7 +631,7 @@ class RobotModel:
         ids, reference_id = self._frames.ids(frame), self._frames.reference_id(reference)
         choice(as_, POSE_FORMS, "form of a pose")
         if not isinstance(limits, str):  # an array would be compared with a name entry by entry
-            check_policy(limits)  # type: ignore[unreachable]
+            limit_policy(limits)  # type: ignore[unreachable]
         if as_ == "matrix" and _is_plain(q, dtype, out, threads):
             q = self._configurations.posed(q) if limits == "ignore" else self._within(q, limits)
             if reference_id is None:

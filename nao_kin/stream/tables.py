@@ -14,12 +14,11 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice, flag, texts
+from nao_kin._core.arrays import Floats, LimitPolicy, flag, limit_policy, texts
 from nao_kin._core.csv_numbers import CsvHead, Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
 from nao_kin._core.headings import (
@@ -39,7 +38,6 @@ from nao_kin.robot import (
     COUPLING_TOLERANCE,
     UNIT_TOLERANCE,
     Hips,
-    LimitPolicy,
     RobotModel,
     check_hips,
     check_robot,
@@ -74,14 +72,14 @@ class Log:
 
 
 def read_configurations(
-    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "raise", degrees: bool = False
+    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "enforce", degrees: bool = False
 ) -> tuple[Floats, bool]:
     """Return the configurations in a file, without the times that `read_log` also returns.
 
     Args:
         robot: its joints are named in the file.
         path: a CSV or JSON file, or "-" for standard input.
-        limits: "raise", "clamp" or "ignore" joints outside their limits.
+        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them.
         degrees: turning joints are in degrees if the file does not give their unit.
 
     Returns:
@@ -107,7 +105,7 @@ def read_log(
     robot: RobotModel,
     path: Path | str,
     *,
-    limits: LimitPolicy = "raise",
+    limits: LimitPolicy = "enforce",
     degrees: bool = False,
     columns: Mapping[str, str | None] | None = None,
     ignore_other: bool = False,
@@ -119,7 +117,7 @@ def read_log(
         robot: its joints are named in the file.
         path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in CSV as
             `rostopic echo -p` prints them, or in JSON.
-        limits: "raise", "clamp" or "ignore" joints outside their limits.
+        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them.
         degrees: turning joints are in degrees if the file does not give their unit.
         columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
             "time [ms]"; None leaves the column out, and a joint in it is at zero.
@@ -149,6 +147,7 @@ def read_log(
         ([0.02], 0.0087)
     """
     check_robot(robot)
+    limits = limit_policy(limits)
     if hips is not None:
         check_hips(hips)
     name = str(path)
@@ -403,12 +402,9 @@ class JointColumns:
 
     robot: RobotModel
     table: TableColumns  # joint and unit of every column; with `whole`, of those after the floating base
-    limits: LimitPolicy = "raise"  # "raise" makes a row with joints outside their limits a bad row
+    limits: LimitPolicy = "enforce"  # "enforce" makes a row with joints outside their limits a bad row
     hips: Hips | None = None  # value of a motor whose two joints differ; None makes the row a bad row
     whole: bool = False  # whether the columns are those of q
-
-    def __post_init__(self) -> None:
-        choice(self.limits, get_args(LimitPolicy), "limits policy")
 
     @property
     def base(self) -> int:
@@ -424,7 +420,7 @@ class JointColumns:
             rows = _narrow(good, unit, rows)
         q, agreeing = self._assembled(rows)
         q = _narrow(good, agreeing, q)
-        if self.limits == "raise":
+        if self.limits == "enforce":
             q = _narrow(good, self.robot.within_limits(q), q)
         elif self.limits == "clamp":
             q, clamped = clamp(self.robot, q)

@@ -99,7 +99,7 @@ def test_whoever_looks_at_the_limits_needs_no_warning(nao: nk.NaoModel) -> None:
     nao.clamp(q)
     nao.angles(q)
     with pytest.raises(OutsideLimits):
-        nao.fk(nao.configuration({"HeadYaw": 45.0}, limits="ignore") * 0 + 45.0, "Head", limits="raise")
+        nao.fk(nao.configuration({"HeadYaw": 45.0}, limits="ignore") * 0 + 45.0, "Head", limits="enforce")
 
 
 # --- masks, names, rows -----------------------------------------------------------------------------------------------
@@ -233,7 +233,7 @@ _JOINTS = nk.load_nao().joint_names
         st.one_of(st.floats(-0.6, 0.6), st.floats(-3.0, 3.0), st.integers(-2, 2), st.just(math.nan), st.just(1e400)),
         max_size=6,
     ),
-    st.sampled_from(["raise", "clamp", "ignore"]),
+    st.sampled_from(["enforce", "clamp", "ignore"]),
 )
 def test_plain_numbers_take_the_same_way_as_arrays(angles: dict[str, float], limits: str) -> None:
     nao = nk.load_nao()

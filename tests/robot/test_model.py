@@ -125,7 +125,7 @@ def test_body_values_are_those_of_the_joints_on_a_floating_base_too() -> None:
     assert nao.to_body(q).tolist() == body.tolist()
     assert nao.angles(q)["RShoulderRoll"] == nao.body_order.index("RShoulderRoll")
     with pytest.raises(OutsideLimits):
-        nao.from_body(body, limits="raise")
+        nao.from_body(body, limits="enforce")
     assert nao.within_limits(nao.from_body(body, limits="clamp"))
 
 
@@ -665,7 +665,7 @@ def test_fk_looks_at_limits_only_when_asked(nao: nk.NaoModel) -> None:
     nao.fk(q, "LArm")
     nao.fk(q, "LArm", limits="ignore")
     with pytest.raises(OutsideLimits, match="LShoulderRoll = 2"):
-        nao.fk(q, "LArm", limits="raise")
+        nao.fk(q, "LArm", limits="enforce")
     assert np.array_equal(nao.fk(q, "LArm", limits="clamp"), nao.fk(nao.clamp(q), "LArm"))
 
 

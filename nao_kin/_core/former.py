@@ -1,0 +1,67 @@
+"""Former names of arguments, values, attributes and options: accepted for one more release, with a warning.
+
+`FORMER_NAMES` is the table of all of them; the documentation shows it. A function whose argument was renamed ends with
+`**former: NoReturn`, so that type checkers refuse former names. A call without one costs an empty dictionary:
+
+    @hides_former
+    def arm(robot, target, *, near=None, **former: NoReturn):
+        if former:
+            near = NEAR.argument(former, near)
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, TypeVar
+
+from nao_kin._core.warn import warn_caller
+from nao_kin.errors import BadArgument, FormerNameWarning
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+class FormerName(NamedTuple):
+    """A name that was replaced by another one, and where."""
+
+    old: str
+    new: str
+    where: str
+
+    def warn(self) -> None:
+        """Warn at the caller's line that the name has changed."""
+        warn_caller(
+            f"{self.old} is now {self.new}; the next release does not accept {self.old}", FormerNameWarning, self.old
+        )
+
+    def argument(self, former: Mapping[str, object], value: Any) -> Any:
+        """Return an argument from the keywords that its function does not know; `value` is None under the new name."""
+        if former.keys() != {self.old.removesuffix("=")}:
+            unknown = next(name for name in former if f"{name}=" != self.old)
+            function = sys._getframe(1).f_code.co_name
+            raise TypeError(f"{function}() got an unexpected keyword argument {unknown!r}")
+        (given,) = former.values()
+        return self.instead(given, value)
+
+    def instead(self, given: Any, value: Any) -> Any:
+        """Return what is given under the former name; refuse it if there is a `value` under the new name, too."""
+        if value is not None:
+            raise BadArgument(f"{self.old} is the former name of {self.new}; give one of them")
+        self.warn()
+        return given
+
+
+def hides_former(function: _Function) -> _Function:
+    """Hide `**former` in the signature that help and documentation show."""
+    signature = inspect.signature(function)
+    shown = [parameter for parameter in signature.parameters.values() if parameter.name != "former"]
+    function.__signature__ = signature.replace(parameters=shown)  # type: ignore[attr-defined]
+    return function
+
+
+# --- The table.
+
+LIMITS_RAISE = FormerName('limits="raise"', 'limits="enforce"', "nk.robot, nk.stream")
+
+FORMER_NAMES = (LIMITS_RAISE,)
