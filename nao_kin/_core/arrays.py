@@ -226,17 +226,19 @@ def finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def whole_number(value: SupportsIndex, what: str, least: int, most: int | None = None) -> int:
-    """Return `value` as an int of at least `least`, and at most `most` if given, or raise `BadArgument`."""
+def whole_number(value: SupportsIndex, what: str, minimum: int, maximum: int | None = None) -> int:
+    """Return `value` as an int of at least `minimum`, and at most `maximum` if given, or raise `BadArgument`."""
     try:
         number = operator.index(value)
     except TypeError:
         raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
-    if number >= least and (most is None or number <= most):
+    if number >= minimum and (maximum is None or number <= maximum):
         return number
     # Python refuses to print whole numbers of thousands of digits.
     given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
-    raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
+    raise BadArgument(
+        f"{what} must be {f'at least {minimum}' if number < minimum else f'at most {maximum}'}, got {given}"
+    )
 
 
 def generator(rng: object) -> np.random.Generator:
@@ -323,7 +325,7 @@ LimitPolicy = Literal["enforce", "clamp", "ignore"]
 
 def limit_policy(limits: object) -> LimitPolicy:
     """Return a limits policy, or raise `UnknownName`."""
-    if isinstance(limits, str) and limits == "raise":
+    if isinstance(limits, str) and limits == LIMITS_RAISE.value:
         LIMITS_RAISE.warn()
         return "enforce"
     return cast(LimitPolicy, choice(limits, get_args(LimitPolicy), "limits policy"))

@@ -116,7 +116,6 @@ def _rows(chunks: Chunks) -> Iterator[tuple[int, list[list[float]]]]:
 
 # Rows between two updates of the progress bar: small enough to move often, large enough to cost no time.
 _CHUNK = 8192
-_WORLD = "world"
 
 _EXAMPLES = (
     "Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json; "
@@ -242,9 +241,8 @@ def fk(
         print_note(*found.notes)
     else:
         q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
-    # Refuse unknown frames before anything is printed; the world is a reference even if no frame has this name.
-    known = reference is None or (reference == _WORLD and _WORLD not in model.frame_names)
-    model.frame_ids(frames if known else [*frames, str(reference)])
+    # Refuse unknown frames before anything is printed.
+    model.frame_ids(frames if reference is None else [*frames, reference])
     printer = PosePrinter(frames, as_, stream.PoseColumns(style, deg), times)
     poses = _poses(model, q, frames, reference, printer.columns)
     if json:
@@ -280,7 +278,7 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
     """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
     if limits == "clamp":
         return _clamped(model, path.q)
-    violations = model.limit_violations(path.q, most=1) if limits == "enforce" else ()
+    violations = model.limit_violations(path.q, max_configurations=1) if limits == "enforce" else ()
     if violations:
         from nao_kin.stream import look_like_degrees
 
@@ -307,8 +305,8 @@ def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
     """Print a note on the changes of --clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)
-        most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
-        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
+        largest = f"{changes.largest:.3g}{'' if unit == '1' else f' {unit}'}"
+        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {largest} ({changes.joint})")
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:

@@ -113,7 +113,7 @@ def _written(
     model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
 ) -> list[str]:
     if output is not None:
-        savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, colour_by=by)}
+        savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, by=by)}
         savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=True)  # checked before the sampling
     if html is not None:
         from nao_kin.viewer import Viewer

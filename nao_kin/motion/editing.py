@@ -150,7 +150,7 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
         3.0
     """
     check_motion(motion)
-    count = whole_number(n, "n", 1, most=max(1, MAX_SAMPLES // max(map(len, motion.keys))))
+    count = whole_number(n, "n", 1, maximum=max(1, MAX_SAMPLES // max(map(len, motion.keys))))
     # Repeated doubling, because each concatenation copies all keys.
     result, power = None, motion
     while count:

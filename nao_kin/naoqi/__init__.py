@@ -21,7 +21,6 @@ from nao_kin.naoqi.live import (
 )
 from nao_kin.naoqi.names import (
     BODY_ORDERS,
-    Hips as Hips,
     angles,
     chain_names,
     from_order,

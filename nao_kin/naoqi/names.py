@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import Literal, get_args
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch
+from nao_kin._core.former import HIPS_AGREE, NEAR, hides_former
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot, joint_bounds
+from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, joint_bounds
 from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
@@ -111,7 +112,6 @@ def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
 
 # --- The orders of joint values: NAOqi's Body, LoLA's frames, the DCM's table of joint actuators.
 
-Hips = Literal["agree", "left", "right", "average"]
 _LEFT, _RIGHT = "LHipYawPitch", "RHipYawPitch"
 
 _NOT_H21 = ("LWristYaw", "LHand", "RWristYaw", "RHand")
@@ -152,8 +152,15 @@ def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
     return angles(robot, q, _order(order))
 
 
+@hides_former
 def from_order(
-    robot: RobotModel, values: ArrayLike, order: str, *, reference: ArrayLike | None = None, hips: Hips = "agree"
+    robot: RobotModel,
+    values: ArrayLike,
+    order: str,
+    *,
+    near: ArrayLike | None = None,
+    hips: Hips | None = None,
+    **_former: NoReturn,
 ) -> Floats:
     """Return configurations from joint values in one of `BODY_ORDERS`: the inverse of `to_order`.
 
@@ -161,8 +168,8 @@ def from_order(
         robot: a NAO of any version.
         values: shape (..., n) [rad; 0 to 1 for the hands].
         order: "H25", "H21", "LoLA" or "jointActuator".
-        reference: configurations for the joints that the order lacks, shape (..., nq); None for zero.
-        hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, "agree" rejects values that differ by
+        near: configurations with the values of the joints that the order lacks, shape (..., nq); None for zero.
+        hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, None rejects values that differ by
             more than 1e-6, "left" uses the left one, as the robot does, "right" the right one, "average" the mean.
 
     Returns:
@@ -180,19 +187,25 @@ def from_order(
     """
     check_robot(robot)
     names = _order(order)
-    choice(hips, get_args(Hips), "rule for the hips")
+    if _former:
+        near = NEAR.argument(_former, near)
+    if isinstance(hips, str) and hips == HIPS_AGREE.value:
+        HIPS_AGREE.warn()
+        hips = None
+    elif hips is not None:
+        check_hips(hips)
     array = as_floats(values, (), "values")
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
     by_name = dict(zip(names, np.moveaxis(array, -1, 0), strict=True))
-    if hips != "agree" and _LEFT in by_name and _RIGHT in by_name:
+    if hips is not None and _LEFT in by_name and _RIGHT in by_name:
         left, right = by_name[_LEFT], by_name.pop(_RIGHT)
         by_name[_LEFT] = {"left": left, "right": right, "average": 0.5 * (left + right)}[hips]
     found = robot.configuration(by_name, limits="ignore")
-    if reference is None:
+    if near is None:
         return found
-    start = as_floats(reference, (robot.nq,), "reference")
-    batch = common_batch("values and reference", found.shape[:-1], start.shape[:-1])
+    start = as_floats(near, (robot.nq,), "near")
+    batch = common_batch("values and near", found.shape[:-1], start.shape[:-1])
     q = np.array(np.broadcast_to(start, (*batch, robot.nq)))
     columns = [column for column, joint in enumerate(robot.joint_names, robot.nq_base) if joint in by_name]
     q[..., columns] = found[..., columns]

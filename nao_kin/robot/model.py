@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, SupportsIndex, TypeVar
+from typing import Any, NoReturn, SupportsIndex, TypeVar
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._core.arrays import Floats, LimitPolicy, choice, flag, limit_policy, shaped, whole_number
+from nao_kin._core.former import MOST, hides_former
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot.answers import Answers, Output
@@ -116,7 +117,7 @@ class RobotModel:
         limits: Floats = np.array(np.reshape(ends, (-1, 4)).T, dtype=np.float64, order="C")
         limits.flags.writeable = False
         self.lower, self.upper, self.velocity_limits, self.effort_limits = limits
-        self._frames = FrameTable(model, tree)
+        self._frames = FrameTable(model, tree, base)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self.frame_table: Mapping[str, int] = self._frames.places
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
@@ -539,7 +540,10 @@ class RobotModel:
         inside = self._limits.inside(self._configurations.joints(q))
         return inside if per_joint else np.asarray(inside.all(axis=-1))
 
-    def limit_violations(self, q: ArrayLike, *, most: int | None = None) -> tuple[LimitViolation, ...]:
+    @hides_former
+    def limit_violations(
+        self, q: ArrayLike, *, max_configurations: int | None = None, **_former: NoReturn
+    ) -> tuple[LimitViolation, ...]:
         """Return every joint outside its limits, by configuration and then by distance.
 
         Making one object per violation takes time and memory; for many configurations use `within_limits`, which
@@ -547,7 +551,7 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
-            most: stop after this many configurations with a violation; None for all.
+            max_configurations: stop after this many configurations with a violation; None for all.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -556,7 +560,9 @@ class RobotModel:
             >>> [violation.joint for violation in nao.limit_violations(q)]
             ['HeadYaw']
         """
-        limit = None if most is None else whole_number(most, "most", 0)
+        if _former:
+            max_configurations = MOST.argument(_former, max_configurations)
+        limit = None if max_configurations is None else whole_number(max_configurations, "max_configurations", 0)
         return self._limits.violations(self._configurations.joints(q), max_configurations=limit)
 
     def check_limits(self, q: ArrayLike) -> Floats:
@@ -603,7 +609,7 @@ class RobotModel:
             q: configurations, shape (..., nq).
             frame: a frame name, several, or None for all links in the order of `link_names`.
             reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
-                with a floating one. "world" means the same, unless a frame has this name.
+                with a floating one, where "world" means the same unless a frame has this name.
             limits: "ignore" for any joint values; "enforce" and "clamp" check the limits first.
             as_: "matrix" for homogeneous matrices; "position_quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion
                 scalar first and in canonical sign, as from `rotations.quat_from_matrix`; "position6d" for

@@ -481,9 +481,9 @@ class JointColumns:
         return q, agreeing
 
 
-def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
-    """Set `good` to False for rows with `still` False, and return the remaining rows."""
-    if still.all():
+def _narrow(good: NDArray[np.bool_], kept: NDArray[np.bool_], rows: Floats) -> Floats:
+    """Set `good` to False for rows with `kept` False, and return the remaining rows."""
+    if kept.all():
         return rows
-    good[np.flatnonzero(good)[~still]] = False
-    return rows[still]
+    good[np.flatnonzero(good)[~kept]] = False
+    return rows[kept]

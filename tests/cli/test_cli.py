@@ -455,7 +455,7 @@ def test_one_configuration_takes_one_pass_of_forward_kinematics(
     calls = []
     fk = nk.RobotModel.fk
     monkeypatch.setattr(nk.RobotModel, "fk", lambda *args, **options: calls.append(1) or fk(*args, **options))
-    for reference in ((), ("--reference", "world"), ("--reference", "LLeg")):
+    for reference in ((), ("--reference", "Head"), ("--reference", "LLeg")):
         assert run(["fk", "--posture", "StandInit", *reference]) == 0
     assert len(calls) == 3
     capsys.readouterr()

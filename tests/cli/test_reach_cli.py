@@ -121,7 +121,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
     found.save_vtk(tmp_path / "b.vtk")
     assert (tmp_path / "a.vtk").read_bytes() == (tmp_path / "b.vtk").read_bytes()
     assert "overwrite=True (--force) replaces it" in refused(capsys, "LArm", *FEW, "-o", str(tmp_path / "a.vtk"))
-    colours = trimesh.load(found.save_ply(tmp_path / "b.ply", colour_by="coverage")).colors
+    colours = trimesh.load(found.save_ply(tmp_path / "b.ply", by="coverage")).colors
     with (tmp_path / "a.PLY").open("rb") as file:
         assert np.array_equal(trimesh.load(file, file_type="ply").colors, colours)
     said(capsys, "LArm", *FEW, "--html", str(tmp_path / "a.html"))

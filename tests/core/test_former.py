@@ -13,10 +13,10 @@ NEAR = FormerName("reference=", "near=", "nk.ik")
 
 
 @hides_former
-def solved(target: int, *, near: int | None = None, **former: NoReturn) -> tuple[int, int | None]:
+def solved(target: int, *, near: int | None = None, **_former: NoReturn) -> tuple[int, int | None]:
     """Return the arguments."""
-    if former:
-        near = NEAR.argument(former, near)
+    if _former:
+        near = NEAR.argument(_former, near)
     return target, near
 
 

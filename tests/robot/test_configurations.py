@@ -167,11 +167,11 @@ def test_the_mask_of_a_batch_says_what_the_rows_say(nao: nk.NaoModel) -> None:
 
 def test_as_many_rows_of_violations_as_asked_for(nao: nk.NaoModel) -> None:
     q = np.full((1000, 25), 3.0)
-    assert {violation.index for violation in nao.limit_violations(q, most=2)} == {(0,), (1,)}
-    assert nao.limit_violations(q, most=0) == ()
+    assert {violation.index for violation in nao.limit_violations(q, max_configurations=2)} == {(0,), (1,)}
+    assert nao.limit_violations(q, max_configurations=0) == ()
     for bad in (-1, 1.5, "2"):
-        with pytest.raises(BadArgument, match="most must be"):
-            nao.limit_violations(q, most=bad)  # type: ignore[arg-type]
+        with pytest.raises(BadArgument, match="max_configurations must be"):
+            nao.limit_violations(q, max_configurations=bad)  # type: ignore[arg-type]
 
 
 def test_clamping_by_a_table_stays_in_the_box(tmp_path: Path) -> None:

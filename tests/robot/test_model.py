@@ -224,8 +224,23 @@ def test_poses_in_a_reference_are_relative_poses(nao: nk.NaoModel) -> None:
     expected = np.linalg.inv(nao.fk(q, "LLeg")) @ nao.fk(q, "CameraTop")
     assert np.allclose(nao.fk(q, "CameraTop", reference="LLeg"), expected, atol=1e-15)
     assert np.allclose(nao.fk(q, "LLeg", reference="LLeg"), np.eye(4), atol=1e-15)
-    assert np.array_equal(nao.fk(q, "LLeg", reference="world"), nao.fk(q, "LLeg"))
     assert np.array_equal(nao.fk(q, "LLeg", reference="torso"), nao.fk(q, "LLeg"))
+
+
+def test_the_world_is_a_reference_with_a_floating_base_alone(nao: nk.NaoModel) -> None:
+    floating = nk.load_nao(base="floating")
+    q = np.concatenate([[1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8], nao.random(3)])
+    assert np.array_equal(floating.fk(q, "LLeg", reference="world"), floating.fk(q, "LLeg"))
+    assert np.allclose(floating.fk(q, "LLeg", reference="torso"), nao.fk(q[7:], "LLeg"), atol=1e-14)
+    message = "unknown frame 'world' .*; the place of a fixed base in the world is not known; load .* base=.floating"
+    for ask in (nao.fk, nao.rotation, nao.position):
+        with pytest.raises(UnknownName, match=message):
+            ask(q[7:], "LLeg", reference="world")
+    for ask in (nao.com, nao.support_polygon):
+        with pytest.raises(UnknownName, match=message):
+            ask(q[7:], reference="world")
+    with pytest.raises(UnknownName, match="the world is a reference only"):
+        floating.fk(q, "world")
 
 
 @for_all("frames", ["LArm", ["LArm"], ["LArm", "Head", "RLeg"], None])

@@ -609,7 +609,7 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
         (tmp_path / name).write_text(text)
         result = nk.stream.fk(nao, tmp_path / name, "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
         assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
-        assert result.clamped.most == pytest.approx(0.25)
+        assert result.clamped.largest == pytest.approx(0.25)
         assert result.as_dict()["clamped"]["rows"] == 1
         for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"], ["--csv", "--rate", "50"]):
             if "--rate" in options and name == "log.csv":
