@@ -74,4 +74,13 @@ COLOUR_BY = FormerName("colour_by=", "by=", "nk.reach.ReachMap.save_ply")
 CLAMPED_MOST = FormerName("clamped.most", "clamped.largest", "nk.stream.StreamResult")
 HIPS_AGREE = FormerName('hips="agree"', "hips=None", "nk.naoqi.from_order")
 
-FORMER_NAMES = (LIMITS_RAISE, NEAR, MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE)
+FORMER_NAMES = (
+    *(LIMITS_RAISE, NEAR, MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE),
+    # Options, and the commands that had them; "nao-kin" for all.
+    FormerName("--clamp", "--limits clamp", "nao-kin fk, balance, motion convert"),
+    FormerName("--ignore-limits", "--limits ignore", "nao-kin fk, ik, balance, collisions, camera"),
+    FormerName("--reference", "--near", "nao-kin ik"),
+    FormerName("--frames", "--frame", "nao-kin view"),
+    FormerName("--record", "--output", "nao-kin live"),
+    FormerName("--version", "--nao", "nao-kin"),
+)

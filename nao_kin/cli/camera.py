@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
-from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
+from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin.cli.options import CSV, DEG, JSON, LIMITS, RobotOptions, argument, command, option
 from nao_kin.cli.output import csv_text, fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import IGNORE_LIMITS, JointOptions, numbers_of, read_columns
+from nao_kin.cli.sources import JointOptions, numbers_of, read_columns
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -34,13 +34,13 @@ def camera(
     name: str = argument("CAMERA", "CameraTop, CameraBottom, or a camera of another robot.", "CameraTop"),
     file: str | None = argument("FILE", "CSV file of pixels (u, v) or points (x, y, z); - for standard input.", None),
     joints: JointOptions,
-    pixel: str | None = option('"U V"', "Print the point of the ground at a pixel."),
-    point: str | None = option('"X Y Z"', "Print the pixel of a point [m]; z is its height above the floor."),
+    pixel: str | None = option("U,V", "Print the point of the ground at a pixel."),
+    point: str | None = option("X,Y,Z", "Print the pixel of a point [m]; z is its height above the floor."),
     resolution: str = option("NAME", "VGA, another name, or width and height as in 640x480.", default="VGA"),
     height: float = option("M", "Height above the floor of the points at pixels [m].", default=0.0),
     deg: bool = DEG,
-    ignore_limits: bool = IGNORE_LIMITS,
-    csv: bool = flag("Print CSV."),
+    limits: LimitPolicy = LIMITS,
+    csv: bool = CSV,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -66,7 +66,7 @@ def camera(
     elif csv:
         raise BadArgument("--csv is for pixels and points; give a FILE, --pixel or --point")
     model = robot.load()
-    q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "enforce")
+    q = joints.configuration(model, deg=deg, limits=limits)
     from nao_kin import world
 
     size = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", resolution)

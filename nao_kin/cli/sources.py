@@ -27,8 +27,10 @@ COLUMNS = (
     "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
 )
 IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
-IGNORE_LIMITS = flag("Accept joints outside their limits.")
 HIPS = "RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right."
+
+
+CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class JointOptions:
         except OutsideLimits as error:
             # An angle of more than a full turn is probably in degrees.
             in_degrees = not deg and any(abs(value) > 2.0 * math.pi for value in values.values())
-            advice = "are these degrees (--deg)?" if in_degrees else "--clamp or --ignore-limits accepts it"
+            advice = "are these degrees (--deg)?" if in_degrees else "--limits clamp or --limits ignore accepts it"
             raise BadArgument(f"{error.describe(degrees=deg)}; {advice}") from None
         except CouplingViolated as error:
             raise BadArgument(error.describe(degrees=deg)) from None
@@ -110,6 +112,12 @@ def read_columns(
 
     table, rows, _ = read_csv(file, text.encode(), columns, what)
     return table.names, rows
+
+
+def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
+    """Return the frames of --frame, which may have several with commas."""
+    texts = [[text] if text in model.frame_names else text.split(",") for text in given or ()]
+    return [name.strip() for parts in texts for name in parts if name.strip()]
 
 
 def check_posture(model: RobotModel, posture: str | None) -> None:
