@@ -81,4 +81,11 @@ HIPS_AGREE = FormerName('hips="agree"', "hips=None", "nk.naoqi.from_order")
 FORMER_NAMES = (
     *(LIMITS_RAISE, LIMITS_REDISTRIBUTE, NEAR, RESULT_REFERENCE, ROOT, SAMPLED_FPS),
     *(MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE),
+    # Options, and the commands that had them; "nao-kin" for all.
+    FormerName("--clamp", "--limits clamp", "nao-kin fk, balance, motion convert"),
+    FormerName("--ignore-limits", "--limits ignore", "nao-kin fk, ik, balance, collisions, camera"),
+    FormerName("--reference", "--near", "nao-kin ik"),
+    FormerName("--frames", "--frame", "nao-kin view"),
+    FormerName("--record", "--output", "nao-kin live"),
+    FormerName("--version", "--nao", "nao-kin"),
 )

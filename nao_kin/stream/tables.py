@@ -333,7 +333,7 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
     if look_like_degrees(robot, table.names, in_si_units(row[None], table.units)[0]):
         return "; are these degrees (degrees=True, --deg)?"
-    return '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) accepts it'
+    return '; limits="clamp" or "ignore" (--limits clamp or ignore) accepts it'
 
 
 def look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -> bool:

@@ -657,7 +657,7 @@ def test_without_mujoco_the_extra_is_named(nao: nk.NaoModel, tmp_path: Path, mon
 
 
 def test_the_command_line_writes_it_too(tmp_path: Path) -> None:
-    command = ["export", str(tmp_path / "nao"), "--format", "mjcf", "--version", "v5", "--typed", "--meshes", "none"]
+    command = ["export", str(tmp_path / "nao"), "--format", "mjcf", "--nao", "v5", "--typed", "--meshes", "none"]
     assert run(command) == 0
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "nao" / "scene.xml")).nu == 25
 

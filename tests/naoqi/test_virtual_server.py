@@ -405,7 +405,7 @@ def test_a_signal_ends_it_and_whoever_waits_gets_an_error(
 
 
 def test_the_log_says_what_happens(serve: Callable[..., Served]) -> None:
-    served = serve("--log", "--speed", "10", "--version", "v5", "--posture", "Stand")
+    served = serve("--log", "--speed", "10", "--nao", "v5", "--posture", "Stand")
     _found(
         served,
         """
@@ -545,7 +545,7 @@ def test_a_port_in_use_is_named(capsys: pytest.CaptureFixture[str], shared: Serv
         (("--speed", "0"), "speed must be positive"),
         (("--speed", "nan"), "speed must be finite"),
         (("--posture", "Standing"), "nearest: Stand"),
-        (("--version", "v7"), "v6"),
+        (("--nao", "v7"), "v6"),
         (("--offsets", "none.toml"), "none.toml"),
     ],
 )
@@ -564,7 +564,7 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["serve", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin serve" in out
-    for option in "--port --host --version --offsets --speed --posture --awake --behaviors --view --log --json".split():
+    for option in "--port --host --nao --offsets --speed --posture --awake --behaviors --view --log --json".split():
         assert option in out
 
 

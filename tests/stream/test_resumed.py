@@ -373,7 +373,7 @@ def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(
     assert (code, out) == (2, "")
     assert err.endswith("; overwrite=True (--force) replaces it\n")
     assert poses.read_bytes() == finished
-    assert command(*arguments, "--deg", "--force", "--ignore-limits")[0] == 0
+    assert command(*arguments, "--deg", "--force", "--limits", "ignore")[0] == 0
     assert poses.read_bytes() != finished
 
 
@@ -527,9 +527,9 @@ def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_
 
 @pytest.mark.full
 def test_the_file_is_what_is_printed(command: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
-    code, printed, _ = command("fk", "walk.csv", *FEET, "--csv", "--deg", "--ignore-limits")
+    code, printed, _ = command("fk", "walk.csv", *FEET, "--csv", "--deg", "--limits", "ignore")
     assert code == 0
-    code, out, err = command("fk", "walk.csv", *FEET, "-o", "poses.csv", "--deg", "--ignore-limits", "--json")
+    code, out, err = command("fk", "walk.csv", *FEET, "-o", "poses.csv", "--deg", "--limits", "ignore", "--json")
     assert (code, err) == (0, "")
     assert (tmp_path / "poses.csv").read_text() == printed
     assert json.loads(out) == {
