@@ -17,8 +17,6 @@ from doc_pages import PAGES, PRINTED, ROOT, blocks_of
 import nao_kin as nk
 from nao_kin.cli.app import run
 
-pytestmark = pytest.mark.slow
-
 # What these print is compared with the page, in tests/cli/test_printed_output.py.
 WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
 

@@ -16,7 +16,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 import yourdfpy
-from loops import first_now, for_all
+from loops import EACH_VERSION, for_all
 from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
@@ -26,8 +26,6 @@ from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import VISUALS
 from nao_kin.robot.nao.rows import ShapeRow
 from nao_kin.robot.nao.v6 import COLLISION_SHAPES, colours_of
-
-pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"
@@ -376,7 +374,7 @@ def distance_to(shape: ShapeRow, points: np.ndarray) -> np.ndarray:
 # --- in the hands of URDF readers ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_pinocchio_loads_every_mesh_in_its_colour(
     version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
