@@ -142,5 +142,14 @@ def test_no_page_leads_outside_the_project() -> None:
             assert (page.parent / target.split("#")[0]).exists(), f"{page.name}: {target}"
 
 
+def test_the_page_of_places_leads_to_files_that_are_here() -> None:
+    text = (ROOT / "docs" / "where_is.md").read_text(encoding="utf-8")
+    places = [*re.findall(r"`([^` ]*(?:/|\.py))`", text), "Makefile", "scripts/faults.tsv"]
+    assert len(places) > 40
+    outside = ("tests/", "web/", "scripts/", ".ci/", ".github/", "Makefile", "nao_kin/")
+    for place in places:
+        assert (ROOT / ("" if place.startswith(outside) else "nao_kin") / place).exists(), place
+
+
 def test_the_citation_names_this_version() -> None:
     assert f"\nversion: {nk.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

@@ -96,7 +96,7 @@ def test_the_check_names_files_that_are_changed_missing_or_left_over(
 ) -> None:
     monkeypatch.syspath_prepend(SCRIPT.parent)
     generate_meshes = importlib.import_module("generate_meshes")
-    # Drawing them takes seconds, and `make check-generated` compares these files with what is drawn.
+    # Drawing them takes seconds, and `make check-drawn` compares these files with what is drawn.
     monkeypatch.setattr(generate_meshes, "mesh_texts", lambda: [(path.stem, path.read_text()) for path in FILES])
     folder = tmp_path / "meshes"
     shutil.copytree(MESHES, folder)
