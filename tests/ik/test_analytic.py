@@ -22,7 +22,6 @@ from nao_kin.ik.least_squares import descended
 from nao_kin.rotations import exp, rot_x
 
 pytest.importorskip("eaik")
-pytestmark = pytest.mark.slow
 
 SIDES = ("L", "R")
 LIMITS = ("enforce", "ignore")

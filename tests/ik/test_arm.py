@@ -14,8 +14,6 @@ from nao_kin.ik.follow_branches import _cause
 from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.rotations import exp, log, matrix_from_quat
 
-pytestmark = pytest.mark.slow
-
 SIDES = ("L", "R")
 
 

@@ -91,7 +91,6 @@ def test_a_result_without_collisions_is_unchanged() -> None:
 # --- Whole-body poses.
 
 
-@pytest.mark.slow
 def test_whole_body_poses_with_links_that_overlap_give_way_to_others() -> None:
     nao = nk.load_nao()
     start = nao.posture("StandInit")
@@ -149,7 +148,6 @@ def _hands(nao: nk.NaoModel, q: np.ndarray, *arms: str) -> tuple[dict[str, np.nd
     return {arm: nao.position(q, arm) for arm in arms}, directions
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_have_none() -> None:
     nao = nk.load_nao()
@@ -177,7 +175,6 @@ def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_ha
     assert lost > 0
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 def test_a_jump_to_a_branch_without_overlap_says_which_links_overlap_on_the_other() -> None:
     nao = nk.load_nao()
@@ -191,7 +188,6 @@ def test_a_jump_to_a_branch_without_overlap_says_which_links_overlap_on_the_othe
     assert nk.ik.follow(nao, path, **options).jumps == ()
 
 
-@pytest.mark.slow
 def test_a_limb_is_reached_when_another_one_has_made_room() -> None:
     nao = nk.load_nao()
     angles = {"ShoulderPitch": (-0.606, -0.385), "ShoulderRoll": (-0.133, 0.239), "ElbowYaw": (0.721, -0.237)}

@@ -23,8 +23,6 @@ from nao_kin.ik import Reason, follow_branches as branch_choice, follow_limbs as
 from nao_kin.ik.targets import inside_limits
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
-pytestmark = pytest.mark.slow
-
 
 def line(first: Floats, last: Floats, n: int) -> Floats:
     """Return configurations on the straight line from one to another."""

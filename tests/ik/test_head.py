@@ -11,8 +11,6 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName
 from nao_kin.ik import Family, Reason
 from nao_kin.rotations import matrix_from_quat, rot_x, rot_z
 
-pytestmark = pytest.mark.slow
-
 CAMERAS = ("CameraTop", "CameraBottom")
 
 

@@ -12,8 +12,6 @@ from ik_checks import pose_errors
 import nao_kin as nk
 from nao_kin.rotations import matrix_from_rpy
 
-pytestmark = pytest.mark.slow
-
 CASES = json.loads((Path(__file__).parents[1] / "data" / "reference_cases.json").read_text(encoding="utf-8"))[
     "ik_targets"
 ]

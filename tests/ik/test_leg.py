@@ -13,8 +13,6 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, Wr
 from nao_kin.ik import Family, Reason
 from nao_kin.rotations import davenport_angles, exp, matrix_from_quat, rot_y
 
-pytestmark = pytest.mark.slow
-
 SIDES = ("L", "R")
 JOINTS = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 

@@ -15,8 +15,6 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, Wr
 from nao_kin.ik import Family, LegsResult, Reason
 from nao_kin.rotations import log, rot_x, rot_y, rot_z
 
-pytestmark = pytest.mark.slow
-
 FEET = ("LLeg", "RLeg")
 HIP = "LHipYawPitch"
 

@@ -15,8 +15,6 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 
-pytestmark = pytest.mark.slow
-
 TARGETS = """
 import sys
 import numpy as np, nao_kin as nk

@@ -168,7 +168,6 @@ def test_without_stiffness_the_command_moves_and_the_joint_does_not(virtual: Vir
     assert _angle(virtual, "HeadYaw") == pytest.approx(0.5, abs=1e-9)
 
 
-@pytest.mark.slow  # the kernel of both legs
 def test_watchers_are_told_once_of_each_chain_that_a_command_does_not_move(nao: nk.NaoModel) -> None:
     told: list[str] = []
 

@@ -1,7 +1,7 @@
 """The default installation, compared with Pinocchio and finite differences, and its messages about missing extras.
 
 Needs pytest and nothing of the other tests, so that it runs where only the default dependencies are:
-`make test-light`. Where extras are installed their absence is left to test_without_extras.
+`.ci/light`. Where extras are installed their absence is left to test_without_extras.
 """
 
 from __future__ import annotations

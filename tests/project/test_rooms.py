@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -78,6 +79,26 @@ def test_a_room_imports_only_lower_rooms() -> None:
             if not same and FLOOR.get(other, -1) >= FLOOR[room]:
                 upwards.append(f"{module.relative_to(PACKAGE)} imports {other}")
     assert not upwards
+
+
+def test_a_product_imports_only_the_products_that_it_needs() -> None:
+    """The core imports no other product, and only the command line imports NAOqi."""
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = page.split("## Four products in one repository")[1].split("\n## ")[0]
+    rows = {
+        name: re.findall(r"`(\w+)`", rooms) for name, rooms in re.findall(r"^\| (\w[\w ]*) \| (`.*?) \|", table, re.M)
+    }
+    product = {room: name for name, rooms in rows.items() for room in rooms} | {"errors": "core"}
+    assert product.keys() == _rooms() - {"__init__", "__main__"}
+    outside = set[str]()
+    for module in MODULES:
+        room = _parts(module)[0]
+        for other, *_ in _imports(module):
+            if room in product and product.get(other, product[room]) not in (product[room], "core"):
+                outside.add(f"{room} imports {other}")
+    of_the_command_line = {line for line in outside if line.startswith("cli ")}
+    assert outside - of_the_command_line == {"viewer imports reach"}
+    assert "cli imports naoqi" in of_the_command_line
 
 
 def test_inside_the_robot_imports_go_downwards_too() -> None:

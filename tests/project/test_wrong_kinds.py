@@ -18,8 +18,6 @@ from public_names import called
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
-
 
 class Anything:
     """An object that no function takes."""

@@ -156,7 +156,6 @@ def test_closed_forms_hold_where_the_geometry_does_and_say_why_where_not(nao: nk
     assert np.abs(knee.fk(numeric.q, "LLeg") - target).max() < 1e-6
 
 
-@pytest.mark.slow  # the kernel of both legs
 def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.NaoModel) -> None:
     with VirtualNao(nao.with_offsets({"HeadYaw": 0.01}), stepped=True, posture="StandInit") as virtual:
         virtual.call("ALMotion", "wakeUp")

@@ -16,15 +16,13 @@ from typing import Any
 import numpy as np
 import pytest
 from ik_checks import BESIDE, Floats, pose_errors
-from loops import first_now
+from loops import full
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
 from nao_kin.ik import Family, IKResult, Reason
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.rotations import exp
-
-pytestmark = pytest.mark.slow
 
 WEB = Path(__file__).resolve().parents[3] / "web"
 SOURCES = WEB / "src"
@@ -225,7 +223,7 @@ WAYS = [("L", "enforce"), ("R", "ignore"), ("L", "ignore"), ("R", "enforce")]
 CASES = [("v6", *way) for way in WAYS] + [
     (version, *way) for k, version in enumerate(VERSIONS[:-1]) for way in (WAYS[:2], WAYS[2:])[k % 2]
 ]
-cases = pytest.mark.parametrize(("each_nao", "side", "limits"), first_now(CASES), indirect=["each_nao"])
+cases = pytest.mark.parametrize(("each_nao", "side", "limits"), [CASES[0], *full(*CASES[1:])], indirect=["each_nao"])
 
 
 @cases
@@ -267,7 +265,7 @@ def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, si
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("side", first_now(["L", "R"]))
+@pytest.mark.parametrize("side", ["L", *full("R")])
 def test_places_alone_are_met_inside_the_limits_and_no_farther_from_the_reference(
     each_nao: nk.NaoModel, side: str
 ) -> None:
@@ -292,7 +290,7 @@ def test_places_alone_are_met_inside_the_limits_and_no_farther_from_the_referenc
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
+@pytest.mark.parametrize("limits", ["enforce", *full("ignore")])
 def test_heads_and_gazes_are_solved_as_in_python(each_nao: nk.NaoModel, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "head")
     q = configurations(nao, limb["joints"])

@@ -12,8 +12,6 @@ from viewer_pages import Page, opened, until
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
-
 DESK, PHONE = (1400, 900), (390, 844)
 # Place on the screen of a point in the frame of a target [px].
 PLACE = """([name, point]) => {
