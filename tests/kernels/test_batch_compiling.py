@@ -132,6 +132,7 @@ def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path:
     assert occupied.read_text() == "not a folder"
 
 
+@pytest.mark.full
 def test_a_full_disk_costs_one_warning(small: str, tmp_path: Path) -> None:
     code = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1, 1))\n" + small
     out, err = outcome(start(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")))
