@@ -12,14 +12,14 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
+from nao_kin._core.arrays import Floats, as_floats, as_vectors
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SIDES, Body, SecondLeg
 from nao_kin.ik.closed_form import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
-from nao_kin.ik.targets import rigid_poses
+from nao_kin.ik.targets import is_pose, rigid_poses
 from nao_kin.robot import (
     ModelNumbers,
     RobotModel,
@@ -46,6 +46,8 @@ class BodyTables:
         columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
         self.order = robot.nq_base + columns  # index in q of each variable
         variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
+        self.names = tuple(variable)  # of the joints that the variables move
+        self._frames: dict[str, tuple[int, Floats]] = {}
         self._trunk = 1 if robot.base == "floating" else 0
         ids, of = range(self._trunk, model.njoints), joint_rows(robot)
         joints = [of[k] for k in ids[1:]]
@@ -74,9 +76,11 @@ class BodyTables:
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
         """Return the row that carries a frame of the robot, and T_row_frame."""
-        frame = robot.model.frames[robot.frame_ids([name])[0]]
-        row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
-        return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+        if name not in self._frames:
+            frame = robot.model.frames[robot.frame_ids([name])[0]]
+            row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
+            self._frames[name] = row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+        return self._frames[name]
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
         """Return variables (..., n), with whole turns removed to within π of `near` from those that may turn."""
@@ -109,12 +113,12 @@ _LOCK = threading.Lock()
 
 def prepared(robot: RobotModel) -> PreparedRobot:
     """Return the cached data of a robot, computed again if `robot.model` has changed."""
-    check_robot(robot)
     with _LOCK:
-        found = _CACHE.get(robot)
-        if found is None or found.numbers.changed():
-            found = _CACHE[robot] = PreparedRobot(robot)
-    return found
+        ready = _CACHE.get(robot) if isinstance(robot, RobotModel) else None
+        if ready is None or ready.numbers.changed():
+            check_robot(robot)
+            ready = _CACHE[robot] = PreparedRobot(robot)
+    return ready
 
 
 # --- The targets of a whole-body pose, checked and laid out for the search.
@@ -236,11 +240,8 @@ def _weights(name: str, weights: Mapping[str, float | tuple[float, float]]) -> t
 def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
     """Return the kind of a target, with PLACE for a POSE given as position, and its numbers (..., 4, 4)."""
     if kind == POSE:
-        shape = as_numbers(value, what).shape
-        if shape[-2:] == (4, 4):
+        if is_pose(value, what):
             return POSE, rigid_poses(value, what)
-        if shape[-1:] != (3,):
-            raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for positions", shape)
         kind = PLACE
     size = 2 if kind == COM else 3
     positions = as_vectors(value, what, size)

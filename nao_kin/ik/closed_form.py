@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, numba_type
+from nao_kin._kernels.cache import READ_SECONDS, CachedKernel, Floats1, Floats2, numba_type
 from nao_kin._kernels.rows import borrowed, packed, register_borrowed, register_unpacking, run_rows
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.branches import (
@@ -417,7 +417,8 @@ def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, 
         output = _empty_output(form, limb, 1, form.max_branches)
         quick(limb.packed, target, reference, enforce, output.rows)
         return output
-    if form.alone is not None and not form.kernel.is_worthwhile():
+    is_early = form.kernel.python_seconds < READ_SECONDS
+    if form.alone is not None and (is_early or not form.kernel.is_worthwhile()):
         started, c = time.perf_counter(), len(limb.joints)
         values = [0.0] * (form.max_branches * (c + EXTRAS))
         report = [0.0] * BEST + [math.nan] * (c + form.more)
