@@ -101,7 +101,7 @@ class JointRow {
    * the panel, the old value is restored.
    */
   hold({ clientX, clientY, isPrimary, pointerId, target }: PointerEvent) {
-    const { element, ends, joint, slider, value } = this;
+    const { element: row, ends, joint, slider, value } = this;
     const { stance } = this.panel.page;
     const [low, high] = ends;
     const { left, top, bottom, width } = slider.getBoundingClientRect();
@@ -110,13 +110,13 @@ class JointRow {
     const isOn = Math.abs(clientX - thumb) <= FINGER && clientY > top && clientY < bottom;
     if (target === slider || !isPrimary || !isOn) return;
     const before = stance.q[joint.column];
-    element.setPointerCapture(pointerId);
-    element.onpointermove = (event) => {
+    row.setPointerCapture(pointerId);
+    row.onpointermove = (event) => {
       const wanted = value + (event.clientX - clientX) * perPixel;
       this.set(clamp(wanted, Math.min(low, value), Math.max(high, value)));
     };
-    element.onpointercancel = () => stance.move(joint.column, before);
-    element.onlostpointercapture = () => (element.onpointermove = element.onpointercancel = null);
+    row.onpointercancel = () => stance.move(joint.column, before);
+    row.onlostpointercapture = () => (row.onpointermove = row.onpointercancel = null);
   }
 
   // --- keys and typing -----------------------------------------------------------------------------------------

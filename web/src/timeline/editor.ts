@@ -177,8 +177,9 @@ export class Editor {
   }
 
   adding() {
-    if (this.frames.count >= MOST_KEYS)
+    if (this.frames.count >= MOST_KEYS) {
       return this.player.say(`There are already ${MOST_KEYS} key frames, the maximum.`, true);
+    }
     const { page } = this.player;
     const time = this.frames.nextTime(this.now);
     if (time > LATEST && this.isFull()) return;
