@@ -110,7 +110,7 @@ export function openDialog(title: string, ...children: (string | Node)[]) {
  *
  * @returns whether the key has an action
  */
-export function obeyKey(event: KeyboardEvent, does: Record<string, () => void>) {
+export function handleKey(event: KeyboardEvent, does: Record<string, () => void>) {
   if (!Object.hasOwn(does, event.key) || event.ctrlKey || event.metaKey || event.altKey) return false;
   event.preventDefault();
   does[event.key]();
@@ -138,7 +138,7 @@ export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElemen
     const go = (to: number) => () => there.at(to % there.length)?.focus();
     const [next, before] = [go(at + 1), go(at - 1)];
     const keys = { ArrowRight: next, ArrowDown: next, ArrowLeft: before, ArrowUp: before, Home: go(0), End: go(-1) };
-    if (at >= 0) obeyKey(event, keys);
+    if (at >= 0) handleKey(event, keys);
   });
   return bar;
 }
