@@ -27,7 +27,6 @@ from nao_kin.robot import (
     SupportPolygon,
     body_frame_of,
     check_robot,
-    joint_rows,
     sole_corners,
 )
 
@@ -40,26 +39,23 @@ class BodyTables:
     """A robot as a `Body`."""
 
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
-        model = robot.model
+        joints = robot.joints
         self.torso_in_root = torso_in_trunk(robot)  # T_root_torso
         T_torso_root = np.linalg.inv(self.torso_in_root)
         moves = np.array([unit == "rad" for unit in robot.joint_units])
         columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
         self.order = robot.nq_base + columns  # index in q of each variable
-        variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
-        self._trunk = 1 if robot.base == "floating" else 0
-        ids, of = range(self._trunk, model.njoints), joint_rows(robot)
-        joints = [of[k] for k in ids[1:]]
-        inertias = [model.inertias[k] for k in ids]
-        mass, levers = (np.array([getattr(inertia, name) for inertia in inertias]) for name in ("mass", "lever"))
+        places = np.argsort(columns)
+        variable = dict(zip(robot.joint_names, places.tolist(), strict=True))
+        mass = np.append(joints.root_mass, joints.masses)
+        levers = np.vstack([joints.root_centre_of_mass, joints.centres_of_mass])
         levers[0] = T_torso_root[:3, :3] @ levers[0] + T_torso_root[:3, 3]
-        parent = np.array([-1, *(int(model.parents[k]) - self._trunk for k in ids[1:])])
-        placements = np.array([np.eye(4), *(model.jointPlacements[k].homogeneous for k in ids[1:])])
+        parent = np.append(-1, joints.parents + 1)
+        placements = np.concatenate([np.eye(4)[None], joints.placements])
         placements[parent == 0] = T_torso_root @ placements[parent == 0]
-        axes = np.array([(0.0, 0.0, 0.0), *(joint.axis for joint in joints)])
-        which = np.array([-1, *(variable[joint.coupling.joint] for joint in joints)])
-        multiplier = np.array([0.0, *(joint.coupling.multiplier for joint in joints)])
-        offset = np.array([0.0, *(joint.coupling.offset for joint in joints)])
+        axes = np.vstack([np.zeros(3), joints.axes])
+        which = np.append(-1, places[joints.coordinates - robot.nq_base])
+        multiplier, offset = np.append(0.0, joints.multipliers), np.append(0.0, joints.offsets)
         self.turns = np.arange(len(columns)) < moving  # which may change by whole turns without moving anything
         self.turns[which[multiplier % 1.0 != 0.0]] = False
         tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
@@ -69,15 +65,14 @@ class BodyTables:
             bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
             limits = region_of(robot.lower[limited], robot.upper[limited], winding, bends)
         R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
-        leg_rows = np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs])
+        leg_rows = np.array([[joints.row(joint) + 1 for joint in leg] for leg in legs])
         soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
         self.body = Body(parent, R, p, axes, which, multiplier, offset, mass, levers, leg_rows, soles, moving, limits)
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
         """Return the row that carries a frame of the robot, and T_row_frame."""
-        frame = robot.model.frames[robot.frame_ids([name])[0]]
-        row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
-        return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+        row, T = robot.frame_placement(name)
+        return row + 1, (np.linalg.inv(self.torso_in_root) @ T if row < 0 else T)
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
         """Return variables (..., n), with whole turns removed to within π of `near` from those that may turn."""

@@ -16,7 +16,7 @@ from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import Motion, check_both
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joint_bounds, joints_by_motor
+from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joints_by_motor
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The violations that a check finds.
@@ -277,14 +277,14 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    lower, upper, _ = joint_bounds(robot, joint)
+    lower, upper, _ = robot.joints.limits(joint)
     found = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
     unit = robot.unit(joint)
     return [MotionViolation("limit", joint, *row, lower, upper, unit) for row in found.rows], found.left_out
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    *_, limit = joint_bounds(robot, joint)
+    *_, limit = robot.joints.limits(joint)
     found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
     unit = f"{robot.unit(joint)}/s"
     return [MotionViolation("speed", joint, *row, -limit, limit, unit) for row in found.rows], found.left_out

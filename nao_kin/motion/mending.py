@@ -21,7 +21,6 @@ from nao_kin.robot import (
     Hips,
     RobotModel,
     check_hips,
-    joint_bounds,
     joints_by_motor,
     joints_of_side,
     motor_values,
@@ -233,7 +232,7 @@ def _into_ranges(robot: RobotModel, motion: Motion) -> tuple[Motion, list[Change
     keys, handles = list[Floats](), list[Floats]()
     changes = list[Change]()
     for column, joint in enumerate(motion.joint_names):
-        lower, upper, _ = joint_bounds(robot, joint)
+        lower, upper, _ = robot.joints.limits(joint)
         given = motion.keys[column]
         outside = (given < lower - LIMIT_TOLERANCE) | (given > upper + LIMIT_TOLERANCE)
         clipped = np.where(outside, np.clip(given, lower, upper), given)
@@ -356,7 +355,7 @@ def _stretch_factors(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]
         pieces = pieces_of(curve, "speed", np.arange(len(curve.start)))
         fastest = np.zeros(len(curve.start))
         np.maximum.at(fastest, pieces.segment, np.abs(pieces.values).max(axis=1))
-        (*_, limit), own = joint_bounds(robot, joint), motion.times[column]
+        (*_, limit), own = robot.joints.limits(joint), motion.times[column]
         if not np.isfinite(fastest).all():
             place = int(np.argmin(np.isfinite(fastest)))
             raise BadArgument(

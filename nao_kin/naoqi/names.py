@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot, joint_bounds
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
@@ -228,5 +228,5 @@ def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
     """
     joints, mimics = joint_names(robot, names), robot.mimics
     columns = [robot.joint_names.index(mimics[joint].joint if joint in mimics else joint) for joint in joints]
-    bounds = np.array([joint_bounds(robot, joint) for joint in joints]).reshape(-1, 3)
+    bounds = np.array([robot.joints.limits(joint) for joint in joints]).reshape(-1, 3)
     return np.column_stack([bounds, robot.effort_limits[columns]])

@@ -7,14 +7,7 @@ from nao_kin.robot.camera_frames import (
     camera_of as camera_of,
     pose_of_body as pose_of_body,
 )
-from nao_kin.robot.chains import (
-    SerialChain as SerialChain,
-    Topology,
-    joint_rows as joint_rows,
-    joints_below as joints_below,
-    serial_chain as serial_chain,
-    topology,
-)
+from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
 from nao_kin.robot.collisions import Clearance, Contact as Contact, LinkShapes as LinkShapes
 from nao_kin.robot.configurations import COUPLING_TOLERANCE as COUPLING_TOLERANCE, UNIT_TOLERANCE as UNIT_TOLERANCE
 from nao_kin.robot.contacts import (
@@ -39,6 +32,7 @@ from nao_kin.robot.ground import (
     points_on_floor as points_on_floor,
     rows_with_gravity as rows_with_gravity,
 )
+from nao_kin.robot.joint_table import JointTable
 from nao_kin.robot.kinematics import (
     WORLD as WORLD,
     Expression as Expression,
@@ -53,7 +47,6 @@ from nao_kin.robot.model import RobotModel, check_robot as check_robot
 from nao_kin.robot.motors import (
     Hips as Hips,
     check_hips as check_hips,
-    joint_bounds as joint_bounds,
     joints_by_motor as joints_by_motor,
     joints_of_side as joints_of_side,
     motor_values as motor_values,
@@ -79,14 +72,17 @@ from nao_kin.robot.support_polygon import (
 
 __all__ = [
     "Clearance",
+    "JointTable",
     "LimitViolation",
     "NaoModel",
     "RobotModel",
+    "SerialChain",
     "SetDown",
     "SupportPolygon",
     "Topology",
     "load_nao",
     "load_robot",
     "robot_names",
+    "serial_chain",
     "topology",
 ]

@@ -20,6 +20,7 @@ from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, rand
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
+from nao_kin.robot.joint_table import JointTable
 from nao_kin.robot.kinematics import (
     EXPRESSIONS,
     POSE_FORMS,
@@ -273,6 +274,14 @@ class RobotModel:
         return self._kinematics.mass
 
     @property
+    def joints(self) -> JointTable:
+        """All moving joints as arrays, mimic joints included: placements, axes, couplings, limits and masses.
+
+        The table is made on first use, and again after a placement or mass in `model` has changed.
+        """
+        return self._answers.joints()
+
+    @property
     def parameters(self) -> Any:
         """The published numbers from which the URDF was made; None if there are none."""
         return None
@@ -298,6 +307,20 @@ class RobotModel:
             2
         """
         return self._frames.ids(frames)
+
+    def frame_placement(self, frame: str) -> tuple[int, Floats]:
+        """Return the row in `joints` of the joint that carries a frame, −1 for the root, and T_joint_frame (4, 4) [m].
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> row, T_joint_frame = nao.frame_placement("LArm")
+            >>> nao.joints.names[row], T_joint_frame[:3, 3].round(4).tolist()
+            ('LWristYaw', [0.0578, 0.0, -0.0123])
+        """
+        (index,) = self._frames.ids([frame])
+        place = self.model.frames[index]
+        # The universe, and a floating base, come before the joints of the tree.
+        return int(place.parentJoint) - (2 if self.base == "floating" else 1), np.array(place.placement.homogeneous)
 
     def with_offsets(
         self: _Robot, joints: Mapping[str, ArrayLike] | None = None, frames: Mapping[str, ArrayLike] | None = None

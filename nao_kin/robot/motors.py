@@ -47,17 +47,6 @@ def other_side(name: str) -> str:
 # --- Joints and their motors; one motor may move several joints, such as the two HipYawPitch.
 
 
-def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
-    """Return the smallest and largest value of a joint and its speed limit, also of a mimic joint."""
-    mimic = robot.mimics.get(joint)
-    column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
-    if mimic is None:
-        return lower, upper, speed
-    # A multiplier of 0 holds the joint still even if the motor has no speed limit.
-    return *mimic.range(lower, upper), abs(mimic.multiplier) * speed if mimic.multiplier else 0.0
-
-
 Hips = Literal["average", "left", "right"]
 
 
