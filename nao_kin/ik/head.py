@@ -40,8 +40,9 @@ from nao_kin.ik.ranges import (
 )
 from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.searches import least
-from nao_kin.ik.targets import Limits, as_options, refuse_not_rotation
+from nao_kin.ik.targets import Limits, as_options
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, body_frame_of, check_robot
+from nao_kin.rotations import check_rotation
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -91,7 +92,7 @@ def head(
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
-    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
+    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: check_rotation(R, name="R_torso_head"))
     return without_collisions(robot, result, collisions)
 
 

@@ -6,7 +6,7 @@ import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
-from nao_kin.robot import Expression, RobotModel, check_robot, expression_named
+from nao_kin.robot import Expression, RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
@@ -390,7 +390,7 @@ class JointAxes:
             >>> np.allclose(nk.joints.JointAxes(nao).jacobian(q, "LArm"), nao.jacobian(q, "LArm"))
             True
         """
-        expression_named(expressed_in)
+        choice(expressed_in, get_args(Expression), "expression")
         coupling = self.coupling(frame)
         axes, pose = self.lines(q), self.robot.fk(q, frame)
         at = pose[..., :3, 3] if expressed_in == "mixed" else np.zeros(3)

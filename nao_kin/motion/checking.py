@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
+from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import Motion, check_both
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joints_by_motor
+from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The violations that a check finds.
@@ -243,7 +244,7 @@ def check(
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(
             _disagreement(robot, first, joint, curves)
-            for first, *others in joints_by_motor(robot, motion.joint_names).values()
+            for first, *others in robot.joints_by_motor(motion.joint_names).values()
             for joint in others
         ),
         *([_collisions(robot, motion, fill, rate)] if flag(collisions, "collisions") else []),

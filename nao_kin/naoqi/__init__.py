@@ -21,7 +21,7 @@ from nao_kin.naoqi.live import (
 )
 from nao_kin.naoqi.names import (
     BODY_ORDERS,
-    Hips as Hips,
+    Hips,
     angles,
     chain_names,
     from_order,
@@ -54,6 +54,7 @@ __all__ = [
     "FRAME_WORLD",
     "LOLA_ENTRIES",
     "AxisMask",
+    "Hips",
     "JointReading",
     "JointSource",
     "LolaSource",

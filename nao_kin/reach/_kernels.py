@@ -20,7 +20,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Ints2, both_ways
 from nao_kin._kernels.chains import Chain, FramePose, chain_of, to_frame
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot import WORLD, RobotModel, serial_chain
+from nao_kin.robot import RobotModel, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The joints between two frames of a robot as arrays for the kernels.
@@ -89,7 +89,7 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
     frame = _frame_named(robot, name)
     if reference is not None and not isinstance(reference, str):
         raise UnknownName("frame", reference, robot.frame_names)
-    if reference is None or (reference == WORLD and WORLD not in robot.frame_names):
+    if reference is None or (reference == "world" and "world" not in robot.frame_names):
         reference = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
     chain = serial_chain(robot, reference, frame)
     joints = list(chain.coordinates)

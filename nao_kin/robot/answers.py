@@ -15,18 +15,19 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from nao_kin import _kernels as kernels
 from nao_kin._core.arrays import MAX_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
 from nao_kin._core.text import quoted
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.build import ModelNumbers
 from nao_kin.robot.configurations import TURN, ConfigurationSpace
-from nao_kin.robot.joint_table import JointTable, joint_table
+from nao_kin.robot.joint_arrays import JointArrays, joint_arrays
 from nao_kin.robot.kinematics import Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree
 
 # --- The joints of a robot for the batch kernels.
 
 
-def joint_tree(table: JointTable, nq: int, nv: int) -> kernels.JointTree:
+def joint_tree(table: JointArrays, nq: int, nv: int) -> kernels.JointTree:
     """Return the joints of a table, after a floating base if there is one, as the batch kernels take them."""
     root = table.root_mass, tuple((table.root_mass * table.root_centre_of_mass).tolist())
     joints = list[kernels.TreeJoint]()
@@ -52,10 +53,6 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 
 
 # --- The dispatch.
-
-# From this number of configurations on, the kernels are used. When loaded, they are as fast as Pinocchio for 3 to 8
-# configurations, but loading them takes as long as tens of thousands of configurations, too long for a handful.
-CROSSOVER = 32
 
 # Size of the cache of programs: more than an application uses alternately.
 _MAX_PROGRAMS = 256
@@ -172,14 +169,14 @@ class Answers:
         if not peak <= TURN:
             self._checks.warn_of_degrees(arrays[0])
 
-    def joints(self) -> JointTable:
+    def joints(self) -> JointArrays:
         """Return the joints of the model, the same table until a number of the model changes."""
         with self._lock:
             return self._table_now()
 
-    def _table_now(self) -> JointTable:
+    def _table_now(self) -> JointArrays:
         if self._numbers is None or self._numbers.changed():
-            self._numbers, self._table = ModelNumbers(self._model), joint_table(self._model, self._urdf)
+            self._numbers, self._table = ModelNumbers(self._model), joint_arrays(self._model, self._urdf)
             self._programs.clear()
             self._tree: kernels.JointTree | None = None
         return self._table

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_or_none, generator
 from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
-from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, warn_of_shapes
+from nao_kin.robot.geometry import capsules, read_mesh, warn_of_shapes
 from nao_kin.robot.separation import Capsules, covering_capsule
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
@@ -182,7 +182,7 @@ def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
 def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
     """Return points whose hull is a box or a mesh, or contains a cylinder."""
     if isinstance(shape, MeshFile):
-        corners = read_mesh(mesh_path(shape, tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
+        corners = read_mesh(shape.path(tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
         corners = corners * np.array(shape.scale)
         if not (np.abs(corners) < _LARGEST).all():
             raise UnreadableShape(

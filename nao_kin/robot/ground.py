@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_batch, check_tolerance, choice, common_batch, join_poses, unit
+from nao_kin._core.tolerances import TOUCHING
 from nao_kin.errors import BadArgument
 from nao_kin.robot.geometry import shape_geometry
 from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 # How far both soles, or one alone, may be above the lowest point of a robot that stands on them [m].
 _BOTH, _ONE = 0.008, 0.003
-# How far above the floor a point may be and still touch it [m].
-TOUCHING = 0.005
 # While the robot rolls over an edge, points within this distance of the lowest one touch the floor [m].
 _ROLLING = 1e-5
 # Most rolls from one edge to the next; no body needs so many.

@@ -12,15 +12,17 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice, flag, shaped, whole_number
+from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.tolerances import TOUCHING
 from nao_kin.errors import BadArgument
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
-from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
-from nao_kin.robot.joint_table import JointTable
+from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
+from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import (
     EXPRESSIONS,
     POSE_FORMS,
@@ -30,10 +32,9 @@ from nao_kin.robot.kinematics import (
     Kinematics,
     PoseForm,
     Question,
-    expression_named,
 )
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
-from nao_kin.robot.motors import Hips, check_hips, with_shared_motors
+from nao_kin.robot.motors import joints_by_motor, motor_values, with_shared_motors
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
@@ -274,7 +275,7 @@ class RobotModel:
         return self._kinematics.mass
 
     @property
-    def joints(self) -> JointTable:
+    def joints(self) -> JointArrays:
         """All moving joints as arrays, mimic joints included: placements, axes, couplings, limits and masses.
 
         The table is made on first use, and again after a placement or mass in `model` has changed.
@@ -519,6 +520,33 @@ class RobotModel:
         """
         return self._configurations.angles(q, degrees)
 
+    def joints_by_motor(self, names: Iterable[str]) -> dict[str, list[str]]:
+        """Return driving joint → the joints among `names` that its motor moves, the driving joint first.
+
+        Mimic joints with the multiplier 0 do not move and are left out.
+
+        Examples:
+            >>> nk.load_nao().joints_by_motor(["RHipYawPitch", "HeadYaw", "LHipYawPitch"])
+            {'HeadYaw': ['HeadYaw'], 'LHipYawPitch': ['LHipYawPitch', 'RHipYawPitch']}
+        """
+        return joints_by_motor(self, names)
+
+    def motor_values(self, values: Mapping[str, Floats], hips: Hips = "average") -> dict[str, Floats]:
+        """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
+
+        Args:
+            values: joint → values, of one shape.
+            hips: value of a motor of which several joints are given: "average", or "left" or "right" for the joint of
+                that side, if it is given.
+
+        Examples:
+            >>> hips = {"LHipYawPitch": np.array([-0.2, -0.3]), "RHipYawPitch": np.array([-0.2, -0.4])}
+            >>> nk.load_nao().motor_values(hips)["LHipYawPitch"].round(9).tolist()
+            [-0.2, -0.35]
+        """
+        check_hips(hips)
+        return motor_values(self, values, hips)
+
     def checked(self, q: ArrayLike) -> Floats:
         """Return `q` as an array of configurations of this robot; limits are not checked.
 
@@ -737,10 +765,9 @@ class RobotModel:
             >>> J.shape, np.flatnonzero(J.any(axis=0)).tolist()
             ((6, 25), [8, 9, 10, 11, 12])
         """
-        if _is_plain(q, dtype, out, threads):
-            q, expression = self._configurations.posed(q), expression_named(expressed_in)
-            return self._kinematics.jacobians(q, self._frames.id(frame), expression)
         choice(expressed_in, EXPRESSIONS, "expression")
+        if _is_plain(q, dtype, out, threads):
+            return self._kinematics.jacobians(self._configurations.posed(q), self._frames.id(frame), expressed_in)
         question = Question("jacobian", (self._frames.id(frame),), form=expressed_in)
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
 

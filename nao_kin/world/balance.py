@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_batch, rigid_inverse
+from nao_kin._core.tolerances import TOUCHING
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, first_rows
 from nao_kin.errors import BadArgument
 from nao_kin.robot import (
-    TOUCHING,
     Feet,
     OutlineKind,
     RobotModel,

@@ -10,6 +10,7 @@ import numpy as np
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.tolerances import LOWER
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
@@ -21,7 +22,6 @@ from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
-from nao_kin.world import LOWER
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao

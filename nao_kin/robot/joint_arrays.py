@@ -16,7 +16,7 @@ ROOT = -1
 
 
 @dataclass(frozen=True, eq=False)
-class JointTable:
+class JointArrays:
     """The n moving joints of a robot, mimic joints included, as read-only arrays; parents precede their children.
 
     A joint's frame is the frame of the link that it moves. Its pose in the frame of its parent joint, or in the root
@@ -129,7 +129,7 @@ class JointTable:
         return np.asarray(as_floats(q, (), "q")[..., self.coordinates] * self.multipliers + self.offsets)
 
 
-def joint_table(model: pin.Model, tree: UrdfTree) -> JointTable:
+def joint_arrays(model: pin.Model, tree: UrdfTree) -> JointArrays:
     """Return the joints of a model that `build_model` made from this tree, with the numbers that the model has now."""
     rows = tree.moving_joints
     own = {row.name: k for k, row in enumerate(row for row in rows if row.mimic is None)}
@@ -145,7 +145,7 @@ def joint_table(model: pin.Model, tree: UrdfTree) -> JointTable:
     first = int(model.njoints) - len(rows)
     ids, inertias = range(first, int(model.njoints)), list(model.inertias)[first - 1 :]
     held, *bodies = [(float(inertia.mass), np.array(inertia.lever)) for inertia in inertias]
-    return JointTable(
+    return JointArrays(
         names=tuple(moving),
         links=tuple(row.child for row in rows),
         kinds=tuple(row.kind for row in rows),

@@ -13,7 +13,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import MissingExtra, UnknownName
-from nao_kin.robot import JointTable
+from nao_kin.robot import JointArrays
 
 ROBOTS = ("v3.2", "v3.3", "v4", "v5", "v6", "v6 floating", "romeo", "ur10_robot", "sliding", "mimic chain")
 
@@ -46,7 +46,7 @@ def robot(request: pytest.FixtureRequest, tmp_path: Path) -> nk.RobotModel:
         pytest.skip("needs example-robot-data")
 
 
-def _motion(table: JointTable, k: int, value: float) -> np.ndarray:
+def _motion(table: JointArrays, k: int, value: float) -> np.ndarray:
     T = np.eye(4)
     if table.kinds[k] == "prismatic":
         T[:3, 3] = value * table.axes[k]
@@ -55,7 +55,7 @@ def _motion(table: JointTable, k: int, value: float) -> np.ndarray:
     return T
 
 
-def _poses(table: JointTable, values: np.ndarray) -> np.ndarray:
+def _poses(table: JointArrays, values: np.ndarray) -> np.ndarray:
     """Poses of the joints in the root link, by the formula of the table."""
     poses: list[np.ndarray] = []
     for k, parent in enumerate(table.parents):
