@@ -21,12 +21,11 @@ from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import ANGLE_WEIGHT, Goal, descended
-from nao_kin.ik.geometry import cached_limb, torso_frame
+from nao_kin.ik.closed_form import cached_limb, torso_frame
+from nao_kin.ik.least_squares import ANGLE_WEIGHT, Goal, descended
 from nao_kin.ik.limit_regions import LimitRegion, Violations
 from nao_kin.ik.numeric import pose_errors
-from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
+from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import Limits, as_options, rigid_poses
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
@@ -92,12 +91,12 @@ def analytic(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and its values of other joints are used. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit, and lists a branch with
-            all whole turns inside the limits (with those nearest to the reference for a joint with a range of more than
-            three turns); "ignore" returns all, with the whole turns nearest to the reference.
+        limits: as in all solvers, see `nao_kin.ik`. With "enforce", a branch is listed with all whole
+            turns inside the limits; for a joint with a range of more than three turns, with those nearest to the
+            reference.
+        threads: as in all solvers.
+        collisions: as in all solvers.
         tolerance: largest error of a solution in position [m] and rotation [rad].
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         All branches inside the limits. At a singularity EAIK misses some of them: searches from its answers for poses
@@ -431,12 +430,12 @@ class _Problem:
         """Return EAIK's answers as indices of targets, coordinates, and whether they are least-squares answers."""
         limb, poses = self.limb, list(_for_eaik(targets, self.limb.turn))
         if len(poses) < _FEW:
-            found = [limb.solver.IK(pose) for pose in poses]
+            answers = [limb.solver.IK(pose) for pose in poses]
         else:
-            found = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
-        owner = np.repeat(np.arange(len(found)), [len(answer.Q) for answer in found])
-        values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in found if len(answer.Q))])
-        flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in found if len(answer.Q))])
+            answers = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
+        owner = np.repeat(np.arange(len(answers)), [len(answer.Q) for answer in answers])
+        values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in answers if len(answer.Q))])
+        flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in answers if len(answer.Q))])
         finite = np.isfinite(values).all(axis=-1)
         return owner[finite], (values[finite] - limb.chain.offset) / limb.chain.ratio, flags[finite]
 
@@ -477,23 +476,23 @@ class _Problem:
         values = region.project(self._values(starts))
         weights = np.array([1.0, 1.0, 1.0, *[ANGLE_WEIGHT] * 3])
         goal, targets = Goal(weights, tolerance, _SEARCH), self.targets[starts.owner].reshape(-1, 16)
-        still, inside = region.still_values(values), values[:, region.moving]
-        found = descended(self.limb.chain, region, goal, targets, still, inside, self.threads)
-        return self._verified(starts.owner, found.q)._replace(families=starts.families)
+        fixed, inside = region.fixed_values(values), values[:, region.moving]
+        minimum = descended(self.limb.chain, region, goal, targets, fixed, inside, self.threads)
+        return self._verified(starts.owner, minimum.q)._replace(families=starts.families)
 
     def _apart(self, u: Floats, other: Floats) -> Floats:
         """Return differences of coordinates as angles of the joints without whole turns, shape (N, c) [rad]."""
         turns = (u - other) * self.limb.chain.ratio / (2.0 * math.pi)
         return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
 
-    def _distinct(self, answers: _Answers, apart: float = _SAME) -> _Answers:
+    def _distinct(self, answers: _Answers, tolerance: float = _SAME) -> _Answers:
         """Return answers without those that are another one up to whole turns."""
         place = _places(answers.owner)
         keep = np.ones(len(place), dtype=np.bool_)
         for back in range(1, int(place.max(initial=0)) + 1):
             later = np.flatnonzero(place >= back)
             away = np.abs(self._apart(answers.u[later], answers.u[later - back])).max(axis=-1)
-            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, apart)
+            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, tolerance)
             keep[later[(away < same) & keep[later - back]]] = False
         return answers.where(keep)
 
@@ -503,14 +502,14 @@ class _Problem:
         for k, joint in enumerate(region.moving):
             turn, u = 2.0 * math.pi / abs(self.limb.chain.ratio[k]), answers.u[:, k]
             low, high = region.lower[joint], region.upper[joint]
-            least, most = np.ceil((low - LIMIT_TOLERANCE - u) / turn), np.floor((high + LIMIT_TOLERANCE - u) / turn)
+            lowest, highest = np.ceil((low - LIMIT_TOLERANCE - u) / turn), np.floor((high + LIMIT_TOLERANCE - u) / turn)
             if self.enforce and high - low < _TURNS * turn:
-                first = np.where(least <= most, least, np.round((0.5 * (low + high) - u) / turn))
-                count = np.maximum(most - least + 1.0, 1.0).astype(np.intp)
+                first = np.where(lowest <= highest, lowest, np.round((0.5 * (low + high) - u) / turn))
+                count = np.maximum(highest - lowest + 1.0, 1.0).astype(np.intp)
             else:
                 first, count = np.round((near[answers.owner, k] - u) / turn), np.ones(len(u), dtype=np.intp)
                 if self.enforce:
-                    first = np.clip(first, least, most)
+                    first = np.clip(first, lowest, highest)
             rows = np.repeat(np.arange(len(u)), count)
             answers, index = answers.where(rows), index[rows]
             answers.u[:, k] += turn * (first[rows] + _places(rows))
@@ -551,9 +550,9 @@ class _Problem:
             return answers
         members, firsts = np.unique(rows[leads], return_index=True)
         answers.families[members] = Family.SINGULAR
-        family, found = self._nearest_members(answers.where(members), ways[leads][firsts])
+        family, nearest = self._nearest_members(answers.where(members), ways[leads][firsts])
         alone = np.delete(np.arange(len(answers.owner)), np.asarray(members)[family])
-        return self._distinct(_together(answers.where(alone), found))
+        return self._distinct(_together(answers.where(alone), nearest))
 
     def _nearest_members(self, members: _Answers, ways: Floats) -> tuple[Rows, _Answers]:
         """Return the nearest allowed members of families, given one member and direction each; and their families."""
@@ -563,21 +562,21 @@ class _Problem:
         starts.u[...] += np.resize(_SPREAD, len(family))[:, None] * ways[family]
         # A family is searched for once, with the whole turns nearest to the reference.
         turned, index = self._turned(starts)
-        here = self._descended(region, turned.where(_least(self._away(turned), index)), _PRECISE)
-        on = (here.errors.max(axis=-1) < _MEMBER) & self._null_projectors(here).any(axis=(-1, -2))
-        here, family = here.where(on), family[on]
-        near, share = self.near[here.owner], np.ones(len(family))
+        nearest = self._descended(region, turned.where(_least(self._away(turned), index)), _PRECISE)
+        on = (nearest.errors.max(axis=-1) < _MEMBER) & self._null_projectors(nearest).any(axis=(-1, -2))
+        nearest, family = nearest.where(on), family[on]
+        near, share = self.near[nearest.owner], np.ones(len(family))
         for _ in range(_APPROACH):
             if not (share > 1e-3).any():
                 break
-            steps = np.einsum("nij,nj->ni", self._null_projectors(here), near - here.u)
+            steps = np.einsum("nij,nj->ni", self._null_projectors(nearest), near - nearest.u)
             steps *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300))
-            there = self._descended(region, here._replace(u=here.u + share[:, None] * steps), _PRECISE)
-            nearer = (there.errors.max(axis=-1) < _MEMBER) & (self._away(there) < self._away(here) - 1e-9)
+            ahead = self._descended(region, nearest._replace(u=nearest.u + share[:, None] * steps), _PRECISE)
+            nearer = (ahead.errors.max(axis=-1) < _MEMBER) & (self._away(ahead) < self._away(nearest) - 1e-9)
             share = np.where(nearer, 1.0, 0.25 * share)
-            here.replace(nearer, there.where(nearer))
-        nearest = _least(self._away(here), family)
-        return family[nearest], here.where(nearest)
+            nearest.replace(nearer, ahead.where(nearer))
+        best = _least(self._away(nearest), family)
+        return family[best], nearest.where(best)
 
 
 def _joined(limb: _Limb, blocks: list[_Solved], reference: Floats, notes: tuple[str, ...]) -> IKResult:

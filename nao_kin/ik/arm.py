@@ -23,18 +23,7 @@ from nao_kin.ik.arm_equations import (
     solve_direction,
     upper_arm,
 )
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import ANGLE_WEIGHT, nearest_values, solve_or_nearest, unlimited_branches
-from nao_kin.ik.geometry import (
-    ClosedForm,
-    Limb,
-    cached_limb,
-    chain_at_zero,
-    check_side,
-    limb_of,
-    limb_types,
-)
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     LIMIT_ROUNDING,
     NOT_ENOUGH_JOINTS,
     REASON,
@@ -49,7 +38,19 @@ from nao_kin.ik.ranges import (
     start_report,
     wrapped,
 )
-from nao_kin.ik.results import Family, IKResult
+from nao_kin.ik.closed_form import (
+    ClosedForm,
+    Limb,
+    cached_limb,
+    chain_at_zero,
+    check_side,
+    limb_of,
+    limb_types,
+    solve_or_nearest,
+    unlimited_branches,
+)
+from nao_kin.ik.least_squares import ANGLE_WEIGHT, nearest_values
+from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
@@ -100,10 +101,10 @@ def arm(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" returns all, each joint with the
-            whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`; with criterion "limits", ignored limits leave
+            joints within ±π.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         Solutions meet the target to within 1e-10 m and rad. Five joints cannot meet a pose that is rounded, for

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, choice, flag
 from nao_kin.errors import BadArgument
+from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
 from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
-from nao_kin.ik.geometry import base_coordinates
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes, Reason
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
@@ -67,15 +67,15 @@ def scaled(
     short = needed > given * (1.0 + 1e-12) + (0.0 if times is None else 4.0 * np.spacing(np.abs(times).max()))
     taken = np.where(short, needed, given)
     if times is not None and not short.any():
-        found = np.array(times)
+        new_times = np.array(times)
     else:
-        found = np.concatenate([[0.0], np.cumsum(taken)]) + (0.0 if times is None else times[0])
+        new_times = np.concatenate([[0.0], np.cumsum(taken)]) + (0.0 if times is None else times[0])
     shares = np.divide(least, taken[:, None], out=np.zeros_like(least), where=taken[:, None] > 0.0)
     stretched = tuple(
         Stretch(i, robot.joint_names[int(np.argmax(least[i]))], float(given[i]), float(needed[i]))
         for i in ([] if times is None else np.flatnonzero(short).tolist())
     )
-    return found, shares, stretched
+    return new_times, shares, stretched
 
 
 def between_samples(values: Floats) -> Floats:
@@ -265,17 +265,17 @@ def follow(
             first one to the start of the path counts. Configurations outside the limits are projected onto them, and
             `notes` says so. None for all joints at zero, or at the limit nearest to it; the motion from there does not
             count.
-        limits: "enforce" excludes branches with a joint outside its own or a coupled limit; "ignore" keeps all.
         speed: the share of the speed limits that may be used, above 0.
         priority: the foot that keeps its yaw if both feet need different values of the shared hip motor: "left",
             "right", or "balanced" for half of the error each.
         free: with `torso` and both feet, the direction in which the torso moves, at each sample as little as necessary,
             so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved torso, from which all
             other targets are met.
-        threads: number of threads; None for all cores if that is worthwhile.
-        collisions: leave out branches in which links overlap at a sample, by `RobotModel.clearance`, with the other
-            limbs where they are without this check. If links overlap in all branches, the sample is not reached: the
-            branch with the largest clearance is used, and the message names the links.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers, for the branches at each sample, with the other limbs where they are
+            without this check. If links overlap in all branches, the sample is not reached: the branch with the largest
+            clearance is used, and the message names the links.
 
     Raises:
         UnknownName: an effector or frame that does not exist.
@@ -306,19 +306,19 @@ def follow(
     if flag(collisions, "collisions") and not np.all(robot.clearance(_complete(q, references)).is_free):
         limbs = tuple(dataclasses.replace(limb, options={**limb.options, "collisions": True}) for limb in limbs)
         choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
-        apart = np.asarray(robot.clearance(_complete(q, references)).is_free)
-        choices = [found._replace(limb=_without_resolved(found.limb, apart)) for found in choices]
+        is_free = np.asarray(robot.clearance(_complete(q, references)).is_free)
+        choices = [chosen._replace(limb=_without_resolved(chosen.limb, is_free)) for chosen in choices]
     others = _complete(q, references)
     jumps = [
-        jump for limb, found in zip(limbs, choices, strict=True) for jump in jumps_of(limb, found, others, weights)
+        jump for limb, chosen in zip(limbs, choices, strict=True) for jump in jumps_of(limb, chosen, others, weights)
     ]
     if given.torso is not None and robot.base == "floating":
         q[:, :7] = _bases(robot, given.torso)
     joints = np.nan_to_num(between_samples(q[:, robot.nq_base :]))
-    found, shares, stretched = scaled(robot, joints, given.times, share)
+    new_times, shares, stretched = scaled(robot, joints, given.times, share)
     return FollowedPath(
         joint_names=robot.joint_names,
-        times=found,
+        times=new_times,
         q=q,
         torso=given.torso,
         limbs=tuple(chosen.limb for chosen in choices),
@@ -332,9 +332,9 @@ def follow(
 
 def _chosen(limb: LimbPath, q: Floats, references: Floats, weights: Floats, start: Floats | None) -> Choice:
     """Return the branches of a limb, with the other limbs as in q, and write their values into q."""
-    found = choose(limb, _complete(q, references), weights, start=start)
-    q[:, list(found.limb.columns)] = found.values
-    return found
+    chosen = choose(limb, _complete(q, references), weights, start=start)
+    q[:, list(chosen.limb.columns)] = chosen.values
+    return chosen
 
 
 def _complete(q: Floats, references: Floats) -> Floats:
@@ -356,8 +356,8 @@ def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, t
         return np.tile(robot.clamp(robot.neutral()), (path.n, 1)), ()
     same = bool((path.reference == path.reference[0]).all())
     given = path.reference[0] if same else path.reference
-    found, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
-    return np.array(np.broadcast_to(found, path.reference.shape)), notes
+    inside, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
+    return np.array(np.broadcast_to(inside, path.reference.shape)), notes
 
 
 def _with_free_torso(
@@ -388,6 +388,6 @@ def _weights(robot: RobotModel) -> Floats:
 
 def _bases(robot: RobotModel, torso: Floats) -> Floats:
     """Return base coordinates (n, 7) for poses of the torso, with quaternions that do not change their sign."""
-    found = base_coordinates(robot, torso)
-    found[:, 3:] = quat_unwrap(found[:, 3:])
-    return found
+    base = base_coordinates(robot, torso)
+    base[:, 3:] = quat_unwrap(base[:, 3:])
+    return base

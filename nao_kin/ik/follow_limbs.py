@@ -13,7 +13,7 @@ from nao_kin._core.arrays import Floats, all_finite, as_numbers, as_vectors, joi
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.arm import arm
-from nao_kin.ik.geometry import torso_frame
+from nao_kin.ik.closed_form import torso_frame
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs

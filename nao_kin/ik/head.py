@@ -12,9 +12,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import as_floats, as_vectors
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
     NEEDED,
@@ -34,12 +32,13 @@ from nao_kin.ik.ranges import (
     check_limits,
     coupled_range,
     finish_report,
+    least,
     link_rotation,
     start_report,
     table_range,
 )
-from nao_kin.ik.results import Family, IKResult
-from nao_kin.ik.searches import least
+from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
+from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import Limits, as_options
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, body_frame_of, check_robot
 from nao_kin.rotations import check_rotation
@@ -68,9 +67,9 @@ def head(
         frame: a frame on the head, a camera for instance.
         reference: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
             taken; None for all joints at zero, or at the limit nearest to it.
-        limits: "enforce" keeps joints inside their limits, including the range of HeadPitch at this HeadYaw.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         At most one solution, to within 1e-10 rad. Two joints cannot meet an orientation that is rounded, for instance
@@ -205,7 +204,7 @@ _YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
 
 @both_ways
 def solve_head(head: Head, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find the joint values for an orientation of the frame, or the nearest to it, as `ranges` describes."""
+    """Find the joint values for an orientation of the frame, or the nearest to it, as `branches` describes."""
     q, report = work.q, work.report
     start_report(report)
     is_rigid, wanted = link_rotation(head, target)
@@ -288,7 +287,7 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
     if low <= pitch <= high:
         return best
     # The range is a polygon: the nearest yaw is where an edge is at this pitch.
-    nearest, found = math.inf, best
+    distance, nearest = math.inf, best
     for i in range(1, ranges.bends):
         for bound in (ranges.low, ranges.high):
             rise = bound[i] - bound[i - 1]
@@ -297,9 +296,9 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
             low, high = table_range(ranges, yaw)
             inside = ranges.lower[0] <= yaw <= ranges.upper[0]
             inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
-            if inside and abs(yaw - wanted) < nearest:
-                nearest, found = abs(yaw - wanted), yaw
-    return found
+            if inside and abs(yaw - wanted) < distance:
+                distance, nearest = abs(yaw - wanted), yaw
+    return nearest
 
 
 @both_ways
@@ -331,7 +330,7 @@ def _error_at_yaw(given: tuple[Rotation, Selection, Row], yaw: float) -> float:
 def _report_nearest_look(head: Head, point: Vector, selection: Selection, report: Row) -> None:
     """Report the joint values with the smallest gaze error, from the valleys of a grid."""
     low, high = _joint_bounds(selection, 0)
-    least, most = _joint_bounds(selection, 1)
+    lowest, highest = _joint_bounds(selection, 1)
     report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
     current, pitch, previous = math.inf, 0.0, math.inf
     for i in range(_YAWS + 2):
@@ -339,10 +338,10 @@ def _report_nearest_look(head: Head, point: Vector, selection: Selection, report
         if i <= _YAWS:
             yaw = low + (high - low) * i / _YAWS
             for k in range(_PITCHES + 1):
-                other = _allowed_pitch(selection, yaw, least + (most - least) * k / _PITCHES)
-                found = gaze_error(head, point, yaw, other)
-                if found < error:
-                    error, best = found, other
+                other = _allowed_pitch(selection, yaw, lowest + (highest - lowest) * k / _PITCHES)
+                angle = gaze_error(head, point, yaw, other)
+                if angle < error:
+                    error, best = angle, other
         if current <= previous and current <= error and current < math.inf:
             _descend(head, point, selection, low + (high - low) * (i - 1) / _YAWS, pitch, report)
         current, pitch, previous = error, best, current
@@ -358,9 +357,9 @@ def _descend(head: Head, point: Vector, selection: Selection, yaw: float, pitch:
         for i in range(9):
             one = min(max(yaw + step * (i // 3 - 1), low), high)
             other = _allowed_pitch(selection, one, pitch + step * (i % 3 - 1))
-            found = gaze_error(head, point, one, other)
-            if found < error:
-                error, yaw, pitch = found, one, other
+            angle = gaze_error(head, point, one, other)
+            if angle < error:
+                error, yaw, pitch = angle, one, other
         if error == previous:
             step *= 0.5
     if error < report[ANGLE_ERROR]:

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, choice, rigid_inverse
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import missed_targets, nearest_values
-from nao_kin.ik.geometry import (
+from nao_kin.ik.branches import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_roots, add_shortfall, least
+from nao_kin.ik.closed_form import (
     ClosedForm,
     KernelOutput,
     Limb,
@@ -23,9 +22,11 @@ from nao_kin.ik.geometry import (
     cached_limb,
     geometry_error,
     limb_types,
+    missed_targets,
     result_fields,
     solve_targets,
 )
+from nao_kin.ik.least_squares import nearest_values
 from nao_kin.ik.leg import Leg, foot_of, leg_limb, nearest_foot, within_reach
 from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
@@ -46,9 +47,15 @@ from nao_kin.ik.legs_equations import (
     foot_yaw,
     solve_legs,
 )
-from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_shortfall
-from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
-from nao_kin.ik.searches import add_roots, least
+from nao_kin.ik.results import (
+    Codes,
+    IKResult,
+    Reason,
+    angle_in_words,
+    crossing_in_words,
+    errors_in_words,
+    without_collisions,
+)
 from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
@@ -186,8 +193,6 @@ def legs(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
             at the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
-            each joint with the whole turns that bring it within half a turn of the reference.
         priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
             "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
@@ -195,8 +200,9 @@ def legs(
             relative to the middle of the feet in the reference.
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Raises:
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
@@ -384,7 +390,7 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 
 @both_ways
 def solve_fixed(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find all joint values that meet both feet with the torso as desired, as `ranges` describes."""
+    """Find all joint values that meet both feet with the torso as desired, as `branches` describes."""
     short = _write_desired_target(legs, target, work.q)
     count = solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work)
     _add_shortfalls(short, count, work)
@@ -438,7 +444,7 @@ def _add_shortfalls(short: tuple[float, float], count: int, work: Workspace) -> 
     """Add the distances by which the feet were moved to the errors in position."""
     report = work.report
     if max(short[0], short[1]) > 0.0:
-        add_shortfall(work.found, JOINTS, count, max(short[0], short[1]))
+        add_shortfall(work.branches, JOINTS, count, max(short[0], short[1]))
         report[LEFT_FOOT] += short[0]
         report[RIGHT_FOOT] += short[1]
         report[POSITION_ERROR] = max(report[LEFT_FOOT], report[RIGHT_FOOT])
@@ -557,7 +563,7 @@ def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) 
 
 @both_ways
 def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the smallest |s| with which both feet are met; 0 if no s of an even grid meets them."""
+    """Return the smallest shift |s| of the torso, on a grid, with which both feet are met; 0 if there is none."""
     inside = math.inf
     for k in range(_STEPS + 1):
         moved = low + (high - low) * k / _STEPS
@@ -577,7 +583,10 @@ def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection
 
 @both_ways
 def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of a grid does."""
+    """Return the shift s of the torso, on a grid, that minimises the difference of both HipYawPitch values.
+
+    Both legs reach their feet with it; 0 if there is no such shift.
+    """
     given = legs, target, selection, work
     best = least(_gap, given, low, high, low, _STEPS) if low < high else 0.0
     return best if _gap(given, best) < math.inf else 0.0

@@ -9,16 +9,18 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, first_index
+from nao_kin._core.arrays import Floats, first_index, flag
+from nao_kin.robot import RobotModel
 
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
+_Result = TypeVar("_Result", bound="IKResult")
 
 # A target that is out of reach by more than this was likely written in millimetres.
 MILLIMETRES_FROM = 10.0
@@ -313,3 +315,48 @@ def crossing_in_words(crossed: NDArray[np.bool_], what: str) -> tuple[str, ...]:
         return ()
     which = f" in {np.count_nonzero(crossed)} of {crossed.size} {what}, first at index {list(first_index(crossed))}"
     return (f"the feet cross: the left ankle is to the right of the right one{which if crossed.ndim else ''}",)
+
+
+def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) -> _Result:
+    """Return a result without the solutions in which links overlap, and with a note on their number, if `wanted`.
+
+    If links overlap in all solutions of a target, `best` is the one with the largest clearance.
+    """
+    if wanted is False or not flag(wanted, "collisions"):
+        return result
+    q = result.solutions
+    exists = np.arange(q.shape[-2]) < result.count[..., None]
+    clearance = robot.clearance(np.where(exists[..., None], q, robot.neutral()))
+    keep = exists & clearance.is_free
+    left_out = int(np.count_nonzero(exists & ~keep))
+    if not left_out:
+        return result
+    order = np.argsort(~keep, axis=-1, kind="stable")
+    count = keep.sum(axis=-1)
+    gone = np.arange(q.shape[-2]) >= count[..., None]
+    branches = np.take_along_axis(result.branches, order[..., None], axis=-2)
+    families = np.take_along_axis(result.families, order, axis=-1)
+    lost = (result.count > 0) & (count == 0)
+    widest = np.argmax(np.where(exists, clearance.distance, -np.inf), axis=-1)[..., None]
+    overlapping = np.take_along_axis(result.branches, widest[..., None], axis=-2)[..., 0, :]
+    best = np.where((count > 0)[..., None], branches[..., 0, :], np.where(lost[..., None], overlapping, result.best))
+    branches[gone], families[gone] = np.nan, 0
+    pair = np.take_along_axis(clearance.pair_index, widest, axis=-1)[..., 0]
+    depth = np.take_along_axis(-clearance.distance, widest, axis=-1)[..., 0]
+    obstacles = replace(
+        result.obstacles,
+        needed=np.where(lost, depth, result.obstacles.needed),
+        links=np.where(lost, pair, -1),
+        pairs=clearance.pairs,
+    )
+    note = f"{left_out} of {np.count_nonzero(exists)} solutions are left out: links overlap"
+    return replace(
+        result,
+        best=best,
+        branches=branches,
+        families=families,
+        count=count,
+        reasons=np.where(lost, np.int8(Reason.COLLISION), result.reasons),
+        obstacles=obstacles,
+        notes=(*result.notes, note),
+    )

@@ -81,8 +81,8 @@ def as_options(
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    found, notes = _projected(robot, array, "reference") if enforce else (with_unit_quaternion(robot, array), ())
-    return Options(found, notes, enforce, workers)
+    inside, notes = _projected(robot, array, "reference") if enforce else (with_unit_quaternion(robot, array), ())
+    return Options(inside, notes, enforce, workers)
 
 
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:

@@ -18,7 +18,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, OutsideLimits, UnknownName, WrongShape
 from nao_kin.ik import Family, IKResult, Reason, analytic
-from nao_kin.ik.descent import descended
+from nao_kin.ik.least_squares import descended
 from nao_kin.rotations import exp, rot_x
 
 pytest.importorskip("eaik")

@@ -17,7 +17,7 @@ import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik.descent import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
+from nao_kin.ik.least_squares import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.numeric import pose_errors
 from nao_kin.robot.semantics import CoupledLimit, Semantics

@@ -20,17 +20,7 @@ from whole_body_samples import Standing, is_above, sensors, standing_poses
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Reason, WholeBodyResult, whole_body
-from nao_kin.ik.body import place_all
-from nao_kin.ik.body_errors import (
-    COM,
-    GAZE,
-    PLACE,
-    POSE,
-    Plan,
-    errors_at,
-    new_state,
-    stand_on_both,
-)
+from nao_kin.ik.body_errors import COM, GAZE, PLACE, POSE, Plan, errors_at, new_state, place_all, stand_on_both
 from nao_kin.ik.body_targets import BodyTarget, feet_beyond, margin_beyond, prepared, target_beyond
 from nao_kin.ik.limit_regions import TABLE, limit_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program

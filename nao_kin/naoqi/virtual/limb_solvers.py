@@ -70,7 +70,7 @@ def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     still = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
     chain = chain._replace(links=links, offset=chain.offset + still)
     goal = ik.Goal(_WEIGHTS * controlled_axes(target.mask), _CONVERGED, _MAX_STEPS)
-    poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.still_values(q[None])
+    poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.fixed_values(q[None])
     found = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
     best = q.copy()
     best[limb.columns] = found.q[0]
