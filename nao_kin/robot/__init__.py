@@ -8,12 +8,8 @@ from nao_kin.robot.camera_frames import (
     pose_of_body as pose_of_body,
 )
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
+from nao_kin.robot.collision_pairs import LinkPair as LinkPair, disabled_collisions as disabled_collisions
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes as LinkShapes
-from nao_kin.robot.contacts import (
-    LinkContacts as LinkContacts,
-    LinkPair as LinkPair,
-    disabled_collisions as disabled_collisions,
-)
 from nao_kin.robot.geometry import (
     GeometryKind,
     capsules as capsules,

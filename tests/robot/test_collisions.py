@@ -23,10 +23,10 @@ from scipy.spatial import ConvexHull
 import nao_kin as nk
 from nao_kin._kernels import hulls as kernels
 from nao_kin.errors import BadArgument, MissingShapeWarning, NaoKinError, UnknownName
-from nao_kin.robot import LinkContacts, LinkShapes, read_mesh
+from nao_kin.robot import LinkShapes, read_mesh
+from nao_kin.robot.collision_pairs import never_touch
 from nao_kin.robot.collisions import Shape, covering_capsule, hull_shape, round_shape, shapes_of
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.separation import never_touch
 from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.rotations import random_rotation
 
@@ -314,7 +314,7 @@ def _verdicts(version: str, n: int, seed: int) -> None:
         return link if link in nao.link_shapes.links else host(above[link])
 
     collisions = tuple(Collision(row.link, row.origin, row.geometry, row.name) for row in nao.tree.visuals)
-    meshes = LinkContacts(nk.RobotModel(replace(nao.tree, collisions=collisions), nao.semantics))
+    meshes = LinkShapes.exact(nk.RobotModel(replace(nao.tree, collisions=collisions), nao.semantics))
     skipped = {pair for pair, reason in nao.link_shapes.disabled.items() if reason != "Never"}
     hosts = {pair: tuple(sorted(map(host, pair))) for pair in meshes.pairs}
     pairs = {pair for pair, both in hosts.items() if both[0] != both[1] and both not in skipped}
