@@ -21,12 +21,10 @@ from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import rigid_poses
 from nao_kin.robot import (
-    ModelNumbers,
     RobotModel,
     SupportPolygon,
     body_frame_of,
     check_robot,
-    sole_corners,
 )
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
@@ -84,11 +82,11 @@ class PreparedRobot:
 
     def __init__(self, robot: RobotModel) -> None:
         limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
-        self.numbers = ModelNumbers(robot.model)
-        joints = limbs[0].joints, limbs[1].joints
-        self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}  # enforced limits
+        self.joints = robot.joints
+        legs = limbs[0].joints, limbs[1].joints
+        self.tables = {enforce: BodyTables(robot, legs, enforce) for enforce in (True, False)}  # enforced limits
         self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)  # its closed form
-        self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}  # of the soles, shape (k, 3) [m]
+        self.corners = {side: robot.sole_outline(f"{side}Leg", "sensors") for side in SIDES}  # shape (k, 3) [m]
         self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
@@ -107,7 +105,7 @@ def prepared(robot: RobotModel) -> PreparedRobot:
     check_robot(robot)
     with _LOCK:
         found = _CACHE.get(robot)
-        if found is None or found.numbers.changed():
+        if found is None or found.joints is not robot.joints:
             found = _CACHE[robot] = PreparedRobot(robot)
     return found
 

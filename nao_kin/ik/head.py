@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import as_floats, as_vectors
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
 from nao_kin.ik.branches import (
@@ -40,7 +41,7 @@ from nao_kin.ik.branches import (
 from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import Limits, as_options
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, body_frame_of, check_robot
+from nao_kin.robot import RobotModel, body_frame_of, check_robot
 from nao_kin.rotations import check_rotation
 
 _JOINTS = ("HeadYaw", "HeadPitch")

@@ -1,14 +1,11 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
-from nao_kin._core.tolerances import CROSSOVER as CROSSOVER, LIMIT_TOLERANCE as LIMIT_TOLERANCE
 from nao_kin.robot.build import Base, ModelNumbers as ModelNumbers
 from nao_kin.robot.camera_frames import (
     body_frame_of as body_frame_of,
-    camera_of as camera_of,
     pose_of_body as pose_of_body,
 )
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
-from nao_kin.robot.collision_pairs import LinkPair as LinkPair, disabled_collisions as disabled_collisions
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes as LinkShapes
 from nao_kin.robot.geometry import (
     GeometryKind,
@@ -19,10 +16,7 @@ from nao_kin.robot.ground import (
     Feet as Feet,
     OutlineKind,
     SetDown,
-    common_down as common_down,
-    level_axes as level_axes,
     points_on_floor as points_on_floor,
-    rows_with_gravity as rows_with_gravity,
 )
 from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import Expression, Kinematics as Kinematics, PoseForm
@@ -30,7 +24,7 @@ from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot as check_robot
 from nao_kin.robot.motors import with_shared_motors as with_shared_motors
-from nao_kin.robot.nao.model import NaoModel, load_nao, nao_urdf_path as nao_urdf_path
+from nao_kin.robot.nao.model import NaoModel, load_nao
 from nao_kin.robot.offsets import (
     pose_of as pose_of,
     read_offsets,
@@ -41,8 +35,6 @@ from nao_kin.robot.offsets import (
 from nao_kin.robot.support_polygon import (
     SupportPolygon,
     named_soles as named_soles,
-    polygon_below as polygon_below,
-    sole_corners as sole_corners,
 )
 
 __all__ = [

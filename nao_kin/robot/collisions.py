@@ -299,7 +299,11 @@ class LinkShapes:
                 raise UnknownName("link in disabled_collisions", name, self._robot.tree.links)
         if rows:
             return {(min(a, b), max(a, b)): reason for a, b, reason in rows}
-        return disabled_collisions(self._robot, self, samples=_SAMPLES, seed=0)
+        return self.found_disabled(_SAMPLES, 0)
+
+    def found_disabled(self, samples: int, seed: int) -> dict[LinkPair, str]:
+        """Return the pairs of links that need no check, and the reason, by the rules of `disabled_collisions`."""
+        return disabled_collisions(self._robot, self, samples=samples, seed=seed)
 
     def _pairs_of_shapes(self, pairs: Iterable[LinkPair]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the pairs of shapes of pairs of links, shape (p, 2), and the index of the pair of links of each."""

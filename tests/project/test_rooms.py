@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -145,6 +146,15 @@ def test_a_public_room_lists_what_it_offers() -> None:
             others = {n for n in imported if not n.startswith("_") and not isinstance(getattr(value, n), ModuleType)}
             unlisted = others - set(value.__all__) - for_other_rooms
             assert not unlisted, f"{name}: {unlisted}"
+
+
+def test_rooms_hand_few_names_to_other_rooms_only() -> None:
+    hidden = {
+        face.parent.name: re.findall(r"\b(\w+) as \1\b", face.read_text(encoding="utf-8"))
+        for face in PACKAGE.glob("*/__init__.py")
+    }
+    assert len(hidden["robot"]) <= 15
+    assert sum(map(len, hidden.values())) <= 40, hidden
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:pyparsing")  # of matplotlib 3.9
