@@ -62,7 +62,7 @@ def calls(nao: nk.NaoModel, count: int, folder: Path) -> dict[str, Call]:
         "from_body": lambda: nao.from_body(body),
         "typed from_q": lambda: typed.from_q(inside),
         "typed to_q": lambda: typed.to_q(q_typed),
-        "typed to_q, with a reference": lambda: typed.to_q(q_typed, reference=inside),
+        "typed to_q, with a reference": lambda: typed.to_q(q_typed, near=inside),
         "typed ball_angles": lambda: typed.ball_angles(q_typed, "LHipRoll"),
         "typed from_q, links dropped": lambda: dropped.from_q(inside),
         "typed to_q, links dropped": lambda: dropped.to_q(q_dropped),

@@ -22,6 +22,7 @@ __all__ = [
     "DegeneratePoints",
     "DegreesWarning",
     "DisagreeingJoints",
+    "FormerNameWarning",
     "MissingExtra",
     "MissingShapeWarning",
     "NaoKinError",
@@ -48,6 +49,10 @@ class NaoKinWarning(UserWarning):
 
 class DegreesWarning(NaoKinWarning):
     """Joint values that look like degrees, where radians are expected."""
+
+
+class FormerNameWarning(NaoKinWarning, FutureWarning):
+    """A former name of an argument, a value, an attribute or an option; the next release will not accept it."""
 
 
 class RenamedFrameWarning(NaoKinWarning):

@@ -7,11 +7,12 @@ import numbers
 import operator
 import re
 from collections.abc import Iterable
-from typing import Any, SupportsIndex
+from typing import Any, Literal, SupportsIndex, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from nao_kin._core.former import LIMITS_RAISE
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm, at_index
 
@@ -225,17 +226,19 @@ def finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def whole_number(value: SupportsIndex, what: str, least: int, most: int | None = None) -> int:
-    """Return `value` as an int of at least `least`, and at most `most` if given, or raise `BadArgument`."""
+def whole_number(value: SupportsIndex, what: str, minimum: int, maximum: int | None = None) -> int:
+    """Return `value` as an int of at least `minimum`, and at most `maximum` if given, or raise `BadArgument`."""
     try:
         number = operator.index(value)
     except TypeError:
         raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
-    if number >= least and (most is None or number <= most):
+    if number >= minimum and (maximum is None or number <= maximum):
         return number
     # Python refuses to print whole numbers of thousands of digits.
     given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
-    raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
+    raise BadArgument(
+        f"{what} must be {f'at least {minimum}' if number < minimum else f'at most {maximum}'}, got {given}"
+    )
 
 
 def generator(rng: object) -> np.random.Generator:
@@ -314,6 +317,19 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
     if not isinstance(value, str) or value not in names:
         raise UnknownName(what, value, names, hint)
     return value
+
+
+# What to do with joint values outside their limits: refuse them, move them to the nearest limit, or accept them.
+LimitPolicy = Literal["enforce", "clamp", "ignore"]
+_POLICIES: tuple[LimitPolicy, ...] = get_args(LimitPolicy)
+
+
+def limit_policy(limits: object, valid: Iterable[LimitPolicy] = _POLICIES) -> LimitPolicy:
+    """Return a limits policy, or raise `UnknownName` if it is not one of the `valid` ones."""
+    if isinstance(limits, str) and limits == LIMITS_RAISE.value:
+        LIMITS_RAISE.warn()
+        return "enforce"
+    return cast(LimitPolicy, choice(limits, valid, "limits policy"))
 
 
 def flag(value: object, what: str) -> bool:

@@ -293,7 +293,7 @@ class TableColumns:
         plain = self.mark == "." and records.block.isascii() and b"_" not in records.block and self.iso_times is None
         for line, fields, reason in records:
             if not reason and len(fields) != self.all:
-                what = "joints" if self.all == len(self.names) else "columns"
+                what = "joints" if self.all == len(self.units) else "columns"
                 reason = f"{len(fields)} values, the header names {self.all} {what}"
             elif not reason and tuple(fields[self.fixed_from :][: len(self.fixed)]) != self.fixed:
                 reason = "its joints are not those of the first row, or in another order"

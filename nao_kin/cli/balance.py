@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
+from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
+from nao_kin.cli.options import DEG, JSON, LIMITS, RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_json_list, print_note, print_table
-from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions
-from nao_kin.cli.targets import numbers_of
+from nao_kin.cli.sources import CONFIGURATIONS, FileOptions, JointOptions, numbers_of
 
 if TYPE_CHECKING:
-    from nao_kin.robot import LimitPolicy, RobotModel
+    from nao_kin.robot import RobotModel
     from nao_kin.world import Balance
 
 # Rows of a file that are set down at a time.
@@ -24,14 +23,13 @@ _CHUNK = 8192
 @command("balance", "Example: nao-kin balance --posture Crouch; nao-kin balance walk.csv --sole LLeg --json")
 def balance(
     *,
-    file: str | None = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None),
+    file: str | None = CONFIGURATIONS,
     joints: JointOptions,
     sole: list[str] | None = option("NAME", "A sole on the floor; repeatable. Default: what is lowest."),
     gravity: str | None = option("X,Y,Z", "Direction of gravity in the root link. Default: normal to the soles."),
     outline: Literal["sole", "sensors"] = option(None, "Outline of a sole.", default="sole"),
     deg: bool = DEG,
-    clamp: bool = flag("Move joints outside their limits to the limit."),
-    ignore_limits: bool = IGNORE_LIMITS,
+    limits: LimitPolicy = LIMITS,
     given: FileOptions,
     json: bool = JSON,
     robot: RobotOptions,
@@ -44,7 +42,6 @@ def balance(
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
     model = robot.load()
-    limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     q, times, many = given.configurations(model, file, joints, deg=deg, limits=limits)
     from nao_kin.world import balance
 

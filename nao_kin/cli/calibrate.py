@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, OUTPUT, SEED, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 def calibrate(
     *,
     file: str = argument("FILE", "A JSON file of observations, - for standard input."),
-    output: str | None = option("FILE", "Write the offsets as TOML, for --offsets.", "--output", "-o"),
+    output: str | None = option("FILE", "Write the offsets as TOML, for --offsets.", *OUTPUT),
     refuse: bool = flag("Refuse numbers that the data cannot tell apart, instead of holding some at zero."),
     next_: bool = flag("Print the posture to observe next.", "--next"),
-    seed: int = option("N", "Seed of the candidates of --next.", default=0),
+    seed: int = SEED,
     deg: bool = flag("Print angles in degrees."),
     force: bool = FORCE,
     json: bool = JSON,

@@ -9,13 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
-from nao_kin._core.csv_numbers import TableColumns
-from nao_kin._core.files import read_table_text
-from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import IGNORE_LIMITS, JointOptions
-from nao_kin.cli.targets import csv_records, numbers_of
+from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin.cli.options import CSV, DEG, JSON, LIMITS, RobotOptions, argument, command, option
+from nao_kin.cli.output import csv_text, fixed, print_json, print_note, print_table
+from nao_kin.cli.sources import JointOptions, numbers_of, read_columns
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -37,13 +34,13 @@ def camera(
     name: str = argument("CAMERA", "CameraTop, CameraBottom, or a camera of another robot.", "CameraTop"),
     file: str | None = argument("FILE", "CSV file of pixels (u, v) or points (x, y, z); - for standard input.", None),
     joints: JointOptions,
-    pixel: str | None = option('"U V"', "Print the point of the ground at a pixel."),
-    point: str | None = option('"X Y Z"', "Print the pixel of a point [m]; z is its height above the floor."),
+    pixel: str | None = option("U,V", "Print the point of the ground at a pixel."),
+    point: str | None = option("X,Y,Z", "Print the pixel of a point [m]; z is its height above the floor."),
     resolution: str = option("NAME", "VGA, another name, or width and height as in 640x480.", default="VGA"),
     height: float = option("M", "Height above the floor of the points at pixels [m].", default=0.0),
     deg: bool = DEG,
-    ignore_limits: bool = IGNORE_LIMITS,
-    csv: bool = flag("Print CSV."),
+    limits: LimitPolicy = LIMITS,
+    csv: bool = CSV,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -69,7 +66,7 @@ def camera(
     elif csv:
         raise BadArgument("--csv is for pixels and points; give a FILE, --pixel or --point")
     model = robot.load()
-    q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "raise")
+    q = joints.configuration(model, deg=deg, limits=limits)
     from nao_kin import world
 
     size = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", resolution)
@@ -97,8 +94,7 @@ def camera(
         head = {"robot": model.name, "camera": found.name, "size": [found.width, found.height]}
         print_json({**head, "rows": documents} if many else {**head, **documents[0]})
     elif csv:
-        for cells in (columns, *(["" if cell is None else str(cell) for cell in line] for line in lines)):
-            sys.stdout.write(",".join(cells).replace("True", "true").replace("False", "false") + "\n")
+        sys.stdout.write(csv_text(columns, lines))
     else:
         units = [f"{name}\n[{'px' if name in _PIXEL else 'm'}]" for name in columns[:-1]]
         shown = (["–" if cell is None else fixed(cell) for cell in line[:-1]] for line in lines)
@@ -108,16 +104,15 @@ def camera(
 
 def _read(file: str) -> tuple[tuple[str, ...], Floats]:
     """Return the headings and the numbers (n, 2) or (n, 3) of a CSV file of pixels or points."""
-    text, is_json = read_table_text(file, "pixels or points")
-    if is_json:
-        raise BadInputFile(file, "is JSON, expected CSV with the columns u, v or x, y, z")
-    line, head, records = csv_records(file, text)
-    headings = next((kind for kind in (_PIXEL, _POINT) if set(kind) <= set(head)), None)
-    if headings is None:
-        raise BadInputFile(file, f"has the columns {', '.join(head)[:80] or 'none'}; expected u, v or x, y, z", line)
-    table = TableColumns(headings, (), tuple(map(head.index, headings)))
-    rows = [table.numbers(file, fields, line) for line, fields in records]
-    return headings, np.array(rows, dtype=np.float64).reshape(-1, len(headings))
+
+    def chosen(names: list[str], line: int) -> tuple[str, ...]:
+        headings = next((kind for kind in (_PIXEL, _POINT) if set(kind) <= set(names)), None)
+        if headings is None:
+            given = ", ".join(names)[:80] or "none"
+            raise BadInputFile(file, f"has the columns {given}; expected u, v or x, y, z", line)
+        return headings
+
+    return read_columns(file, "pixels u, v or points x, y, z", chosen)
 
 
 def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json: bool) -> None:

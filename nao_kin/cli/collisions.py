@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nao_kin._core.arrays import Floats
-from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, option
+from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin.cli.options import DEG, JSON, LIMITS, RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions
+from nao_kin.cli.sources import CONFIGURATIONS, FileOptions, JointOptions
 
 if TYPE_CHECKING:
-    from nao_kin.robot import Contact, LimitPolicy
+    from nao_kin.robot import Contact
 
 
 @command(
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 )
 def collisions(
     *,
-    file: str | None = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None),
+    file: str | None = CONFIGURATIONS,
     joints: JointOptions,
     margin: float | None = option(
         "M", "List links nearer than this [m]; negative: only those that overlap by more. Default: 0."
     ),
     deg: bool = DEG,
-    ignore_limits: bool = IGNORE_LIMITS,
+    limits: LimitPolicy = LIMITS,
     given: FileOptions,
     json: bool = JSON,
     robot: RobotOptions,
@@ -38,7 +38,6 @@ def collisions(
     gives one row for each of its key times, or --rate rows per second. Exit code 1 if links overlap.
     """
     model = robot.load()
-    limits: LimitPolicy = "ignore" if ignore_limits else "raise"
     q, times, _ = given.configurations(model, file, joints, deg=deg, limits=limits)
     q = q[0] if file is None else q
     clearance = model.clearance(q)

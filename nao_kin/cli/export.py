@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, OUT, OUTPUT, RobotOptions, command, flag, one_output, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import TIMELINE, MotionFile
 from nao_kin.errors import BadArgument
@@ -38,20 +38,21 @@ class ExportOptions:
     posture: str | None = option("NAME", "gltf: the posture of the robot.")
     motion: str | None = option("FILE", "gltf: a motion for the animation.")
     timeline: str | None = option(*TIMELINE)
-    fps: float | None = option("F", "gltf: poses per second in the animation.")
+    fps: float | None = option("N", "gltf: poses per second in the animation.")
 
 
 @command(
     "export",
-    "Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --version v6",
+    "Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --nao v6",
     without=("package_dir",),
 )
 def export(
     *,
-    output: str = argument("OUTPUT", "The file or folder, - for standard output."),
+    out: str | None = OUT,
+    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
     format_: str | None = option(
         "FORMAT",
-        "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUTPUT, if that is .urdf, .srdf or .glb.",
+        "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUT, if that is .urdf, .srdf or .glb.",
     ),
     options: ExportOptions,
     force: bool = FORCE,
@@ -61,13 +62,13 @@ def export(
     """Write a robot for another tool. Every difference between the file and the robot is reported."""
     from nao_kin import export as exports
 
+    path = one_output(out, output)
     if format_ is None:
-        format_ = _FORMATS.get(Path(output).suffix.lower())
+        format_ = _FORMATS.get(Path(path).suffix.lower())
     if format_ is None:
         raise BadArgument(f"--format is missing: give one of {', '.join(exports.FORMATS)}")
-    output = "/dev/stdout" if output == "-" else output
-    if atomic.leads_to_standard_output(output) and json:
-        raise BadArgument(f"{output} and --json both write to standard output; give one")
+    if atomic.leads_to_standard_output(path) and json:
+        raise BadArgument(f"{path} and --json both write to standard output; give one")
     chosen = {name: value for name, value in vars(options).items() if value is not None}
     timeline = chosen.pop("timeline", None)
     exports.check_options(format_, chosen)
@@ -76,7 +77,7 @@ def export(
     model = robot.load()
     if options.motion is not None and timeline is not None:
         chosen["motion"] = MotionFile(options.motion, timeline=timeline).read(model)
-    done = exports.write(model, output, format_, overwrite=force, **chosen)
+    done = exports.write(model, path, format_, overwrite=force, **chosen)
     print_note(*done.changes)
     if json:
         files = [str(file) for file in done.files]

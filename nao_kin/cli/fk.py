@@ -10,17 +10,31 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import (
+    CSV,
+    DEG,
+    FORCE,
+    FRAME,
+    JSON,
+    LIMITS,
+    OUTPUT,
+    REFERENCE,
+    RobotOptions,
+    argument,
+    check_outputs,
+    command,
+    option,
+)
 from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
-from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, is_motion
+from nao_kin.cli.sources import FileOptions, JointOptions, frame_names, is_motion
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
     from nao_kin.motion import Trajectory
-    from nao_kin.robot import LimitPolicy, RobotModel
+    from nao_kin.robot import RobotModel
     from nao_kin.stream import Clamped, Configurations, PoseColumns, StreamResult
 
 
@@ -116,7 +130,6 @@ def _rows(chunks: Chunks) -> Iterator[tuple[int, list[list[float]]]]:
 
 # Rows between two updates of the progress bar: small enough to move often, large enough to cost no time.
 _CHUNK = 8192
-_WORLD = "world"
 
 _EXAMPLES = (
     "Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json; "
@@ -128,9 +141,7 @@ _EXAMPLES = (
 class StreamOptions:
     """The options of poses that are written to a file."""
 
-    output: str | None = option(
-        "FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", "--output", "-o"
-    )
+    output: str | None = option("FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", *OUTPUT)
     on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: treatment of bad rows. Default: stop.")
     dtype: Literal["float32", "float64"] | None = option(None, "With -o: type of the numbers. Default: float64.")
     force: bool = FORCE
@@ -166,13 +177,12 @@ def fk(
         "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several files.", None
     ),
     joints: JointOptions,
-    frame: list[str] | None = option("NAME", "A frame to locate; repeatable. Default: the effectors."),
-    reference: str | None = option("NAME", "The frame in which poses are given."),
+    frame: list[str] | None = FRAME,
+    reference: str | None = REFERENCE,
     as_: PoseFormat = option(None, "Format of a pose.", default="rpy"),
     deg: bool = DEG,
-    clamp: bool = flag("Move joints that are outside their limits to the nearest limit."),
-    ignore_limits: bool = IGNORE_LIMITS,
-    csv: bool = flag("Print CSV."),
+    limits: LimitPolicy = LIMITS,
+    csv: bool = CSV,
     written: StreamOptions,
     given: FileOptions,
     json: bool = JSON,
@@ -180,7 +190,8 @@ def fk(
 ) -> None:
     """Print poses of frames at given joint values: of one configuration, or of every row of a file.
 
-    Values are in radians (hands: 0 closed to 1 open), unless --deg or the heading says otherwise, as in HeadYaw [deg].
+    Without --frame, the frames are the effectors and the cameras. Values are in radians (hands: 0 closed to 1 open),
+    unless --deg or the heading says otherwise, as in HeadYaw [deg].
     A file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
     times are copied to the output. A motion file of any format (see nao-kin motion) names only the joints that it
     moves; it gives one row for each of its key times, or --rate rows per second.
@@ -199,7 +210,7 @@ def fk(
     from nao_kin import stream
 
     model = robot.load()
-    limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
+    clamp = limits == "clamp"
     as_motion = joints.posture is not None or given.rate is not None or given.timeline is not None
     log = None if one is None or as_motion else given.log_columns(model, one)
     moves = moves and log is None
@@ -211,13 +222,14 @@ def fk(
     if moves and one is not None:
         path = given.trajectory(model, one, deg=deg, posture=joints.posture, rate=given.rate)
         rows = stream.Configurations(_within_limits(model, one, path, limits, deg=deg), path.times, one)
-    frames = frame or [*model.semantics.end_effectors, *model.semantics.cameras] or list(model.link_names)
+    chosen = frame_names(model, frame)
+    chosen = chosen or [*model.semantics.end_effectors, *model.semantics.cameras] or list(model.link_names)
     style: Any = "position_quaternion" if as_ == "quaternion" else as_
     if written.sink is not None:
         result = stream.fk(
             model,
             files if rows is None else rows,
-            frames,
+            chosen,
             written.sink,
             reference=reference,
             as_=style,
@@ -242,11 +254,10 @@ def fk(
         print_note(*found.notes)
     else:
         q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
-    # Refuse unknown frames before anything is printed; the world is a reference even if no frame has this name.
-    known = reference is None or (reference == _WORLD and _WORLD not in model.frame_names)
-    model.frame_ids(frames if known else [*frames, str(reference)])
-    printer = PosePrinter(frames, as_, stream.PoseColumns(style, deg), times)
-    poses = _poses(model, q, frames, reference, printer.columns)
+    # Refuse unknown frames before anything is printed.
+    model.frame_ids(chosen if reference is None else [*chosen, reference])
+    printer = PosePrinter(chosen, as_, stream.PoseColumns(style, deg), times)
+    poses = _poses(model, q, chosen, reference, printer.columns)
     if json:
         printer.print_json(poses, model.name, reference, many=many)
     elif csv:
@@ -280,14 +291,14 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
     """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
     if limits == "clamp":
         return _clamped(model, path.q)
-    violations = model.limit_violations(path.q, most=1) if limits == "raise" else ()
+    violations = model.limit_violations(path.q, max_configurations=1) if limits == "enforce" else ()
     if violations:
         from nao_kin.stream import look_like_degrees
 
         first = violations[0]
         when = f"{path.times[first.index[0]]:.6g} s"
         reason = f"at {when} outside the joint limits: {first.describe(degrees=deg, index=False)}"
-        advice = "nao-kin motion check lists all, --clamp or --ignore-limits accepts them"
+        advice = "nao-kin motion check lists all, --limits clamp or --limits ignore accepts them"
         if not deg and look_like_degrees(model, model.joint_names, path.q[first.index[0], model.nq_base :]):
             advice = "are these degrees (--deg)?"
         raise BadInputFile(file, f"{reason}; {advice}")
@@ -304,11 +315,12 @@ def _clamped(model: RobotModel, q: Floats) -> Floats:
 
 
 def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
-    """Print a note on the changes of --clamp."""
+    """Print a note on the changes of --limits clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)
-        most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
-        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
+        largest = f"{changes.largest:.3g}{'' if unit == '1' else f' {unit}'}"
+        moved = f"{changes.rows} of {rows} rows to the limits, by at most {largest} ({changes.joint})"
+        print_note(f"--limits clamp moved {moved}")
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Callable
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -17,15 +17,29 @@ from numpy.typing import NDArray
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
-from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
-from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions, joint_values
-from nao_kin.cli.targets import Kind, Targets, numbers_of, read_targets, target_of, targets_as_csv
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._core.text import quoted
+from nao_kin.cli.options import (
+    CSV,
+    DEG,
+    FORCE,
+    JSON,
+    LIMITS,
+    OUTPUT,
+    RobotOptions,
+    argument,
+    check_outputs,
+    command,
+    flag,
+    option,
+)
+from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written
+from nao_kin.cli.sources import COLUMNS, HIPS, IGNORE_OTHER, FileOptions, joint_values, numbers_of
+from nao_kin.errors import BadArgument, NaoKinError, UnknownName
 
 if TYPE_CHECKING:
     from nao_kin.ik import IKResult
     from nao_kin.robot import RobotModel
+    from nao_kin.stream import Targets
 
 
 # Both feet together.
@@ -40,7 +54,8 @@ _MANY = 2000
 # The clip of a list of targets shows so many solutions per second.
 _FPS = 25.0
 
-_KINDS: dict[Kind, str] = {"place": "a position", "rotation": "an orientation", "pose": "a pose"}
+# Part of a message that is redundant for a single target.
+_ONLY = " at index [0]"
 
 _EXAMPLES = (
     'Example: nao-kin ik LArm --target "0.15 0.12 0.05" --html arm.html; '
@@ -64,26 +79,23 @@ class Request:
     priority: Literal["left", "right", "balanced"] | None = option(
         None, "For Legs: the foot with the smaller yaw error if one hip motor cannot satisfy both."
     )
-    reference: str | None = option(
-        "POSTURE", "Prefer solutions near a posture or the configurations in a file. Default: all joints at zero."
+    near: str | None = option(
+        "POSTURE|FILE", "Prefer solutions near a posture or the configurations in a file. Default: all joints at zero."
     )
     columns: list[str] | None = option(*COLUMNS)
     ignore_other: bool = flag(IGNORE_OTHER)
+    hips: str | None = option(*HIPS)
     every: bool = flag("Print every solution.", "--all")
-    ignore_limits: bool = IGNORE_LIMITS
+    limits: Literal["enforce", "ignore"] = LIMITS
     numeric: bool = flag("Use the numeric solver even if there is a closed form.")
     analytic: bool = flag("Use the closed form that EAIK finds for up to six joints of any robot, with all branches.")
     lock: list[str] | None = option("NAME=VALUE", "With --analytic: keep a joint at this value; repeatable.")
     deg: bool = DEG
-    csv: bool = flag("Print configurations as CSV for fk and view, without targets that have no solution.")
+    csv: bool = CSV
+    output: str | None = option("FILE", "Write the CSV here.", *OUTPUT)
     html: str | None = option("FILE", "Write a page with the robot in the best solution, and the other ones as ghosts.")
     force: bool = FORCE
     json: bool = JSON
-
-    @property
-    def limits(self) -> Literal["enforce", "ignore"]:
-        """The limit policy of the solvers."""
-        return "ignore" if self.ignore_limits else "enforce"
 
     @property
     def towards(self) -> list[float] | None:
@@ -92,30 +104,37 @@ class Request:
 
     def targets(self, model: RobotModel) -> Targets:
         """Return the one target, or those of the file."""
+        from nao_kin.stream import Targets, read_targets
+
         frames = _FEET if self.frame == LEGS else (self.frame,)
         model.frame_ids(frames)
-        if self.target is not None:
-            return target_of(self.target, feet=self.frame == LEGS, degrees=self.deg)
-        roots = (model.semantics.root, model.tree.root, *(("world",) if "world" not in model.frame_names else ()))
-        return read_targets(str(self.file), frames, degrees=self.deg, roots=roots)
+        if self.target is None:
+            return read_targets(model, str(self.file), frames, degrees=self.deg)
+        numbers = numbers_of(self.target, "--target")
+        try:
+            found = Targets.of([numbers], frames=len(frames), degrees=self.deg)
+        except NaoKinError as error:
+            raise BadArgument(f"--target {quoted(self.target)}: {str(error).replace(_ONLY, '')}") from None
+        return replace(found, many=False)
 
-    def near(self, model: RobotModel, targets: int) -> Floats | None:
-        """Return the configuration of --reference, or its configurations, one for each target."""
-        if self.reference is None:
+    def preferred(self, model: RobotModel, targets: int) -> Floats | None:
+        """Return the configuration of --near, or its configurations, one for each target."""
+        if self.near is None:
             return None
-        if self.reference in model.posture_names:
-            if self.columns or self.ignore_other:
-                instead = "--columns and --ignore-other are for a file of configurations"
-                raise BadArgument(f"{instead}; --reference is a posture")
-            return model.posture(self.reference)
-        path = Path(self.reference)
-        if self.reference != "-" and path.suffix.lower() not in (".csv", ".json") and not path.exists():
+        if self.near in model.posture_names:
+            if self.columns or self.ignore_other or self.hips:
+                instead = "--columns, --ignore-other and --hips are for a file of configurations"
+                raise BadArgument(f"{instead}; --near is a posture")
+            return model.posture(self.near)
+        path = Path(self.near)
+        if self.near != "-" and path.suffix.lower() not in (".csv", ".json") and not path.exists():
             hint = "or a CSV or JSON file of configurations"
-            raise UnknownName("posture", self.reference, model.posture_names, hint)
-        q: Floats = FileOptions(self.columns, self.ignore_other).log(model, self.reference, deg=self.deg).q
+            raise UnknownName("posture", self.near, model.posture_names, hint)
+        given = FileOptions(self.columns, self.ignore_other)
+        q: Floats = given.log(model, self.near, deg=self.deg, hips=self.hips).q
         if len(q) not in (1, targets):
-            given = f"{len(q)} configurations for {targets} targets"
-            raise BadArgument(f"--reference {self.reference}: {given}; give one for all, or one for each")
+            found = f"{len(q)} configurations for {targets} targets"
+            raise BadArgument(f"--near {self.near}: {found}; give one for all, or one for each")
         return q[0] if len(q) == 1 else q
 
 
@@ -127,29 +146,35 @@ def ik(request: Request, robot: RobotOptions) -> None:
     orientation, 6 a position with roll, pitch, yaw, 7 a position with a quaternion, 16 the rows of a homogeneous
     matrix. Units are metres and radians, in the torso frame. The head takes an orientation, a camera a point to look
     at; Legs takes the poses of both feet, the left one first. A file has one target in each row, and may be the output
-    of `nao-kin fk --csv` or `--json`.
+    of `nao-kin fk --csv` or `--json`. --csv prints configurations for fk and view, without targets that have no
+    solution.
 
     The exit code is 1 if a target is not reached; the nearest pose is then printed if there is one.
     """
-    csv, html, json = request.csv, request.html, request.json
+    html, json, output = request.html, request.json, request.output
     if (request.file is None) == (request.target is None):
         raise BadArgument('give one target with --target "NUMBERS", or the FILE of a list of them')
-    check_outputs({"--html": html}, force=request.force, printed="--json" if json else "--csv" if csv else None)
-    if request.reference is None and (request.columns or request.ignore_other):
-        raise BadArgument("--columns and --ignore-other are for a file of configurations; name it with --reference")
+    printed = "--json" if json else "--csv" if request.csv else None
+    check_outputs({"--output": output, "--html": html}, force=request.force, printed=printed, kind="csv")
+    if request.near is None and (request.columns or request.ignore_other or request.hips):
+        raise BadArgument("--columns, --ignore-other and --hips are for a file of configurations; name it with --near")
     model = robot.load()
     targets = request.targets(model)
-    found = _solved(model, request, targets, request.near(model, len(targets.values)))
+    found = _solved(model, request, targets, request.preferred(model, len(targets.values)))
     answers = _Answers(model, request, targets.many, targets.kind, found)
-    print_note(*found.notes)
+    print_note(*targets.notes, *found.notes)
     written = None if html is None else answers.write_page(html)
     if written is not None and not atomic.leads_to_standard_output(written) and not json:
         # With --csv, standard output is a file, which must not contain this line.
-        print(written, file=sys.stderr if csv else sys.stdout)
+        print(written, file=sys.stderr if request.csv else sys.stdout)
+    if output is not None:
+        atomic.write_text(output, answers.as_csv())
     if json:
         print_json(answers.document(len(targets.values)) | ({} if written is None else {"html": written}))
-    elif csv:
+    elif request.csv:
         sys.stdout.write(answers.as_csv())
+    elif output is not None:
+        print_written(output)
     elif html is None or not atomic.leads_to_standard_output(html):
         if targets.many:
             answers.print_lines()
@@ -157,7 +182,7 @@ def ik(request: Request, robot: RobotOptions) -> None:
             answers.print_one()
     missed = np.flatnonzero(~np.atleast_1d(found.success))
     if missed.size:
-        if csv or targets.many:
+        if request.csv or output is not None or targets.many:
             answers.note_missed(missed.tolist())
         raise typer.Exit(1)
 
@@ -194,7 +219,7 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     if limb != LEGS and request.priority is not None:
         raise BadArgument("--priority is for Legs, which has two feet")
     is_arm = limb in ("LArm", "RArm")
-    if not (is_arm and kind == "place"):
+    if not (is_arm and kind == "position"):
         for option, value in (("--direction", direction), ("--criterion", request.criterion)):
             if value is not None:
                 raise BadArgument(
@@ -203,35 +228,35 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     if direction is not None and request.criterion is not None:
         raise BadArgument("with --direction there is no freedom for --criterion to use; leave out --criterion")
 
-    if limb == "Head" and kind == "place" and frame not in model.semantics.cameras:
+    if limb == "Head" and kind == "position" and frame not in model.semantics.cameras:
         raise BadArgument(f"{frame} takes an orientation, 4 or 9 numbers; a camera takes a point to look at")
 
     def solve(target: Floats, near: Floats | None) -> IKResult:
         if limb == LEGS:
             left, right, priority = target[..., 0, :, :], target[..., 1, :, :], request.priority or "balanced"
-            return room.legs(model, left, right, reference=near, limits=limits, priority=priority)
-        common: Any = {"frame": frame, "reference": near, "limits": limits}
+            return room.legs(model, left, right, near=near, limits=limits, priority=priority)
+        common: Any = {"frame": frame, "near": near, "limits": limits}
         if limb in _FEET and kind == "pose":
             return room.leg(model, limb[0], target, **common)
-        if limb == "Head" and kind == "place":
-            return room.look_at(model, target, frame, reference=near, limits=limits)
+        if limb == "Head" and kind == "position":
+            return room.look_at(model, target, frame, near=near, limits=limits)
         if limb == "Head":
             if kind == "pose":
                 print_note(
                     f"only the orientation of a pose is used for {frame}; its two joints cannot set the position too"
                 )
-            return room.head(model, target if kind == "rotation" else target[..., :3, :3], **common)
-        if is_arm and kind != "rotation":
+            return room.head(model, target if kind == "orientation" else target[..., :3, :3], **common)
+        if is_arm and kind != "orientation":
             criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
             return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
         if request.analytic:
             held = joint_values(request.lock, "--lock", model, request.deg)
-            return room.analytic(model, frame, target, locked=held, reference=near, limits=limits)
+            return room.analytic(model, frame, target, locked=held, near=near, limits=limits)
         # For a position or a rotation, the other half of the pose has no weight.
-        weights = {"place": (1.0, 0.0), "rotation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
+        weights = {"position": (1.0, 0.0), "orientation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
         if kind != "pose":
-            target = join_poses(np.eye(3), target) if kind == "place" else join_poses(target, np.zeros(3))
-        return room.numeric(model, frame, target, weights=weights, reference=near, limits=limits)
+            target = join_poses(np.eye(3), target) if kind == "position" else join_poses(target, np.zeros(3))
+        return room.numeric(model, frame, target, weights=weights, near=near, limits=limits)
 
     return solve
 
@@ -243,7 +268,7 @@ class _Answers:
     model: RobotModel
     request: Request
     many: bool
-    kind: Kind
+    kind: str
     found: IKResult
 
     @cached_property
@@ -264,7 +289,8 @@ class _Answers:
     def print_one(self) -> None:
         """Print the answer for one target: its kind, the reason, and a table of joints and solutions."""
         found, count = self.found, int(self.found.count)
-        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else _KINDS[self.kind]}")
+        article = "an" if self.kind == "orientation" else "a"
+        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else f'{article} {self.kind}'}")
         print(found.describe(degrees=self.request.deg))
         if np.isnan(found.best).any():
             return
@@ -296,7 +322,7 @@ class _Answers:
         names = list(self.model.joint_names)
         q = self.found.solutions if self.request.every else self.found.q
         rows = q.reshape(-1, q.shape[-1])[:, -len(names) :]
-        return targets_as_csv(names, rows[~np.isnan(rows).any(axis=-1)] * self._scales(names))
+        return csv_text(names, (rows[~np.isnan(rows).any(axis=-1)] * self._scales(names)).tolist())
 
     def note_missed(self, missed: list[int]) -> None:
         """Print which targets are not reached and why, and which of them have a row in the CSV."""
@@ -306,7 +332,7 @@ class _Answers:
             print_note(f"target {row}: {text}" if self.many else text)
         if len(missed) > _MAX_NAMED:
             print_note(f"and {len(missed) - _MAX_NAMED} more of {found.reasons.size} targets")
-        if self.request.csv and self.many:
+        if (self.request.csv or self.request.output is not None) and self.many:
             nothing = np.isnan(found.best[missed]).any(axis=-1)
             for chosen, what in ((nothing, "have no row"), (~nothing, "have the nearest pose in their row")):
                 if chosen.any():
@@ -317,7 +343,7 @@ class _Answers:
         head = {
             "robot": self.model.name,
             "frame": self.request.frame,
-            "target": _KINDS[self.kind].removeprefix("a ").removeprefix("an "),
+            "target": self.kind,
             "limits": self.request.limits,
             "units": {"length": "m", "angle": "deg" if self.request.deg else "rad"},
             "notes": list(self.found.notes),

@@ -5,13 +5,26 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import FORCE, JSON, Group, RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import (
+    FORCE,
+    JSON,
+    OUT,
+    OUTPUT,
+    OUTSIDE,
+    Group,
+    RobotOptions,
+    check_outputs,
+    command,
+    flag,
+    one_output,
+    option,
+)
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
 from nao_kin.cli.sources import HIPS, MotionFile, check_posture
 from nao_kin.errors import BadArgument
@@ -24,7 +37,7 @@ if TYPE_CHECKING:
 app = typer.Typer(
     name="motion",
     cls=Group,
-    epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down",
+    epilog="Example: nao-kin motion convert wave.xar wave.csv --limits clamp --slow-down",
     invoke_without_command=True,
     rich_markup_mode=None,
 )
@@ -41,11 +54,12 @@ def _motion(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-@command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
+@command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --limits clamp --slow-down")
 def convert(
     *,
     source: MotionFile,
-    sink: str = argument("OUT", "The file to write, - for standard output."),
+    out: str | None = OUT,
+    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
     hips: str | None = option(*HIPS),
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
@@ -54,7 +68,7 @@ def convert(
     stretch: float | None = option("F", "Multiply the duration by F."),
     loop: int | None = option("N", "Repeat the motion N times."),
     gap: float | None = option("S", "With --loop: seconds from each end to the next beginning."),
-    clamp: bool = flag("Move joint values into the limits and the coupled limits."),
+    limits: Literal["clamp", "ignore"] = option(None, OUTSIDE, default="ignore"),
     slow_down: bool = flag("Slow down where a joint would be too fast."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
     force: bool = FORCE,
@@ -63,7 +77,7 @@ def convert(
 ) -> None:
     """Write a motion in another format, with optional changes, which are reported.
 
-    The changes are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --clamp,
+    The changes are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --limits,
     --slow-down, --rate.
     """
     from nao_kin import motion as motions
@@ -74,7 +88,7 @@ def convert(
         raise BadArgument(f"--stretch must be a positive number, got {stretch:g}")
     if loop is not None and loop < 1:
         raise BadArgument(f"--loop must be at least 1, got {loop}")
-    sink = "/dev/stdout" if sink == "-" else sink
+    sink = one_output(out, output)
     check_outputs({"": sink}, force=force, printed="--json" if json else None)
     model = robot.load()
     check_posture(model, posture)
@@ -94,7 +108,7 @@ def convert(
     motion = motions.reverse(motion) if reverse else motion
     motion = motion if stretch is None else motions.time_warp(motion, stretch)
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
-    motion = mended(motions.clamp(model, motion)) if clamp else motion
+    motion = mended(motions.clamp(model, motion)) if limits == "clamp" else motion
     motion = mended(motions.slow_down(model, motion)) if slow_down else motion
     motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
     if json:
@@ -150,16 +164,18 @@ def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
 def plot(
     *,
     source: MotionFile,
-    picture: str = argument("PICTURE", "The .png or .svg file to write."),
+    out: str | None = OUT,
+    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
     joints: list[str] | None = option("NAME", "Draw this joint; repeatable. Default: all.", "--joint"),
     speed: bool = flag("Draw speeds instead of values."),
     force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Draw every joint over time, in degrees, with its limits; values outside are red."""
+    """Draw every joint over time, in degrees, with its limits, as .png or .svg; values outside are red."""
     from nao_kin.motion import plot as draw
 
+    picture = one_output(out, output)
     kind = Path(picture).suffix.lower().removeprefix(".")
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")

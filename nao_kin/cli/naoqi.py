@@ -18,7 +18,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import FORCE, JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, OTHER_ROBOTS, OUTPUT, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
@@ -31,7 +31,12 @@ if TYPE_CHECKING:
 _FRAMES_PER_SECOND = 25.0
 
 _HOST, _PORT = "127.0.0.1", 9559
-_BEHAVIORS = "FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to play."
+# Options of the virtual NAO of `serve` and `run`.
+_BEHAVIORS = option("FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to play.")
+_SPEED = option("X", "Seconds of robot time in each second.", default=1.0)
+_POSTURE = option("NAME", "Initial posture.", default="Crouch")
+_VIEW = flag("Show the robot in a live page.")
+_LOG = flag("Print what the virtual NAO says, and its log.")
 
 
 @command("serve", "Example: nao-kin serve --speed 10 --log", without=OTHER_ROBOTS)
@@ -40,13 +45,13 @@ def serve(
     port: int = option("N", "Port to listen on; 0 for a free one.", default=_PORT),
     host: str = option("ADDRESS", "Address to listen on. Caution: qi has no passwords.", default=_HOST),
     robot: RobotOptions,
-    speed: float = option("X", "Seconds of robot time in each second.", default=1.0),
-    posture: str = option("NAME", "Initial posture.", default="Crouch"),
-    view: bool = flag("Show the robot in a live page."),
+    speed: float = _SPEED,
+    posture: str = _POSTURE,
+    view: bool = _VIEW,
     page: ExtraPage,
     awake: bool = flag("Start with stiffness, as after wakeUp."),
-    behaviors: str | None = option(*_BEHAVIORS),
-    log: bool = flag("Print what the robot says, and its log."),
+    behaviors: str | None = _BEHAVIORS,
+    log: bool = _LOG,
     json: bool = JSON,
 ) -> None:
     """Serve a virtual NAO to NAOqi scripts, until Ctrl-C.
@@ -92,7 +97,7 @@ def served(
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
 
-    robot = load_nao(options.version, offsets=options.offsets)
+    robot = load_nao(options.nao, offsets=options.offsets)
     with ExitStack() as running:
 
         def watcher(change: Event) -> None:
@@ -105,7 +110,7 @@ def served(
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
         if page is not None:
-            moving = load_nao(options.version, base="floating", offsets=options.offsets)
+            moving = load_nao(options.nao, base="floating", offsets=options.offsets)
             viewer = running.enter_context(closing(page.viewer(moving)))
             done["url"] = page.address(viewer)
             ended = threading.Event()
@@ -157,10 +162,10 @@ def run(
     speed: float | None = option("X", "Seconds of robot time in each second. Default: 1."),
     posture: str | None = option("NAME", "Initial posture. Default: Crouch."),
     asleep: bool = flag("Start without stiffness, until the script sets it."),
-    behaviors: str | None = option(*_BEHAVIORS),
-    view: bool = flag("Show the virtual NAO in a live page."),
+    behaviors: str | None = _BEHAVIORS,
+    view: bool = _VIEW,
     page: ExtraPage,
-    log: bool = flag("Print what the virtual NAO says, and its log."),
+    log: bool = _LOG,
 ) -> None:
     """Run a script for NAOqi, which imports naoqi or qi, without a robot.
 
@@ -198,13 +203,13 @@ def run(
 _RATE = 25.0
 
 
-@command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json", without=OTHER_ROBOTS)
+@command("live", "Example: nao-kin live tcp://nao.local:9559 -o wave.json", without=OTHER_ROBOTS)
 def live(
     *,
     address: str | None = argument("[tcp://HOST:PORT]", "A robot, or a virtual NAO, over NAOqi.", None),
     lola: str | None = option("SOCKET", "Read a NAO6's RoboCup interface instead, from its Unix socket."),
     rate: float = option("N", "Largest number of readings per second.", default=_RATE),
-    record: str | None = option("FILE", "Write the readings as a motion at the end."),
+    output: str | None = option("FILE", "Write the readings as a motion at the end.", *OUTPUT),
     seconds: float | None = option("S", "End after this many seconds of readings, or as many without one."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
@@ -222,13 +227,13 @@ def live(
         raise BadArgument(f"--seconds must be a positive number, got {seconds:g}")
     if not view:
         page.refuse("leave out --no-view")
-    if record is not None:
+    if output is not None:
         from nao_kin.motion import FORMATS
 
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
-        if Path(record).suffix.lower() not in suffixes:  # refuse it now, not after the recording
-            raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
-        atomic.check_replaceable(record, overwrite=force)
+        if Path(output).suffix.lower() not in suffixes:  # refuse it now, not after the recording
+            raise BadArgument(f"no motion format for {abbreviated(output)}; end it in one of: {', '.join(suffixes)}")
+        atomic.check_replaceable(output, overwrite=force)
     model = robot.load()
     from nao_kin.naoqi import LolaSource, Lost, NaoqiSource, readings, recorded
 
@@ -251,24 +256,24 @@ def live(
             since = time.monotonic()
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
-            if record is None:
+            if output is None:
                 found.clear()  # without a recording, the last reading is enough
             found.append(reading)
             if reading.time >= patience:
                 break
         if not found and not ended():
             raise Lost(f"{source.address} gave no reading within {patience:g} s")
-        if record is not None and found:
+        if output is not None and found:
             from nao_kin.motion import write_motion
 
-            write_motion(recorded(found, model), record, overwrite=force)
-        _report(model.joint_names, found, record, json)
+            write_motion(recorded(found, model), output, overwrite=force)
+        _report(model.joint_names, found, output, json)
 
 
-def _report(names: tuple[str, ...], found: list[JointReading], record: str | None, json: bool) -> None:
+def _report(names: tuple[str, ...], found: list[JointReading], output: str | None, json: bool) -> None:
     if json:
         last = None if not found else dict(zip(names, found[-1].q.tolist(), strict=True))
-        print_json({"readings": len(found) if record is not None else None, "last": last, "record": record})
-    elif record is not None:
-        print(record if found else "no readings")
+        print_json({"readings": len(found) if output is not None else None, "last": last, "record": output})
+    elif output is not None:
+        print(output if found else "no readings")
     sys.stdout.flush()  # a pending signal would exit without flushing

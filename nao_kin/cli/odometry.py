@@ -11,12 +11,10 @@ import numpy as np
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
-from nao_kin._core.csv_numbers import TableColumns
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, option
-from nao_kin.cli.output import print_json_list, print_written
-from nao_kin.cli.sources import FileOptions, JointOptions
-from nao_kin.cli.targets import csv_records
+from nao_kin.cli.options import DEG, FORCE, JSON, OUTPUT, RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.output import csv_text, print_json_list, print_written
+from nao_kin.cli.sources import FileOptions, JointOptions, read_columns
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 
 _ANGLES = ("roll", "pitch", "yaw")
@@ -26,12 +24,12 @@ _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
 @command("odometry", "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr -o path.csv")
 def odometry(
     *,
-    file: str = argument("LOG", "CSV or JSON file of configurations with times, or a motion; - for standard input."),
+    file: str = argument("FILE", "CSV or JSON file of configurations with times, or a motion; - for standard input."),
     sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot."),
-    contacts: str | None = option("HEADINGS", "Columns of LOG, with commas: whether each sole touches the floor."),
-    forces: str | None = option("HEADINGS", "Columns of LOG, with commas: the force on each sole, or on each sensor."),
-    gyro: str | None = option("HEADINGS", "Columns of LOG, with commas: angular velocity about x, y and z [rad/s]."),
-    output: str | None = option("FILE", "Write the CSV here.", "--output", "-o"),
+    contacts: str | None = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor."),
+    forces: str | None = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor."),
+    gyro: str | None = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s]."),
+    output: str | None = option("FILE", "Write the CSV here.", *OUTPUT),
     deg: bool = DEG,
     given: FileOptions,
     force: bool = FORCE,
@@ -40,14 +38,14 @@ def odometry(
 ) -> None:
     """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
 
-    The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of LOG gives one
+    The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of FILE gives a
     row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
     """
     check_outputs({"--output": output}, force=force, printed="--json" if json else None, kind="csv")
     named = (("contacts", contacts), ("forces", forces), ("gyro", gyro))
     headings = {what: [name.strip() for name in text.split(",")] for what, text in named if text is not None}
     if headings and file == "-":
-        raise BadArgument(f"--{next(iter(headings))} reads LOG twice; name a file instead of -")
+        raise BadArgument(f"--{next(iter(headings))} reads FILE twice; name a file instead of -")
     model = robot.load()
     from nao_kin.rotations import rpy_from_matrix
     from nao_kin.world import odometry as walked
@@ -65,7 +63,7 @@ def odometry(
     rows = [[*row, path.soles[k]] for row, k in zip(numbers, path.support.tolist(), strict=True)]
     if output is not None or not json:
         names = [f"{name}_deg" if deg and name in _ANGLES else name for name in _COLUMNS]
-        text = "".join(",".join(map(str, row)) + "\n" for row in (names, *rows))
+        text = csv_text(names, rows)
         if output is None:
             sys.stdout.write(text)
         else:
@@ -79,12 +77,11 @@ def odometry(
 
 def _measured(file: str, columns: list[str]) -> Floats:
     """Return the numbers in columns of a CSV file, shape (n, columns)."""
-    text, is_json = atomic.read_table_text(file, "measured values")
-    if is_json:
-        raise BadInputFile(file, f"is JSON, expected CSV with the column {quoted(columns[0])}")
-    _, names, records = csv_records(file, text)
-    for name in columns:
-        if name not in names:
-            raise UnknownName("column", name, names)
-    table = TableColumns(tuple(columns), (), tuple(map(names.index, columns)))
-    return np.array([table.numbers(file, fields, line) for line, fields in records]).reshape(-1, len(columns))
+
+    def chosen(names: list[str], line: int) -> list[str]:
+        for name in columns:
+            if name not in names:
+                raise UnknownName("column", name, names)
+        return columns
+
+    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]

@@ -15,7 +15,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from nao_kin._core import files as atomic
-from nao_kin._core.text import quoted
+from nao_kin._core.former import FORMER_NAMES
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 
 if TYPE_CHECKING:
@@ -25,11 +26,10 @@ if TYPE_CHECKING:
 # Pairs of contradicting options, by the names of their parameters, and the error.
 _CONTRADICTIONS = (
     ("urdf", "robot", "--urdf and --robot name two robots; give one"),
-    ("version", "urdf", "--version is a version of the NAO, and --urdf another robot; give one"),
-    ("version", "robot", "--version is a version of the NAO, and --robot another robot; give one"),
+    ("nao", "urdf", "--nao is a version of the NAO, and --urdf another robot; give one"),
+    ("nao", "robot", "--nao is a version of the NAO, and --robot another robot; give one"),
     ("csv", "json", "--csv and --json are two formats; give one"),
     ("csv", "output", "--csv is for printed output, and the suffix of --output sets its format; leave out --csv"),
-    ("clamp", "ignore_limits", "--clamp and --ignore-limits contradict each other; give one"),
     ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),
 )
 
@@ -56,9 +56,19 @@ def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
+# The names of the option for the file to write, and the argument for the same.
+OUTPUT = "--output", "-o"
+OUT = argument("OUT", "The file or folder to write, - for standard output.", None)
+
 JSON = flag("Print JSON.")
+CSV = flag("Print CSV.")
 DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
 FORCE = flag("Replace the output file if it exists.")
+OUTSIDE = "Treatment of joints outside their limits."
+LIMITS = option(None, OUTSIDE, default="enforce")
+FRAME = option("FRAME", "A frame; repeatable, or several with commas.")
+REFERENCE = option("FRAME", "Give poses in this frame. Default: the root link.")
+SEED = option("N", "Seed of random numbers.", default=0)
 
 # Name of a command → its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
@@ -124,7 +134,8 @@ _MEANT = {
 # The same for options of a command.
 _MEANT_OPTIONS = {
     ("ik", "--frame"): "FRAME is an argument, as in nao-kin ik LArm",
-    ("ik", "--posture"): "--reference prefers solutions near a posture",
+    ("ik", "--posture"): "--near prefers solutions near a posture",
+    ("reach", "--frame"): "FRAME is an argument, as in nao-kin reach LArm",
 }
 
 
@@ -140,17 +151,22 @@ class Group(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
+# Former option → its row in the table of former names.
+_FORMER = {row.old: row for row in FORMER_NAMES if row.where.startswith("nao-kin")}
+
+
 class Command(TyperCommand):
-    """A command that refuses repeated options and contradicting options, which click accepts."""
+    """A command that accepts former options, and refuses repeated and contradicting options, which click accepts."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Check which options are given, and how often, before their values."""
+        known = [name for parameter in self.get_params(ctx) for name in (*parameter.opts, *parameter.secondary_opts)]
+        args = _renamed(ctx.command_path.partition(" ")[2], args, known)
         try:
             values, _, order = self.make_parser(ctx).parse_args(list(args))
         except UsageError as error:
-            name = getattr(error, "option_name", "")
-            if (ctx.info_name, name) in _MEANT_OPTIONS:
-                raise BadArgument(f"no such option: {name} ({_MEANT_OPTIONS[ctx.info_name, name]})") from None
+            if hasattr(error, "possibilities"):  # an unknown option
+                raise _no_such_option(ctx, error.option_name, known) from None
             error.ctx = ctx  # type: ignore[attr-defined]  # absent if the argument of an option is missing
             raise
         if not any(parameter.is_eager for parameter in order):  # --help works with any other options
@@ -167,6 +183,38 @@ class Command(TyperCommand):
                 if one in names and other in names:
                     raise BadArgument(reason)
         return list(super().parse_args(ctx, args))
+
+
+def _renamed(command: str, args: list[str], known: Sequence[str]) -> list[str]:
+    """Return the arguments of a command with the new names of former options, each of which warns."""
+    words = []
+    end = args.index("--") if "--" in args else len(args)
+    for word in args[:end]:
+        name, sign, value = word.partition("=")
+        row = _FORMER.get(name)
+        commands = "" if row is None else row.where.removeprefix("nao-kin").strip()
+        if row is None or name in known or row.new.split()[0] not in known or command not in (commands or command):
+            words.append(word)
+            continue
+        row.warn()
+        words += [f"{row.new}={value}"] if sign else row.new.split()
+    return [*words, *args[end:]]
+
+
+def _no_such_option(ctx: Any, name: str, known: Sequence[str]) -> BadArgument:
+    """Return the error for an unknown option, with what was meant, or the nearest options of the command."""
+    names = [option.lstrip("-") for option in known if option.startswith("--")]
+    near = nearest_names(name.lstrip("-"), names, similar=0.6)
+    advice = f"nearest: {', '.join(f'--{option}' for option in near)}" if near else f"see {ctx.command_path} --help"
+    return BadArgument(f"no such option: {abbreviated(name)} ({_MEANT_OPTIONS.get((ctx.info_name, name), advice)})")
+
+
+def one_output(out: str | None, output: str | None) -> str:
+    """Return the path to write, given as an argument or with --output; "-" is standard output."""
+    path = output if out is None else out
+    if path is None or None not in (out, output):
+        raise BadArgument("give one file or folder to write, as OUT or with --output")
+    return "/dev/stdout" if path == "-" else path
 
 
 def check_outputs(
@@ -198,7 +246,7 @@ def check_outputs(
 class RobotOptions:
     """The options that name a robot."""
 
-    version: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
+    nao: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
     urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
     robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
     package_dir: list[str] | None = option("DIR", "Search this folder for packages of --urdf; repeatable.")
@@ -225,7 +273,7 @@ class RobotOptions:
             raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
         else:
             is_nao = self.robot is None or self.robot.lower() == "nao"
-            robot = load_nao(self.version) if is_nao else load_robot(str(self.robot))
+            robot = load_nao(self.nao) if is_nao else load_robot(str(self.robot))
         if offsets is None:
             return robot
         try:

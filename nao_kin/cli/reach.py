@@ -12,7 +12,18 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.options import (
+    FORCE,
+    JSON,
+    OUTPUT,
+    REFERENCE,
+    SEED,
+    RobotOptions,
+    argument,
+    check_outputs,
+    command,
+    option,
+)
 from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
@@ -29,12 +40,10 @@ def reach(
     *,
     frame: str = argument("FRAME", "A frame, or a chain for its end effector."),
     samples: str = option("N", "Number of configurations, such as 200000 or 1e7.", default="1e6"),
-    voxel: float = option("METRES", "Edge of a voxel.", default=0.01),
-    seed: int = option("N", "Seed of the samples.", default=0),
-    reference: str | None = option("NAME", "The frame of the positions."),
-    output: str | None = option(
-        "FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", "--output", "-o"
-    ),
+    voxel: float = option("M", "Edge of a voxel [m].", default=0.01),
+    seed: int = SEED,
+    reference: str | None = REFERENCE,
+    output: str | None = option("FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", *OUTPUT),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
     by: str | None = option(
         "NAME", "Quantity of the colours in --html and .ply: best (default), mean, count or coverage."
@@ -113,7 +122,7 @@ def _written(
     model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
 ) -> list[str]:
     if output is not None:
-        savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, colour_by=by)}
+        savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, by=by)}
         savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=True)  # checked before the sampling
     if html is not None:
         from nao_kin.viewer import Viewer

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nao_kin._core.arrays import finite_or_none
-from nao_kin.cli.options import DEG, JSON, RobotOptions, command, flag, option
+from nao_kin.cli.options import DEG, JSON, SEED, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_table, progress
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-@command("info", "Example: nao-kin info --version v5 --json")
+@command("info", "Example: nao-kin info --nao v5 --json")
 def info(*, robot: RobotOptions, json: bool = JSON) -> None:
     """Print a robot's name, degrees of freedom, mass, chains, postures and file."""
     model = robot.load()
@@ -135,12 +135,12 @@ def _vector(values: tuple[float, ...]) -> str:
 # --- `nao-kin check`.
 
 
-@command("check", "Example: nao-kin check --version v5 --samples 100 --json")
+@command("check", "Example: nao-kin check --nao v5 --samples 100 --json")
 def check(
     *,
     robot: RobotOptions,
     samples: int = option("N", "Number of configurations, 1 to 100000.", default=500),
-    seed: int = option("N", "Seed of the random configurations.", default=0),
+    seed: int = SEED,
     json: bool = JSON,
 ) -> None:
     """Compare poses, rotations, Jacobians and limits with Pinocchio, eigenpy, yourdfpy; exit code 1 if they differ."""

@@ -5,18 +5,19 @@ from __future__ import annotations
 import io
 import math
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from nao_kin._core.arrays import Floats, finite_decimal
-from nao_kin._core.files import read_bounded
+from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
+from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import argument, flag, option
 from nao_kin.cli.output import print_note
-from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
-    from nao_kin._core.csv_numbers import TableColumns
     from nao_kin.motion import Motion, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
 
@@ -26,8 +27,10 @@ COLUMNS = (
     "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
 )
 IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
-IGNORE_LIMITS = flag("Accept joints outside their limits.")
 HIPS = "RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right."
+
+
+CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ class JointOptions:
         except OutsideLimits as error:
             # An angle of more than a full turn is probably in degrees.
             in_degrees = not deg and any(abs(value) > 2.0 * math.pi for value in values.values())
-            advice = "are these degrees (--deg)?" if in_degrees else "--clamp or --ignore-limits accepts it"
+            advice = "are these degrees (--deg)?" if in_degrees else "--limits clamp or --limits ignore accepts it"
             raise BadArgument(f"{error.describe(degrees=deg)}; {advice}") from None
         except CouplingViolated as error:
             raise BadArgument(error.describe(degrees=deg)) from None
@@ -69,6 +72,52 @@ def joint_values(settings: list[str] | None, option: str, model: RobotModel, deg
             raise BadArgument(f"{option} names {abbreviated(name)} twice")
         values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
     return values
+
+
+_SEPARATORS = str.maketrans(",()[]", "     ")
+
+
+def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
+    """Return the finite numbers of an option, as many as `count` if it is given.
+
+    They are separated by blanks or commas, and may be in brackets, as Python and NumPy print them.
+    """
+    words = text.translate(_SEPARATORS).split()
+    numbers = []
+    for word in words:
+        number = finite_decimal(word)
+        if number is None:
+            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number")
+        numbers.append(number)
+    if count not in (None, len(numbers)):
+        raise BadArgument(f"{option} {quoted(text)}: {len(numbers)} numbers, expected {count}")
+    return numbers
+
+
+def read_columns(
+    file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]]
+) -> tuple[tuple[str, ...], Floats]:
+    """Return some headings of a CSV file with `what`, and the numbers (n, k) below them.
+
+    `chosen` returns them, given all headings and their line.
+    """
+    text, is_json = read_table_text(file, what)
+    if is_json:
+        raise BadInputFile(file, f"is JSON, expected CSV with {what}")
+
+    def columns(head: CsvHead) -> TableColumns:
+        names = [field.strip() for field in head.fields]
+        wanted = tuple(chosen(names, head.line))
+        return TableColumns(wanted, (), tuple(map(names.index, wanted)), all=len(names))
+
+    table, rows, _ = read_csv(file, text.encode(), columns, what)
+    return table.names, rows
+
+
+def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
+    """Return the frames of --frame, which may have several with commas."""
+    texts = [[text] if text in model.frame_names else text.split(",") for text in given or ()]
+    return [name.strip() for parts in texts for name in parts if name.strip()]
 
 
 def check_posture(model: RobotModel, posture: str | None) -> None:

@@ -5,14 +5,27 @@ from __future__ import annotations
 import sys
 from contextlib import closing
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.process import wait_for_signal
-from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin._core.text import abbreviated
+from nao_kin.cli.options import (
+    DEG,
+    FORCE,
+    FRAME,
+    JSON,
+    OUTPUT,
+    RobotOptions,
+    argument,
+    check_outputs,
+    command,
+    flag,
+    option,
+)
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
-from nao_kin.cli.targets import numbers_of
+from nao_kin.cli.sources import FileOptions, JointOptions, frame_names, is_motion, numbers_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -107,7 +120,8 @@ def view(
     deg: bool = DEG,
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
     given: FileOptions,
-    frames: list[str] | None = option("NAMES", "Draw frames, separated by commas; repeatable."),
+    frame: list[str] | None = FRAME,
+    output: str | None = option("FILE", "The same as --html or --png, by the ending of FILE.", *OUTPUT),
     html: str | None = option("FILE", "Write the page with everything in it, and end."),
     png: str | None = option("FILE", "Write a picture, and end."),
     camera: str = option(
@@ -129,6 +143,11 @@ def view(
     gives another speed. With --open and --no-wait the command ends when the browser has the scene, and the page
     continues to work alone.
     """
+    if output is not None:
+        kind = Path(output).suffix.lower()
+        if kind not in (".html", ".png") or (html if kind == ".html" else png) is not None:
+            raise BadArgument(f"--output {abbreviated(output)}: expected one .html or .png file")
+        html, png = (output, png) if kind == ".html" else (html, output)
     files = [path for path in (html, png) if path is not None]
     live = open_ or not files
     if not live and wait:
@@ -170,8 +189,8 @@ def view(
             viewer.animate(q, speed, up=vertical)
         elif q is not None or vertical is not None:
             viewer.display(viewer.q if q is None else q[0], up=vertical)
-        if frames is not None:
-            viewer.show_frames([name.strip() for name in ",".join(frames).split(",") if name.strip()])
+        if frame is not None:
+            viewer.show_frames(frame_names(model, frame))
         viewer.camera(camera)
         print_note(*viewer.notes)
         done: dict[str, str] = {}

@@ -157,8 +157,8 @@ class YourdfpyOracle:
         """Return values of the joints that yourdfpy moves."""
         values = _joint_values(self._robot, q)
         # A floating joint, which yourdfpy counts among the moving ones, has no value.
-        still = np.zeros(len(q))
-        columns = [values[name] if name in self.joints else still for name in self._actuated]
+        zero = np.zeros(len(q))
+        columns = [values[name] if name in self.joints else zero for name in self._actuated]
         return np.stack(columns, axis=1) if columns else np.zeros((len(q), 0))
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
@@ -400,8 +400,8 @@ class MujocoOracle:
                 # The box that contains every turn of at most the largest angle.
                 narrow = upper <= math.pi / 2
                 boxes = (upper if narrow else math.nan, min(upper, math.pi / 2), upper if narrow else math.nan)
-                for part, most in zip(_parts(name), boxes, strict=True):
-                    found[part] = _parsed_by_mujoco(-most, most)
+                for part, limit in zip(_parts(name), boxes, strict=True):
+                    found[part] = _parsed_by_mujoco(-limit, limit)
         # Joints without names in the file are taken from the robot, and so compared with themselves.
         own = {name: _parsed_by_mujoco(joint.lower, joint.upper) for name, joint in moving.items()}
         return own | found

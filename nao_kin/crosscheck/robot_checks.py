@@ -382,11 +382,11 @@ def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[floa
         relation = _relation(name, driver, joints) if name != driver else None
         if relation is not None and relation[0] != 0.0:
             multiplier, offset = relation
-            *bounds, most = _own_bounds(joint)
+            *bounds, own_speed = _own_bounds(joint)
             low, high = sorted((bound - offset) / multiplier for bound in bounds)
             lower.append(low)
             upper.append(high)
-            velocity.append(most / abs(multiplier))
+            velocity.append(own_speed / abs(multiplier))
             can_move = can_move and bounds[0] < bounds[1]
     low, high = _tightest(lower, max), _tightest(upper, min)
     if low >= high and can_move:

@@ -160,8 +160,8 @@ class _HipCheck:
 
 def _weighted(ours: Floats, theirs: Floats, weight: Floats) -> Floats:
     """Return the largest difference of three angles, the outer two multiplied by their weight."""
-    apart = angle_difference(ours, theirs)
-    return np.maximum(apart[:, 1], weight * np.maximum(apart[:, 0], apart[:, 2]))
+    differences = angle_difference(ours, theirs)
+    return np.maximum(differences[:, 1], weight * np.maximum(differences[:, 0], differences[:, 2]))
 
 
 def _other_branch(angles: Floats, other: Floats, mirrored: float) -> Floats:
@@ -237,10 +237,10 @@ def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Flo
     axes, angles = sample.natural
     used = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
     axes, angles = axes[used], angles[used]
-    apart = np.full(len(used), LEFT_OUT)
+    differences = np.full(len(used), LEFT_OUT)
     ours = conversions.matrix_from_linear(np.sin(angles)[:, None] * axes, np.cos(angles))
-    apart[used] = difference(ours, matrices_from_natural(axes, angles))
-    return apart
+    differences[used] = difference(ours, matrices_from_natural(axes, angles))
+    return differences
 
 
 @_row("pin.AngleAxis")

@@ -2,8 +2,12 @@
 
 These options are the same in all solvers of poses:
 
+- `near`: preferred configurations. Solutions are sorted by their distance to it, searches begin there, and joints that
+  the targets do not determine keep its values. If limits are enforced, `near` is projected into them, and `notes` says
+  so.
 - `limits`: "enforce" leaves out solutions with a joint outside its own range or a coupled limit; "ignore" keeps them,
-  with the whole turns that bring each joint within half a turn of the reference.
+  with the whole turns that bring each joint within half a turn of `near`. The policy "clamp" is refused: with
+  "enforce", `best` has the nearest values inside the limits that a search finds.
 - `threads`: how many threads may work on a batch; None for all cores if that is worthwhile.
 - `collisions`: whether to leave out solutions in which links overlap, by `RobotModel.clearance`. If links overlap in
   all of them, the result has the one with the largest clearance, and the reason `COLLISION`.

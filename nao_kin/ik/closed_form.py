@@ -15,7 +15,7 @@ import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -130,7 +130,8 @@ class ChainAtZero:
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
         """Return 1 if the frame is rotated in its link, else 0; its rotation; and its position from `origin`."""
         turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
-        return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
+        rotation, point = self.rotation.ravel().tolist(), (self.point - origin).tolist()
+        return turned, cast(Rotation, tuple(rotation)), cast(Vector, tuple(point))
 
     def error(self, why: str) -> BadArgument:
         """Return the error for a limb that the closed form does not fit."""
@@ -379,10 +380,10 @@ def solve_targets(
 ) -> KernelOutput:
     """Solve targets of shape (..., m) with a closed form; `refuse` raises for the first target that is not rigid."""
     enforce, batch, c = options.enforce, targets.shape[:-1], len(limb.joints)
-    if options.reference is limb.rest:
+    if options.near is limb.rest:
         joints = limb.at_rest
     else:
-        joints = options.reference[..., limb.index]
+        joints = options.near[..., limb.index]
         joints = joints * limb.multiplier + limb.offset if limb.is_scaled else joints
     if batch:
         # The kernel is compiled for one type of array.
@@ -471,7 +472,7 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
     return {
         "joints": limb.joints,
         "columns": limb.columns,
-        "reference": options.reference.copy() if options.reference is limb.rest else options.reference,
+        "near": options.near.copy() if options.near is limb.rest else options.near,
         "best": limb.coordinates(best),
         "branches": limb.coordinates(values),
         "families": branches[..., c + 3].astype(np.int8),
@@ -492,8 +493,8 @@ _BLOCK = 2048
 def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_], Options]:
     """Return which targets have neither solution nor joint values, shape (...), and the options for these n targets."""
     missed = np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
-    reference = np.broadcast_to(options.reference, (*missed.shape, options.reference.shape[-1]))[missed]
-    return missed, options._replace(reference=reference)
+    reference = np.broadcast_to(options.near, (*missed.shape, options.near.shape[-1]))[missed]
+    return missed, options._replace(near=reference)
 
 
 def solve_or_nearest(
@@ -510,7 +511,7 @@ def solve_or_nearest(
     if not output.is_complete:
         missed, options = missed_targets(result, options)
         blocks = [slice(k, k + _BLOCK) for k in range(0, np.count_nonzero(missed), _BLOCK)]
-        values = [nearest(rows[missed][k], options._replace(reference=options.reference[k])) for k in blocks]
+        values = [nearest(rows[missed][k], options._replace(near=options.near[k])) for k in blocks]
         result.best[missed], result.residual[missed] = (np.concatenate(each) for each in zip(*values, strict=True))
     return result
 

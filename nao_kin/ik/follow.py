@@ -6,19 +6,20 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, SupportsIndex, get_args
+from typing import Any, NoReturn, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, choice, flag
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag
+from nao_kin._core.former import NEAR, SAMPLED_FPS, hides_former
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
 from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes, Reason
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
 
@@ -173,14 +174,15 @@ class FollowedPath:
                 lines[-1] += f" and {len(rows) - _LISTED} more"
         return "; ".join([*lines, *self.notes])
 
-    def sampled(self, fps: float = 30.0) -> Floats:
+    @hides_former
+    def sampled(self, rate: float = 30.0, **_former: NoReturn) -> Floats:
         """Return configurations at equal time steps, as for `Viewer.animate`, shape (m, nq).
 
         Joints and the position of the base are interpolated linearly, the orientation of the base by slerp, also across
         samples at which a limb has no values. The last step, to the last sample, may be shorter.
 
         Args:
-            fps: configurations per second.
+            rate: configurations per second.
 
         Raises:
             BadArgument: a limb has no values at any sample.
@@ -189,10 +191,12 @@ class FollowedPath:
             >>> nao = nk.load_nao()
             >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
             >>> result = nk.ik.follow(nao, {"LArm": path})
-            >>> result.sampled(fps=100).shape[1]
+            >>> result.sampled(rate=100).shape[1]
             25
         """
-        rate = positive(fps, "fps")
+        if _former:
+            rate = SAMPLED_FPS.argument(_former, rate, 30.0)
+        rate = positive(rate, "rate")
         q = between_samples(self.q)
         if np.isnan(q).any():
             empty = next(limb.name for limb in self.limbs if np.isnan(q[0, list(limb.columns)]).any())
@@ -227,6 +231,7 @@ def positive(value: float, what: str) -> float:
 # --- `follow`.
 
 
+@hides_former
 def follow(
     robot: RobotModel,
     path: Mapping[str, ArrayLike],
@@ -235,13 +240,14 @@ def follow(
     torso: ArrayLike | None = None,
     directions: Mapping[str, ArrayLike] | None = None,
     frames: Mapping[str, str] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     speed: float = 1.0,
     priority: Priority = "balanced",
     free: Free | None = None,
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> FollowedPath:
     """Return a joint trajectory along a path of targets for any of feet, hands and head.
 
@@ -261,7 +267,7 @@ def follow(
             None for targets in the torso.
         directions: arm → direction of its forearm, shape (n, 3), with positions of that arm.
         frames: effector → the frame on it that its targets refer to, if not its own.
-        reference: configurations of the joints that are not in the path, shape (n, nq) or (nq,). The motion from the
+        near: configurations of the joints that are not in the path, shape (n, nq) or (nq,). The motion from the
             first one to the start of the path counts. Configurations outside the limits are projected onto them, and
             `notes` says so. None for all joints at zero, or at the limit nearest to it; the motion from there does not
             count.
@@ -290,18 +296,20 @@ def follow(
         >>> np.allclose(nao.position(result.q, "LArm"), path)
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
     share = positive(speed, "speed")
     choice(priority, get_args(Priority), "priority")
-    given = checked_path(robot, path, directions, torso, times, reference)
+    given = checked_path(robot, path, directions, torso, times, near)
     references, notes = _references(robot, given, enforce)
     options = {"limits": limits, "threads": workers}
     if free is not None:
         given = _with_free_torso(robot, given, frames, references, options, free)
     limbs = limb_paths(robot, given, frames, options, priority)
     q, weights = np.array(references), _weights(robot)
-    start = None if reference is None else references[0]
+    start = None if near is None else references[0]
     choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
     if flag(collisions, "collisions") and not np.all(robot.clearance(_complete(q, references)).is_free):
         limbs = tuple(dataclasses.replace(limb, options={**limb.options, "collisions": True}) for limb in limbs)
@@ -352,12 +360,12 @@ def _without_resolved(limb: FollowedLimb, free: NDArray[np.bool_]) -> FollowedLi
 
 def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
     """Return configurations for all samples, inside the limits if these are enforced, and notes."""
-    if path.reference is None:
+    if path.near is None:
         return np.tile(robot.clamp(robot.neutral()), (path.n, 1)), ()
-    same = bool((path.reference == path.reference[0]).all())
-    given = path.reference[0] if same else path.reference
+    same = bool((path.near == path.near[0]).all())
+    given = path.near[0] if same else path.near
     inside, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
-    return np.array(np.broadcast_to(inside, path.reference.shape)), notes
+    return np.array(np.broadcast_to(inside, path.near.shape)), notes
 
 
 def _with_free_torso(
@@ -374,7 +382,7 @@ def _with_free_torso(
     feet = path.targets["LLeg"], path.targets["RLeg"]
     named = (frames or {}).get("LLeg", "LLeg"), (frames or {}).get("RLeg", "RLeg")
     options = {**options, "base": "floating", "torso": path.torso, "free": free}
-    torso = np.asarray(legs(robot, *feet, frames=named, reference=references, **options).torso)
+    torso = np.asarray(legs(robot, *feet, frames=named, near=references, **options).torso)
     is_found = np.isfinite(torso).all(axis=(1, 2), keepdims=True)
     return dataclasses.replace(path, torso=np.where(is_found, torso, path.torso))
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import NamedTuple, SupportsIndex
+from typing import NamedTuple, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import as_floats, as_vectors
+from nao_kin._core.arrays import LimitPolicy, as_floats, as_vectors
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
@@ -40,22 +41,24 @@ from nao_kin.ik.branches import (
 )
 from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, without_collisions
-from nao_kin.ik.targets import Limits, as_options
+from nao_kin.ik.targets import as_options
 from nao_kin.robot import RobotModel, body_frame_of, check_robot
 from nao_kin.rotations import check_rotation
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
 
+@hides_former
 def head(
     robot: RobotModel,
     R_torso_head: ArrayLike,
     *,
     frame: str = "Head",
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values that give the head an orientation, or the nearest one.
 
@@ -66,7 +69,7 @@ def head(
         robot: a NAO of any version, or another robot with a neck of its geometry.
         R_torso_head: orientations of the frame in the torso, shape (..., 3, 3).
         frame: a frame on the head, a camera for instance.
-        reference: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
+        near: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
             taken; None for all joints at zero, or at the limit nearest to it.
         limits: as in all solvers, see `nao_kin.ik`.
         threads: as in all solvers.
@@ -86,25 +89,29 @@ def head(
         >>> nao.angles(result.q)["HeadYaw"]
         0.5
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     limb = head_limb(robot, frame)
     R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
     batch = R.shape[:-2]
-    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    options = as_options(robot, limb.rest, near, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: check_rotation(R, name="R_torso_head"))
     return without_collisions(robot, result, collisions)
 
 
+@hides_former
 def look_at(
     robot: RobotModel,
     point: ArrayLike,
     camera: str = "CameraTop",
     *,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values with which a camera has a point on its optical axis, in front of the camera.
 
@@ -117,7 +124,7 @@ def look_at(
         point: points in the torso, shape (..., 3) [m].
         camera: one of the robot's cameras, or any frame on the head; its x-axis is the optical axis. Origin and x-axis
             must be in the head's plane of x and z.
-        reference: as in `head`.
+        near: as in `head`.
         limits: as in `head`.
         threads: as in `head`.
         collisions: as in `head`.
@@ -133,12 +140,14 @@ def look_at(
         >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
         [0.0, 0.0]
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_robot(robot)
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, body_frame_of(robot, camera))
     points = as_vectors(point, "point")
-    options = as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads)
+    options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)
     return without_collisions(robot, result, collisions)
 

@@ -578,7 +578,7 @@ def nearest_values(
     n, c = len(T), len(limb.columns)
     wanted = np.array(torso_in_trunk(robot) @ T)
     wanted[..., :3, :3] = nearest_rotation(wanted[..., :3, :3])
-    near = options.reference[:, limb.index]
+    near = options.near[:, limb.index]
     began = np.stack([np.broadcast_to(start, (n, c)) for start in (near, *starts)])
     values = robot.neutral()[None].repeat(len(began) * n, axis=0)
     values[:, limb.index] = began.reshape(-1, c)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import NamedTuple, SupportsIndex
+from typing import NamedTuple, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.branches import (
     NEEDED,
@@ -49,22 +50,24 @@ from nao_kin.ik.closed_form import (
 )
 from nao_kin.ik.least_squares import nearest_values
 from nao_kin.ik.results import Family, IKResult, without_collisions
-from nao_kin.ik.targets import Limits, Options, as_options, as_poses, refuse_not_rigid
+from nao_kin.ik.targets import Options, as_options, as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
 _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
 
+@hides_former
 def leg(
     robot: RobotModel,
     side: str,
     T_torso_foot: ArrayLike,
     *,
     frame: str | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.
 
@@ -79,7 +82,7 @@ def leg(
         side: "L" or "R".
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
             nearest to it.
         limits: as in all solvers, see `nao_kin.ik`.
@@ -90,7 +93,7 @@ def leg(
         Solutions meet the nearest rigid pose to within 1e-10 m and rad, so that poses rounded to float32, for instance,
         have solutions. For the same reason a straight leg solves a target that is out of its reach by up to 1e-6 m;
         `residual` includes this distance. A family of solutions is listed once, by its member inside the limits that is
-        nearest to the reference. There are two families: the hip at lock (`HIP_LOCK`), and the hip on the axis of
+        nearest to `near`. There are two families: the hip at lock (`HIP_LOCK`), and the hip on the axis of
         AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight has one branch.
 
     Raises:
@@ -107,10 +110,12 @@ def leg(
         >>> bool(result.success), result.solutions.shape
         (True, (1, 25))
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     limb = leg_limb(robot, check_side(side), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]
-    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    options = as_options(robot, limb.rest, near, batch, limits, threads)
     result = solve_or_nearest(
         _LEG, limb, T.reshape(*batch, 16), options,
         lambda rows, options: nearest_foot(robot, limb, rows, options),

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, SupportsIndex
+from typing import Any, Literal, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, rigid_inverse
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, rigid_inverse
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.branches import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_roots, add_shortfall, least
@@ -56,7 +57,7 @@ from nao_kin.ik.results import (
     errors_in_words,
     without_collisions,
 )
-from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
+from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
 
@@ -101,7 +102,7 @@ class LegsResult(IKResult):
 
     @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): the reference with `best` and, if the base floats, its new pose."""
+        """The best configuration, shape (..., nq): `near` with `best` and, if the base floats, its new pose."""
         q = super().q
         if self.base_coordinates is not None:
             unknown = np.isnan(self.best).any(axis=-1, keepdims=True)
@@ -155,20 +156,22 @@ _BASES = ("fixed", "floating")
 _FREE = {"height": HEIGHT, "lean": LEAN, "yaw": YAW}
 
 
+@hides_former
 def legs(
     robot: RobotModel,
     T_left: ArrayLike,
     T_right: ArrayLike,
     *,
     frames: Sequence[str] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     priority: Priority = "balanced",
     base: Base = "fixed",
     torso: ArrayLike | None = None,
     free: Free = "height",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> LegsResult:
     """Compute all joint values of both legs that give both feet their poses; one motor drives both hips.
 
@@ -179,8 +182,8 @@ def legs(
       configuration, `yaw_errors` are the rotations, and the reason is `HIPS_DISAGREE`, or the obstacle to one leg
       alone. A frame that is not on the normal through the ankle also moves: see `foot_residuals`.
     - If a leg is too short, or its limits exclude all such values, `q` is the configuration inside the limits with the
-      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds, of equal ones the nearest to the
-      reference; the torso is unchanged.
+      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds, of equal ones the nearest to
+      `near`; the torso is unchanged.
 
     With `base="floating"` feet and torso are given in the world, and one number of the torso's pose is changed as
     little as possible so that both feet are met. If the robot has a floating base, `q` has the changed base.
@@ -190,14 +193,14 @@ def legs(
         T_left: the pose of the left foot in the torso, or in the world, shape (..., 4, 4) [m].
         T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
             at the limit nearest to it.
         priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
             "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
         torso: with a floating base the desired pose of the torso in the world, shape (..., 4, 4) [m]; None for its pose
-            relative to the middle of the feet in the reference.
+            relative to the middle of the feet in `near`.
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
         limits: as in all solvers, see `nao_kin.ik`.
@@ -218,6 +221,8 @@ def legs(
         >>> np.allclose(nao.fk(result.q, "RLeg"), nao.fk(q, "RLeg"))
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     left, right = _as_frames(frames)
     limb = cached_limb(robot, _legs_of, left, right)
     for option, value, valid in (("priority", priority, _PRIORITIES), ("base", base, _BASES), ("free", free, _FREE)):
@@ -230,7 +235,7 @@ def legs(
     if desired is not None:
         refuse_not_rigid(desired, "torso")
         batch = _broadcast(batch, desired.shape[:-2], "torso")
-    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    options = as_options(robot, limb.rest, near, batch, limits, threads)
     rows = np.empty((*batch, LENGTH_IN_WORLD if base == "floating" else LENGTH))
     for first, T in zip((LEFT, RIGHT), poses, strict=True):
         rows[..., first : first + 16] = T.reshape(*T.shape[:-2], 16)
@@ -239,7 +244,7 @@ def legs(
     if base == "floating":
         if desired is None:
             _refuse(poses)
-            desired = _as_in_reference(robot, limb, (left, right), poses, options.reference)
+            desired = _kept_torso(robot, limb, (left, right), poses, options.near)
         rows[..., TORSO:] = desired.reshape(*desired.shape[:-2], 16)
     output = solve_targets(_LEGS, limb, rows, options, lambda: _refuse(poses))
     result = _as_result(robot, limb, rows, base == "floating", output, options)
@@ -290,11 +295,11 @@ def _nearest(
     return best, np.linalg.norm([made[..., :3, 3] - T[..., :3, 3], turns], axis=-1).transpose(1, 2, 0)
 
 
-def _as_in_reference(
-    robot: RobotModel, limb: Limb, frames: tuple[str, str], poses: tuple[Floats, Floats], reference: Floats
+def _kept_torso(
+    robot: RobotModel, limb: Limb, frames: tuple[str, str], poses: tuple[Floats, Floats], near: Floats
 ) -> Floats:
-    """Return the torso in the world, relative to the middle of the feet as in the reference, shape (..., 4, 4)."""
-    T_torso_feet = robot.fk(reference, list(frames), reference=limb.torso)
+    """Return the torso in the world, relative to the middle of the feet as in `near`, shape (..., 4, 4)."""
+    T_torso_feet = robot.fk(near, list(frames), reference=limb.torso)
     T_torso_middle = _middle(T_torso_feet[..., 0, :, :], T_torso_feet[..., 1, :, :])
     return _middle(*poses) @ np.linalg.inv(T_torso_middle)
 

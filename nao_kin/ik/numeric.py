@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, SupportsIndex, get_args
+from typing import Literal, NamedTuple, NoReturn, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,12 +14,14 @@ from nao_kin._core.arrays import (
     LARGEST,
     MAX_SEARCHES,
     Floats,
+    LimitPolicy,
     as_floats,
     check_tolerance,
     choice,
     common_batch,
     whole_number,
 )
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, WrongShape
@@ -27,11 +29,11 @@ from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import log
 
-# --- The search for a pose: from a reference, then from random configurations; and the reason if it fails.
+# --- The search for a pose: from a start, then from random configurations; and the reason if it fails.
 
 # Number of random configurations, of which a restart uses the one with the pose nearest to the target. Every second
 # restart uses the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the
@@ -53,7 +55,7 @@ class PoseResults(NamedTuple):
     joint: Integers
     needed: Floats
     limit: Floats
-    first: NDArray[np.bool_]  # whether the search from the reference met the target
+    first: NDArray[np.bool_]  # whether the search from `near` met the target
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +73,7 @@ class PoseSearch:
     minimise: Callable[[PoseSearch, LimitRegion, Floats, Floats], Minimum]
 
     def solve(self, targets: Floats, reference: Floats) -> PoseResults:
-        """Solve for n targets (n, 4, 4) from references (n, nq) inside the limits."""
+        """Solve for n targets (n, 4, 4) from configurations (n, nq) inside the limits."""
         motion, region = self.motion, self.motion.limited if self.enforced else self.motion.free
         minimum = self.minimise(self, region, targets, reference)
         first, n = minimum.reached.copy(), len(targets)
@@ -244,13 +246,14 @@ Solver = Literal["least squares", "pink"]
 _BLOCK = 2048
 
 
+@hides_former
 def numeric(
     robot: RobotModel,
     frame: str,
     T: ArrayLike,
     *,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     weights: ArrayLike = (1.0, 0.1),
     restarts: SupportsIndex = 30,
     tolerance: float = 1e-8,
@@ -259,13 +262,14 @@ def numeric(
     solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Return joint values that bring a frame to a pose, for any robot, by damped least squares.
 
     With the target (R_t, p_t) and the pose (R, p) of the frame, Levenberg–Marquardt steps with the exact derivative
-    minimise ½‖w · (R_tᵀ (p_t − p); log(Rᵀ R_t))‖² inside boxes and coupled limits, first from `reference`, then from
+    minimise ½‖w · (R_tᵀ (p_t − p); log(Rᵀ R_t))‖² inside boxes and coupled limits, first from `near`, then from
     other starts until one search meets the target. Only joints between the base and the frame move; all others, and a
-    floating base, stay at `reference`. The same arguments give the same answer, in any batch to rounding.
+    floating base, stay at `near`. The same arguments give the same answer, in any batch to rounding.
 
     A target that is not met raises nothing: `best` is then the nearest pose that was found, by the sum above. A
     solution may still exist, except if the target is farther away than the stretched limb (`OUT_OF_REACH`). If a search
@@ -275,7 +279,7 @@ def numeric(
         robot: any robot.
         frame: the frame to place.
         T: targets T_root_frame, shape (..., 4, 4) [m]; with a floating base the root is the world.
-        reference: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
+        near: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
             `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says so.
         weights: weights of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and
             the rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves
@@ -304,6 +308,8 @@ def numeric(
         >>> bool(result.success)
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_robot(robot)
     enforced = is_enforced(limits)
     if choice(solver, get_args(Solver), "solver") == "pink":
@@ -331,13 +337,13 @@ def numeric(
     if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
         raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
     notes: tuple[str, ...] = ()
-    if reference is None:  # no note if zero is outside the limits, as for the NAO's elbows
+    if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
     elif enforced:
-        start, notes = inside_limits(robot, reference)
+        start, notes = inside_limits(robot, near)
     else:
-        start = with_unit_quaternion(robot, reference)
-    batch = common_batch("T and reference", targets.shape[:-2], start.shape[:-1])
+        start = with_unit_quaternion(robot, near)
+    batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
     reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
@@ -366,7 +372,7 @@ def _result(
     return IKResult(
         joints=motion.names,
         columns=tuple(motion.columns.tolist()),
-        reference=reference.reshape(*batch, reference.shape[-1]),
+        near=reference.reshape(*batch, reference.shape[-1]),
         best=best.reshape(*batch, width),
         branches=np.where(reached[:, None], best, np.nan).reshape(*batch, 1, width),
         families=np.where(reached, family, Family.NONE).astype(np.int8).reshape(*batch, 1),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, first_index, flag
+from nao_kin._core.former import RESULT_REFERENCE
 from nao_kin.robot import RobotModel
 
 Integers = NDArray[np.int64]
@@ -156,11 +157,11 @@ class IKResult(Outcome):
     Attributes:
         joints: the joints solved for, by name.
         columns: their indices in q.
-        reference: the configurations that give the other joints, and with which solutions are compared, shape
+        near: the configurations that give the other joints, and with which solutions are compared, shape
             (..., nq); inside the limits if these are enforced.
         best: values of the joints, shape (..., c): the first solution; for a target that is not reached, the nearest
             pose if the solver finds it, else nan.
-        branches: all solutions, shape (..., k, c), by the Euclidean distance of `joints` to the reference; nan from
+        branches: all solutions, shape (..., k, c), by the Euclidean distance of `joints` to `near`; nan from
             `count` on.
         families: the `Family` of each, shape (..., k).
         count: the number of solutions, shape (...).
@@ -181,7 +182,7 @@ class IKResult(Outcome):
 
     joints: tuple[str, ...]
     columns: tuple[int, ...]
-    reference: Floats
+    near: Floats
     best: Floats
     branches: Floats
     families: Codes
@@ -203,9 +204,15 @@ class IKResult(Outcome):
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     @property
+    def reference(self) -> Floats:
+        """The former name of `near`."""
+        RESULT_REFERENCE.warn()
+        return self.near
+
+    @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): the reference with the values of `best`; nan if `best` is nan."""
-        q = np.array(np.broadcast_to(self.reference, (*self.best.shape[:-1], self.reference.shape[-1])))
+        """The best configuration, shape (..., nq): `near` with the values of `best`; nan if `best` is nan."""
+        q = np.array(np.broadcast_to(self.near, (*self.best.shape[:-1], self.near.shape[-1])))
         q[..., self.columns] = self.best
         q[np.isnan(self.best).any(axis=-1)] = np.nan
         return q
@@ -213,9 +220,9 @@ class IKResult(Outcome):
     @property
     def solutions(self) -> Floats:
         """All solutions as configurations, best first, shape (k, nq), for a batch (..., k, nq); nan from `count` on."""
-        nq = self.reference.shape[-1]
+        nq = self.near.shape[-1]
         batch, k = self.branches.shape[:-2], self.branches.shape[-2]
-        solutions = np.array(np.broadcast_to(self.reference[..., None, :], (*batch, k, nq)))
+        solutions = np.array(np.broadcast_to(self.near[..., None, :], (*batch, k, nq)))
         solutions[..., self.columns] = self.branches
         solutions[np.arange(k) >= self.count[..., None]] = np.nan
         return solutions

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, common_batch
+from nao_kin._core.former import LIMITS_REDISTRIBUTE
 from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument
@@ -176,7 +177,7 @@ def _sum_of(vector: Floats, names: tuple[str, ...]) -> str:
 
 # --- `velocity`.
 
-VelocityLimits = Literal["redistribute", "scale", "ignore"]
+VelocityLimits = Literal["enforce", "scale", "ignore"]
 
 # A singular value is damped if it is a smaller share of the largest than this.
 _NEAR_SINGULAR = 0.02
@@ -200,7 +201,7 @@ def velocity(
     *,
     expressed_in: Expression = "mixed",
     damping: float | None = None,
-    limits: VelocityLimits = "redistribute",
+    limits: VelocityLimits = "enforce",
     dt: float = 0.01,
     length: float = 1.0,
 ) -> VelocityResult:
@@ -220,7 +221,7 @@ def velocity(
             0.02 of the largest, are damped, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero along lost
             directions, and other twists are not affected.
         limits: what to do if a joint would exceed its speed limit, or would leave its range or coupled limit in `dt`.
-            "redistribute": a quadratic program finds the velocities inside the limits with the nearest twist, which may
+            "enforce": a quadratic program finds the velocities inside the limits with the nearest twist, which may
             have another direction. "scale": all joints slow down by the same factor, so that the twist keeps its
             direction; a joint at its limit may stop all joints. "ignore": limits are not applied.
         dt: the time [s] within which ranges hold.
@@ -243,6 +244,9 @@ def velocity(
         [0.049, -0.003, 0.007, 0.0, 0.001, 0.0]
     """
     check_robot(robot)
+    if isinstance(limits, str) and limits == LIMITS_REDISTRIBUTE.value:
+        LIMITS_REDISTRIBUTE.warn()
+        limits = "enforce"
     choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")
@@ -263,7 +267,7 @@ def velocity(
     speeds = unlimited = _solved(U, sigma, Vt, dampings, wanted)
     if limits == "scale":
         speeds = _Bounds(motion, q_rows, dt).scaled(unlimited)
-    elif limits == "redistribute":
+    elif limits == "enforce":
         bounds = _Bounds(motion, q_rows, dt)
         speeds = _redistributed(scaled, wanted, unlimited, sigma, Vt, dampings, bounds)
     v = np.zeros((len(q_rows), robot.nv))

@@ -5,12 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import SupportsIndex
+from typing import NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import MAX_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, flag, whole_number
+from nao_kin._core.arrays import (
+    MAX_SEARCHES,
+    Floats,
+    LimitPolicy,
+    as_vectors,
+    check_tolerance,
+    common_batch,
+    flag,
+    whole_number,
+)
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.rows import run_rows
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, SIDES, Plan
@@ -50,7 +60,7 @@ from nao_kin.ik.results import (
     length_in_words,
     overlap_in_words,
 )
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import Clearance, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
@@ -169,6 +179,7 @@ _PYTHON_SECONDS = 0.25
 _AT_LIMIT = 1e-6
 
 
+@hides_former
 def whole_body(
     robot: RobotModel,
     targets: Mapping[str, ArrayLike],
@@ -180,14 +191,15 @@ def whole_body(
     torso: ArrayLike | None = None,
     posture: ArrayLike | None = None,
     weights: Mapping[str, float | tuple[float, float]] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     restarts: SupportsIndex = 50,
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> WholeBodyResult:
     """Return a pose of the whole NAO that stands on one or both feet and meets targets in the world.
 
@@ -204,20 +216,20 @@ def whole_body(
         targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. If
             empty, the robot only stands.
         feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None:
-            both feet stay where the reference has them.
+            both feet stay where `near` has them.
         com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for any point above the support
             polygon of the standing feet; None to leave it free. The world's z axis points up.
         margin: distance of the centre of mass inside the support polygon, with com="support" [m].
         gaze: a point to be on the optical axis of CameraTop, shape (..., 3) [m]; or (point, camera).
         torso: a pose or position for the torso, as in `targets`.
-        posture: preferred configurations, shape (..., nq); None for the reference. Outside the limits they are
+        posture: preferred configurations, shape (..., nq); None for `near`. Outside the limits they are
             projected onto them, and `notes` says so.
         weights: name of a target, "com", "gaze", "torso" or "posture" → a factor on its default weight, or two weights
             for metres and radians; 0 frees the component. Defaults are 1 per metre and 0.1 per radian, and 0.01 per
             radian of difference to the posture.
-        reference: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
+        near: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
             the limit nearest to it. The torso of a fixed base is at the origin of the world, a floating base has its
-            pose in the reference. Outside the limits it is projected onto them, and `notes` says so.
+            pose in `near`. Outside the limits it is projected onto them, and `notes` says so.
         restarts: the maximum of other starts if the first does not meet the targets.
         tolerance: a target is met within this error [m and rad].
         iterations: largest number of steps of one search.
@@ -240,6 +252,8 @@ def whole_body(
         >>> bool(result.success), result.standing
         (True, ('L', 'R'))
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     ready = prepared(robot)
     enforce = is_enforced(limits)
     tables = ready.tables[enforce]
@@ -249,13 +263,13 @@ def whole_body(
     searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
     steps = whole_number(iterations, "iterations", 1, MAX_SEARCHES)
     workers = check_threads(threads)
-    given, notes = (ready.rest, ()) if reference is None else _configurations(robot, reference, "reference", enforce)
-    standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if reference is None else given)
+    given, notes = (ready.rest, ()) if near is None else _configurations(robot, near, "near", enforce)
+    standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if near is None else given)
     requested = all_targets(robot, tables, standing, targets, com, gaze, torso, factors)
     preferred, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
     shapes = [T.shape[:-2] for T in (*(target.values for target in requested), *standing.values())]
     shapes += [given.shape[:-1], preferred.shape[:-1]]
-    batch = common_batch("targets, feet, posture and reference", *shapes)
+    batch = common_batch("targets, feet, posture and near", *shapes)
     support = isinstance(com, str)
     weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
     as_vectors([margin, margin * weight], "margin", 2)
@@ -271,8 +285,8 @@ def whole_body(
         tolerance=float(tolerance),
         steps=steps,
     )
-    begin, near = (_rows(q[..., tables.order], batch, 1) for q in (given, preferred))
-    ends = (near, begin) if enforce else (tables.unwound(near, 0.0), tables.unwound(begin, 0.0))
+    begin, pull = (_rows(q[..., tables.order], batch, 1) for q in (given, preferred))
+    ends = (pull, begin) if enforce else (tables.unwound(pull, 0.0), tables.unwound(begin, 0.0))
     inside = float(margin) if support else 0.0
     problems, origin, polygons = _problems(ready, standing, requested, batch, inside, *ends)
     number, feet_names = whole_number(seed, "seed", 0), tuple(standing)
@@ -288,7 +302,7 @@ def whole_body(
     if avoid:
         _search_without_overlap(search, solutions, reference_rows)
     if not enforce:
-        solutions.x[:] = tables.unwound(solutions.x, near)
+        solutions.x[:] = tables.unwound(solutions.x, pull)
     return _result(search, solutions, reference_rows, batch, notes + more, avoid)
 
 

@@ -196,9 +196,9 @@ def inside_at_lock(ball: Ball, angles: Floats, lower: Floats, upper: Floats) -> 
     sign = np.sign(outer_axes_angle(ball, angles[1])[0])
     # The values of the first angle for the third at either end of its range; their sum or difference does not change.
     ends = np.sort([angles[0] + sign * (angles[2] - end) for end in (lower[2], upper[2])], axis=0)
-    least, most = np.maximum(lower[0], ends[0]), np.minimum(upper[0], ends[1])
+    low, high = np.maximum(lower[0], ends[0]), np.minimum(upper[0], ends[1])
     with np.errstate(invalid="ignore"):  # without limits, ∞ − ∞ is computed but not used
-        first = np.where(least <= most, np.clip(angles[0], least, most), 0.5 * (least + most))
+        first = np.where(low <= high, np.clip(angles[0], low, high), 0.5 * (low + high))
     return move_angle(ball, angles, 0, first - angles[0])
 
 

@@ -5,10 +5,10 @@ difference of the outer angles. Joints of one motor move together, so spherical 
 together:
 
 1. The candidates for a ball are both triples. Near a lock, rounding leaves the outer angles undetermined: they are
-chosen near the reference or, without a reference, inside the limits; a copy of each triple is chosen near the hints.
+chosen near the preferred values or, without these, inside the limits; a copy of each triple is chosen near the hints.
 2. For every combination of candidates, every motor takes its value from the joint where the value is most accurate. The
 number of whole turns is the best by these criteria, the most important first: fewest violated couplings; inside the
-limits, or near the reference; near the hints; near the middle of the limits.
+limits, or near the preferred values; near the hints; near the middle of the limits.
 3. The best combination by the same criteria is used.
 
 Hints are the values of carriers and followers, whole turns included. Arrays have the batch last: shape (n,) for a
@@ -139,15 +139,15 @@ class _Input:
     """The input of `choose`: typed configurations (n, nq), and the robot's configurations to stay near to."""
 
     typed: Floats
-    reference: Floats | None
+    near: Floats | None
 
     def hint(self, source: Reading) -> Floats:
         """Return the value of a reading, shape (n,), bounded, because the caller may never have set it."""
         return np.clip(source.of(self.typed), -_UNLIMITED, _UNLIMITED)
 
     def target(self, joint: JointNode, middle: float) -> Floats:
-        """Return the reference's value of a joint, or the middle of its limits, shape (n,)."""
-        return np.full(len(self.typed), middle) if self.reference is None else joint.of(self.reference)
+        """Return the preferred value of a joint, or the middle of its limits, shape (n,)."""
+        return np.full(len(self.typed), middle) if self.near is None else joint.of(self.near)
 
 
 class _Triple(NamedTuple):
@@ -165,9 +165,9 @@ class TurnSelection:
         self._balls, self._groups = balls, connected(motors)
         self._drivers = {motor.driver.name: motor for motor in motors}
 
-    def choose(self, typed: Floats, reference: Floats | None) -> tuple[dict[str, Floats], list[Mismatch]]:
+    def choose(self, typed: Floats, near: Floats | None) -> tuple[dict[str, Floats], list[Mismatch]]:
         """Return values (n,) of the driving joints inside balls, by name, and the mismatch of every follower."""
-        query = _Input(typed, reference)
+        query = _Input(typed, near)
         chosen: dict[str, Floats] = {}
         mismatches: list[Mismatch] = []
         for indices, motors in self._groups:
@@ -193,15 +193,15 @@ class TurnSelection:
             angles = branch.T
             if found.locked.any():
                 freed = nearest_at_lock(ball, angles, target)
-                if query.reference is None:
+                if query.near is None:
                     lower, upper = np.transpose([(r.lower, r.upper) for r in ranges])
                     freed = inside_at_lock(ball, freed, lower, upper)
                 angles = np.where(found.locked, freed, angles)
             triple = _Triple(angles, outer_uncertainty(ball, angles[1], found.locked))
-            if query.reference is not None:
+            if query.near is not None:
                 triple = _near_target(ball, triple, 0, target[0])
             candidates.append(triple)
-            if (triple.uncertainty > _SURE).any() and (query.reference is None or found.locked.any()):
+            if (triple.uncertainty > _SURE).any() and (query.near is None or found.locked.any()):
                 hints = [(place, hint) for place in (0, 2) for hint in self._hints(ball.joints[place])]
                 candidates += [_near_target(ball, triple, place, query.hint(hint)) for place, hint in hints[:1]]
         return candidates
@@ -247,7 +247,7 @@ class _Assignment:
     """A candidate for every ball of a group, with its costs; the angles of other balls are zero.
 
     The costs, the most important first: number of violated couplings; squared distances from the limits or the
-    reference, from the hints, and from the middle of the limits.
+    preferred values, from the hints, and from the middle of the limits.
     """
 
     query: _Input
@@ -318,7 +318,7 @@ class _Assignment:
         candidates = _turn_candidates(motor, limits, self.angles[at], target, hints, query)
         costs = np.empty((4, *candidates.shape))
         costs[0] = self.violated_couplings(motor, candidates)
-        outside = limits.outside(candidates) if query.reference is None else candidates - target
+        outside = limits.outside(candidates) if query.near is None else candidates - target
         costs[1], costs[3] = outside**2, (candidates - target) ** 2
         costs[2] = sum(((candidates - hint) ** 2 for hint in hints), np.zeros(1))
         first, column = _first_by_costs(costs), np.arange(len(target))
@@ -363,7 +363,7 @@ def _turn_candidates(
     winding = any(joint.kind != "revolute" or joint.coupling.multiplier % 1.0 != 0.0 for joint, _ in motor.followers)
     # Whether some angle is inside the limits with more than one number of whole turns.
     several = limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE
-    if not winding and (query.reference is not None or not (several and hints)):
+    if not winding and (query.near is not None or not (several and hints)):
         return nearest[None]
     tried = [nearest, *(nearest_turn(angle, hint) for hint in hints)]
     counts = _TURNS if winding else min(_TURNS, math.ceil(min(limits.upper - limits.lower, 2e3) / (2.0 * TURN)))

@@ -6,13 +6,14 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NoReturn, get_args
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, first_index
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.tolerances import UNIT_TOLERANCE
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, at_index
 from nao_kin.joints._assembly import Assembly
@@ -164,14 +165,20 @@ class MultiDofModel:
             typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, ball.angles(values))
         return typed
 
+    @hides_former
     def to_q(
-        self, q_typed: ArrayLike, *, reference: ArrayLike | None = None, couplings: CouplingPolicy = "raise"
+        self,
+        q_typed: ArrayLike,
+        *,
+        near: ArrayLike | None = None,
+        couplings: CouplingPolicy = "raise",
+        **_former: NoReturn,
     ) -> Floats:
         """Return the configuration of the robot (..., robot.nq) for a typed configuration.
 
         A quaternion belongs to two triples of angles, each angle up to whole turns. Among all combinations, the first
-        in this order is used: fewest followers that disagree with their drivers; nearest to the reference, or, without
-        one, least outside the limits; nearest to the values of carriers and followers, whole turns included; nearest to
+        in this order is used: fewest followers that disagree with their drivers; nearest to `near`, or, without it,
+        least outside the limits; nearest to the values of carriers and followers, whole turns included; nearest to
         the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, except for whole turns of the
         last angle of a ball, which has no carrier, when its limits span more than one turn and nothing follows it. At a
         lock, where a ball determines only the sum or the difference of its outer angles, more accurate values of joints
@@ -185,7 +192,7 @@ class MultiDofModel:
         Args:
             q_typed: typed configurations, shape (..., nq). The values of carriers are used only to resolve
                 ambiguity.
-            reference: configurations of the robot, shape (..., robot.nq).
+            near: preferred configurations of the robot, shape (..., robot.nq).
             couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" gives the
                 motor the value that is nearest to all of them, and does not change the other angles.
 
@@ -200,8 +207,10 @@ class MultiDofModel:
             >>> np.allclose(model.to_q(model.from_q(q)), q)
             True
         """
+        if _former:
+            near = NEAR.argument(_former, near)
         choice(couplings, _POLICIES, "couplings policy")
-        q, mismatches, batch = self._read_typed(q_typed, reference)
+        q, mismatches, batch = self._read_typed(q_typed, near)
         if couplings == "raise":
             violations = coupling_violations(mismatches, batch)
             if violations:
@@ -211,12 +220,15 @@ class MultiDofModel:
             q[:, column] = np.where(mismatch.violated, mismatch.nearest, q[:, column])
         return q.reshape(*batch, self.robot.nq)
 
-    def violations(self, q_typed: ArrayLike, *, reference: ArrayLike | None = None) -> tuple[CouplingViolation, ...]:
+    @hides_former
+    def violations(
+        self, q_typed: ArrayLike, *, near: ArrayLike | None = None, **_former: NoReturn
+    ) -> tuple[CouplingViolation, ...]:
         """Return every pair of joints of one motor that disagree in a typed configuration, by configuration.
 
         Args:
             q_typed: typed configurations, shape (..., nq).
-            reference: as in `to_q`.
+            near: as in `to_q`.
 
         Returns:
             The violations, each with its driving joint `primary` and the joint that follows it, `mimic`; their values
@@ -229,7 +241,9 @@ class MultiDofModel:
             >>> model.violations(model.from_q(nao.posture("Stand")))
             ()
         """
-        _, mismatches, batch = self._read_typed(q_typed, reference)
+        if _former:
+            near = NEAR.argument(_former, near)
+        _, mismatches, batch = self._read_typed(q_typed, near)
         return coupling_violations(mismatches, batch)
 
     def ball_angles(self, q_typed: ArrayLike, joint: str) -> EulerAngles:
@@ -368,15 +382,13 @@ class MultiDofModel:
         unit[..., columns] = parts / norms[..., None]
         return unit
 
-    def _read_typed(
-        self, q_typed: ArrayLike, reference: ArrayLike | None
-    ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
+    def _read_typed(self, q_typed: ArrayLike, near: ArrayLike | None) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
         """Return configurations (n, robot.nq), mismatches of followers, and the batch shape of n."""
         typed = self._checked(q_typed)
-        target = None if reference is None else self.robot.checked(reference)
+        target = None if near is None else self.robot.checked(near)
         batch = typed.shape[:-1]
         if target is not None:
-            batch = common_batch("q_typed and reference", batch, target.shape[:-1])
+            batch = common_batch("q_typed and near", batch, target.shape[:-1])
             target = np.broadcast_to(target, (*batch, self.robot.nq)).reshape(math.prod(batch), self.robot.nq)
         typed = np.broadcast_to(typed, (*batch, self.nq)).reshape(math.prod(batch), self.nq)
         angles, mismatches = self._selection.choose(typed, target)

@@ -21,7 +21,6 @@ from nao_kin.naoqi.live import (
 )
 from nao_kin.naoqi.names import (
     BODY_ORDERS,
-    Hips,
     angles,
     chain_names,
     from_order,
@@ -29,7 +28,7 @@ from nao_kin.naoqi.names import (
     limits,
     to_order,
 )
-from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
+from nao_kin.naoqi.scripts import run_script
 from nao_kin.naoqi.spaces import (
     FRAME_ROBOT,
     FRAME_TORSO,
@@ -45,6 +44,7 @@ from nao_kin.naoqi.spaces import (
 )
 from nao_kin.naoqi.virtual.engine import Event as Event, NaoqiError
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
+from nao_kin.naoqi.virtual.services.expression import light_colours, spoken_words
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
@@ -54,7 +54,6 @@ __all__ = [
     "FRAME_WORLD",
     "LOLA_ENTRIES",
     "AxisMask",
-    "Hips",
     "JointReading",
     "JointSource",
     "LolaSource",

@@ -85,11 +85,15 @@ class MovedChain:
 
 
 def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedChain:
-    """Return the joints between a reference (None or "world": the root) and a frame, or the end of a named chain."""
+    """Return the joints between a reference and a frame, or the end of a named chain.
+
+    The reference is the root for None and, with a floating base, for "world".
+    """
     frame = _frame_named(robot, name)
     if reference is not None and not isinstance(reference, str):
         raise UnknownName("frame", reference, robot.frame_names)
-    if reference is None or (reference == "world" and "world" not in robot.frame_names):
+    floating = robot.base == "floating" and "world" not in robot.frame_names
+    if reference is None or (reference == "world" and floating):
         reference = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
     chain = serial_chain(robot, reference, frame)
     joints = list(chain.coordinates)

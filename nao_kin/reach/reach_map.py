@@ -7,13 +7,14 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
 from nao_kin._core.files import check_replaceable, write_document
+from nao_kin._core.former import COLOUR_BY, hides_former
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.reach import files
@@ -373,19 +374,22 @@ class ReachMap:
         content = files.vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
         return write_document(path, content, overwrite=overwrite)[0]
 
-    def save_ply(self, path: Path | str, *, colour_by: str = "best", overwrite: bool = False) -> Path:
+    @hides_former
+    def save_ply(self, path: Path | str, *, by: str = "best", overwrite: bool = False, **_former: NoReturn) -> Path:
         """Write a PLY file: the centres of the voxels as points, coloured from cold (smallest) to warm (largest).
 
         Args:
             path: the file.
-            colour_by: "count", "best", "mean" or "coverage".
+            by: quantity of the colours: "count", "best", "mean" or "coverage".
             overwrite: replace an existing file.
 
         Raises:
             BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
+        if _former:
+            by = COLOUR_BY.argument(_former, by, "best")
         check_replaceable(path, overwrite=overwrite)
-        return write_document(path, files.ply_bytes(self.centres, self.column(colour_by)), overwrite=overwrite)[0]
+        return write_document(path, files.ply_bytes(self.centres, self.column(by)), overwrite=overwrite)[0]
 
     # --- inside ---------------------------------------------------------------------------------------------------
 

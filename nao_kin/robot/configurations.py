@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, choice, first_index, generator
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, first_index, generator, limit_policy
 from nao_kin._core.text import quoted
 from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE, UNIT_TOLERANCE
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
-from nao_kin.robot.limits import JointLimits, LimitPolicy, check_policy
+from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.semantics import Mimic, Posture
 
 # --- Conversion between joint values by name and arrays; mimic joints must agree with their driving joints.
@@ -209,8 +209,8 @@ class ConfigurationSpace:
         if degrees:
             angles = self.by_joint(angles, degrees)
         values = self._coordinates.plain_values(angles)
-        check_policy(limits)
-        if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
+        limits = limit_policy(limits)
+        if values is not None and (limits == "ignore" or (limits == "enforce" and self._limits.surely_inside(values))):
             plain = self._neutral.tolist()
             places = self._places
             for name, value in values.items():
@@ -239,9 +239,9 @@ class ConfigurationSpace:
         """Return checked configurations after applying the limits policy to the named joints, or to all for None."""
         if limits == "ignore":
             return q
-        check_policy(limits)
+        limits = limit_policy(limits)
         values, names = q[..., self._offset :], self._coordinates.names
-        if limits == "raise":
+        if limits == "enforce":
             one = joints is None and values.ndim == 1
             if one and self._limits.surely_inside(dict(zip(names, values.tolist(), strict=True))):
                 return q

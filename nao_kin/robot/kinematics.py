@@ -17,7 +17,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
-from nao_kin.robot.build import address
+from nao_kin.robot.build import Base, address
 from nao_kin.robot.urdf import UrdfTree
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
@@ -284,7 +284,8 @@ class FrameTable:
     frame is another one, the first use of the name warns that the joint's frame has the name of the link it moves.
     """
 
-    def __init__(self, model: pin.Model, tree: UrdfTree) -> None:
+    def __init__(self, model: pin.Model, tree: UrdfTree, base: Base) -> None:
+        self._floating = base == "floating"
         links, joints = dict[str, int](), dict[str, int]()
         for index, frame in enumerate(model.frames):
             if frame.type == pin.FrameType.BODY:
@@ -311,7 +312,7 @@ class FrameTable:
     def id(self, name: object) -> int:
         """Return the id of a frame."""
         if not isinstance(name, str) or name not in self._ids:
-            raise UnknownName("frame", name, self.names)
+            raise UnknownName("frame", name, self.names, self._about_world if str(name) == WORLD else "")
         frames = self._ambiguous.pop(name, None)  # removed, so that only the first call warns
         if frames is not None:
             link, moved = frames
@@ -323,10 +324,17 @@ class FrameTable:
         return self._ids[name]
 
     def reference_id(self, name: object) -> int | None:
-        """Return the id of a frame, or None for the root: for None and, unless a frame has this name, for "world"."""
-        if name is None or (isinstance(name, str) and name == WORLD and name not in self._ids):
+        """Return the id of a frame; None for the root, which None means and, with a floating base, "world"."""
+        if name is None or (self._floating and isinstance(name, str) and name == WORLD and name not in self._ids):
             return None
         return self.id(name)
+
+    @property
+    def _about_world(self) -> str:
+        """How poses in the world are obtained, where the world is no frame."""
+        if self._floating:
+            return 'the world is a reference only: poses with reference="world", or without a reference, are in it'
+        return 'the place of a fixed base in the world is not known; load the robot with base="floating"'
 
     def ids(self, names: str | Sequence[str] | None) -> FrameIds:
         """Return the ids of the frames with these names, or with one name; for None, those of all links."""

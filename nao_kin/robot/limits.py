@@ -6,18 +6,15 @@ import math
 from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats, LimitPolicy as LimitPolicy
 from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin.robot.semantics import CoupledLimit
 
 _MIN_DIGITS, _MAX_DIGITS = 6, 17
-
-LimitPolicy = Literal["raise", "clamp", "ignore"]
 
 
 @dataclass(frozen=True)
@@ -209,8 +206,3 @@ def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
         table.lower[left] + share * (table.lower[right] - table.lower[left]),
         table.upper[left] + share * (table.upper[right] - table.upper[left]),
     )
-
-
-def check_policy(limits: str) -> None:
-    """Raise `UnknownName` unless `limits` is a limits policy."""
-    choice(limits, get_args(LimitPolicy), "limits policy")

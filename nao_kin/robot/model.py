@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, SupportsIndex, TypeVar
+from typing import Any, NoReturn, SupportsIndex, TypeVar
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import Floats, choice, flag, shaped, whole_number
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, flag, limit_policy, shaped, whole_number
+from nao_kin._core.former import MOST, hides_former
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.tolerances import TOUCHING
@@ -33,7 +34,7 @@ from nao_kin.robot.kinematics import (
     PoseForm,
     Question,
 )
-from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
+from nao_kin.robot.limits import JointLimits, LimitViolation
 from nao_kin.robot.motors import joints_by_motor, motor_values, with_shared_motors
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
@@ -118,7 +119,7 @@ class RobotModel:
         limits: Floats = np.array(np.reshape(ends, (-1, 4)).T, dtype=np.float64, order="C")
         limits.flags.writeable = False
         self.lower, self.upper, self.velocity_limits, self.effort_limits = limits
-        self._frames = FrameTable(model, tree)
+        self._frames = FrameTable(model, tree, base)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self.frame_table: Mapping[str, int] = self._frames.places
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
@@ -402,7 +403,7 @@ class RobotModel:
         angles: Mapping[str, ArrayLike] | None = None,
         /,
         *,
-        limits: LimitPolicy = "raise",
+        limits: LimitPolicy = "enforce",
         **joints: ArrayLike,
     ) -> Floats:
         """Return a predefined posture, with other values for some joints.
@@ -413,7 +414,7 @@ class RobotModel:
         Args:
             name: one of `posture_names`.
             angles: joint or chain → value, as for `configuration`.
-            limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+            limits: what to do with joints outside their limits: "enforce", "clamp" or "ignore".
             **joints: further joints or chains → value, for names that are Python identifiers.
 
         Returns:
@@ -466,7 +467,7 @@ class RobotModel:
         self,
         angles: Mapping[str, ArrayLike],
         *,
-        limits: LimitPolicy = "raise",
+        limits: LimitPolicy = "enforce",
         degrees: bool = False,
         hips: Hips | None = None,
     ) -> Floats:
@@ -478,7 +479,7 @@ class RobotModel:
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
                 the values of its joints, shape (..., number of joints).
-            limits: what to do with a named joint outside its limits: "raise", "clamp" or "ignore".
+            limits: what to do with a named joint outside its limits: "enforce", "clamp" or "ignore".
             degrees: whether the values of turning joints are in degrees.
             hips: value of a motor whose two joints differ, such as the two HipYawPitch as a NAO's sensors measure them:
                 "average", or "left" or "right" for the joint of that side; None refuses them.
@@ -590,7 +591,10 @@ class RobotModel:
         inside = self._limits.inside(self._configurations.joints(q))
         return inside if per_joint else np.asarray(inside.all(axis=-1))
 
-    def limit_violations(self, q: ArrayLike, *, most: int | None = None) -> tuple[LimitViolation, ...]:
+    @hides_former
+    def limit_violations(
+        self, q: ArrayLike, *, max_configurations: int | None = None, **_former: NoReturn
+    ) -> tuple[LimitViolation, ...]:
         """Return every joint outside its limits, by configuration and then by distance.
 
         Making one object per violation takes time and memory; for many configurations use `within_limits`, which
@@ -598,7 +602,7 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
-            most: stop after this many configurations with a violation; None for all.
+            max_configurations: stop after this many configurations with a violation; None for all.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -607,7 +611,9 @@ class RobotModel:
             >>> [violation.joint for violation in nao.limit_violations(q)]
             ['HeadYaw']
         """
-        limit = None if most is None else whole_number(most, "most", 0)
+        if _former:
+            max_configurations = MOST.argument(_former, max_configurations)
+        limit = None if max_configurations is None else whole_number(max_configurations, "max_configurations", 0)
         return self._limits.violations(self._configurations.joints(q), max_configurations=limit)
 
     def check_limits(self, q: ArrayLike) -> Floats:
@@ -621,7 +627,7 @@ class RobotModel:
             >>> nao.check_limits(nao.posture("Stand")).shape
             (25,)
         """
-        return np.array(self._configurations.within(self._configurations.checked(q), "raise"), order="C")
+        return np.array(self._configurations.within(self._configurations.checked(q), "enforce"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
         """Return the nearest configurations inside the limits: each joint's own limits first, then coupled limits.
@@ -654,8 +660,8 @@ class RobotModel:
             q: configurations, shape (..., nq).
             frame: a frame name, several, or None for all links in the order of `link_names`.
             reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
-                with a floating one. "world" means the same, unless a frame has this name.
-            limits: "ignore" for any joint values; "raise" and "clamp" check the limits first.
+                with a floating one, where "world" means the same unless a frame has this name.
+            limits: "ignore" for any joint values; "enforce" and "clamp" check the limits first.
             as_: "matrix" for homogeneous matrices; "position_quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion
                 scalar first and in canonical sign, as from `rotations.quat_from_matrix`; "position6d" for
                 (x, y, z, roll, pitch, yaw) with R = Rz(yaw) Ry(pitch) Rx(roll), NAOqi's Position6D.
@@ -668,7 +674,7 @@ class RobotModel:
             (..., n, 6) [m, rad].
 
         Raises:
-            OutsideLimits: with limits="raise", a joint is outside its limits.
+            OutsideLimits: with limits="enforce", a joint is outside its limits.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -682,7 +688,7 @@ class RobotModel:
         ids, reference_id = self._frames.ids(frame), self._frames.reference_id(reference)
         choice(as_, POSE_FORMS, "form of a pose")
         if not isinstance(limits, str):  # an array would be compared with a name entry by entry
-            check_policy(limits)  # type: ignore[unreachable]
+            limit_policy(limits)  # type: ignore[unreachable]
         if as_ == "matrix" and _is_plain(q, dtype, out, threads):
             q = self._configurations.posed(q) if limits == "ignore" else self._within(q, limits)
             if reference_id is None:

@@ -357,9 +357,9 @@ def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: Array
         refuse_one_line(roots * side, what, THINNEST["least_squares"])
     R = best_fit(roots * A, roots * B, "directions")
     turned = A @ np.swapaxes(R, -1, -2)
-    apart = norm(B - turned)
-    residual = norm(roots[..., 0] * apart)
-    angles = 2.0 * np.arctan2(apart, norm(B + turned))
+    distances = norm(B - turned)
+    residual = norm(roots[..., 0] * distances)
+    angles = 2.0 * np.arctan2(distances, norm(B + turned))
     return DirectionFit(R, np.asarray(residual), np.asarray(angles))
 
 
@@ -499,9 +499,9 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
         angles = (_wrapped(f, total + difference), _wrapped(f, total - difference))
         turned = (ca * cb - r * cosine, p * a0 + q * b0 + r * n0, p * a1 + q * b1 + r * n1, p * a2 + q * b2 + r * n2)
     pairs = tuple(zip((r0, x, y, z), turned, strict=True))
-    apart = sum((u - v) * (u - v) for u, v in pairs)
-    together = sum((u + v) * (u + v) for u, v in pairs)
-    return *angles, 4.0 * f.atan2(f.sqrt(apart), f.sqrt(together))
+    to_one = sum((u - v) * (u - v) for u, v in pairs)
+    to_other = sum((u + v) * (u + v) for u, v in pairs)
+    return *angles, 4.0 * f.atan2(f.sqrt(to_one), f.sqrt(to_other))
 
 
 def _wrapped(f: Functions, angle: Number) -> Number:

@@ -16,12 +16,15 @@ from nao_kin.stream.tables import (
     read_configurations,
     read_log,
 )
+from nao_kin.stream.targets import Targets, read_targets
 
 __all__ = [
     "Configurations",
     "ErrorPolicy",
     "StreamResult",
+    "Targets",
     "fk",
     "read_configurations",
     "read_log",
+    "read_targets",
 ]

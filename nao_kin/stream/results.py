@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.former import CLAMPED_MOST
 from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin.robot import RobotModel, check_robot
 
@@ -45,18 +46,24 @@ class Clamped:
 
     Attributes:
         rows: number of changed configurations.
-        most: largest change of a joint [rad, m or ratio].
+        largest: largest change of a joint [rad, m or ratio].
         joint: that joint; "" for none.
     """
 
     rows: int = 0
-    most: float = 0.0
+    largest: float = 0.0
     joint: str = ""
+
+    @property
+    def most(self) -> float:
+        """The former name of `largest`."""
+        CLAMPED_MOST.warn()
+        return self.largest
 
     def and_then(self, other: Clamped) -> Clamped:
         """Return the sum of both row counts, with the larger change and its joint."""
-        larger = self if self.most >= other.most else other
-        return Clamped(self.rows + other.rows, larger.most, larger.joint)
+        larger = self if self.largest >= other.largest else other
+        return Clamped(self.rows + other.rows, larger.largest, larger.joint)
 
 
 NOT_CLAMPED = Clamped()
@@ -99,7 +106,7 @@ class StreamResult:
         bad_rows: rows without a valid configuration: left out, or written as NaN.
         first_bad_rows: the first of them, each with its `row` in the source, from 0, its `line` and `column` in a CSV
             file, from 1 (0 for none), its `reason`, and its `file`, "" if there is only one.
-        clamped: the changes by limits="clamp": the number of changed `rows`, the largest change of a joint `most`
+        clamped: the changes by limits="clamp": the number of changed `rows`, the `largest` change of a joint
             [rad, m or ratio], and that `joint`, "" for none.
         notes: assumptions about the source.
     """

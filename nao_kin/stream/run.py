@@ -20,14 +20,14 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import __version__, files as atomic
-from nao_kin._core.arrays import Floats, choice, float_dtype
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, float_dtype, limit_policy
 from nao_kin._core.headings import TIME_UNITS
 from nao_kin._core.process import usable_cores
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
-from nao_kin.robot import LimitPolicy, RobotModel, check_robot
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MAX_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
@@ -93,7 +93,7 @@ def fk(
     reference: str | None = None,
     as_: PoseStyle = "matrix",
     dtype: DTypeLike = np.float64,
-    limits: LimitPolicy = "raise",
+    limits: LimitPolicy = "enforce",
     degrees: bool = False,
     on_error: ErrorPolicy = "stop",
     columns: Mapping[str, str | None] | None = None,
@@ -130,7 +130,7 @@ def fk(
             "position_quaternion", x, y, z, r0, r1, r2, r3, scalar first; "position6d", x, y, z, wx, wy, wz with R =
             Rz(wz) Ry(wy) Rx(wx); or "rpy", the same numbers as x, y, z, roll, pitch, yaw.
         dtype: float64, or float32 for half the size.
-        limits: "raise" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
+        limits: "enforce" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
             "ignore" accepts it.
         degrees: turning joints of a source file are in degrees if it does not give their unit; angles of poses are in
             degrees too.
@@ -164,6 +164,7 @@ def fk(
     sink = "/dev/stdout" if sink == "-" else sink
     if hips is not None:
         check_hips(hips)
+    limits = limit_policy(limits)
     choice(on_error, get_args(ErrorPolicy), "policy for bad rows")
     names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
     if not names:

@@ -14,12 +14,11 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice, flag, texts
+from nao_kin._core.arrays import Floats, LimitPolicy, flag, limit_policy, texts
 from nao_kin._core.csv_numbers import CsvHead, Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
 from nao_kin._core.headings import (
@@ -37,7 +36,7 @@ from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.tolerances import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
-from nao_kin.robot import LimitPolicy, RobotModel, check_robot, with_shared_motors
+from nao_kin.robot import RobotModel, check_robot, with_shared_motors
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.stream.results import Clamped, clamp
 
@@ -66,14 +65,14 @@ class Log:
 
 
 def read_configurations(
-    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "raise", degrees: bool = False
+    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "enforce", degrees: bool = False
 ) -> tuple[Floats, bool]:
     """Return the configurations in a file, without the times that `read_log` also returns.
 
     Args:
         robot: its joints are named in the file.
         path: a CSV or JSON file, or "-" for standard input.
-        limits: "raise", "clamp" or "ignore" joints outside their limits.
+        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them.
         degrees: turning joints are in degrees if the file does not give their unit.
 
     Returns:
@@ -99,7 +98,7 @@ def read_log(
     robot: RobotModel,
     path: Path | str,
     *,
-    limits: LimitPolicy = "raise",
+    limits: LimitPolicy = "enforce",
     degrees: bool = False,
     columns: Mapping[str, str | None] | None = None,
     ignore_other: bool = False,
@@ -111,7 +110,7 @@ def read_log(
         robot: its joints are named in the file.
         path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in CSV as
             `rostopic echo -p` prints them, or in JSON.
-        limits: "raise", "clamp" or "ignore" joints outside their limits.
+        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them.
         degrees: turning joints are in degrees if the file does not give their unit.
         columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
             "time [ms]"; None leaves the column out, and a joint in it is at zero.
@@ -141,6 +140,7 @@ def read_log(
         ([0.02], 0.0087)
     """
     check_robot(robot)
+    limits = limit_policy(limits)
     if hips is not None:
         check_hips(hips)
     name = str(path)
@@ -326,7 +326,7 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
     if look_like_degrees(robot, table.names, in_si_units(row[None], table.units)[0]):
         return "; are these degrees (degrees=True, --deg)?"
-    return '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) accepts it'
+    return '; limits="clamp" or "ignore" (--limits clamp or ignore) accepts it'
 
 
 def look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -> bool:
@@ -395,12 +395,9 @@ class JointColumns:
 
     robot: RobotModel
     table: TableColumns  # joint and unit of every column; with `whole`, of those after the floating base
-    limits: LimitPolicy = "raise"  # "raise" makes a row with joints outside their limits a bad row
+    limits: LimitPolicy = "enforce"  # "enforce" makes a row with joints outside their limits a bad row
     hips: Hips | None = None  # value of a motor whose two joints differ; None makes the row a bad row
     whole: bool = False  # whether the columns are those of q
-
-    def __post_init__(self) -> None:
-        choice(self.limits, get_args(LimitPolicy), "limits policy")
 
     @property
     def base(self) -> int:
@@ -416,7 +413,7 @@ class JointColumns:
             rows = _narrow(good, unit, rows)
         q, agreeing = self._assembled(rows)
         q = _narrow(good, agreeing, q)
-        if self.limits == "raise":
+        if self.limits == "enforce":
             q = _narrow(good, self.robot.within_limits(q), q)
         elif self.limits == "clamp":
             q, clamped = clamp(self.robot, q)
@@ -477,9 +474,9 @@ class JointColumns:
         return q, agreeing
 
 
-def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
-    """Set `good` to False for rows with `still` False, and return the remaining rows."""
-    if still.all():
+def _narrow(good: NDArray[np.bool_], kept: NDArray[np.bool_], rows: Floats) -> Floats:
+    """Set `good` to False for rows with `kept` False, and return the remaining rows."""
+    if kept.all():
         return rows
-    good[np.flatnonzero(good)[~still]] = False
-    return rows[still]
+    good[np.flatnonzero(good)[~kept]] = False
+    return rows[kept]

@@ -81,7 +81,7 @@ class ShownRobot:
         if self._typed is not None:
             if np.ndim(q) != 1:
                 raise WrongShape("q", f"({self._typed.nq},)", np.shape(q))
-            q = self._typed.to_q(q, reference=self._q)
+            q = self._typed.to_q(q, near=self._q)
         array = overlays.one_configuration(self._look.robot, q)
         self._show(array, None if up is None else overlays.direction(up, "up"))
 

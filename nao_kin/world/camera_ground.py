@@ -270,9 +270,9 @@ def horizon(
     ends = []
     for i in (first, last):
         j = (i + 1) % len(rays)
-        here, there = (np.take_along_axis(height, k[..., None], axis=-1) for k in (i, j))
+        one, other = (np.take_along_axis(height, k[..., None], axis=-1) for k in (i, j))
         with np.errstate(all="ignore"):
-            ends.append((rays[i] * there - rays[j] * here) / (there - here))
+            ends.append((rays[i] * other - rays[j] * one) / (other - one))
     share = np.linspace(0.0, 1.0, count)[:, None]
     with np.errstate(invalid="ignore"):
         pixels = camera.project(np.where(visible[..., None, None], _between(ends[0], ends[1], share), (-1.0, 0.0, 0.0)))

@@ -189,10 +189,10 @@ def _supports(
         pressed = _on_soles(robot, names, forces, count)
         total = pressed.sum(axis=1, keepdims=True)
         shares = np.divide(pressed, total, out=np.zeros_like(pressed), where=total > 0.0)
-        most, strongest = shares.max(axis=1), shares.argmax(axis=1)
-        now = int(strongest[0]) if most[0] > 0.0 else now
+        largest, strongest = shares.max(axis=1), shares.argmax(axis=1)
+        now = int(strongest[0]) if largest[0] > 0.0 else now
         for k in range(count):
-            now = int(strongest[k]) if most[k] > _SHARE else now
+            now = int(strongest[k]) if largest[k] > _SHARE else now
             support[k] = now
     else:
         for k in range(count):

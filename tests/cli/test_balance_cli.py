@@ -51,15 +51,15 @@ def test_a_file_gives_a_row_each(capsys: pytest.CaptureFixture, nao: nk.NaoModel
     postures = [nao.posture(name) for name in ("Stand", "LyingBack", "Crouch")]
     rows = [",".join(map(repr, [k / 10, *q.tolist()])) for k, q in enumerate(postures)]
     path.write_text("\n".join([",".join(("time", *nao.joint_names)), *rows]))
-    document = json.loads(said(capsys, str(path), "--json", "--ignore-limits"))
+    document = json.loads(said(capsys, str(path), "--json", "--limits", "ignore"))
     margins = nk.world.balance(nao, postures).margin
     assert [row["margin"] for row in document["configurations"]] == pytest.approx(margins.tolist(), abs=1e-12)
     assert [row["time"] for row in document["configurations"]] == [0.0, 0.1, 0.2]
-    lines = said(capsys, str(path), "--ignore-limits").splitlines()
+    lines = said(capsys, str(path), "--limits", "ignore").splitlines()
     assert len(lines) == 4
     assert f"{1000 * margins[2]:.1f}" in lines[3]
     # On the tip of one sole no row has a margin, and no row is left out.
-    tip = ("--sole", "LLeg", "--gravity=-0.5,-0.3,-1", "--ignore-limits")
+    tip = ("--sole", "LLeg", "--gravity=-0.5,-0.3,-1", "--limits", "ignore")
     document = json.loads(said(capsys, str(path), *tip, "--json"))
     assert document["configurations"][0]["margin"] is None
     assert len(said(capsys, str(path), *tip).splitlines()) == 4

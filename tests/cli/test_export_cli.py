@@ -72,7 +72,7 @@ def test_json_has_the_files_and_the_changes(capsys: pytest.CaptureFixture) -> No
 
 
 def test_a_version_or_another_robot_is_exported(capsys: pytest.CaptureFixture) -> None:
-    said(capsys, "five.urdf", "--format", "urdf", "--version", "v5", "--names", "ros", "--meshes", "package://nao")
+    said(capsys, "five.urdf", "--format", "urdf", "--nao", "v5", "--names", "ros", "--meshes", "package://nao")
     assert read_urdf("five.urdf").name == "NaoH25V50"
     said(capsys, "again.urdf", "--format", "urdf", "--urdf", "five.urdf", "--meshes", "none")
     assert read_urdf("again.urdf").name == "NaoH25V50"
@@ -93,7 +93,7 @@ def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
         (["--format", "urdf", "--coupling", "lock"], "unknown coupling 'lock' (nearest: locked)"),
         (["--format", "urdf", "--inertia", ""], "unknown choice of inertias '' (valid: published, physical)"),
         (["--format", "urdf", "--meshes", "package:/x"], "unknown choice of meshes 'package:/x'"),
-        (["--format", "urdf", "--version", "v7"], "unknown NAO version 'v7'"),
+        (["--format", "urdf", "--nao", "v7"], "unknown NAO version 'v7'"),
         (["--format", "urdf", "--format", "urdf"], "--format is given twice"),
     ],
 )

@@ -22,7 +22,7 @@ KINDS += ("motion.xar", "motion.py")
 # Formats that standard output refuses, and formats that --output refuses.
 ONLY_OUTPUT, ONLY_PRINTED = ("plain.npy", "plain.parquet"), ("plain.json",)
 STYLES = ("matrix", "position6d", "rpy", "quaternion")
-PLACES = ((), ("--reference", "LLeg", "--clamp"))
+PLACES = ((), ("--reference", "LLeg", "--limits", "clamp"))
 
 
 def _q(nao: nk.NaoModel, *, inside: bool) -> np.ndarray:
@@ -95,7 +95,7 @@ def test_poses_are_the_same_on_standard_output_and_in_files(
 ) -> None:
     for index, style in enumerate(STYLES):
         places = PLACES[(index + deg) % 2]
-        q = _q(nao, inside="--clamp" not in places)
+        q = _q(nao, inside="clamp" not in places)
         file = _file(nao, tmp_path, kind, q, deg=deg)
         options = [*itertools.chain(*(("--frame", name) for name in FRAMES)), "--as", style, *places, *["--deg"] * deg]
         options += ["--posture", "StandInit"] if kind == "few.csv" else []

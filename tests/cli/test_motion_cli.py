@@ -20,8 +20,6 @@ from nao_kin.cli.app import run
 from nao_kin.motion import FORMATS, check, read_motion, write_motion
 from nao_kin.motion.files import is_motion_file
 
-pytestmark = pytest.mark.slow
-
 COMMANDS = ("convert", "check", "info", "plot")
 
 
@@ -188,7 +186,7 @@ def test_convert_mends_and_says_by_how_much(
     capsys: pytest.CaptureFixture, wild: str, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     out = str(tmp_path / "tame.npz")
-    options = ("--hips", "left", "--clamp", "--slow-down", "--posture", "Crouch")
+    options = ("--hips", "left", "--limits", "clamp", "--slow-down", "--posture", "Crouch")
     document = _json(capsys, "motion", "convert", wild, out, *options, "--json")
     kinds = {change["kind"] for change in document["changes"]}
     assert kinds == {"one motor", "clamped", "resampled", "slower"}
@@ -203,7 +201,7 @@ def test_convert_prints_the_file_and_notes_what_changed(
     capsys: pytest.CaptureFixture, wild: str, tmp_path: Path
 ) -> None:
     out = str(tmp_path / "tame.json")
-    assert run(["motion", "convert", wild, out, "--clamp", "--deg"]) == 0
+    assert run(["motion", "convert", wild, out, "--limits", "clamp", "--deg"]) == 0
     printed, noted = capsys.readouterr()
     assert printed == f"{out}\n"
     assert "LHand: moved into its limits by up to 0.5 (0.1 s)" in noted
@@ -377,10 +375,12 @@ def test_fk_writes_the_poses_of_a_motion_to_a_file(
 def test_fk_says_when_a_motion_leaves_its_limits(capsys: pytest.CaptureFixture, wild: str, nao: nk.NaoModel) -> None:
     words = _refused(capsys, "fk", wild, "--frame", "Head")
     assert "wild.json: at 0.1 s outside the joint limits: LHand = 1.5 not in [0, 1]" in words
-    clamped = _json(capsys, "fk", wild, "--frame", "Head", "--clamp", "--as", "matrix", "--json")
+    clamped = _json(capsys, "fk", wild, "--frame", "Head", "--limits", "clamp", "--as", "matrix", "--json")
     q = nao.clamp(_wild().configurations(nao).q)
     assert np.array_equal([row["Head"] for row in clamped["configurations"]], nao.fk(q, "Head"))
-    left = _json(capsys, "fk", wild, "--frame", "LLeg", "--ignore-limits", "--hips", "left", "--json", "--as", "matrix")
+    left = _json(
+        capsys, "fk", wild, "--frame", "LLeg", "--limits", "ignore", "--hips", "left", "--json", "--as", "matrix"
+    )
     q = _wild().configurations(nao, hips="left").q
     assert np.array_equal([row["LLeg"] for row in left["configurations"]], nao.fk(q, "LLeg"))
 

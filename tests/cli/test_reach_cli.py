@@ -22,8 +22,6 @@ from viewer_pages import messages_of
 import nao_kin as nk
 from nao_kin.cli.app import run
 
-pytestmark = pytest.mark.slow
-
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 FEW = ("--samples", "3000", "--voxel", "0.03")
 
@@ -83,7 +81,7 @@ def test_nobodys_samples_are_thrown_away(capsys: pytest.CaptureFixture, tmp_path
     assert "is of another voxel: 0.03 instead of 0.01" in refused(capsys, "LArm", "-o", str(path))
     assert "is of another seed" in refused(capsys, "LArm", *FEW, "--seed", "1", "-o", str(path))
     assert "is of another frame" in refused(capsys, "RArm", *FEW, "-o", str(path))
-    assert "is of another robot" in refused(capsys, "LArm", *FEW, "--version", "v5", "-o", str(path))
+    assert "is of another robot" in refused(capsys, "LArm", *FEW, "--nao", "v5", "-o", str(path))
     assert "has 3000 samples already" in refused(
         capsys, "LArm", "--voxel", "0.03", "--samples", "2999", "-o", str(path)
     )
@@ -121,7 +119,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
     found.save_vtk(tmp_path / "b.vtk")
     assert (tmp_path / "a.vtk").read_bytes() == (tmp_path / "b.vtk").read_bytes()
     assert "overwrite=True (--force) replaces it" in refused(capsys, "LArm", *FEW, "-o", str(tmp_path / "a.vtk"))
-    colours = trimesh.load(found.save_ply(tmp_path / "b.ply", colour_by="coverage")).colors
+    colours = trimesh.load(found.save_ply(tmp_path / "b.ply", by="coverage")).colors
     with (tmp_path / "a.PLY").open("rb") as file:
         assert np.array_equal(trimesh.load(file, file_type="ply").colors, colours)
     said(capsys, "LArm", *FEW, "--html", str(tmp_path / "a.html"))

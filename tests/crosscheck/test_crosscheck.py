@@ -22,8 +22,6 @@ from nao_kin.crosscheck.steps import Step, StepKinematics, steps_of
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.nao import nao_parameters
 
-pytestmark = pytest.mark.slow
-
 SOMEWHERE = {"xyz": (0.1, -0.2, 0.3), "rpy": (0.3, -0.5, 0.7)}
 
 
@@ -409,7 +407,7 @@ def test_the_command_refuses_absurd_numbers(capsys: pytest.CaptureFixture) -> No
 
 
 def test_the_command_prints_the_table_and_says_yes(capsys: pytest.CaptureFixture) -> None:
-    assert run_program(["check", "--version", "v5", "--samples", "5"]) == 0
+    assert run_program(["check", "--nao", "v5", "--samples", "5"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     assert "eigenpy, reversed" in out

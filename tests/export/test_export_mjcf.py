@@ -554,7 +554,6 @@ def test_a_root_called_world_is_no_trouble(tmp_path: Path) -> None:
     assert (tmp_path / "model" / "robot.xml").is_file()
 
 
-@pytest.mark.slow
 def test_romeo_is_exported_with_its_meshes(tmp_path: Path) -> None:
     pytest.importorskip("cmeel", reason="example-robot-data")
     romeo = nk.load_robot("romeo")
@@ -657,7 +656,7 @@ def test_without_mujoco_the_extra_is_named(nao: nk.NaoModel, tmp_path: Path, mon
 
 
 def test_the_command_line_writes_it_too(tmp_path: Path) -> None:
-    command = ["export", str(tmp_path / "nao"), "--format", "mjcf", "--version", "v5", "--typed", "--meshes", "none"]
+    command = ["export", str(tmp_path / "nao"), "--format", "mjcf", "--nao", "v5", "--typed", "--meshes", "none"]
     assert run(command) == 0
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "nao" / "scene.xml")).nu == 25
 

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 from moveit_rules import violations
 
@@ -61,7 +61,7 @@ def written(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> nk.ex
 
 @pytest.mark.parametrize("names", ["naoqi", "ros"])
 @pytest.mark.parametrize("frames", ["all", "effectors", "none"])
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_every_variant_of_every_nao_obeys_the_rules_of_moveit(version: str, frames: str, names: str) -> None:
     robot = nk.load_nao(version)
     document = srdf_document(robot, names=names, frames=frames, samples=FEW)

@@ -67,20 +67,20 @@ def test_inside_the_limits_the_way_back_needs_no_reference(each_nao) -> None:
 def test_with_itself_as_reference_every_configuration_comes_back() -> None:
     q = np.random.default_rng(1).uniform(-9, 9, (1000, 25))
     for typed in (TYPED, ARMS):
-        assert np.allclose(typed.to_q(typed.from_q(q), reference=q), q, rtol=0, atol=1e-10)
+        assert np.allclose(typed.to_q(typed.from_q(q), near=q), q, rtol=0, atol=1e-10)
 
 
 def test_a_nearby_reference_leads_back_to_the_same_branch() -> None:
     rng = np.random.default_rng(2)
     q = NAO.random(rng, 200)
     near = q + rng.uniform(-0.05, 0.05, q.shape)
-    assert np.allclose(ARMS.to_q(ARMS.from_q(q), reference=near), q, rtol=0, atol=1e-13)
+    assert np.allclose(ARMS.to_q(ARMS.from_q(q), near=near), q, rtol=0, atol=1e-13)
 
 
 def test_one_reference_serves_a_whole_batch() -> None:
     q = NAO.random(3, (2, 3))
-    assert TYPED.to_q(TYPED.from_q(q), reference=NAO.posture("StandInit")).shape == (2, 3, 25)
-    many = TYPED.to_q(TYPED.from_q(q[0, 0]), reference=q)
+    assert TYPED.to_q(TYPED.from_q(q), near=NAO.posture("StandInit")).shape == (2, 3, 25)
+    many = TYPED.to_q(TYPED.from_q(q[0, 0]), near=q)
     assert np.allclose(many, np.broadcast_to(many[0, 0], many.shape), rtol=0, atol=1e-12)
 
 
@@ -194,7 +194,7 @@ def test_the_reference_picks_the_branch_and_the_turn() -> None:
             reference[COLUMN[f"{side}HipPitch"]] = triple[2] + 4 * math.pi
             if side == "L":
                 reference[COLUMN["LHipYawPitch"]] = triple[0]
-        back = TYPED.to_q(q_typed, reference=reference)
+        back = TYPED.to_q(q_typed, near=reference)
         seen.append(tuple(np.round(back, 6)))
         assert np.allclose(TYPED.fk(TYPED.from_q(back), OUTSIDE), NAO.fk(q, OUTSIDE), rtol=0, atol=1e-14)
         assert abs(back[COLUMN["RHipPitch"]] - reference[COLUMN["RHipPitch"]]) <= math.pi
@@ -207,11 +207,10 @@ def test_couplings_outweigh_limits_and_reference() -> None:
     q = nao(LHipYawPitch=2.9, LHipRoll=-2.4, LHipPitch=2.8, RHipRoll=2.5, RHipPitch=0.3)
     back = TYPED.to_q(TYPED.from_q(q))
     assert np.allclose(NAO.fk(back, OUTSIDE), NAO.fk(q, OUTSIDE), rtol=0, atol=1e-14)
-    back = TYPED.to_q(TYPED.from_q(q), reference=NAO.neutral())
+    back = TYPED.to_q(TYPED.from_q(q), near=NAO.neutral())
     assert np.allclose(NAO.fk(back, OUTSIDE), NAO.fk(q, OUTSIDE), rtol=0, atol=1e-14)
 
 
-@pytest.mark.slow
 @given(turn, turn, turn, turn, turn)
 def test_any_consistent_typed_configuration_has_a_way_back(yaw, left_roll, left_pitch, right_roll, right_pitch) -> None:
     q = nao(LHipYawPitch=yaw, LHipRoll=left_roll, LHipPitch=left_pitch, RHipRoll=right_roll, RHipPitch=right_pitch)
@@ -230,7 +229,6 @@ def test_inside_the_limits_means_inside_when_some_triple_is() -> None:
 # --- locks ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @given(turn, turn, turn, distance, distance, st.sampled_from([-1, 1]), st.booleans(), st.booleans())
 def test_at_a_lock_and_beside_it_every_frame_comes_back(yaw, left, right, d, e, sign, left_far, right_far) -> None:
     q = nao(
@@ -242,7 +240,7 @@ def test_at_a_lock_and_beside_it_every_frame_comes_back(yaw, left, right, d, e, 
     )
     q_typed = TYPED.from_q(q)
     expected = NAO.fk(q, OUTSIDE)
-    for back in (TYPED.to_q(q_typed), TYPED.to_q(q_typed, reference=q), TYPED.to_q(q_typed, reference=NAO.neutral())):
+    for back in (TYPED.to_q(q_typed), TYPED.to_q(q_typed, near=q), TYPED.to_q(q_typed, near=NAO.neutral())):
         assert np.allclose(NAO.fk(back, OUTSIDE), expected, rtol=0, atol=1e-12)
 
 
@@ -255,21 +253,21 @@ def test_at_an_exact_lock_the_reference_decides_what_the_ball_cannot(locked) -> 
         RHipRoll=LOCK["R"] if "R" in locked else 0.1,
         RHipPitch=-0.3,
     )
-    assert np.allclose(TYPED.to_q(TYPED.from_q(q), reference=q), q, rtol=0, atol=1e-14)
+    assert np.allclose(TYPED.to_q(TYPED.from_q(q), near=q), q, rtol=0, atol=1e-14)
 
 
 @given(turn, turn, turn, distance, st.sampled_from([-1, 1]))
 def test_beside_a_lock_the_reference_decides_what_rounding_leaves_open(yaw, left, right, d, sign) -> None:
     rolls = {each: LOCK[each] + sign * d for each in "LR"}
     q = nao(LHipYawPitch=yaw, LHipRoll=rolls["L"], LHipPitch=left, RHipRoll=rolls["R"], RHipPitch=right)
-    assert np.allclose(TYPED.to_q(TYPED.from_q(q), reference=q), q, rtol=0, atol=1e-12)
+    assert np.allclose(TYPED.to_q(TYPED.from_q(q), near=q), q, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("locked", ["L", "R"])
 def test_at_a_lock_the_free_hip_tells_the_locked_one_where_the_motor_stands(locked) -> None:
     rolls = {side: LOCK[side] if side == locked else 0.1 for side in "LR"}
     q = nao(LHipYawPitch=0.4, LHipRoll=rolls["L"], LHipPitch=0.2, RHipRoll=rolls["R"], RHipPitch=-0.3)
-    back = TYPED.to_q(TYPED.from_q(q), reference=NAO.neutral())
+    back = TYPED.to_q(TYPED.from_q(q), near=NAO.neutral())
     assert np.allclose(back, q, rtol=0, atol=1e-14)
 
 
@@ -286,7 +284,7 @@ def test_a_straight_elbow_is_locked_and_still_comes_back() -> None:
     q_typed = ARMS.from_q(q)
     assert ARMS.ball_angles(q_typed, "LElbowRoll").locked
     assert np.allclose(NAO.fk(ARMS.to_q(q_typed), "LArm"), NAO.fk(q, "LArm"), rtol=0, atol=1e-14)
-    assert np.allclose(ARMS.to_q(q_typed, reference=q), q, rtol=0, atol=1e-14)
+    assert np.allclose(ARMS.to_q(q_typed, near=q), q, rtol=0, atol=1e-14)
 
 
 # --- the shared motor -------------------------------------------------------------------------------------------------
@@ -372,10 +370,10 @@ def test_two_followers_of_one_motor_are_weighed_together(tmp_path) -> None:
     legs = [J("d", Z, parent="base", follows=("m", 2.0, 0.0)), J("e", X), J("f", Y)]
     typed = TypedModel(made_up(tmp_path, J("m", Z), *arms, *legs))
     start = np.array([0.3, 0.1, 0.2, 0.4, 0.5])
-    assert np.allclose(typed.to_q(typed.from_q(start), reference=start), start, rtol=0, atol=1e-14)
+    assert np.allclose(typed.to_q(typed.from_q(start), near=start), start, rtol=0, atol=1e-14)
     q_typed = typed.from_q(start)
     q_typed[typed.columns["m"]] = 0.9
-    rows = typed.violations(q_typed, reference=start)
+    rows = typed.violations(q_typed, near=start)
     assert {row.mimic for row in rows} == {"a", "d"}
     # (m − 0.9)² + (m − 0.3)² + (2 m − 0.6)² is smallest at m = 2.4 / 6.
     assert [row.nearest for row in rows] == pytest.approx([0.4, 0.4], abs=1e-14)

@@ -117,7 +117,7 @@ def test_inside_the_limits_nothing_is_lost_and_nothing_violated(robot, rule, see
     back = typed.to_q(q_typed)
     assert np.allclose(robot.fk(back, names), expected, rtol=0, atol=1e-11)
     assert np.allclose(back[:, known(typed)], q[:, known(typed)], rtol=0, atol=1e-11)
-    assert np.allclose(typed.to_q(q_typed, reference=q), q, rtol=0, atol=1e-9)
+    assert np.allclose(typed.to_q(q_typed, near=q), q, rtol=0, atol=1e-9)
 
 
 @settings(max_examples=60)

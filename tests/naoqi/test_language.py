@@ -130,17 +130,17 @@ def test_values_go_to_an_order_and_come_back(nao: nk.NaoModel, order: str) -> No
     by_name = nao.angles(q) | {"RHipYawPitch": nao.angles(q)["LHipYawPitch"]}
     for column, name in enumerate(names):
         assert np.array_equal(values[..., column], by_name[name])
-    assert np.array_equal(naoqi.from_order(nao, values, order, reference=q), q)
+    assert np.array_equal(naoqi.from_order(nao, values, order, near=q), q)
 
 
 def test_joints_that_an_order_lacks_are_zero_or_of_the_reference(nao: nk.NaoModel) -> None:
     q = nao.random(7)
     values = naoqi.to_order(nao, q, "H21")
-    zero, kept = naoqi.from_order(nao, values, "H21"), naoqi.from_order(nao, values, "H21", reference=nao.random(8))
+    zero, kept = naoqi.from_order(nao, values, "H21"), naoqi.from_order(nao, values, "H21", near=nao.random(8))
     wrist = nao.joint_names.index("LWristYaw")
     assert zero[wrist] == 0.0
     assert kept[wrist] == nao.random(8)[wrist]
-    many = naoqi.from_order(nao, values, "H21", reference=nao.random(8, 3))
+    many = naoqi.from_order(nao, values, "H21", near=nao.random(8, 3))
     assert many.shape == (3, nao.nq)
 
 

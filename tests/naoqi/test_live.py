@@ -24,8 +24,6 @@ from nao_kin.motion import read_motion
 from nao_kin.naoqi import LolaSource, NaoqiSource, from_order, readings, recorded, vertical
 from nao_kin.rotations import matrix_from_rpy
 
-pytestmark = pytest.mark.slow
-
 # Sends frames in which HeadYaw grows by 0.001 each, to whoever connects, as often as it is told to.
 LOLA_ROBOT = """
     import os, socket, sys, time
@@ -164,10 +162,10 @@ def test_a_virtual_nao_is_mirrored_as_it_moves(nao: nk.NaoModel) -> None:
 def test_a_recording_is_a_motion_that_can_be_read(nao: nk.NaoModel, short_folder: Path) -> None:
     file = short_folder / "nod.json"
     with _lola_robot(short_folder, 200) as (path, _):
-        done = _live("--lola", path, "--record", str(file), "--seconds", "0.4", "--rate", "50")
+        done = _live("--lola", path, "-o", str(file), "--seconds", "0.4", "--rate", "50")
         assert done.returncode == 0, done.stderr
         assert done.stdout == f"{file}\n"
-        again = _live("--lola", path, "--record", str(file), "--seconds", "0.2")
+        again = _live("--lola", path, "-o", str(file), "--seconds", "0.2")
         assert again.returncode == 2
         assert again.stderr.startswith(f"nao-kin: {file} ")
         assert again.stderr.endswith("; overwrite=True (--force) replaces it\n")
@@ -192,7 +190,7 @@ def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
             "--no-view",
             "--lola",
             path,
-            "--record",
+            "-o",
             str(file),
             "--json",
         ]
@@ -237,7 +235,7 @@ def test_a_robot_that_never_answers_is_given_up_after_the_seconds_asked_for(shor
         listening.bind(str(silent))
         listening.listen()
         for address in (str(silent), str(short_folder / "nobody")):
-            done = _live("--lola", address, "--seconds", "0.3", "--record", str(short_folder / "nod.json"))
+            done = _live("--lola", address, "--seconds", "0.3", "-o", str(short_folder / "nod.json"))
             assert done.returncode == 2
             assert done.stdout == ""
             assert done.stderr.endswith(f"\nnao-kin: {address} gave no reading within 0.3 s\n")
@@ -247,7 +245,7 @@ def test_a_robot_that_never_answers_is_given_up_after_the_seconds_asked_for(shor
 def test_a_robot_that_is_lost_for_the_seconds_asked_for_ends_the_recording(short_folder: Path) -> None:
     file = short_folder / "nod.json"
     with _lola_robot(short_folder, 20) as (path, _):
-        done = _live("--lola", path, "--seconds", "2", "--record", str(file), "--json")
+        done = _live("--lola", path, "--seconds", "2", "-o", str(file), "--json")
     assert done.returncode == 0, done.stderr
     assert "trying again" in done.stderr
     assert len(read_motion(file).times[0]) == json.loads(done.stdout)["readings"] > 0
@@ -281,8 +279,8 @@ def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
         (("a:99999",), "address must be like tcp://nao.local:9559, got 'a:99999'"),
         (("--lola", "x", "--rate", "0"), "rate must be a positive number, got 0"),
         (("--lola", "x", "--seconds", "-1"), "--seconds must be a positive number, got -1"),
-        (("--lola", "x", "--record", "wave.xyz"), "no motion format for wave.xyz; end it in one of: .csv"),
-        (("--lola", "x", "--record", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
+        (("--lola", "x", "-o", "wave.xyz"), "no motion format for wave.xyz; end it in one of: .csv"),
+        (("--lola", "x", "-o", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]) -> None:

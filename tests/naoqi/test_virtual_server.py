@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from free_ports import free_port
-from loops import first_now
+from loops import full
 
 import nao_kin as nk
 from nao_kin._kernels.cache import compiles
@@ -32,7 +32,7 @@ from nao_kin.errors import BadArgument, MissingExtra
 from nao_kin.naoqi import OpenToOthersWarning, QiServer, VirtualNao
 
 pytest.importorskip("qi")
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals")]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 SECONDS = 60.0
@@ -378,7 +378,7 @@ def test_a_script_killed_in_the_middle_of_a_call_leaves_the_robot_to_the_others(
     assert found["angle"] == pytest.approx([-1.0], abs=1e-9)  # what was begun is finished
 
 
-@pytest.mark.parametrize(("number", "code"), first_now([(signal.SIGINT, 130), (signal.SIGTERM, 143)]))
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), *full((signal.SIGTERM, 143))])
 def test_a_signal_ends_it_and_whoever_waits_gets_an_error(
     serve: Callable[..., Served], number: signal.Signals, code: int
 ) -> None:
@@ -405,7 +405,7 @@ def test_a_signal_ends_it_and_whoever_waits_gets_an_error(
 
 
 def test_the_log_says_what_happens(serve: Callable[..., Served]) -> None:
-    served = serve("--log", "--speed", "10", "--version", "v5", "--posture", "Stand")
+    served = serve("--log", "--speed", "10", "--nao", "v5", "--posture", "Stand")
     _found(
         served,
         """
@@ -545,7 +545,7 @@ def test_a_port_in_use_is_named(capsys: pytest.CaptureFixture[str], shared: Serv
         (("--speed", "0"), "speed must be positive"),
         (("--speed", "nan"), "speed must be finite"),
         (("--posture", "Standing"), "nearest: Stand"),
-        (("--version", "v7"), "v6"),
+        (("--nao", "v7"), "v6"),
         (("--offsets", "none.toml"), "none.toml"),
     ],
 )
@@ -564,7 +564,7 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["serve", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin serve" in out
-    for option in "--port --host --version --offsets --speed --posture --awake --behaviors --view --log --json".split():
+    for option in "--port --host --nao --offsets --speed --posture --awake --behaviors --view --log --json".split():
         assert option in out
 
 

@@ -432,7 +432,7 @@ def test_the_vtk_file_holds_every_voxel_at_its_place(whole: ReachMap, tmp_path: 
 
 @pytest.mark.parametrize("colour_by", ["best", "mean", "count", "coverage"])
 def test_the_ply_file_holds_coloured_points(whole: ReachMap, tmp_path: Path, colour_by: str) -> None:
-    cloud = trimesh.load(whole.save_ply(tmp_path / "reach.ply", colour_by=colour_by))
+    cloud = trimesh.load(whole.save_ply(tmp_path / "reach.ply", by=colour_by))
     assert np.abs(cloud.vertices - whole.centres).max() < 1e-6
     values = whole.column(colour_by)
     assert cloud.colors[np.argmax(values)].tolist() == [189, 43, 31, 255]
@@ -441,7 +441,7 @@ def test_the_ply_file_holds_coloured_points(whole: ReachMap, tmp_path: Path, col
 
 def test_exports_that_cannot_be_written_are_refused(whole: ReachMap, tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="number of a voxel 'bset'"):
-        whole.save_ply(tmp_path / "a.ply", colour_by="bset")
+        whole.save_ply(tmp_path / "a.ply", by="bset")
     for save in (whole.save, whole.save_vtk, whole.save_ply):
         with pytest.raises(BadArgument, match="cannot write"):
             save(tmp_path / "no" / "a")

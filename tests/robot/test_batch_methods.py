@@ -120,7 +120,7 @@ def test_an_out_that_cannot_be_used_is_refused(nao: nk.NaoModel) -> None:
             nao.com(memory[: q.size].reshape(q.shape), out=memory[900:1020].reshape(40, 3), threads=threads)
 
 
-@for_all("limits", ["ignore", "raise", "clamp"])
+@for_all("limits", ["ignore", "enforce", "clamp"])
 @for_all("threads", [None, 1])
 def test_an_input_is_never_written_over(nao: nk.NaoModel, limits: str, threads: int | None) -> None:
     memory = np.zeros(2000)
@@ -270,7 +270,7 @@ def test_limits_are_looked_at_first(nao: nk.NaoModel) -> None:
     q = nao.random(0, 40)
     q[5, nao.joint_names.index("HeadYaw")] = 3.0
     with pytest.raises(OutsideLimits, match="HeadYaw"):
-        nao.fk(q, "LArm", limits="raise", threads=1)
+        nao.fk(q, "LArm", limits="enforce", threads=1)
     clamped = nao.fk(q, "Head", limits="clamp", threads=1)
     np.testing.assert_array_equal(clamped, nao.fk(nao.clamp(q), "Head", threads=1))
 

@@ -16,7 +16,7 @@ import coal
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 from scipy.spatial import ConvexHull
 
@@ -193,7 +193,7 @@ def _outside(shape: Shape, points: np.ndarray) -> np.ndarray:
     return np.asarray((points @ faces[:, :3].T + faces[:, 3]).max(axis=1))
 
 
-@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_every_vertex_of_a_mesh_is_inside_a_hull_and_inside_a_simple_shape_of_its_link(version: str) -> None:
     nao = nk.load_nao(version)
     assert set(nao.link_shapes.links) == {visual.link for visual in nao.tree.visuals if "_link" not in visual.link} | {
@@ -252,7 +252,7 @@ def _at_limits(robot: nk.RobotModel, n: int, seed: int) -> np.ndarray:
     return robot.clamp(np.where(rng.random((n, robot.nq)) < 0.6, limits, robot.random(rng, n)))
 
 
-@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_pairs_that_are_not_compared_do_not_overlap_at_the_limits(version: str) -> None:
     nao = nk.load_nao(version)
     never = {pair for pair, reason in nao.link_shapes.disabled.items() if reason == "Never"}

@@ -9,13 +9,14 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits
+from nao_kin.errors import BadArgument, DegreesWarning, FormerNameWarning, NotFinite, OutsideLimits
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
 # No bound of one end is the bound of another, and b = 0 is outside at both ends.
@@ -43,7 +44,7 @@ def test_one_configuration_is_inside_a_table_where_a_batch_is(robot: nk.RobotMod
         for check in (
             lambda b=b: robot.check_limits(np.array([a, b, 0.0])),
             lambda b=b: robot.configuration({"a": a, "b": b}),
-            lambda b=b: robot.fk([a, b, 0.0], "c", limits="raise"),
+            lambda b=b: robot.fk([a, b, 0.0], "c", limits="enforce"),
         ):
             if inside:
                 check()
@@ -169,7 +170,7 @@ def free(tmp_path: Path) -> nk.RobotModel:
 
 
 def test_values_by_name_leave_the_base_where_it_is(free: nk.RobotModel) -> None:
-    for limits in ("raise", "clamp", "ignore"):
+    for limits in ("enforce", "clamp", "ignore"):
         for values in ({"b": 0.5, "a": -0.25}, {"b": np.array(0.5), "a": np.array(-0.25)}):
             q = free.configuration(values, limits=limits)  # type: ignore[arg-type]
             assert q.tolist() == [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -0.25, 0.5]
@@ -202,3 +203,23 @@ def test_the_quaternion_of_a_floating_base_is_checked_however_small_the_numbers(
     for shaped in (q, q[None], q.tolist()):
         with pytest.raises(BadArgument, match=r"must be a unit quaternion .* norm 0\.5"):
             free.fk(shaped, "b_l")
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda nao, **limits: nao.configuration({"HeadYaw": 3.0}, **limits),
+        lambda nao, **limits: nao.posture("Stand", HeadYaw=3.0, **limits),
+        lambda nao, **limits: nao.fk(nao.configuration({"HeadYaw": 3.0}, limits="ignore"), "Head", **limits),
+        lambda nao, **limits: nao.from_body(np.full(26, 3.0), **limits),
+    ],
+    ids=["configuration", "posture", "fk", "from_body"],
+)
+def test_the_former_policy_raise_refuses_values_and_warns_once(ask: Callable[..., Any], nao: nk.NaoModel) -> None:
+    with pytest.raises(OutsideLimits) as expected:
+        ask(nao, limits="enforce")
+    message = '^limits="raise" is now limits="enforce"'
+    with pytest.warns(FormerNameWarning, match=message) as caught, pytest.raises(OutsideLimits) as former:
+        ask(nao, limits="raise")
+    assert str(former.value) == str(expected.value)
+    assert len(caught) == 1

@@ -125,7 +125,7 @@ def test_body_values_are_those_of_the_joints_on_a_floating_base_too() -> None:
     assert nao.to_body(q).tolist() == body.tolist()
     assert nao.angles(q)["RShoulderRoll"] == nao.body_order.index("RShoulderRoll")
     with pytest.raises(OutsideLimits):
-        nao.from_body(body, limits="raise")
+        nao.from_body(body, limits="enforce")
     assert nao.within_limits(nao.from_body(body, limits="clamp"))
 
 
@@ -224,8 +224,23 @@ def test_poses_in_a_reference_are_relative_poses(nao: nk.NaoModel) -> None:
     expected = np.linalg.inv(nao.fk(q, "LLeg")) @ nao.fk(q, "CameraTop")
     assert np.allclose(nao.fk(q, "CameraTop", reference="LLeg"), expected, atol=1e-15)
     assert np.allclose(nao.fk(q, "LLeg", reference="LLeg"), np.eye(4), atol=1e-15)
-    assert np.array_equal(nao.fk(q, "LLeg", reference="world"), nao.fk(q, "LLeg"))
     assert np.array_equal(nao.fk(q, "LLeg", reference="torso"), nao.fk(q, "LLeg"))
+
+
+def test_the_world_is_a_reference_with_a_floating_base_alone(nao: nk.NaoModel) -> None:
+    floating = nk.load_nao(base="floating")
+    q = np.concatenate([[1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8], nao.random(3)])
+    assert np.array_equal(floating.fk(q, "LLeg", reference="world"), floating.fk(q, "LLeg"))
+    assert np.allclose(floating.fk(q, "LLeg", reference="torso"), nao.fk(q[7:], "LLeg"), atol=1e-14)
+    message = "unknown frame 'world' .*; the place of a fixed base in the world is not known; load .* base=.floating"
+    for ask in (nao.fk, nao.rotation, nao.position):
+        with pytest.raises(UnknownName, match=message):
+            ask(q[7:], "LLeg", reference="world")
+    for ask in (nao.com, nao.support_polygon):
+        with pytest.raises(UnknownName, match=message):
+            ask(q[7:], reference="world")
+    with pytest.raises(UnknownName, match="the world is a reference only"):
+        floating.fk(q, "world")
 
 
 @for_all("frames", ["LArm", ["LArm"], ["LArm", "Head", "RLeg"], None])
@@ -591,7 +606,6 @@ def test_a_pickle_carries_what_was_changed_in_the_model() -> None:
     assert other.position(other.neutral(), "Head")[2] == 0.2
 
 
-@pytest.mark.slow
 def test_a_pickle_lives_in_another_process(tmp_path) -> None:
     nao = nk.load_nao("v4")
     (tmp_path / "nao.pickle").write_bytes(pickle.dumps(nao))
@@ -617,7 +631,6 @@ def test_threads_do_not_disturb_each_other(nao: nk.NaoModel) -> None:
             assert np.array_equal(got, wanted)
 
 
-@pytest.mark.slow
 def test_importing_the_package_loads_nothing_heavy() -> None:
     code = (
         "import sys, nao_kin; nao_kin.rotations; nao_kin.screws.lines; print('pinocchio' in sys.modules); "
@@ -628,7 +641,6 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
     assert child.stdout.split("\n")[:2] == ["False", "[]"], child.stderr
 
 
-@pytest.mark.slow
 def test_importing_the_package_loads_no_module_that_few_calls_need() -> None:
     late = {"numpy.random", "secrets", "concurrent.futures", "logging", "subprocess", "tempfile", "shutil", "difflib"}
     code = (
@@ -665,7 +677,7 @@ def test_fk_looks_at_limits_only_when_asked(nao: nk.NaoModel) -> None:
     nao.fk(q, "LArm")
     nao.fk(q, "LArm", limits="ignore")
     with pytest.raises(OutsideLimits, match="LShoulderRoll = 2"):
-        nao.fk(q, "LArm", limits="raise")
+        nao.fk(q, "LArm", limits="enforce")
     assert np.array_equal(nao.fk(q, "LArm", limits="clamp"), nao.fk(nao.clamp(q), "LArm"))
 
 

@@ -234,8 +234,8 @@ def _joint_rows(capsys: pytest.CaptureFixture, *options: str) -> dict[tuple[str,
 
 @pytest.mark.parametrize("version", ["v3.2", "v6"])
 def test_speeds_follow_the_angles_into_degrees_and_torques_do_not(capsys: pytest.CaptureFixture, version: str) -> None:
-    plain = _joint_rows(capsys, "--version", version)
-    degrees = _joint_rows(capsys, "--version", version, "--deg")
+    plain = _joint_rows(capsys, "--nao", version)
+    degrees = _joint_rows(capsys, "--nao", version, "--deg")
     for joint in nao_parameters(version).joints:
         radians_row, degrees_row = plain[(joint.name,)], degrees[(joint.name,)]
         scale = math.degrees(1.0) if joint.unit == "rad" else 1.0

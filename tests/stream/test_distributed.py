@@ -30,7 +30,7 @@ QUESTIONS: dict[str, tuple[str, tuple[Any, ...], dict[str, Any]]] = {
     "pose of one frame": ("fk", ("LArm",), {}),
     "poses of two frames in a third": ("fk", (["LArm", "Head"],), {"reference": "RFoot"}),
     "poses of all links": ("fk", (), {}),
-    "rotation": ("rotation", ("LArm",), {"reference": "world"}),
+    "rotation": ("rotation", ("LArm",), {"reference": "Head"}),
     "positions": ("position", (("LArm", "RArm"),), {}),
     "Jacobian": ("jacobian", ("LArm", "frame"), {}),
     "quaternions": ("fk", (["LArm", "Head"],), {"as_": "position_quaternion"}),

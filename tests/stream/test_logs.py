@@ -507,11 +507,11 @@ def test_two_hips_of_sensors_are_settled_as_asked(
     with pytest.raises(BadInputFile, match=r"drives RHipYawPitch, .*--hips average"):
         nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy")
     (tmp_path / "poses.csv").write_text(_text(table))
-    assert run(["fk", str(tmp_path / "poses.csv"), "--ignore-limits"]) == 2
+    assert run(["fk", str(tmp_path / "poses.csv"), "--limits", "ignore"]) == 2
     assert "--hips average" in capsys.readouterr().err
     # What the message advises is accepted, without times as with them, for one file and for several.
     for arguments in ([str(source), "--csv"], [str(source), str(source), "-o", str(tmp_path / "two.csv")]):
-        assert run(["fk", *arguments, "--ignore-limits", "--hips", "average"]) == 0
+        assert run(["fk", *arguments, "--limits", "ignore", "--hips", "average"]) == 0
         capsys.readouterr()
     for hips, off in (("average", 0.001), ("left", 0.0), ("right", 0.002)):
         expected = q.copy()
@@ -524,7 +524,7 @@ def test_two_hips_of_sensors_are_settled_as_asked(
     expected[:, nao.joint_names.index("LHipYawPitch")] -= 0.001
     for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"]):
         capsys.readouterr()
-        assert run(["fk", str(source), "--frame", "LLeg", "--as", "matrix", "--ignore-limits", *options]) == 0
+        assert run(["fk", str(source), "--frame", "LLeg", "--as", "matrix", "--limits", "ignore", *options]) == 0
         text = capsys.readouterr().out if "--csv" in options else (tmp_path / "poses.csv").read_text()
         numbers = np.array([record[3:] for record in list(csv.reader(io.StringIO(text)))[1:]], float)
         assert np.allclose(numbers.reshape(-1, 4, 4), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
@@ -562,10 +562,8 @@ def test_a_table_with_empty_cells_is_a_motion(nao: nk.NaoModel, q: np.ndarray, t
     (tmp_path / "log.csv").write_text("\n".join(lines))
     q[4, 0] = 0.5 * (q[3, 0] + q[5, 0])
     out = tmp_path / "poses.npy"
-    assert (
-        run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "--as", "matrix", "--ignore-limits", "-o", str(out)])
-        == 0
-    )
+    options = ("--frame", "Head", "--as", "matrix", "--limits", "ignore", "-o", str(out))
+    assert run(["fk", str(tmp_path / "log.csv"), *options]) == 0
     assert np.allclose(_poses(out)[:, 0], nao.fk(q, "Head"), rtol=0, atol=1e-9)
 
 
@@ -586,7 +584,7 @@ def test_times_are_carried_to_what_is_printed_and_read_again(
     (tmp_path / "log.csv").write_text(_text({"time": TIMES, **_table(nao, q)}))
     nk.motion.write_motion(nk.Motion(TIMES, nao.joint_names, q), tmp_path / "log.xar")
     for name in ("log.csv", "log.xar"):
-        assert run(["fk", str(tmp_path / name), "--frame", "LLeg", "--json", "--ignore-limits"]) == 0
+        assert run(["fk", str(tmp_path / name), "--frame", "LLeg", "--json", "--limits", "ignore"]) == 0
         document = json.loads(capsys.readouterr().out)
         assert np.allclose(document["times"], TIMES, rtol=0, atol=0.02 if name == "log.xar" else 0.0)
         assert len(document["configurations"]) == len(document["times"])
@@ -609,16 +607,16 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
         (tmp_path / name).write_text(text)
         result = nk.stream.fk(nao, tmp_path / name, "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
         assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
-        assert result.clamped.most == pytest.approx(0.25)
+        assert result.clamped.largest == pytest.approx(0.25)
         assert result.as_dict()["clamped"]["rows"] == 1
         for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"], ["--csv", "--rate", "50"]):
             if "--rate" in options and name == "log.csv":
                 continue
             capsys.readouterr()
-            assert run(["fk", str(tmp_path / name), "--frame", "Head", "--clamp", *options]) == 0
+            assert run(["fk", str(tmp_path / name), "--frame", "Head", "--limits", "clamp", *options]) == 0
             said = capsys.readouterr().err
             assert re.search(
-                rf"--clamp moved \d+ of {ROWS} rows to the limits, by at most 0\.25 rad \(HeadYaw\)", said
+                rf"--limits clamp moved \d+ of {ROWS} rows to the limits, by at most 0\.25 rad \(HeadYaw\)", said
             ), said
     nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
     assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(nao.clamp(q), "Head"), rtol=0, atol=1e-12)
@@ -636,7 +634,7 @@ def test_messages_of_limits_name_the_options_that_take_the_row(
             assert run(["fk", str(tmp_path / name), *options]) == 2
             said = capsys.readouterr().err
             in_degrees = name == "deg.csv"
-            assert ("(--clamp)" in said, "(--ignore-limits)" in said) == (not in_degrees, not in_degrees), said
+            assert ("--limits clamp or ignore" in said) == (not in_degrees), said
             assert ("are these degrees (degrees=True, --deg)?" in said) == in_degrees, said
     assert run(["fk", "--joint", "HeadYaw=30"]) == 2
     assert capsys.readouterr().err.endswith("rad; are these degrees (--deg)?\n")

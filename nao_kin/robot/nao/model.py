@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, choice
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice
 from nao_kin._core.files import URDF_FOLDERS
 from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
 from nao_kin.robot.collisions import Shape, hulls_in
-from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
 from nao_kin.robot.nao.collision_rows import DISABLED_COLLISIONS
@@ -82,7 +81,7 @@ class NaoModel(RobotModel):
 
         Args:
             body: shape (..., 26) [rad; 0 to 1 for the hands].
-            limits: what to do with joints outside their limits: "ignore", "raise" or "clamp".
+            limits: what to do with joints outside their limits: "ignore", "enforce" or "clamp".
 
         Returns:
             q, shape (..., nq).
@@ -90,7 +89,7 @@ class NaoModel(RobotModel):
         Raises:
             CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries the index of the
                 configuration.
-            OutsideLimits: with limits="raise", a joint is outside its limits.
+            OutsideLimits: with limits="enforce", a joint is outside its limits.
 
         Examples:
             >>> nao = nk.load_nao()

@@ -112,7 +112,7 @@ def _postures(
     """Return the group states; one with a value that is no number is left out, as are values of fixed joints."""
     moving = {joint.name: joint for joint in tree.moving_joints}
     angles: dict[str, dict[str, float]] = {}
-    wrong, fixed, still = dict[str, str](), dict[str, None](), tree.fixed_joints
+    wrong, fixed, motionless = dict[str, str](), dict[str, None](), tree.fixed_joints
     for state in document.findall("group_state"):
         values = angles.setdefault(state.get("name", ""), {})
         for element in state.findall("joint"):
@@ -122,7 +122,7 @@ def _postures(
                 values[name] = value
             elif name in moving:
                 wrong[state.get("name", "")] = f"{quoted(name)} is {quoted(text)}, expected a number"
-            elif name in still:
+            elif name in motionless:
                 fixed |= {name: None} if value else {}
             elif len(text.split()) == 1:
                 missing.append(name)

@@ -92,14 +92,14 @@ def common_normal(
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
 
     across = _part_across(a_to_b, e_b)
-    apart = norm(across)
-    coincident = apart <= coincident_below
-    towards_b = np.where(coincident[..., None], 0.0, across / np.where(coincident, 1.0, apart)[..., None])
+    distances = norm(across)
+    coincident = distances <= coincident_below
+    towards_b = np.where(coincident[..., None], 0.0, across / np.where(coincident, 1.0, distances)[..., None])
 
     chosen = parallel[..., None]
     foot_a = np.where(chosen, p_a, skew_foot)
     direction = np.where(chosen, towards_b, normal)
-    offset = np.where(parallel, apart, skew_offset)
+    offset = np.where(parallel, distances, skew_offset)
     return CommonNormal(
         foot_a=foot_a,
         foot_b=foot_a + offset[..., None] * direction,
@@ -123,8 +123,8 @@ def distance(a: PluckerLine, b: PluckerLine) -> Floats:
         2.0
     """
     pair = _compare(a, b, _PARALLEL)
-    apart = norm(_part_across(pair.a_to_b, pair.mean_direction))
-    return np.asarray(np.where(pair.parallel, apart, np.abs(dot(pair.a_to_b, pair.normal))))
+    distances = norm(_part_across(pair.a_to_b, pair.mean_direction))
+    return np.asarray(np.where(pair.parallel, distances, np.abs(dot(pair.a_to_b, pair.normal))))
 
 
 def angle(a: PluckerLine, b: PluckerLine) -> Floats:

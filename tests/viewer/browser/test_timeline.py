@@ -16,8 +16,6 @@ from nao_kin.cli.app import run
 from nao_kin.motion import check, read_motion, write_motion
 from nao_kin.viewer import Viewer
 
-pytestmark = pytest.mark.slow
-
 SIZE = (1100, 760)
 POSTURES = ("StandInit", "Crouch", "StandZero")
 
@@ -192,7 +190,7 @@ def test_what_is_saved_is_read_by_python_and_by_the_page_again(
     assert np.abs(motion.key_times - [0.0, 1.0, 2.1]).max() < 1e-12
     expected = np.array([nao.posture(name) for name in POSTURES])
     assert np.abs(motion.configurations(nao).q - expected).max() < 1e-12
-    assert run(["fk", str(path), "--frame", "LLeg", "--json", "--as", "matrix", "--ignore-limits"]) == 0
+    assert run(["fk", str(path), "--frame", "LLeg", "--json", "--as", "matrix", "--limits", "ignore"]) == 0
     rows = json.loads(capsys.readouterr().out)["configurations"]
     assert np.abs([row["LLeg"] for row in rows] - nao.fk(expected, "LLeg")).max() < 1e-12
     html = tmp_path / "played.html"
