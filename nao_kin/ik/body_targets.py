@@ -21,13 +21,10 @@ from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import is_pose, rigid_poses
 from nao_kin.robot import (
-    ModelNumbers,
     RobotModel,
     SupportPolygon,
     body_frame_of,
     check_robot,
-    joint_rows,
-    sole_corners,
 )
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
@@ -39,28 +36,25 @@ class BodyTables:
     """A robot as a `Body`."""
 
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
-        model = robot.model
+        joints = robot.joints
         self.torso_in_root = torso_in_trunk(robot)  # T_root_torso
         T_torso_root = np.linalg.inv(self.torso_in_root)
         moves = np.array([unit == "rad" for unit in robot.joint_units])
         columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
         self.order = robot.nq_base + columns  # index in q of each variable
-        variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
-        self.names = tuple(variable)  # of the joints that the variables move
+        places = np.argsort(columns)
+        variable = dict(zip(robot.joint_names, places.tolist(), strict=True))
+        mass = np.append(joints.root_mass, joints.masses)
+        levers = np.vstack([joints.root_centre_of_mass, joints.centres_of_mass])
+        self.names = tuple(robot.joint_names[column] for column in columns)  # of the joints that the variables move
         self._frames: dict[str, tuple[int, Floats]] = {}
-        self._trunk = 1 if robot.base == "floating" else 0
-        ids, of = range(self._trunk, model.njoints), joint_rows(robot)
-        joints = [of[k] for k in ids[1:]]
-        inertias = [model.inertias[k] for k in ids]
-        mass, levers = (np.array([getattr(inertia, name) for inertia in inertias]) for name in ("mass", "lever"))
         levers[0] = T_torso_root[:3, :3] @ levers[0] + T_torso_root[:3, 3]
-        parent = np.array([-1, *(int(model.parents[k]) - self._trunk for k in ids[1:])])
-        placements = np.array([np.eye(4), *(model.jointPlacements[k].homogeneous for k in ids[1:])])
+        parent = np.append(-1, joints.parents + 1)
+        placements = np.concatenate([np.eye(4)[None], joints.placements])
         placements[parent == 0] = T_torso_root @ placements[parent == 0]
-        axes = np.array([(0.0, 0.0, 0.0), *(joint.axis for joint in joints)])
-        which = np.array([-1, *(variable[joint.coupling.joint] for joint in joints)])
-        multiplier = np.array([0.0, *(joint.coupling.multiplier for joint in joints)])
-        offset = np.array([0.0, *(joint.coupling.offset for joint in joints)])
+        axes = np.vstack([np.zeros(3), joints.axes])
+        which = np.append(-1, places[joints.coordinates - robot.nq_base])
+        multiplier, offset = np.append(0.0, joints.multipliers), np.append(0.0, joints.offsets)
         self.turns = np.arange(len(columns)) < moving  # which may change by whole turns without moving anything
         self.turns[which[multiplier % 1.0 != 0.0]] = False
         tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
@@ -70,16 +64,15 @@ class BodyTables:
             bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
             limits = region_of(robot.lower[limited], robot.upper[limited], winding, bends)
         R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
-        leg_rows = np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs])
+        leg_rows = np.array([[joints.row(joint) + 1 for joint in leg] for leg in legs])
         soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
         self.body = Body(parent, R, p, axes, which, multiplier, offset, mass, levers, leg_rows, soles, moving, limits)
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
         """Return the row that carries a frame of the robot, and T_row_frame."""
         if name not in self._frames:
-            frame = robot.model.frames[robot.frame_ids([name])[0]]
-            row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
-            self._frames[name] = row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+            row, T = robot.frame_placement(name)
+            self._frames[name] = row + 1, (np.linalg.inv(self.torso_in_root) @ T if row < 0 else T)
         return self._frames[name]
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
@@ -93,11 +86,11 @@ class PreparedRobot:
 
     def __init__(self, robot: RobotModel) -> None:
         limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
-        self.numbers = ModelNumbers(robot.model)
-        joints = limbs[0].joints, limbs[1].joints
-        self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}  # enforced limits
+        self.joints = robot.joints
+        legs = limbs[0].joints, limbs[1].joints
+        self.tables = {enforce: BodyTables(robot, legs, enforce) for enforce in (True, False)}  # enforced limits
         self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)  # its closed form
-        self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}  # of the soles, shape (k, 3) [m]
+        self.corners = {side: robot.sole_outline(f"{side}Leg", "sensors") for side in SIDES}  # shape (k, 3) [m]
         self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
@@ -115,7 +108,7 @@ def prepared(robot: RobotModel) -> PreparedRobot:
     """Return the cached data of a robot, computed again if `robot.model` has changed."""
     with _LOCK:
         ready = _CACHE.get(robot) if isinstance(robot, RobotModel) else None
-        if ready is None or ready.numbers.changed():
+        if ready is None or ready.joints is not robot.joints:
             check_robot(robot)
             ready = _CACHE[robot] = PreparedRobot(robot)
     return ready

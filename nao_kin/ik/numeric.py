@@ -22,6 +22,7 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.former import NEAR, hides_former
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_form import cached_limb
@@ -29,7 +30,7 @@ from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
-from nao_kin.robot import CROSSOVER, RobotModel
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import log
 
 # --- The search for a pose: from a start, then from random configurations; and the reason if it fails.

@@ -25,7 +25,6 @@ from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.robot import (
     RobotModel,
     refuse_not_rigid as refuse_not_rigid,
-    refuse_not_rotation as refuse_not_rotation,
     rigid_poses as nearest_rigid_poses,
 )
 

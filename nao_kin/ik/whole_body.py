@@ -61,7 +61,7 @@ from nao_kin.ik.results import (
     overlap_in_words,
 )
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import Clearance, RobotModel, SupportPolygon, polygon_below
+from nao_kin.robot import Clearance, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
 
@@ -330,7 +330,7 @@ def _problems(
     targets[:, :, :3, 3] -= origin[:, None]
     is_common = all(T.ndim == 2 for T in standing.values())
     polygons = tuple(
-        polygon_below((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
+        SupportPolygon.of_soles((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
         for i in range(min(n, 1) if is_common else n)
     )
     edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)

@@ -502,7 +502,7 @@ def test_a_fork_after_use_works(nao: nk.NaoModel) -> None:
 
 def test_a_small_batch_does_not_load_the_compiler() -> None:
     code = (
-        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk.robot.CROSSOVER - 1)); "
+        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk._core.tolerances.CROSSOVER - 1)); "
         "print('numba' in sys.modules)"
     )
     assert outcome(start(code)) == ("False\n", "")
