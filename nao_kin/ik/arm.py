@@ -60,7 +60,7 @@ from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
 Criterion = Literal["nearest", "limits", "manipulability"]
 _CRITERION: Criterion = "nearest"
-_CRITERIA = {_CRITERION: NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
+_CRITERIA: dict[str, float] = {_CRITERION: NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
 _JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 

@@ -47,7 +47,7 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
 
 def is_pose(value: ArrayLike, what: str) -> bool:
     """Return whether targets are poses, shape (..., 4, 4), or positions, shape (..., 3); refuse other shapes."""
-    shape = value.shape if type(value) is np.ndarray else as_numbers(value, what).shape
+    shape: Shape = value.shape if type(value) is np.ndarray else as_numbers(value, what).shape
     if shape[-2:] != (4, 4) and shape[-1:] != (3,):
         raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for positions", shape)
     return shape[-2:] == (4, 4)
