@@ -388,6 +388,9 @@ def test_every_method_is_documented(virtual: VirtualNao) -> None:
         assert service.invoke("version") == nk.__version__
         for name in service.method_names:
             assert service.invoke("getMethodHelp", name)[1], f"{service.name}::{name}"
+    motion = virtual.services["ALMotion"]
+    assert motion.help("walkTo") == "The same as moveTo."
+    assert motion.help(motion.absent[0]) == ""
 
 
 def test_scripts_are_offered_what_is_public_and_nothing_that_a_service_keeps_to_itself(virtual: VirtualNao) -> None:

@@ -50,9 +50,9 @@ class Service:
     def help(self, name: str) -> str:
         """Return the description of a method; "" for an unknown one, and a reference for a second name of a method."""
         method = self._methods.get(name)
-        if method is None or method.__name__ == name:
-            return inspect.getdoc(method) or ""
-        return f"The same as {method.__name__}."
+        if method is None:
+            return ""
+        return inspect.getdoc(method) or "" if method.__name__ == name else f"The same as {method.__name__}."
 
     def invoke(self, name: str, *given: Any) -> Any:
         """Call a method by name; a blocking method returns a `Call`. Every error is a `NaoqiError`."""

@@ -1,4 +1,8 @@
-"""ALMotion, joined from its topics; those of joints, stiffness and general tools are in this file."""
+"""ALMotion, joined from its topics.
+
+The methods for joints, stiffness and general tools are in this file. The module `cartesian` has those that move
+effectors (setPositions …), `whole_body` those that begin with wb, and `walk` those that walk (moveTo …).
+"""
 
 from __future__ import annotations
 
