@@ -31,7 +31,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
-from nao_kin.robot import load_nao, mesh_path, read_mesh
+from nao_kin.robot import load_nao, read_mesh
 from nao_kin.robot.collision_pairs import DEFAULT, NEVER, disabled_collisions, never_touch
 from nao_kin.robot.collisions import LinkShapes, hulls_in
 from nao_kin.robot.nao import VERSIONS
@@ -64,7 +64,7 @@ def surfaces() -> dict[tuple[str, str], Floats]:
         nao = load_nao(version)
         joints = {"torso": "torso"} | {joint.link: joint.name for joint in nao.parameters.joints}
         for visual in nao.tree.visuals:
-            path = mesh_path(visual.geometry, nao.tree.packages)  # type: ignore[arg-type]
+            path = visual.geometry.path(nao.tree.packages)  # type: ignore[union-attr]
             joint = joints.get(visual.link, "")
             if joint and not joint.startswith("R"):
                 parts = found.setdefault((joint, ""), {})

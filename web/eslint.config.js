@@ -20,7 +20,7 @@ export default [
     },
   },
   {
-    files: ["src/**"],
+    files: ["src/**/*.ts"],
     languageOptions: { globals: globals.browser, parser: typescript.parser },
     plugins: { "@typescript-eslint": typescript.plugin },
     rules: {
@@ -31,7 +31,11 @@ export default [
       "no-shadow": "off",
       "@typescript-eslint/no-shadow": "error",
       "no-use-before-define": "off",
-      "@typescript-eslint/no-use-before-define": ["error", { functions: false, ignoreTypeReferences: true }],
+      // A function that runs later may use what is defined below it.
+      "@typescript-eslint/no-use-before-define": [
+        "error",
+        { functions: false, classes: false, variables: false, ignoreTypeReferences: true },
+      ],
     },
   },
   { files: ["tests/**", "*.js"], languageOptions: { globals: globals.node } },

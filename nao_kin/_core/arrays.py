@@ -348,3 +348,23 @@ def texts(values: object, what: str) -> tuple[str, ...]:
         if not isinstance(value, str):
             raise BadArgument(f"{what} must be texts, got {quoted(value)}")
     return found
+
+
+def rows_with_gravity(q: Floats, gravity: ArrayLike | None) -> tuple[tuple[int, ...], Floats, Floats | None]:
+    """Return the common batch shape of q and gravity, and both as rows, gravity as unit vectors (n, 3) or None."""
+    batch, down = q.shape[:-1], None
+    if gravity is not None:
+        given = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
+        batch = common_batch("configurations and gravity", batch, given.shape[:-1])
+        down = np.broadcast_to(given, (*batch, 3)).reshape(-1, 3)
+    return batch, np.broadcast_to(q, (*batch, q.shape[-1])).reshape(-1, q.shape[-1]), down
+
+
+def as_pixels(pixels: ArrayLike) -> Floats:
+    """Return pixels as an array (..., 2); NaN, which stands for no pixel, is allowed."""
+    uv = as_numbers(pixels, "pixels")
+    if uv.shape[-1:] != (2,):
+        raise WrongShape("pixels", "(..., 2)", uv.shape)
+    if np.isinf(uv).any():
+        raise BadArgument(f"pixels must not be infinite{at_index(first_index(np.isinf(uv)))}")
+    return uv

@@ -24,6 +24,9 @@ from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 
+# The folders of the URDFs of the NAO, one of which exists: in a wheel inside the package, in a checkout beside it.
+URDF_FOLDERS = tuple(Path(__file__).resolve().parents[k] / name for k, name in ((1, "_urdf_files"), (2, "urdf")))
+
 _DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
 _MAX_LINKS = 40
 _STANDARD_OUTPUT = 1

@@ -116,7 +116,7 @@ KERNELS: dict[str, CachedKernel] = {}
 _KERNEL_MODULES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik"
 
 # Time to read a kernel, with and without the import of Numba [s].
-_IMPORT_SECONDS, _READ_SECONDS = 1.0, 0.2
+_IMPORT_SECONDS, READ_SECONDS = 1.0, 0.2
 # If the rows take less time than this as Python, neither reading nor compiling a kernel pays [s].
 _WORTH_COMPILING = 0.01
 # After a background process that ended without a kernel, no other one is started for this time [s].
@@ -217,16 +217,17 @@ class CachedKernel:
         """Return how long to continue as Python before waiting for the kernel [s]; the time already spent counts."""
         # This is asked for every row; to check whether the folder is trusted takes longer than a row.
         if self.folder is not None and os.path.exists(self.folder / self.name):
-            return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
+            return (READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
 
     def is_worthwhile(self) -> bool:
         """Return whether calls as Python have taken longer than to load the kernel; if it is not cached, compile it.
 
-        Another process compiles it. The caller adds the time of each call to `python_seconds`. So a loop of calls takes
-        at most twice as long as with the better choice from the beginning, without knowing how many calls follow.
+        Another process compiles it. The caller adds the time of each call to `python_seconds`, and asks after
+        `READ_SECONDS`. So a loop of calls takes at most twice as long as with the better choice from the beginning,
+        without knowing how many calls follow.
         """
-        if self.python_seconds < _READ_SECONDS or not may_compile():
+        if not may_compile():
             return False
         if self.seconds_until_better() <= 0.0:
             return True

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, cross_matrix, rigid_inverse, shaped
+from nao_kin._core.arrays import Floats, as_floats, as_pixels, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import quoted
 from nao_kin.calibration.unknowns import Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel, pose_of_body, rigid_poses
 from nao_kin.rotations import log, right_jacobian_inverse
-from nao_kin.world import Camera, as_pixels
+from nao_kin.world import Camera
 
 # Residual, in units of its noise, of a point that is behind the camera during the search.
 BEHIND = 1e4

@@ -11,7 +11,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.robot import RobotModel, camera_of
+from nao_kin.robot import RobotModel, body_frame_of
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 from nao_kin.screws import adjoint
 
@@ -88,9 +88,9 @@ class Unknowns:
             mover = next((j.name for j in robot.tree.moving_joints if link in (j.child, j.name)), None)
             why = "is the root link" if mover is None else f"is moved by {mover}"
             raise BadArgument(f"frame {quoted(frame)} {why}: a calibrated frame is fixed to a link")
-        found = camera_of(robot.tree, robot.semantics.cameras, frame)
-        if found is not None:
-            raise BadArgument(f"frame {quoted(frame)} is another frame of {found[0]}: calibrate {found[0]}")
+        body = body_frame_of(robot, frame)
+        if body != frame:
+            raise BadArgument(f"frame {quoted(frame)} is another frame of {body}: calibrate {body}")
         for joint in robot.tree.moving_joints:
             if link in self._above(joint.parent):
                 raise BadArgument(f"frame {quoted(frame)} carries the joint {joint.name}: calibrate that joint")

@@ -18,7 +18,7 @@ from nao_kin.export.meshes import GREY, left_out_note, outside_note, resolver
 from nao_kin.export.pipeline import Destination, Exported
 from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
-from nao_kin.robot import RobotModel, mesh_path, read_mesh
+from nao_kin.robot import RobotModel, read_mesh
 from nao_kin.robot.urdf import Box, Cylinder, Geometry, Packages, Rgba, Sphere, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
@@ -126,7 +126,7 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
         return [trimesh.creation.cylinder(radius=geometry.radius, height=geometry.length, sections=48)]
     if isinstance(geometry, Sphere):
         return [trimesh.creation.icosphere(subdivisions=3, radius=geometry.radius)]
-    path, left_out = mesh_path(geometry, packages), list[str]()
+    path, left_out = geometry.path(packages), list[str]()
     try:
         loaded = read_mesh(path, lambda scene: list(scene.dump()), resolver=resolver(path, packages, left_out))
     except UnreadableShape as reason:

@@ -24,7 +24,7 @@ from nao_kin.ik.legs import LegsResult, legs
 from nao_kin.ik.limbs import limb_of_frame as limb_of_frame, limbs
 from nao_kin.ik.limit_regions import LimitRegion as LimitRegion
 from nao_kin.ik.numeric import numeric
-from nao_kin.ik.results import Family, IKResult, Obstacles, Reason, without_collisions as without_collisions
+from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity
 from nao_kin.ik.whole_body import WholeBodyResult, whole_body
 

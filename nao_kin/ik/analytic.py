@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, LimitPolicy, check_tolerance, join_poses
 from nao_kin._core.former import NEAR, ROOT, hides_former
 from nao_kin._core.text import quoted
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
 from nao_kin.errors import BadArgument, UnknownName
@@ -28,7 +29,7 @@ from nao_kin.ik.limit_regions import LimitRegion, Violations
 from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import as_options, rigid_poses
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
+from nao_kin.robot import RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import exp, rot_z
 

@@ -10,20 +10,10 @@ from typing import Literal, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import (
-    LARGEST,
-    Floats,
-    LimitPolicy,
-    as_floats,
-    as_numbers,
-    as_vectors,
-    check_tolerance,
-    choice,
-    unit,
-)
+from nao_kin._core.arrays import LARGEST, Floats, LimitPolicy, as_floats, as_vectors, check_tolerance, choice, unit
 from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument
 from nao_kin.ik.arm_equations import (
     JOINTS,
     MAX_BRANCHES,
@@ -62,14 +52,15 @@ from nao_kin.ik.closed_form import (
 )
 from nao_kin.ik.least_squares import ANGLE_WEIGHT, nearest_values
 from nao_kin.ik.results import Family, IKResult, without_collisions
-from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, refuse_not_rigid
+from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, is_pose, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
 
 # Codes of the criteria; the target of a position has one of them after x, y and z.
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
 Criterion = Literal["nearest", "limits", "manipulability"]
-_CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
+_CRITERION: Criterion = "nearest"
+_CRITERIA = {_CRITERION: NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
 _JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
@@ -80,7 +71,7 @@ def arm(
     target: ArrayLike,
     *,
     direction: ArrayLike | None = None,
-    criterion: Criterion = "nearest",
+    criterion: Criterion = _CRITERION,
     angle_weight: float = ANGLE_WEIGHT,
     frame: str | None = None,
     near: ArrayLike | None = None,
@@ -142,7 +133,7 @@ def arm(
         near = NEAR.argument(_former, near)
     check_side(side)
     limb = arm_limb(robot, side, frame)
-    wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
+    wanted = NEAREST if criterion is _CRITERION else _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
     if angle_weight is not ANGLE_WEIGHT:
         check_tolerance(angle_weight, "angle_weight")
         weight = float(angle_weight)
@@ -151,19 +142,16 @@ def arm(
                 f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}"
             )
         limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
-    numbers = as_numbers(target, "target")
-    if numbers.shape[-2:] == (4, 4):
+    if is_pose(target, "target"):
         if direction is not None:
             raise BadArgument("a direction requires positions (..., 3): a pose (..., 4, 4) includes a direction")
-        T = as_poses(numbers, "target")
+        T = as_poses(target, "target")
         rows = T.reshape(*T.shape[:-2], 16)
         options = as_options(robot, limb.rest, near, T.shape[:-2], limits, threads)
         nearest = partial(_nearest, robot, _POSE, limb)
         result = solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
         return without_collisions(robot, result, collisions)
-    if numbers.shape[-1:] != (3,):
-        raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for positions", numbers.shape)
-    places = as_vectors(numbers, "target")
+    places = as_vectors(target, "target")
     if direction is None:
         form, rows = _POSITION, np.concatenate([places, np.full((*places.shape[:-1], 1), wanted)], axis=-1)
     else:

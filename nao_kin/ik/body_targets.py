@@ -12,22 +12,19 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
+from nao_kin._core.arrays import Floats, as_floats, as_vectors
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SIDES, Body, SecondLeg
 from nao_kin.ik.closed_form import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
-from nao_kin.ik.targets import rigid_poses
+from nao_kin.ik.targets import is_pose, rigid_poses
 from nao_kin.robot import (
-    ModelNumbers,
     RobotModel,
     SupportPolygon,
     body_frame_of,
     check_robot,
-    joint_rows,
-    sole_corners,
 )
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
@@ -39,26 +36,25 @@ class BodyTables:
     """A robot as a `Body`."""
 
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
-        model = robot.model
+        joints = robot.joints
         self.torso_in_root = torso_in_trunk(robot)  # T_root_torso
         T_torso_root = np.linalg.inv(self.torso_in_root)
         moves = np.array([unit == "rad" for unit in robot.joint_units])
         columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
         self.order = robot.nq_base + columns  # index in q of each variable
-        variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
-        self._trunk = 1 if robot.base == "floating" else 0
-        ids, of = range(self._trunk, model.njoints), joint_rows(robot)
-        joints = [of[k] for k in ids[1:]]
-        inertias = [model.inertias[k] for k in ids]
-        mass, levers = (np.array([getattr(inertia, name) for inertia in inertias]) for name in ("mass", "lever"))
+        places = np.argsort(columns)
+        variable = dict(zip(robot.joint_names, places.tolist(), strict=True))
+        mass = np.append(joints.root_mass, joints.masses)
+        levers = np.vstack([joints.root_centre_of_mass, joints.centres_of_mass])
+        self.names = tuple(robot.joint_names[column] for column in columns)  # of the joints that the variables move
+        self._frames: dict[str, tuple[int, Floats]] = {}
         levers[0] = T_torso_root[:3, :3] @ levers[0] + T_torso_root[:3, 3]
-        parent = np.array([-1, *(int(model.parents[k]) - self._trunk for k in ids[1:])])
-        placements = np.array([np.eye(4), *(model.jointPlacements[k].homogeneous for k in ids[1:])])
+        parent = np.append(-1, joints.parents + 1)
+        placements = np.concatenate([np.eye(4)[None], joints.placements])
         placements[parent == 0] = T_torso_root @ placements[parent == 0]
-        axes = np.array([(0.0, 0.0, 0.0), *(joint.axis for joint in joints)])
-        which = np.array([-1, *(variable[joint.coupling.joint] for joint in joints)])
-        multiplier = np.array([0.0, *(joint.coupling.multiplier for joint in joints)])
-        offset = np.array([0.0, *(joint.coupling.offset for joint in joints)])
+        axes = np.vstack([np.zeros(3), joints.axes])
+        which = np.append(-1, places[joints.coordinates - robot.nq_base])
+        multiplier, offset = np.append(0.0, joints.multipliers), np.append(0.0, joints.offsets)
         self.turns = np.arange(len(columns)) < moving  # which may change by whole turns without moving anything
         self.turns[which[multiplier % 1.0 != 0.0]] = False
         tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
@@ -68,15 +64,16 @@ class BodyTables:
             bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
             limits = region_of(robot.lower[limited], robot.upper[limited], winding, bends)
         R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
-        leg_rows = np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs])
+        leg_rows = np.array([[joints.row(joint) + 1 for joint in leg] for leg in legs])
         soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
         self.body = Body(parent, R, p, axes, which, multiplier, offset, mass, levers, leg_rows, soles, moving, limits)
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
         """Return the row that carries a frame of the robot, and T_row_frame."""
-        frame = robot.model.frames[robot.frame_ids([name])[0]]
-        row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
-        return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+        if name not in self._frames:
+            row, T = robot.frame_placement(name)
+            self._frames[name] = row + 1, (np.linalg.inv(self.torso_in_root) @ T if row < 0 else T)
+        return self._frames[name]
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
         """Return variables (..., n), with whole turns removed to within π of `near` from those that may turn."""
@@ -89,11 +86,11 @@ class PreparedRobot:
 
     def __init__(self, robot: RobotModel) -> None:
         limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
-        self.numbers = ModelNumbers(robot.model)
-        joints = limbs[0].joints, limbs[1].joints
-        self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}  # enforced limits
+        self.joints = robot.joints
+        legs = limbs[0].joints, limbs[1].joints
+        self.tables = {enforce: BodyTables(robot, legs, enforce) for enforce in (True, False)}  # enforced limits
         self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)  # its closed form
-        self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}  # of the soles, shape (k, 3) [m]
+        self.corners = {side: robot.sole_outline(f"{side}Leg", "sensors") for side in SIDES}  # shape (k, 3) [m]
         self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
@@ -109,12 +106,12 @@ _LOCK = threading.Lock()
 
 def prepared(robot: RobotModel) -> PreparedRobot:
     """Return the cached data of a robot, computed again if `robot.model` has changed."""
-    check_robot(robot)
     with _LOCK:
-        found = _CACHE.get(robot)
-        if found is None or found.numbers.changed():
-            found = _CACHE[robot] = PreparedRobot(robot)
-    return found
+        ready = _CACHE.get(robot) if isinstance(robot, RobotModel) else None
+        if ready is None or ready.joints is not robot.joints:
+            check_robot(robot)
+            ready = _CACHE[robot] = PreparedRobot(robot)
+    return ready
 
 
 # --- The targets of a whole-body pose, checked and laid out for the search.
@@ -236,11 +233,8 @@ def _weights(name: str, weights: Mapping[str, float | tuple[float, float]]) -> t
 def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
     """Return the kind of a target, with PLACE for a POSE given as position, and its numbers (..., 4, 4)."""
     if kind == POSE:
-        shape = as_numbers(value, what).shape
-        if shape[-2:] == (4, 4):
+        if is_pose(value, what):
             return POSE, rigid_poses(value, what)
-        if shape[-1:] != (3,):
-            raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for positions", shape)
         kind = PLACE
     size = 2 if kind == COM else 3
     positions = as_vectors(value, what, size)

@@ -15,9 +15,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.results import Reason
-from nao_kin.robot import LIMIT_TOLERANCE
 
 # Indices in a report.
 REASON, JOINT, NEEDED, LIMIT, EXCESS, POSITION_ERROR, ANGLE_ERROR, BEST = range(8)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, numba_type
+from nao_kin._kernels.cache import READ_SECONDS, CachedKernel, Floats1, Floats2, numba_type
 from nao_kin._kernels.rows import borrowed, packed, register_borrowed, register_unpacking, run_rows
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.branches import (
@@ -198,30 +198,30 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
 
 def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
     """Return the joints of a limb and the frame on its last link; refuse missing, prismatic or reordered joints."""
-    rows = {joint.name: joint for joint in robot.tree.moving_joints}
-    model = robot.model
+    table, model = robot.joints, robot.model
     for joint in joints:
-        if joint not in rows:
+        if joint not in table.names:
             raise geometry_error(robot, limb, f"there is no joint {quoted(joint)}")
-        if rows[joint].kind == "prismatic":
+        if table.kinds[table.row(joint)] == "prismatic":
             raise geometry_error(robot, limb, f"{joint} slides")
-    ids = [int(model.getJointId(joint)) for joint in joints]
-    base = 1 if robot.base == "floating" else 0
-    for parent, own in zip([base, *ids], ids, strict=False):
-        if int(model.parents[own]) != parent:
-            above = model.names[int(model.parents[own])]
-            raise geometry_error(robot, limb, f"{model.names[own]} is carried by {above}")
-    place = model.frames[robot.frame_ids([frame])[0]]
-    if int(place.parentJoint) != ids[-1]:
-        carried = [name for name, i in robot.frame_table.items() if int(model.frames[i].parentJoint) == ids[-1]]
+    rows = [table.row(joint) for joint in joints]
+    for joint, parent, own in zip(joints, [-1, *rows], rows, strict=False):
+        above = int(table.parents[own])
+        if above != parent:
+            carrier = robot.tree.root if above < 0 else table.names[above]
+            raise geometry_error(robot, limb, f"{joint} is carried by {carrier}")
+    row, T_joint_frame = robot.frame_placement(frame)
+    if row != rows[-1]:
+        first = int(model.njoints) - len(table.names)
+        carried = [name for name, i in robot.frame_table.items() if model.frames[i].parentJoint - first == rows[-1]]
         raise BadArgument(f"frame {quoted(frame)} is not carried by {joints[-1]}; its frames are {', '.join(carried)}")
     T = np.linalg.inv(torso_in_trunk(robot))
     points, axes = [], []
-    for joint, own in zip(joints, ids, strict=True):
-        T = T @ np.array(model.jointPlacements[own].homogeneous)
+    for own in rows:
+        T = T @ table.placements[own]
         points.append(T[:3, 3])
-        axes.append(T[:3, :3] @ np.array(rows[joint].axis))
-    T = T @ np.array(place.placement.homogeneous)
+        axes.append(T[:3, :3] @ table.axes[own])
+    T = T @ T_joint_frame
     return ChainAtZero(robot, limb, joints, np.array(points), np.array(axes), T[:3, :3], T[:3, 3])
 
 
@@ -259,10 +259,10 @@ def torso_frame(robot: RobotModel) -> str:
 
 def torso_in_trunk(robot: RobotModel) -> Floats:
     """Return the pose of the torso's frame in the trunk, the body that carries all limbs, shape (4, 4)."""
-    place = robot.model.frames[robot.frame_ids([torso_frame(robot)])[0]]
-    if int(place.parentJoint) != (1 if robot.base == "floating" else 0):
+    row, T_root_torso = robot.frame_placement(torso_frame(robot))
+    if row >= 0:
         raise geometry_error(robot, "torso", f"{torso_frame(robot)} is carried by a joint")
-    return np.array(place.placement.homogeneous)
+    return T_root_torso
 
 
 def base_coordinates(robot: RobotModel, torso: Floats) -> Floats:
@@ -417,7 +417,8 @@ def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, 
         output = _empty_output(form, limb, 1, form.max_branches)
         quick(limb.packed, target, reference, enforce, output.rows)
         return output
-    if form.alone is not None and not form.kernel.is_worthwhile():
+    is_early = form.kernel.python_seconds < READ_SECONDS
+    if form.alone is not None and (is_early or not form.kernel.is_worthwhile()):
         started, c = time.perf_counter(), len(limb.joints)
         values = [0.0] * (form.max_branches * (c + EXTRAS))
         report = [0.0] * BEST + [math.nan] * (c + form.more)

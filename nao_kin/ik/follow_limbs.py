@@ -18,9 +18,9 @@ from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
 from nao_kin.ik.results import IKResult
-from nao_kin.ik.targets import as_poses, refuse_not_rigid, refuse_not_rotation
+from nao_kin.ik.targets import as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import exp, log
+from nao_kin.rotations import check_rotation, exp, log
 
 # Distance of compared points from a frame's origin [m]: one radian has the weight of 0.1 m, as in `arm`.
 _LEVER = 0.1
@@ -238,7 +238,7 @@ def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool =
     if tail == _POSE:
         refuse_not_rigid(as_poses(array, what), what)
     elif tail == _ROTATION:
-        refuse_not_rotation(array, what)
+        check_rotation(array, name=what)
     elif not free:
         as_vectors(array, what, *tail)
     return samples, 0 if is_constant else len(samples)

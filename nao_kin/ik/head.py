@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LimitPolicy, as_floats, as_vectors
 from nao_kin._core.former import NEAR, hides_former
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
 from nao_kin.ik.branches import (
@@ -40,8 +41,9 @@ from nao_kin.ik.branches import (
 )
 from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, without_collisions
-from nao_kin.ik.targets import as_options, refuse_not_rotation
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, body_frame_of, check_robot
+from nao_kin.ik.targets import as_options
+from nao_kin.robot import RobotModel, body_frame_of, check_robot
+from nao_kin.rotations import check_rotation
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -95,7 +97,7 @@ def head(
     options = as_options(robot, limb.rest, near, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
-    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
+    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: check_rotation(R, name="R_torso_head"))
     return without_collisions(robot, result, collisions)
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import CachedKernel, Floats2, IntRow, Row, both_ways
 from nao_kin._kernels.rows import copied, in_lists, run_rows
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
+from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The limits of a `LimitRegion` for scalar code, one configuration after the other.

@@ -22,6 +22,7 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.former import NEAR, hides_former
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_form import cached_limb
@@ -29,7 +30,7 @@ from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
-from nao_kin.robot import CROSSOVER, RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import log
 
 # --- The search for a pose: from a start, then from random configurations; and the reason if it fails.
@@ -309,11 +310,11 @@ def numeric(
     """
     if _former:
         near = NEAR.argument(_former, near)
-    check_robot(robot)
+    motion = cached_limb(robot, FrameMotion, frame)
     enforced = is_enforced(limits)
     if choice(solver, get_args(Solver), "solver") == "pink":
         need_extra('solver="pink"', "pink")
-    motion, six = cached_limb(robot, FrameMotion, frame), _six_weights(weights)
+    six = _six_weights(weights)
     check_tolerance(tolerance)
     search = PoseSearch(
         motion,
@@ -344,7 +345,7 @@ def numeric(
         start = with_unit_quaternion(robot, near)
     batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
-    reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
+    reference_rows = np.array(np.broadcast_to(start, (*batch, start.shape[-1])).reshape(-1, start.shape[-1]))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     results = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
     result = _result(search, reference_rows, results, batch, notes)

@@ -13,18 +13,19 @@ from nao_kin._core.arrays import (
     Floats,
     LimitPolicy,
     as_floats,
+    as_numbers,
     as_vectors,
     common_batch,
     limit_policy,
     whole_number,
 )
 from nao_kin.errors import NotFinite, OutsideLimits, UnknownName, WrongShape
+from nao_kin.ik.branches import rigid_rotation
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.robot import (
     RobotModel,
     refuse_not_rigid as refuse_not_rigid,
-    refuse_not_rotation as refuse_not_rotation,
-    rigid_poses as rigid_poses,
+    rigid_poses as nearest_rigid_poses,
 )
 
 Shape: TypeAlias = tuple[int, ...]
@@ -42,6 +43,26 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
     with np.errstate(over="ignore"):
         poses = as_floats(T, (4, 4), what)
     return as_vectors(poses, what, 4, rows=True)
+
+
+def is_pose(value: ArrayLike, what: str) -> bool:
+    """Return whether targets are poses, shape (..., 4, 4), or positions, shape (..., 3); refuse other shapes."""
+    shape = value.shape if type(value) is np.ndarray else as_numbers(value, what).shape
+    if shape[-2:] != (4, 4) and shape[-1:] != (3,):
+        raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for positions", shape)
+    return shape[-2:] == (4, 4)
+
+
+def rigid_poses(T: ArrayLike, what: str) -> Floats:
+    """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
+    poses = as_poses(T, what)
+    if poses.shape == (4, 4):
+        is_rigid, R = rigid_rotation(poses.ravel().tolist())
+        if is_rigid and tuple(poses[:3, :3].ravel().tolist()) == R:  # there is nothing to correct in the rotation
+            exact: Floats = poses.copy()
+            exact[3] = 0.0, 0.0, 0.0, 1.0
+            return exact
+    return nearest_rigid_poses(poses, what)
 
 
 def is_enforced(limits: object) -> bool:

@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, common_batch
 from nao_kin._core.former import LIMITS_REDISTRIBUTE
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion
 from nao_kin.ik.limit_regions import Region, limit_rows, max_rows
 from nao_kin.ik.quadratic_program import quadratic_program
-from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
+from nao_kin.robot import Expression, RobotModel, check_robot
 
 # --- The results: joint velocities, and the twists that are not possible.
 

@@ -61,7 +61,7 @@ from nao_kin.ik.results import (
     overlap_in_words,
 )
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import Clearance, RobotModel, SupportPolygon, polygon_below
+from nao_kin.robot import Clearance, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
 
@@ -330,7 +330,7 @@ def _problems(
     targets[:, :, :3, 3] -= origin[:, None]
     is_common = all(T.ndim == 2 for T in standing.values())
     polygons = tuple(
-        polygon_below((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
+        SupportPolygon.of_soles((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
         for i in range(min(n, 1) if is_common else n)
     )
     edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
@@ -490,9 +490,8 @@ def _result(
         clearance = replace(clearance, distance=distance, pair_index=pair_index)
     for array in (q, torso, com, margins, *residuals.values()):
         array[~stands] = np.nan
-    names = [robot.joint_names[int(k) - robot.nq_base] for k in tables.order]
     return WholeBodyResult(
-        q=q.reshape(*batch, robot.nq),
+        q=q.reshape(*batch, q.shape[-1]),
         torso=torso.reshape(*batch, 4, 4),
         reasons=reasons.reshape(batch),
         residuals={name: residual.reshape(*batch, 2) for name, residual in residuals.items()},
@@ -501,7 +500,7 @@ def _result(
         com=com.reshape(*batch, 3),
         margin=margins.reshape(batch),
         at_limits=(near <= _AT_LIMIT).reshape(*batch, body.moving),
-        joints=tuple(names[: body.moving]),
+        joints=tables.names[: body.moving],
         iterations=solutions.report[:, STEPS].astype(np.int64).reshape(batch),
         starts=np.where(stands, solutions.report[:, START].astype(np.int64) + 1, 1 + search.restarts).reshape(batch),
         standing=search.standing,

@@ -1,12 +1,12 @@
 """Joint types: the kinematic pairs, a robot's revolute, universal and spherical joints, and anatomy."""
 
-from nao_kin.joints.grouping import JointAxes, Rule as Rule, group_joints
-from nao_kin.joints.multidof_model import CouplingPolicy as CouplingPolicy, MultiDofModel
+from nao_kin.joints.grouping import JointAxes, Rule, group_joints
+from nao_kin.joints.multidof_model import CouplingPolicy, MultiDofModel
 from nao_kin.joints.pairs import (
     KINEMATIC_PAIRS,
     JointGroups,
     KinematicPair,
-    MultiDofJoint as MultiDofJoint,
+    MultiDofJoint,
     kinematic_pair,
     mobility,
 )
@@ -14,7 +14,7 @@ from nao_kin.joints.tables import (
     ANATOMY,
     NAO_ANATOMY,
     JointTable,
-    JointTableRow as JointTableRow,
+    JointTableRow,
     joint_table,
 )
 
@@ -26,12 +26,16 @@ __all__ = [
     "ANATOMY",
     "KINEMATIC_PAIRS",
     "NAO_ANATOMY",
+    "CouplingPolicy",
     "JointAxes",
     "JointGroups",
     "JointTable",
+    "JointTableRow",
     "KinematicPair",
     "LowerPair",
+    "MultiDofJoint",
     "MultiDofModel",
+    "Rule",
     "TypedModel",
     "group_joints",
     "joint_table",

@@ -16,7 +16,7 @@ import pinocchio as pin
 from nao_kin.joints._readings import Ball, Reading, Slot
 from nao_kin.joints.grouping import JointNode
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
-from nao_kin.robot import LIMIT_ARRAYS, RobotModel
+from nao_kin.robot import RobotModel
 
 
 class _Holder(NamedTuple):
@@ -102,9 +102,9 @@ class Assembly:
         joint = self._source.joints[node.index]
         index = self._add(node, joint)
         if node.kind == "free":  # the first joint of both models
-            for name in LIMIT_ARRAYS:
-                count = joint.nq if "Position" in name else joint.nv
-                getattr(self.model, name)[:count] = getattr(self._source, name)[:count]
+            for kind, count in (("Position", joint.nq), ("Velocity", joint.nv), ("Effort", joint.nv)):
+                for name in (f"lower{kind}Limit", f"upper{kind}Limit"):
+                    getattr(self.model, name)[:count] = getattr(self._source, name)[:count]
         else:
             self._set_holder(node, index, 0, derived=False)
 

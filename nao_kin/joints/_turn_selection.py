@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 from nao_kin.joints._readings import (
     Ball,
     Mismatch,
@@ -40,7 +41,6 @@ from nao_kin.joints._readings import (
     turns_of_quaternion,
 )
 from nao_kin.joints.grouping import TURN, JointNode, wrapped
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 
 # A value with less uncertainty than this needs no second source [rad].
 _SURE = 1e-13

@@ -6,7 +6,7 @@ import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
-from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joint_bounds, joint_rows, joints_below
+from nao_kin.robot import Expression, RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
@@ -77,23 +77,21 @@ def wrapped(angle: Floats) -> Floats:
 def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     """Return joint index → joint, with placements of `robot.model`, and kinds, axes and couplings of `robot.tree`."""
     check_robot(robot)
-    model, rows = robot.model, joint_rows(robot)
-    ids = {name: index for index, name in enumerate(model.names) if index in rows}
-    nodes: dict[int, JointNode] = {}
+    model, table = robot.model, robot.joints
+    first, nodes = int(model.njoints) - len(table.names), dict[int, JointNode]()
     for index in range(1, model.njoints):
         name, parent = str(model.names[index]), int(model.parents[index])
         T_root = (nodes[parent].T_root if parent else pin.SE3.Identity()) * model.jointPlacements[index]
-        kind, axis, mimic, (lower, upper), unit = "free", np.zeros(3), robot.mimics.get(name), (-np.inf, np.inf), ""
-        driver = model.joints[index if mimic is None else ids[mimic.joint]]
-        if index in rows:
-            kind, axis, unit = rows[index].kind, np.array(rows[index].axis), robot.unit(name)
-            lower, upper, _ = joint_bounds(robot, name)
-            if mimic is not None and mimic.multiplier == 0.0:
-                T_root = T_root * pin.SE3(rows[index].travel(mimic.offset))
-                kind, axis = "fixed", np.zeros(3)
         children = tuple(map(int, model.children[index]))
         moves = any(model.joints[carried].nq > 0 for carried in model.subtrees[index])
-        column, row = int(driver.idx_q), int(driver.idx_v)
+        kind, axis, mimic, lower, upper, unit, column, row = "free", np.zeros(3), None, -np.inf, np.inf, "", 0, 0
+        if index >= first:
+            k, mimic, unit = index - first, robot.mimics.get(name), robot.unit(name)
+            kind, axis, (lower, upper, _) = table.kinds[k], table.axes[k], table.limits(name)
+            column, row = int(table.coordinates[k]), int(table.columns[k])
+            if table.multipliers[k] == 0.0:
+                T_root = T_root * pin.SE3(robot.tree.moving_joints[k].travel(float(table.offsets[k])))
+                kind, axis = "fixed", np.zeros(3)
         nodes[index] = JointNode(
             index, name, parent, children, kind, axis, T_root, mimic, lower, upper, unit, moves, column, row
         )
@@ -333,12 +331,9 @@ class JointAxes:
 
     def __init__(self, robot: RobotModel) -> None:
         check_robot(robot)
-        moving = robot.tree.moving_joints
-        self.robot = robot
-        self.names = tuple(joint.name for joint in moving)
-        self.sliding: NDArray[np.bool_] = np.array([joint.kind == "prismatic" for joint in moving], dtype=np.bool_)
-        self._directions = np.array([joint.axis for joint in moving], dtype=np.float64).reshape(-1, 3)
-        self._links = [joint.child for joint in moving]
+        table = robot.joints
+        self.robot, self.names, self._links, self._directions = robot, table.names, table.links, table.axes
+        self.sliding: NDArray[np.bool_] = table.slides
 
     def lines(self, q: ArrayLike) -> PluckerLine:
         """Return the axes in the root's frame, moments about its origin; batch shape (..., m), in the order of `names`.
@@ -372,11 +367,10 @@ class JointAxes:
             >>> axes.coupling("RLeg")[axes.names.index("RHipYawPitch")].nonzero()[0].tolist()
             [2]
         """
-        carrying = {self.robot.model.names[index] for index in joints_below(self.robot, frame)[0]}
+        table = self.robot.joints
+        rows = table.path(self.robot.frame_placement(frame)[0])
         C = np.zeros((len(self.names), len(self.robot.joint_names)))
-        for row, joint in enumerate(self.robot.tree.moving_joints):
-            if joint.name in carrying:
-                C[row, self.robot.joint_names.index(joint.coupling.joint)] = joint.coupling.multiplier
+        C[rows, table.coordinates[rows] - self.robot.nq_base] = table.multipliers[rows]
         return C
 
     def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
@@ -396,7 +390,7 @@ class JointAxes:
             >>> np.allclose(nk.joints.JointAxes(nao).jacobian(q, "LArm"), nao.jacobian(q, "LArm"))
             True
         """
-        expression_named(expressed_in)
+        choice(expressed_in, get_args(Expression), "expression")
         coupling = self.coupling(frame)
         axes, pose = self.lines(q), self.robot.fk(q, frame)
         at = pose[..., :3, 3] if expressed_in == "mixed" else np.zeros(3)

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, first_index
 from nao_kin._core.former import NEAR, hides_former
+from nao_kin._core.tolerances import UNIT_TOLERANCE
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, at_index
 from nao_kin.joints._assembly import Assembly
 from nao_kin.joints._readings import (
@@ -27,7 +28,7 @@ from nao_kin.joints._readings import (
 from nao_kin.joints._turn_selection import TurnSelection
 from nao_kin.joints.grouping import Rule, group_joints, read_joint_tree
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
-from nao_kin.robot import UNIT_TOLERANCE, Expression, FrameIds, Kinematics, RobotModel, expression_named
+from nao_kin.robot import Expression, Kinematics, RobotModel
 from nao_kin.rotations import EulerAngles
 
 CouplingPolicy = Literal["raise", "nearest"]
@@ -340,9 +341,10 @@ class MultiDofModel:
             >>> np.allclose(J, nao.jacobian(q, "LLeg"))
             True
         """
+        choice(expressed_in, get_args(Expression), "expression")
         typed = self._checked(q_typed)
         (frame_id,) = self._frame_ids((frame,))
-        return self._kinematics.jacobians(typed, frame_id, expression_named(expressed_in))
+        return self._kinematics.jacobians(typed, frame_id, expressed_in)
 
     def com(self, q_typed: ArrayLike) -> Floats:
         """Return the centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
@@ -399,7 +401,7 @@ class MultiDofModel:
             q[:, joint.column] = angles[joint.name]
         return q, mismatches, batch
 
-    def _frame_ids(self, names: Sequence[str]) -> FrameIds:
+    def _frame_ids(self, names: Sequence[str]) -> tuple[int, ...]:
         """Return the indices of frames in this model."""
         places = []
         for name, index in zip(names, self.robot.frame_ids(names), strict=True):

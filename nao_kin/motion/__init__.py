@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from nao_kin.motion.checking import MotionReport, MotionViolation as MotionViolation, check
+from nao_kin._core.sides import Hips
+from nao_kin.motion.checking import MotionReport, MotionViolation, check
 from nao_kin.motion.editing import (
     complete,
     concatenate,
@@ -15,18 +16,21 @@ from nao_kin.motion.editing import (
 )
 from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read_motion, write_motion
 from nao_kin.motion.files.source import MotionFileWarning
-from nao_kin.motion.interpolation import Interpolation as Interpolation
-from nao_kin.motion.mending import Change as Change, MendedMotion, clamp, share_motors, slow_down
+from nao_kin.motion.interpolation import Interpolation
+from nao_kin.motion.mending import Change, MendedMotion, clamp, share_motors, slow_down
 from nao_kin.motion.motion import HOLD as HOLD, Motion, Trajectory
 from nao_kin.motion.plotting import plot
-from nao_kin.robot import Hips as Hips
 
 __all__ = [
     "FORMATS",
+    "Change",
+    "Hips",
+    "Interpolation",
     "MendedMotion",
     "Motion",
     "MotionFileWarning",
     "MotionReport",
+    "MotionViolation",
     "Trajectory",
     "check",
     "clamp",

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
+from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import HOLD, Motion, check_both, checked_rate
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joint_bounds, joints_by_motor
+from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The violations that a check finds.
@@ -247,7 +248,7 @@ def check(
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(
             _disagreement(robot, first, joint, curves)
-            for first, *others in joints_by_motor(robot, motion.joint_names).values()
+            for first, *others in robot.joints_by_motor(motion.joint_names).values()
             for joint in others
         ),
         *([_collisions(robot, motion, fill, rate)] if flag(collisions, "collisions") else []),
@@ -281,14 +282,14 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    lower, upper, _ = joint_bounds(robot, joint)
+    lower, upper, _ = robot.joints.limits(joint)
     excess = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
     unit = robot.unit(joint)
     return [MotionViolation("limit", joint, *row, lower, upper, unit) for row in excess.rows], excess.left_out
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    *_, limit = joint_bounds(robot, joint)
+    *_, limit = robot.joints.limits(joint)
     excess = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
     unit = f"{robot.unit(joint)}/s"
     return [MotionViolation("speed", joint, *row, -limit, limit, unit) for row in excess.rows], excess.left_out

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, shaped, whole_number
+from nao_kin._core.sides import other_side
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments, segment_of
 from nao_kin.motion.motion import HOLD, MAX_SAMPLES, Motion, check_both, check_motion, filled, sampling_times
-from nao_kin.robot import RobotModel, check_robot, other_side
+from nao_kin.robot import RobotModel, check_robot
 
 # Tolerance of values that must be equal without a gap in time.
 _JUMP = 1e-9

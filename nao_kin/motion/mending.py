@@ -10,21 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.sides import Hips, check_hips, joints_of_side
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin.errors import BadArgument
 from nao_kin.motion.checking import bends, check, interval
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
 from nao_kin.motion.motion import HOLD, Motion, check_both, sampling_times
-from nao_kin.robot import (
-    LIMIT_TOLERANCE,
-    Hips,
-    RobotModel,
-    check_hips,
-    joint_bounds,
-    joints_by_motor,
-    joints_of_side,
-    motor_values,
-)
+from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The changes of a motion.
@@ -190,7 +183,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
     check_both(robot, motion)
     check_hips(hips)
     differing = {row.of for row in check(robot, motion).violations if row.kind == "motor"}
-    groups = [joints for joints in joints_by_motor(robot, motion.joint_names).values() if joints[0] in differing]
+    groups = [joints for joints in robot.joints_by_motor(motion.joint_names).values() if joints[0] in differing]
     if not groups:
         return MendedMotion(motion, ())
     mended = motion if motion.interpolation == "linear" else motion.as_bezier()
@@ -203,7 +196,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
         sources = [mended.joint_names.index(joint) for joint in joints_of_side(joints, hips)]
         knots = np.unique(np.concatenate([mended.times[column] for column in sources]))
         values = dict(zip(mended.joint_names, mended.sample(knots).T, strict=True))
-        ((_, motor),) = motor_values(robot, {name: values[name] for name in joints}, hips).items()
+        ((_, motor),) = robot.motor_values({name: values[name] for name in joints}, hips).items()
         moves = {joint: robot.mimics[joint].multiplier if joint in robot.mimics else 1.0 for joint in joints}
         for joint in joints:
             column, mimic = mended.joint_names.index(joint), robot.mimics.get(joint)
@@ -232,7 +225,7 @@ def _into_ranges(robot: RobotModel, motion: Motion) -> tuple[Motion, list[Change
     keys, handles = list[Floats](), list[Floats]()
     changes = list[Change]()
     for column, joint in enumerate(motion.joint_names):
-        lower, upper, _ = joint_bounds(robot, joint)
+        lower, upper, _ = robot.joints.limits(joint)
         given = motion.keys[column]
         outside = (given < lower - LIMIT_TOLERANCE) | (given > upper + LIMIT_TOLERANCE)
         clipped = np.where(outside, np.clip(given, lower, upper), given)
@@ -355,7 +348,7 @@ def _stretch_factors(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]
         pieces = pieces_of(curve, "speed", np.arange(len(curve.start)))
         fastest = np.zeros(len(curve.start))
         np.maximum.at(fastest, pieces.segment, np.abs(pieces.values).max(axis=1))
-        (*_, limit), own = joint_bounds(robot, joint), motion.times[column]
+        (*_, limit), own = robot.joints.limits(joint), motion.times[column]
         if not np.isfinite(fastest).all():
             place = int(np.argmin(np.isfinite(fastest)))
             raise BadArgument(

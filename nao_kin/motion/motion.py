@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, shaped
+from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
-from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, motor_values
+from nao_kin.robot import RobotModel, check_robot
 
 # --- Conversion and checks of the names, times, keys and handles of a motion.
 
@@ -492,7 +493,7 @@ class Motion:
         at = sampling_times(self, rate, times)
         q = np.tile(filled(robot, fill), (len(at), 1))
         values = dict(zip(self.joint_names, self.sample(at).T, strict=True))
-        for joint, column in motor_values(robot, values, hips).items():
+        for joint, column in robot.motor_values(values, hips).items():
             q[:, robot.nq_base + robot.joint_names.index(joint)] = column
         return Trajectory(at, q)
 

@@ -12,7 +12,7 @@ from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
 from nao_kin.motion.checking import check
 from nao_kin.motion.motion import Motion, check_both, checked_names
-from nao_kin.robot import RobotModel, joint_bounds
+from nao_kin.robot import RobotModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         column = motion.joint_names.index(name)
         kinds = ("speed",) if speed else ("limit", "coupled limit", "motor")
         bad = [row for row in violations if row.joint == name and row.kind in kinds]
-        lower, upper, limit = joint_bounds(robot, name)
+        lower, upper, limit = robot.joints.limits(name)
         bounds = (-limit, limit) if speed else (lower, upper)
         _draw(axes, t, values[:, column] * scale, [bound * scale for bound in bounds], bad)
         if not speed and len(motion.keys[column]) <= _MAX_DOTS:

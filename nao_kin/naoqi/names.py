@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch
 from nao_kin._core.former import HIPS_AGREE, NEAR, hides_former
+from nao_kin._core.sides import Hips, check_hips
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, joint_bounds
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
@@ -241,5 +242,5 @@ def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
     """
     joints, mimics = joint_names(robot, names), robot.mimics
     columns = [robot.joint_names.index(mimics[joint].joint if joint in mimics else joint) for joint in joints]
-    bounds = np.array([joint_bounds(robot, joint) for joint in joints]).reshape(-1, 3)
+    bounds = np.array([robot.joints.limits(joint) for joint in joints]).reshape(-1, 3)
     return np.column_stack([bounds, robot.effort_limits[columns]])

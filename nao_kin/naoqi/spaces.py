@@ -23,7 +23,7 @@ from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.names import CHAINS, LEGS
-from nao_kin.robot import RobotModel, check_robot, refuse_not_rotation, refuse_other_last_row
+from nao_kin.robot import RobotModel, check_robot, refuse_not_rigid
 from nao_kin.rotations import matrix_from_rpy, nearest_rotation, rpy_from_matrix
 from nao_kin.world import feet_frame
 
@@ -117,8 +117,7 @@ def pose_from_list(transform: ArrayLike) -> Floats:
 
 def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
     """Return the poses after checking that they are rigid; `tolerance` is that of `check_rotation`."""
-    refuse_other_last_row(T, what)
-    refuse_not_rotation(T[..., :3, :3], what, *tolerance)
+    refuse_not_rigid(T, what, *tolerance)
     return T
 
 

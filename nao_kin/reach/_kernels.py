@@ -20,7 +20,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Ints2, both_ways
 from nao_kin._kernels.chains import Chain, FramePose, chain_of, to_frame
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
+from nao_kin.robot import RobotModel, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The joints between two frames of a robot as arrays for the kernels.
@@ -92,8 +92,8 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
     frame = _frame_named(robot, name)
     if reference is not None and not isinstance(reference, str):
         raise UnknownName("frame", reference, robot.frame_names)
-    floating = robot.base == "floating" and WORLD not in robot.frame_names
-    if reference is None or (reference == WORLD and floating):
+    floating = robot.base == "floating" and "world" not in robot.frame_names
+    if reference is None or (reference == "world" and floating):
         reference = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
     chain = serial_chain(robot, reference, frame)
     joints = list(chain.coordinates)
@@ -117,15 +117,16 @@ def _frame_named(robot: RobotModel, name: str) -> str:
         raise UnknownName("frame or chain", name, tuple(dict.fromkeys((*robot.chains, *robot.frame_names))))
     if name in robot.frame_names:
         return name
-    names = robot.model.names
+    table = robot.joints
     carried = {
-        effector: [names[i] for i in joints_below(robot, effector)[0]] for effector in robot.semantics.end_effectors
+        effector: [table.names[k] for k in table.path(robot.frame_placement(effector)[0])]
+        for effector in robot.semantics.end_effectors
     }
     chain = robot.chains[name]
     found = [effector for effector, joints in carried.items() if chain[0] in joints]
     if found:
         return max(found, key=lambda effector: len(set(chain) & set(carried[effector])))
-    return next(joint.child for joint in robot.tree.moving_joints if joint.name == chain[-1])
+    return table.links[table.row(chain[-1])]
 
 
 def _tables_of(robot: RobotModel, joints: list[str]) -> list[CoupledLimit]:

@@ -15,42 +15,33 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from nao_kin import _kernels as kernels
 from nao_kin._core.arrays import MAX_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
 from nao_kin._core.text import quoted
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.build import ModelNumbers, rows_by_id
+from nao_kin.robot.build import ModelNumbers
 from nao_kin.robot.configurations import TURN, ConfigurationSpace
+from nao_kin.robot.joint_arrays import JointArrays, joint_arrays
 from nao_kin.robot.kinematics import Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree
 
-# --- The joints of a Pinocchio model for the batch kernels.
+# --- The joints of a robot for the batch kernels.
 
 
-def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
-    """Return the joints of a model that `build_model` made from this tree, as the batch kernels take them."""
-    joints, rows = list[kernels.TreeJoint](), rows_by_id(model, tree)
-    ids = {row.name: index for index, row in rows.items()}
-    for index in range(1, model.njoints):
-        placement, inertia, row = model.jointPlacements[index], model.inertias[index], rows.get(index)
-        driver = model.joints[ids[row.coupling.joint] if row else index]
-        joints.append(
-            kernels.TreeJoint(
-                kind=row.kind if row else "free",
-                parent=int(model.parents[index]) - 1,
-                R=np.array(placement.rotation),
-                t=np.array(placement.translation),
-                axis=row.axis if row else (1.0, 0.0, 0.0),
-                coordinate=int(driver.idx_q),
-                velocity=int(driver.idx_v),
-                ratio=row.coupling.multiplier if row else 1.0,
-                offset=row.coupling.offset if row else 0.0,
-                mass=float(inertia.mass),
-                moment=tuple((inertia.mass * inertia.lever).tolist()),
-            )
-        )
-    held = model.inertias[0]
-    return kernels.JointTree(
-        int(model.nq), int(model.nv), tuple(joints), float(held.mass), tuple((held.mass * held.lever).tolist())
-    )
+def joint_tree(table: JointArrays, nq: int, nv: int) -> kernels.JointTree:
+    """Return the joints of a table, after a floating base if there is one, as the batch kernels take them."""
+    root = table.root_mass, tuple((table.root_mass * table.root_centre_of_mass).tolist())
+    joints = list[kernels.TreeJoint]()
+    if nq != nv:  # the quaternion of a floating base has one number more than its angular velocity
+        joints.append(kernels.TreeJoint("free", -1, np.eye(3), np.zeros(3), (1.0, 0.0, 0.0), 0, 0, 1.0, 0.0, *root))
+        root = 0.0, (0.0, 0.0, 0.0)
+    first = len(joints)
+    moments = table.masses[:, None] * table.centres_of_mass
+    columns = (table.axes, table.coordinates, table.columns, table.multipliers, table.offsets, table.masses, moments)
+    rows = zip(table.kinds, table.parents.tolist(), table.placements, *(each.tolist() for each in columns), strict=True)
+    for kind, parent, T, axis, coordinate, column, ratio, offset, mass, moment in rows:
+        placed = parent + first, T[:3, :3], T[:3, 3], tuple(axis)
+        joints.append(kernels.TreeJoint(kind, *placed, coordinate, column, ratio, offset, mass, tuple(moment)))
+    return kernels.JointTree(nq, nv, tuple(joints), *root)
 
 
 def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
@@ -62,10 +53,6 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 
 
 # --- The dispatch.
-
-# From this number of configurations on, the kernels are used. When loaded, they are as fast as Pinocchio for 3 to 8
-# configurations, but loading them takes as long as tens of thousands of configurations, too long for a handful.
-CROSSOVER = 32
 
 # Size of the cache of programs: more than an application uses alternately.
 _MAX_PROGRAMS = 256
@@ -182,17 +169,29 @@ class Answers:
         if not peak <= TURN:
             self._checks.warn_of_degrees(arrays[0])
 
+    def joints(self) -> JointArrays:
+        """Return the joints of the model, the same table until a number of the model changes."""
+        with self._lock:
+            return self._table_now()
+
+    def _table_now(self) -> JointArrays:
+        if self._numbers is None or self._numbers.changed():
+            self._numbers, self._table = ModelNumbers(self._model), joint_arrays(self._model, self._urdf)
+            self._programs.clear()
+            self._tree: kernels.JointTree | None = None
+        return self._table
+
     def _program(self, question: Question) -> kernels.Program:
         """Return the program of a question, which is cached until a number of the model changes."""
         with self._lock:
-            if self._numbers is None or self._numbers.changed():
-                self._numbers, self._joints = ModelNumbers(self._model), joint_tree(self._model, self._urdf)
-                self._programs.clear()
+            table = self._table_now()
             program = self._programs.get(question)
             if program is None:
                 if len(self._programs) >= _MAX_PROGRAMS:
                     self._programs.clear()
-                program = self._programs[question] = self._made(question, self._joints)
+                if self._tree is None:
+                    self._tree = joint_tree(table, self._nq, self._nv)
+                program = self._programs[question] = self._made(question, self._tree)
             return program
 
     def _made(self, question: Question, joints: kernels.JointTree) -> kernels.Program:

@@ -98,12 +98,6 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     return model
 
 
-def rows_by_id(model: pin.Model, tree: UrdfTree) -> dict[int, UrdfJoint]:
-    """Return Pinocchio's id → joint of the file; the universe and a floating base, which come first, have no entry."""
-    moving = tree.moving_joints
-    return dict(enumerate(moving, model.njoints - len(moving)))
-
-
 def _motion(row: UrdfJoint, model: pin.Model, drivers: Mapping[str, int]) -> pin.JointModel:
     """Return Pinocchio's joint; a mimic joint moves with the coordinate of its driver."""
     aligned, free = (

@@ -8,28 +8,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin.robot.build import rows_by_id
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf import UrdfJoint
-
-
-def joint_rows(robot: RobotModel) -> dict[int, UrdfJoint]:
-    """Return Pinocchio's id → joint of the file; the universe and a floating base, which come first, have no entry."""
-    check_robot(robot)
-    return rows_by_id(robot.model, robot.tree)
 
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
     """The n joints that lead from a base to a frame; a floating base counts as fixed.
 
-    Placement k leads to a frame whose z axis is the axis of joint k; placement n leads from joint n − 1 to the frame.
+    Attributes:
+        placements: rotations and translations, shape (n + 1, 3, 4) [m]. Placement k leads to a frame whose z axis is
+            the axis of joint k; placement n leads from joint n − 1 to the frame.
+        slides: which joints slide along their axis instead of turning about it, n of them.
+        drivers: the coordinate that moves each joint, with multiplier and offset; negated where the chain passes a
+            joint from child to parent.
     """
 
-    placements: Floats  # rotation and translation, shape (n + 1, 3, 4) [m]
-    slides: tuple[bool, ...]  # which joints slide instead of turning, n of them
-    drivers: tuple[Mimic, ...]  # the coordinate that moves each joint, with multiplier and offset
+    placements: Floats
+    slides: tuple[bool, ...]
+    drivers: tuple[Mimic, ...]
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -37,7 +34,13 @@ class SerialChain:
         return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
 
     def length(self, robot: RobotModel) -> float:
-        """Return the length of the chain stretched to a straight line [m]; infinite with an unlimited sliding joint."""
+        """Return the length of the chain stretched to a straight line [m]; infinite with an unlimited sliding joint.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> round(nk.robot.serial_chain(nao, "Torso", "LArm").length(nao), 3)
+            0.221
+        """
         total = float(np.linalg.norm(self.placements[1:, :, 3], axis=-1).sum())
         for slides, driver in zip(self.slides, self.drivers, strict=True):
             if slides:
@@ -47,36 +50,34 @@ class SerialChain:
 
 
 def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
-    """Return the chain of joints from one frame to another."""
-    rows = joint_rows(robot)
-    (up, T_last_base), (down, T_last_frame) = (joints_below(robot, end, rows) for end in (base, frame))
+    """Return the chain of joints from one frame to another, such as from the left foot to the right hand.
+
+    Examples:
+        >>> chain = nk.robot.serial_chain(nk.load_nao(), "LLeg", "RLeg")
+        >>> len(chain.drivers), chain.coordinates[:2], chain.drivers[6]
+        (12, ('LAnkleRoll', 'LAnklePitch'), Mimic(joint='LHipYawPitch', multiplier=1.0, offset=0.0))
+    """
+    check_robot(robot)
+    table = robot.joints
+    (up, T_last_base), (down, T_last_frame) = (
+        (table.path(row), T) for row, T in (robot.frame_placement(base), robot.frame_placement(frame))
+    )
     while up and down and up[0] == down[0]:  # joints that carry both
         up, down = up[1:], down[1:]
-    placements, fixed, slides, drivers = [], np.linalg.inv(T_last_base), list[bool](), list[Mimic]()
-    for joint_id, sign in (*((joint, -1.0) for joint in reversed(up)), *((joint, 1.0) for joint in down)):
-        row, T_parent_joint = rows[joint_id], np.array(robot.model.jointPlacements[joint_id].homogeneous)
-        turn, mimic = _z_along(row), row.coupling
+    placements, fixed, drivers = [], np.linalg.inv(T_last_base), list[Mimic]()
+    for k, sign in (*((k, -1.0) for k in reversed(up)), *((k, 1.0) for k in down)):
+        T_parent_joint, turn = table.placements[k], _z_along(table.axes[k])
         placements.append(fixed @ turn if sign < 0.0 else fixed @ T_parent_joint @ turn)
         fixed = turn.T @ np.linalg.inv(T_parent_joint) if sign < 0.0 else turn.T
-        slides.append(row.kind == "prismatic")
-        drivers.append(Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset))
+        motor = robot.joint_names[table.coordinates[k] - robot.nq_base]
+        drivers.append(Mimic(motor, sign * float(table.multipliers[k]), sign * float(table.offsets[k])))
     placements.append(fixed @ T_last_frame)
-    return SerialChain(np.ascontiguousarray(np.array(placements)[:, :3]), tuple(slides), tuple(drivers))
+    slides = tuple(table.kinds[k] == "prismatic" for k in (*reversed(up), *down))
+    return SerialChain(np.ascontiguousarray(np.array(placements)[:, :3]), slides, tuple(drivers))
 
 
-def joints_below(
-    robot: RobotModel, frame: str, rows: Mapping[int, UrdfJoint] | None = None
-) -> tuple[list[int], Floats]:
-    """Return Pinocchio's ids of the joints from the root to a frame, without a floating base, and T_joint_frame."""
-    rows, model = joint_rows(robot) if rows is None else rows, robot.model
-    place = model.frames[robot.frame_ids([frame])[0]]
-    ids = [int(joint_id) for joint_id in model.supports[place.parentJoint] if joint_id in rows]
-    return ids, np.array(place.placement.homogeneous)
-
-
-def _z_along(row: UrdfJoint) -> Floats:
-    """Return a rotation (4, 4) that takes z to the joint's axis, without rounding if the axis is x, y or z."""
-    z = np.array(row.axis)
+def _z_along(z: Floats) -> Floats:
+    """Return a rotation (4, 4) that takes z to an axis, without rounding if the axis is x, y or z."""
     x = np.zeros(3)
     x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
     x -= (x @ z) * z
@@ -124,9 +125,10 @@ def topology(robot: RobotModel) -> Topology:
         >>> {joint: mimic.joint for joint, mimic in topology.couplings_between_limbs.items()}
         {'RHipYawPitch': 'LHipYawPitch'}
     """
-    rows = joint_rows(robot)
+    check_robot(robot)
+    table = robot.joints
     # Joint → the joints from the root to this one, which is the last.
-    paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
+    paths = {name: [table.names[above] for above in table.path(k)] for k, name in enumerate(table.names)}
     couplings = {name: robot.mimics[name] for name in paths if name in robot.mimics}
     between_limbs = {name: mimic for name, mimic in couplings.items() if paths[name][0] != paths[mimic.joint][0]}
     left_out = couplings.keys() - between_limbs

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_or_none, generator
 from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.collision_pairs import Capsules, LinkPair, disabled_collisions
-from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, shape_geometry, warn_of_shapes
+from nao_kin.robot.geometry import capsules, read_mesh, shape_geometry, warn_of_shapes
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def _shapes(
 def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
     """Return points whose hull is a box or a mesh, or contains a cylinder."""
     if isinstance(shape, MeshFile):
-        corners = read_mesh(mesh_path(shape, tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
+        corners = read_mesh(shape.path(tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
         corners = corners * np.array(shape.scale)
         if not (np.abs(corners) < _LARGEST).all():
             raise UnreadableShape(
@@ -299,7 +299,11 @@ class LinkShapes:
                 raise UnknownName("link in disabled_collisions", name, self._robot.tree.links)
         if rows:
             return {(min(a, b), max(a, b)): reason for a, b, reason in rows}
-        return disabled_collisions(self._robot, self, samples=_SAMPLES, seed=0)
+        return self.found_disabled(_SAMPLES, 0)
+
+    def found_disabled(self, samples: int, seed: int) -> dict[LinkPair, str]:
+        """Return the pairs of links that need no check, and the reason, by the rules of `disabled_collisions`."""
+        return disabled_collisions(self._robot, self, samples=samples, seed=seed)
 
     def _pairs_of_shapes(self, pairs: Iterable[LinkPair]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the pairs of shapes of pairs of links, shape (p, 2), and the index of the pair of links of each."""

@@ -12,18 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, first_index, generator, limit_policy
 from nao_kin._core.text import quoted
+from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE, UNIT_TOLERANCE
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
-from nao_kin.robot.limits import LIMIT_TOLERANCE, JointLimits
+from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.semantics import Mimic, Posture
 
 # --- Conversion between joint values by name and arrays; mimic joints must agree with their driving joints.
 
 _PLAIN = frozenset((float, int, np.float64))
-# Two values for one motor agree if they differ by less than the resolution of single precision.
-COUPLING_TOLERANCE = 1e-6
-# A quaternion whose norm differs from 1 by less than this is accepted, and divided by its norm.
-UNIT_TOLERANCE = 1e-6
 # The norm of a quaternion that was divided by its norm differs from 1 by at most this.
 _UNIT_ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
 

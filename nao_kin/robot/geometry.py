@@ -49,7 +49,7 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
         return coal.Cylinder(shape.radius, shape.length)
     if isinstance(shape, Sphere):
         return coal.Sphere(shape.radius)
-    path = mesh_path(shape, packages)
+    path = shape.path(packages)
     try:
         return coal.MeshLoader().load(str(path), np.array(shape.scale))
     except (RuntimeError, ValueError) as error:
@@ -79,14 +79,6 @@ def capsules(shapes: Sequence[Visual | Collision]) -> dict[int, tuple[int, int]]
             if len(caps) == 2:
                 found[index] = caps[0], caps[1]
     return found
-
-
-def mesh_path(mesh: MeshFile, packages: Packages) -> Path:
-    """Return the file of a mesh; raise `UnreadableShape` if it does not exist."""
-    path = packages.file(mesh.filename)
-    if path is None:
-        raise UnreadableShape(f"its mesh {quoted(mesh.filename)} is not there")
-    return path
 
 
 def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Made:

@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, check_tolerance, choice, common_batch, join_poses, unit
+from nao_kin._core.arrays import (
+    Floats,
+    check_tolerance,
+    choice,
+    join_poses,
+    rows_with_gravity,
+)
+from nao_kin._core.tolerances import TOUCHING
 from nao_kin.errors import BadArgument
 from nao_kin.robot.geometry import shape_geometry
 from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners
@@ -28,8 +35,6 @@ if TYPE_CHECKING:
 
 # How far both soles, or one alone, may be above the lowest point of a robot that stands on them [m].
 _BOTH, _ONE = 0.008, 0.003
-# How far above the floor a point may be and still touch it [m].
-TOUCHING = 0.005
 # While the robot rolls over an edge, points within this distance of the lowest one touch the floor [m].
 _ROLLING = 1e-5
 # Most rolls from one edge to the next; no body needs so many.
@@ -88,7 +93,7 @@ def set_down(
     feet = Feet.of(robot, names, or_origin=True)
     if not names and not len(floor.points):
         raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
-    batch, rows, down = rows_with_gravity(robot, q, gravity)
+    batch, rows, down = rows_with_gravity(robot.checked(q), gravity)
     parts = [
         _rows_down(robot, floor, feet, rows[part], soles is not None, None if down is None else down[part], tolerance)
         for part in (slice(k, k + _AT_ONCE) for k in range(0, max(1, len(rows)), _AT_ONCE))
@@ -100,19 +105,6 @@ def set_down(
     for k in range(len(names)):
         touching[..., k] = on_floor[..., feet.owner == k].any(axis=-1)
     return SetDown(T, names, touching, corners, feet.owner, on_floor, links, stands)
-
-
-def rows_with_gravity(
-    robot: RobotModel, q: ArrayLike, gravity: ArrayLike | None
-) -> tuple[tuple[int, ...], Floats, Floats | None]:
-    """Return the common batch shape of q and gravity, and both as rows, gravity as unit vectors (n, 3) or None."""
-    array, down = robot.checked(q), None
-    batch = array.shape[:-1]
-    if gravity is not None:
-        given = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
-        batch = common_batch("configurations and gravity", batch, given.shape[:-1])
-        down = np.broadcast_to(given, (*batch, 3)).reshape(-1, 3)
-    return batch, np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq), down
 
 
 def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
@@ -147,6 +139,19 @@ class Feet(NamedTuple):
         """Return the corners of soles at T_soles (n, S, 4, 4), shape (n, k, 3)."""
         T = T_soles[:, self.owner]
         return np.asarray(np.einsum("nkij,kj->nki", T[..., :3, :3], self.points) + T[..., :3, 3])
+
+    def from_above(self, T_soles: Floats, points: Floats, down: Floats | None) -> tuple[Floats, Floats]:
+        """Return x and y of the corners of soles at T_soles (n, S, 4, 4), and of points (n, 3), seen along `down`.
+
+        Shapes (n, k, 2) and (n, 2); without directions down (n, 3), along the mean of the soles' normals.
+        """
+        across = level_axes(-common_down(T_soles) if down is None else -down)
+        corners = np.empty((len(T_soles), 2, len(self.points)))
+        for k in range(len(self.names)):
+            own, T = self.owner == k, T_soles[:, k]
+            turned = (T[:, :3, :3].reshape(-1, 3) @ self.points[own].T).reshape(len(T), 3, -1)
+            corners[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, :3, 3:])
+        return corners.swapaxes(1, 2), np.einsum("nai,ni->na", across, points)
 
     def carried(self, robot: RobotModel, links: Sequence[str]) -> NDArray[np.bool_]:
         """Return which links move with each sole, shape (S, L)."""

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
@@ -73,11 +73,6 @@ EXPRESSIONS = {
 }
 
 
-def expression_named(name: str) -> pin.ReferenceFrame:
-    """Return Pinocchio's reference frame for "frame", "root" or "mixed"."""
-    return EXPRESSIONS[choice(name, EXPRESSIONS, "expression")]
-
-
 class Kinematics:
     """Pinocchio's answers for checked configurations (..., nq), with separate Pinocchio data for each thread."""
 
@@ -93,7 +88,7 @@ class Kinematics:
             poses = self.poses(q, ids) if reference is None else self.relative_poses(q, ids, reference)
             return _in_form(poses, question.form)
         if question.kind == "jacobian":
-            return self.jacobians(q, question.frame_ids[0], EXPRESSIONS[question.form])
+            return self.jacobians(q, question.frame_ids[0], question.form)
         if question.kind == "com_jacobian":
             return self.com_jacobians(q)
         if question.kind in ("velocity", "acceleration"):
@@ -133,8 +128,9 @@ class Kinematics:
         np.matmul(T_reference[..., :3, :3].swapaxes(-1, -2), T[..., :3, :], out=relative[..., :3, :])
         return relative
 
-    def jacobians(self, q: Floats, frame_id: int, expression: pin.ReferenceFrame) -> Floats:
+    def jacobians(self, q: Floats, frame_id: int, expressed_in: str) -> Floats:
         """Return the geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a new array."""
+        expression = EXPRESSIONS[expressed_in]
         model, data = self.model, self._workspace().data
         shape = 6, model.nv  # with one degree of freedom, Pinocchio returns a vector
         if q.ndim == 1:

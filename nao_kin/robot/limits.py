@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, LimitPolicy as LimitPolicy
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin.robot.semantics import CoupledLimit
 
-# A value that exceeds a limit by no more than this [rad, m or ratio] is accepted unchanged: files have single precision
-# (1e-7 of a value) or six decimals (5e-7), and limits converted from degrees are rounded.
-LIMIT_TOLERANCE = 1e-6
 _MIN_DIGITS, _MAX_DIGITS = 6, 17
 
 

@@ -13,14 +13,17 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._core.arrays import Floats, LimitPolicy, choice, flag, limit_policy, shaped, whole_number
 from nao_kin._core.former import MOST, hides_former
+from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.tolerances import TOUCHING
 from nao_kin.errors import BadArgument
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
-from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
+from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
+from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import (
     EXPRESSIONS,
     POSE_FORMS,
@@ -30,10 +33,9 @@ from nao_kin.robot.kinematics import (
     Kinematics,
     PoseForm,
     Question,
-    expression_named,
 )
 from nao_kin.robot.limits import JointLimits, LimitViolation
-from nao_kin.robot.motors import Hips, check_hips, with_shared_motors
+from nao_kin.robot.motors import joints_by_motor, motor_values, with_shared_motors
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
@@ -274,6 +276,14 @@ class RobotModel:
         return self._kinematics.mass
 
     @property
+    def joints(self) -> JointArrays:
+        """All moving joints as arrays, mimic joints included: placements, axes, couplings, limits and masses.
+
+        The table is made on first use, and again after a placement or mass in `model` has changed.
+        """
+        return self._answers.joints()
+
+    @property
     def parameters(self) -> Any:
         """The published numbers from which the URDF was made; None if there are none."""
         return None
@@ -299,6 +309,20 @@ class RobotModel:
             2
         """
         return self._frames.ids(frames)
+
+    def frame_placement(self, frame: str) -> tuple[int, Floats]:
+        """Return the row in `joints` of the joint that carries a frame, −1 for the root, and T_joint_frame (4, 4) [m].
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> row, T_joint_frame = nao.frame_placement("LArm")
+            >>> nao.joints.names[row], T_joint_frame[:3, 3].round(4).tolist()
+            ('LWristYaw', [0.0578, 0.0, -0.0123])
+        """
+        (index,) = self._frames.ids([frame])
+        place = self.model.frames[index]
+        # The universe, and a floating base, come before the joints of the tree.
+        return int(place.parentJoint) - (2 if self.base == "floating" else 1), np.array(place.placement.homogeneous)
 
     def with_offsets(
         self: _Robot, joints: Mapping[str, ArrayLike] | None = None, frames: Mapping[str, ArrayLike] | None = None
@@ -496,6 +520,33 @@ class RobotModel:
             0.3
         """
         return self._configurations.angles(q, degrees)
+
+    def joints_by_motor(self, names: Iterable[str]) -> dict[str, list[str]]:
+        """Return driving joint → the joints among `names` that its motor moves, the driving joint first.
+
+        Mimic joints with the multiplier 0 do not move and are left out.
+
+        Examples:
+            >>> nk.load_nao().joints_by_motor(["RHipYawPitch", "HeadYaw", "LHipYawPitch"])
+            {'HeadYaw': ['HeadYaw'], 'LHipYawPitch': ['LHipYawPitch', 'RHipYawPitch']}
+        """
+        return joints_by_motor(self, names)
+
+    def motor_values(self, values: Mapping[str, Floats], hips: Hips = "average") -> dict[str, Floats]:
+        """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
+
+        Args:
+            values: joint → values, of one shape.
+            hips: value of a motor of which several joints are given: "average", or "left" or "right" for the joint of
+                that side, if it is given.
+
+        Examples:
+            >>> hips = {"LHipYawPitch": np.array([-0.2, -0.3]), "RHipYawPitch": np.array([-0.2, -0.4])}
+            >>> nk.load_nao().motor_values(hips)["LHipYawPitch"].round(9).tolist()
+            [-0.2, -0.35]
+        """
+        check_hips(hips)
+        return motor_values(self, values, hips)
 
     def checked(self, q: ArrayLike) -> Floats:
         """Return `q` as an array of configurations of this robot; limits are not checked.
@@ -720,10 +771,9 @@ class RobotModel:
             >>> J.shape, np.flatnonzero(J.any(axis=0)).tolist()
             ((6, 25), [8, 9, 10, 11, 12])
         """
-        if _is_plain(q, dtype, out, threads):
-            q, expression = self._configurations.posed(q), expression_named(expressed_in)
-            return self._kinematics.jacobians(q, self._frames.id(frame), expression)
         choice(expressed_in, EXPRESSIONS, "expression")
+        if _is_plain(q, dtype, out, threads):
+            return self._kinematics.jacobians(self._configurations.posed(q), self._frames.id(frame), expressed_in)
         question = Question("jacobian", (self._frames.id(frame),), form=expressed_in)
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
 

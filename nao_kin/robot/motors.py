@@ -1,69 +1,17 @@
-"""Joints and the motors that move them: bounds, shared motors, and left and right in the names of joints."""
+"""Joints and the motors that move them; one motor may move several joints, such as the two HipYawPitch of a NAO."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats
+from nao_kin._core.sides import Hips, joints_of_side
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
-
-# --- Left and right in the names of joints.
-
-Side = Literal["left", "right"]
-
-_OTHER = {"L": "R", "R": "L", "l": "r", "r": "l"}
-_WORDS = {"left": "right", "right": "left", "Left": "Right", "Right": "Left", "LEFT": "RIGHT", "RIGHT": "LEFT"}
-_SIDE = re.compile(
-    r"""
-    (?<![A-Za-z])(?:LEFT|RIGHT)(?![A-Za-z])           # LEFT_ELBOW
-    | ^[LR](?=[A-Z])                                  # LShoulderPitch
-    | ^[lr](?=_) | (?<=_)[lrLR]$                      # l_elbow, elbow_l
-    | ^(?:left|right)(?![a-z]) | (?<![A-Za-z])(?:left|right)$  # left_elbow, leftElbow, elbow_left
-    | ^(?:Left|Right)(?![a-z]) | (?:Left|Right)$      # LeftElbow, elbowLeft
-    """,
-    re.VERBOSE,
-)
-
-
-def side_of(name: str) -> Side | None:
-    """Return the side in a name such as LElbowRoll, l_elbow, elbow_l or left_elbow; None without one."""
-    match = _SIDE.search(name)
-    if match is None:
-        return None
-    return "left" if match.group()[0] in "lL" else "right"
-
-
-def other_side(name: str) -> str:
-    """Return the name with left and right exchanged; the same name without a side."""
-    return _SIDE.sub(lambda match: _WORDS.get(match.group()) or _OTHER[match.group()], name, count=1)
-
-
-# --- Joints and their motors; one motor may move several joints, such as the two HipYawPitch.
-
-
-def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
-    """Return the smallest and largest value of a joint and its speed limit, also of a mimic joint."""
-    mimic = robot.mimics.get(joint)
-    column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
-    if mimic is None:
-        return lower, upper, speed
-    # A multiplier of 0 holds the joint still even if the motor has no speed limit.
-    return *mimic.range(lower, upper), abs(mimic.multiplier) * speed if mimic.multiplier else 0.0
-
-
-Hips = Literal["average", "left", "right"]
-
-
-def check_hips(hips: str) -> None:
-    """Raise `UnknownName` for an unknown rule for two joints of one motor."""
-    choice(hips, get_args(Hips), "rule for the hips")
 
 
 def joints_by_motor(robot: RobotModel, names: Iterable[str]) -> dict[str, list[str]]:
@@ -74,11 +22,6 @@ def joints_by_motor(robot: RobotModel, names: Iterable[str]) -> dict[str, list[s
         if mimic is None or mimic.multiplier != 0.0:
             motors.setdefault(name if mimic is None else mimic.joint, []).append(name)
     return motors
-
-
-def joints_of_side(joints: list[str], hips: Hips) -> list[str]:
-    """Return the joints that determine a motor: those on the side `hips`, or all joints if none is on that side."""
-    return [joint for joint in joints if side_of(joint) == hips] or joints
 
 
 def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:

@@ -141,29 +141,15 @@ def rigid_poses(T: ArrayLike, what: str) -> Floats:
     return nearest
 
 
-def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
+def refuse_not_rigid(T: Floats, what: str, *tolerance: float) -> RotationDefects:
     """Return the defects of the poses' rotations; raise NotARotation or BadArgument for the first one not rigid."""
-    defects = refuse_not_rotation(T[..., :3, :3], what)
-    refuse_other_last_row(T, what)
-    return defects
-
-
-def refuse_other_last_row(T: Floats, what: str) -> None:
-    """Raise BadArgument for the first of poses (..., 4, 4) whose last row is not 0, 0, 0, 1."""
+    defects = check_rotation(T[..., :3, :3], *tolerance, name=what)
     wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
     if wrong.any():
         index = first_index(wrong)
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
         raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
-
-
-def refuse_not_rotation(R: Floats, what: str, *tolerance: float) -> RotationDefects:
-    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first non-rotation."""
-    try:
-        return check_rotation(R, *tolerance)
-    except NotARotation as error:
-        error.args = (f"{what}: {error}",)
-        raise
+    return defects
 
 
 def _after(origin: Origin, T: Floats) -> Origin:

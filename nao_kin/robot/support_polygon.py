@@ -53,6 +53,19 @@ class SupportPolygon:
             raise BadArgument("the soles have no area seen from above: do they stand upright?")
         return SupportPolygon(np.array([(x[i], y[i]) for i in corners]))
 
+    @staticmethod
+    def of_soles(soles: Iterable[tuple[Floats, Floats]]) -> SupportPolygon:
+        """Return the support polygon of soles, each given as T_world_sole and its corners (k, 3) in the sole's frame.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> T = nao.fk(nao.posture("StandInit"), ["LLeg", "RLeg"])
+            >>> corners = [nao.sole_outline(sole, "sensors") for sole in ("LLeg", "RLeg")]
+            >>> nk.robot.SupportPolygon.of_soles(zip(T, corners)).vertices.shape
+            (6, 2)
+        """
+        return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))
+
     @property
     def half_planes(self) -> Floats:
         """The edges as (n_x, n_y, d), shape (k, 3), with the inward unit normal n: inside is where n·p ≥ d."""
@@ -116,11 +129,6 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     return np.pad(SupportPolygon.around(np.round(flat, 12)).vertices, ((0, 0), (0, 1)))
 
 
-def polygon_below(soles: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> SupportPolygon:
-    """Return the support polygon of soles, each given as T_world_sole and its corners (k, 3) in the sole's frame."""
-    return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))
-
-
 def support_polygon(
     robot: RobotModel, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
 ) -> SupportPolygon:
@@ -130,4 +138,4 @@ def support_polygon(
     if row.ndim != 1:
         raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)
     poses = robot.fk(row, names, reference=names[0] if reference is None else reference)
-    return polygon_below((T, sole_corners(robot, name)) for T, name in zip(poses, names, strict=True))
+    return SupportPolygon.of_soles((T, sole_corners(robot, name)) for T, name in zip(poses, names, strict=True))

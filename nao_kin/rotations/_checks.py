@@ -51,7 +51,7 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
     return np.asarray(fine)
 
 
-def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefects:
+def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE, *, name: str = "") -> RotationDefects:
     """Return the defects of rotation matrices, and raise `NotARotation` for the first matrix that is not a rotation.
 
     Every function of this package checks its rotation matrices in this way, with the default tolerance, and replaces a
@@ -60,6 +60,7 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
     Args:
         R: matrices, shape (..., 3, 3).
         tolerance: largest defect allowed; the default accepts rotations rounded to float32.
+        name: name of the matrices in the error message, such as that of an argument.
 
     Returns:
         det R − 1 and max |RᵀR − 1| of each matrix.
@@ -76,7 +77,10 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
     bad = ~((np.abs(defects.determinant) <= tolerance) & (defects.orthogonality <= tolerance))
     if bad.any():
         index = first_index(bad)
-        raise NotARotation(index, float(defects.determinant[index]), float(defects.orthogonality[index]))
+        error = NotARotation(index, float(defects.determinant[index]), float(defects.orthogonality[index]))
+        if name:
+            error.args = (f"{name}: {error}",)
+        raise error
     return defects
 
 

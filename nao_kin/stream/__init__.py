@@ -1,7 +1,7 @@
 """Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
 from nao_kin.stream.results import Clamped as Clamped, StreamResult, clamp as clamp
-from nao_kin.stream.run import ErrorPolicy as ErrorPolicy, fk
+from nao_kin.stream.run import ErrorPolicy, fk
 from nao_kin.stream.sinks import (
     FEW_ROWS as FEW_ROWS,
     PoseColumns as PoseColumns,
@@ -20,6 +20,7 @@ from nao_kin.stream.targets import Targets, read_targets
 
 __all__ = [
     "Configurations",
+    "ErrorPolicy",
     "StreamResult",
     "Targets",
     "fk",

@@ -9,7 +9,8 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.former import CLAMPED_MOST
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
+from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin.robot import RobotModel, check_robot
 
 # Bad rows that are listed; the others are only counted.
 MAX_LISTED = 20

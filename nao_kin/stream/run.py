@@ -23,10 +23,11 @@ from nao_kin._core import __version__, files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy, choice, float_dtype, limit_policy
 from nao_kin._core.headings import TIME_UNITS
 from nao_kin._core.process import usable_cores
+from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
-from nao_kin.robot import Hips, RobotModel, check_hips, check_robot
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MAX_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class

@@ -18,9 +18,10 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.csv_numbers import float_texts, has_pyarrow
 from nao_kin._core.text import abbreviated
+from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
-from nao_kin.robot import CROSSOVER, RobotModel
+from nao_kin.robot import RobotModel
 from nao_kin.stream.sources import ARROW_ENDINGS, PARQUET_ENDINGS
 
 # --- The numbers of a pose and their names, the same on the screen and in every file format.

@@ -32,18 +32,11 @@ from nao_kin._core.headings import (
     joint_state_values,
     read_heading,
 )
+from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
+from nao_kin._core.tolerances import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
-from nao_kin.robot import (
-    COUPLING_TOLERANCE,
-    UNIT_TOLERANCE,
-    Hips,
-    RobotModel,
-    check_hips,
-    check_robot,
-    joints_by_motor,
-    with_shared_motors,
-)
+from nao_kin.robot import RobotModel, check_robot, with_shared_motors
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.stream.results import Clamped, clamp
 
@@ -469,7 +462,7 @@ class JointColumns:
         """Return configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
         robot, found = self.robot, self.values(values)
         # One joint of each motor: these cannot disagree.
-        first = [joints[0] for joints in joints_by_motor(robot, found).values()]
+        first = [joints[0] for joints in robot.joints_by_motor(found).values()]
         set_joints = robot.configuration({name: found[name] for name in first}, limits="ignore")
         q = np.array(np.broadcast_to(set_joints, (len(values), robot.nq)))
         q[:, : self.base] = values[:, : self.base]

@@ -14,7 +14,7 @@ from nao_kin._core.arrays import Floats, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import HOLD, Hips, Motion
-from nao_kin.robot import WORLD, RobotModel, check_robot
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
@@ -100,7 +100,7 @@ class MeshcatRobot:
         if self.robot.base == "floating":
             root = self._paths[self.robot.tree.root]
             if self._is_new(root, tuple(array[:7].tolist())):
-                self._send(set_transform(root, self.robot.fk(array, self.robot.tree.root, reference=WORLD)))
+                self._send(set_transform(root, self.robot.fk(array, self.robot.tree.root)))
         for joint, driver, path in self._joints:
             value = float(driver.values(array))
             if self._is_new(path, (value,)):

@@ -15,8 +15,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.files import URDF_FOLDERS
 from nao_kin._core.text import abbreviated
-from nao_kin.robot import RobotModel, nao_urdf_path
+from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import MeshFile, Rgba, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
 from nao_kin.viewer.messages import content_name, geometry_document, node_name, panel_message
@@ -71,7 +72,7 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
     missing: list[str] = []
     notes: list[str] = []
     loaded: dict[tuple[Path, tuple[float, ...]], tuple[Mesh, ...]] = {}
-    packages, own = tree.packages, nao_urdf_path("v6").parent
+    packages, own = tree.packages, set(URDF_FOLDERS)
     for visual in tree.visuals:
         T_link_shape, geometry = visual.origin.matrix, visual.geometry
         if not isinstance(geometry, MeshFile):
@@ -83,7 +84,7 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
             continue
         try:
             if (path, geometry.scale) not in loaded:
-                read = _own_meshes if own in path.parents else _meshes
+                read = _own_meshes if own.intersection(path.parents) else _meshes
                 loaded[path, geometry.scale] = read(path, geometry.scale)
         except UnreadableShape as reason:
             notes.append(f"a visual of {abbreviated(visual.link)} is not shown: {path.name}: {reason}")

@@ -12,9 +12,8 @@ from nao_kin.world.camera_ground import (
     project,
     visible_ground,
 )
-from nao_kin.world.cameras import Camera, as_pixels as as_pixels, camera, outside_image as outside_image
+from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
 from nao_kin.world.odometry import (
-    LOWER as LOWER,
     Odometry,
     odometry,
     on_floor as on_floor,

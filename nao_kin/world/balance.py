@@ -11,23 +11,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, rigid_inverse
+from nao_kin._core.arrays import Floats, as_batch, rigid_inverse, rows_with_gravity
+from nao_kin._core.tolerances import TOUCHING
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.polygons import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import (
-    TOUCHING,
     Feet,
     OutlineKind,
     RobotModel,
     SetDown,
     SupportPolygon,
     check_robot,
-    common_down,
-    level_axes,
     named_soles,
     points_on_floor,
-    rows_with_gravity,
 )
 from nao_kin.rotations import rot_z, rpy_from_matrix
 
@@ -161,19 +158,13 @@ def margin(
     check_robot(robot)
     names = named_soles(robot, soles, needed=True)
     feet = Feet.of(robot, names, outline)
-    batch, rows, given = rows_with_gravity(robot, q, gravity)
+    batch, rows, given = rows_with_gravity(robot.checked(q), gravity)
     found = np.empty(len(rows))
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
         T = np.asarray(robot.fk(rows[part], names, reference=robot.tree.root))
-        across = level_axes(-common_down(T) if given is None else -given[part])
-        com = np.einsum("nai,ni->na", across, robot.com(rows[part], reference=robot.tree.root))
-        placed = np.empty((len(T), 2, len(feet.points)))
-        for k in range(len(names)):
-            own = feet.owner == k
-            turned = (T[:, k, :3, :3].reshape(-1, 3) @ feet.points[own].T).reshape(len(T), 3, -1)
-            placed[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, k, :3, 3:])
-        found[part] = hulls(placed.swapaxes(1, 2), com)[2]
+        com = robot.com(rows[part], reference=robot.tree.root)
+        found[part] = hulls(*feet.from_above(T, com, None if given is None else given[part]))[2]
     return found.reshape(batch)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     Floats,
     as_floats,
+    as_pixels,
     check_tolerance,
     common_batch,
     first_index,
@@ -24,7 +25,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
-from nao_kin.world.cameras import LARGEST, Camera, as_pixels, outside_image, pixel_name
+from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
 _CURVED = 16

@@ -15,9 +15,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, first_index, shaped, texts, whole_number
+from nao_kin._core.arrays import (
+    Floats,
+    as_floats,
+    as_numbers,
+    as_pixels,
+    choice,
+    shaped,
+    texts,
+    whole_number,
+)
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, WrongShape, at_index
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import RESOLUTIONS
 
@@ -441,16 +450,6 @@ def outside_image(robot: RobotModel, camera: Camera, pixels: Floats) -> str:
 
 def _resolutions(robot: RobotModel) -> dict[str, tuple[int, int]]:
     return dict(robot.semantics.resolutions) or {row.name: (row.width, row.height) for row in RESOLUTIONS}
-
-
-def as_pixels(pixels: ArrayLike) -> Floats:
-    """Return pixels as an array (..., 2); NaN, which stands for no pixel, is allowed."""
-    uv = as_numbers(pixels, "pixels")
-    if uv.shape[-1:] != (2,):
-        raise WrongShape("pixels", "(..., 2)", uv.shape)
-    if np.isinf(uv).any():
-        raise BadArgument(f"pixels must not be infinite{at_index(first_index(np.isinf(uv)))}")
-    return uv
 
 
 def pixel_name(pixel: Floats) -> str:

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_numbers, check_tolerance, join_poses, rigid_inverse, shaped
+from nao_kin._core.tolerances import LOWER
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot, named_soles, rigid_poses
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
 
-# How much lower the other sole must be to become the support [m].
-LOWER = 1e-3
 # Share of the force from which the other sole becomes the support: more than half, so that the support does not switch
 # back and forth while both carry the robot.
 _SHARE = 0.6

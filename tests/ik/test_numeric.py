@@ -20,6 +20,7 @@ from nao_kin.ik import Family, Reason, numeric
 from nao_kin.ik.least_squares import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.numeric import pose_errors
+from nao_kin.ik.targets import rigid_poses
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
 FRAMES = ("Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "LFoot")
@@ -580,3 +581,17 @@ def test_bad_input_is_named(nao: nk.NaoModel, changes: dict[str, object], error:
 def test_what_is_no_robot_is_refused() -> None:
     with pytest.raises(BadArgument, match="RobotModel"):
         numeric("nao", "LLeg", np.eye(4))  # type: ignore[arg-type]
+
+
+def test_a_pose_alone_gets_the_rotation_that_it_gets_in_a_batch(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(4)
+    T = nao.fk(nao.random(rng, COUNT), "LArm")
+    T[:, :3] += rng.normal(size=(COUNT, 3, 4)) * 10.0 ** rng.uniform(-18.0, -7.5, (COUNT, 1, 1))
+    T[:, 3] += rng.normal(size=(COUNT, 4)) * 1e-9
+    rigid = rigid_poses(T, "T")
+    assert (rigid != T)[:, :3, :3].any(axis=(1, 2)).mean() > 0.2
+    for pose, expected in zip(T, rigid, strict=True):
+        np.testing.assert_array_equal(rigid_poses(pose, "T"), expected)
+    T[0, 0, 0] += 1e-5
+    with pytest.raises(NotARotation):
+        rigid_poses(T[0], "T")

@@ -132,6 +132,7 @@ def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path:
     assert occupied.read_text() == "not a folder"
 
 
+@pytest.mark.full
 def test_a_full_disk_costs_one_warning(small: str, tmp_path: Path) -> None:
     code = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1, 1))\n" + small
     out, err = outcome(start(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")))
@@ -501,7 +502,7 @@ def test_a_fork_after_use_works(nao: nk.NaoModel) -> None:
 
 def test_a_small_batch_does_not_load_the_compiler() -> None:
     code = (
-        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk.robot.CROSSOVER - 1)); "
+        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk._core.tolerances.CROSSOVER - 1)); "
         "print('numba' in sys.modules)"
     )
     assert outcome(start(code)) == ("False\n", "")

@@ -15,9 +15,9 @@ from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
+from nao_kin._core.tolerances import COUPLING_TOLERANCE
 from nao_kin.motion import MotionReport, check, share_motors, slow_down
 from nao_kin.motion.interpolation import INTERPOLATIONS
-from nao_kin.robot.configurations import COUPLING_TOLERANCE
 
 # Pairs of a coupled limit, both hips of one motor, and a ratio.
 JOINTS = ("HeadYaw", "HeadPitch", "RAnklePitch", "RAnkleRoll", "LHipYawPitch", "RHipYawPitch", "LHand")

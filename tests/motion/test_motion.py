@@ -14,9 +14,9 @@ from hypothesis import given, settings, strategies as st
 from scipy.interpolate import BPoly, CubicHermiteSpline, PchipInterpolator
 
 import nao_kin as nk
+from nao_kin._core.sides import other_side, side_of
 from nao_kin.motion import is_motion_file, mirrored_joints
 from nao_kin.motion.interpolation import INTERPOLATIONS, segment_of, smooth_slopes
-from nao_kin.robot.motors import other_side, side_of
 
 NAMES = ["HeadYaw", "HeadPitch", "LHand"]
 

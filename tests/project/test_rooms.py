@@ -192,6 +192,15 @@ def test_a_public_room_lists_what_it_offers() -> None:
             assert not unlisted, f"{name}: {unlisted}"
 
 
+def test_rooms_hand_few_names_to_other_rooms_only() -> None:
+    hidden = {
+        face.parent.name: re.findall(r"\b(\w+) as \1\b", face.read_text(encoding="utf-8"))
+        for face in PACKAGE.glob("*/__init__.py")
+    }
+    assert len(hidden["robot"]) <= 15
+    assert sum(map(len, hidden.values())) <= 40, hidden
+
+
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:pyparsing")  # of matplotlib 3.9
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:matplotlib")
 def test_no_module_takes_the_place_of_a_public_name() -> None:

@@ -23,7 +23,7 @@ from scipy.spatial import ConvexHull
 import nao_kin as nk
 from nao_kin._kernels import hulls as kernels
 from nao_kin.errors import BadArgument, MissingShapeWarning, NaoKinError, UnknownName
-from nao_kin.robot import LinkShapes, mesh_path, read_mesh
+from nao_kin.robot import LinkShapes, read_mesh
 from nao_kin.robot.collision_pairs import never_touch
 from nao_kin.robot.collisions import Shape, covering_capsule, hull_shape, round_shape, shapes_of
 from nao_kin.robot.semantics import Semantics
@@ -174,7 +174,7 @@ def _corners(nao: nk.NaoModel, q: np.ndarray, wanted: str, reference: str) -> np
             link = above[link]
         if link == wanted:
             T = nao.fk(q, visual.link, reference=reference)
-            found.append(_vertices(mesh_path(visual.geometry, nao.tree.packages)) @ T[:3, :3].T + T[:3, 3])
+            found.append(_vertices(visual.geometry.path(nao.tree.packages)) @ T[:3, :3].T + T[:3, 3])
     return np.concatenate(found)
 
 

@@ -3,7 +3,7 @@ import { Connection } from "./connection.ts";
 import { Drag } from "./drag/drag.ts";
 import { Targets } from "./drag/targets.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
-import { obey } from "./messages.ts";
+import { handleMessage } from "./messages.ts";
 import { button, toolbar } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
@@ -98,7 +98,7 @@ export class App extends EventTarget {
 
   receive(message: Message) {
     this.received += 1;
-    obey(this, message);
+    handleMessage(this, message);
     this.viewer.set_dirty();
   }
 
@@ -162,29 +162,12 @@ export class App extends EventTarget {
     return this.stance.q;
   }
 
-  set(...values: Parameters<Stance["set"]>) {
-    this.stance.set(...values);
-  }
-
-  move(...values: Parameters<Stance["move"]>) {
-    this.stance.move(...values);
-  }
-
-  posture(name: Parameters<Stance["posture"]>[0]) {
-    this.stance.posture(name);
-  }
-
-  settle() {
-    this.stance.settle();
-  }
-
-  pose(frame: Parameters<Stance["pose"]>[0]) {
-    return this.stance.pose(frame);
-  }
-
-  com() {
-    return this.stance.com();
-  }
+  set: Stance["set"] = (...values) => this.stance.set(...values);
+  move: Stance["move"] = (...values) => this.stance.move(...values);
+  posture: Stance["posture"] = (name) => this.stance.posture(name);
+  settle: Stance["settle"] = () => this.stance.settle();
+  pose: Stance["pose"] = (frame) => this.stance.pose(frame);
+  com: Stance["com"] = () => this.stance.com();
 
   // --- overlays and cameras ------------------------------------------------------------------------------------
 

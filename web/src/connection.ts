@@ -78,12 +78,12 @@ export class Connection {
 
   /** Reload the page if the program has another page or robot than before. */
   compare(version: string) {
-    if (this.version && version !== this.version) this.beginAnew();
+    if (this.version && version !== this.version) this.reload();
     this.version = version;
   }
 
   /** Reload the page. Until then the program's messages are ignored, because they may be about another robot. */
-  beginAnew() {
+  reload() {
     if (this.socket) this.socket.onmessage = null;
     location.reload();
   }
@@ -127,7 +127,7 @@ export class Connection {
   }
 
   /** Let the document around the page, a notebook, connect the page to its program. */
-  admitParent() {
+  acceptParent() {
     window.addEventListener("message", ({ source, data, ports: [port] }) => {
       if (source !== window.parent || source === window || data !== "nao_kin" || !port) return;
       this.port?.close();

@@ -7,7 +7,7 @@ try {
   const lines = document.getElementById("scene")?.textContent?.trim();
   if (lines) {
     app.connection.read(lines.split("\n"));
-    app.connection.admitParent();
+    app.connection.acceptParent();
   } else app.connection.listen();
 } catch (error) {
   console.error(error);

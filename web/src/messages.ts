@@ -12,7 +12,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   model: (app, message) => app.parts.addModel(message),
   robot: (app, { model }) => {
     // A page that lost its program before it knew the version receives the whole scene again.
-    if (app.robot) app.connection.beginAnew();
+    if (app.robot) app.connection.reload();
     else app.start(app.parts.model(model));
   },
   joints: ({ player, reports, stance }, { q, up, source }) => {
@@ -50,7 +50,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
 };
 
 /** Run the action of a message from Python; messages of an unknown kind are ignored. */
-export function obey(app: App, message: Message) {
+export function handleMessage(app: App, message: Message) {
   const handlers: Record<string, (app: App, message: any) => void> = HANDLERS;
   if (Object.hasOwn(handlers, message.kind)) handlers[message.kind](app, message);
 }

@@ -109,7 +109,7 @@ export class ViewMenu {
       else if (page.video.recording) page.video.stop();
       else page.video.start();
     });
-    page.video.told = (seconds) => {
+    page.video.onProgress = (seconds) => {
       film.textContent = seconds === null ? "Record video" : `Stop video (${seconds} s)`;
       this.summary.dataset.recording = String(seconds !== null);
     };

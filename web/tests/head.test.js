@@ -138,7 +138,7 @@ for (const camera of ["CameraTop", "CameraBottom"]) {
     }
   });
 
-  test(`${camera} blames the joint of the look that is least outside`, () => {
+  test(`${camera} names the joint of the look that is least outside`, () => {
     for (const q of randomValues(unlimited(cameraNumbers), 300, 5)) {
       const T = poseOf(cameraNumbers, q);
       const point = placeIn(T).map((value, k) => value + 0.5 * forwardIn(T)[k]);

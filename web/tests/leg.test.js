@@ -76,7 +76,7 @@ for (const frame of ["LLeg", "RLeg"]) {
     assert.ok(met > 50 && refused > 10);
   });
 
-  test(`where no branch of ${frame} is inside the limits, the joint of the one that is least outside is blamed`, () => {
+  test(`where no branch of ${frame} is inside the limits, the joint of the one that is least outside is named`, () => {
     const zeros = [0, 0, 0, 0, 0, 0];
     for (const q of randomValues(unlimited(numbers), 500, 4)) {
       const T = poseOf(numbers, q);

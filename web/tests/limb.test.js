@@ -90,7 +90,7 @@ test("of a family the least cost is found in a valley and at an end, and the las
   );
 });
 
-test("the branch that is least outside is blamed, whichever comes first", () => {
+test("the branch that is least outside gives the reason, whichever comes first", () => {
   const middle = leg.lower.map((low, i) => 0.5 * (low + leg.upper[i]));
   const beyond = (joint, by) => middle.map((value, i) => (i === joint ? leg.upper[joint] + by : value));
   const [near, far] = [beyond(3, 0.1), beyond(1, 0.3)];
@@ -99,7 +99,7 @@ test("the branch that is least outside is blamed, whichever comes first", () => 
     [far, near],
   ]) {
     const answer = new Answer(leg, middle, true);
-    for (const values of tried) assert.ok(!answer.admits(values));
+    for (const values of tried) assert.ok(!answer.checkLimits(values));
     assert.deepEqual(
       [answer.reason, answer.joint, answer.needed, answer.limit],
       ["JOINT_LIMIT", 3, near[3], leg.upper[3]],
@@ -109,11 +109,11 @@ test("the branch that is least outside is blamed, whichever comes first", () => 
 
 test("a branch that forward kinematics does not verify is left out, and the nearest comes first", () => {
   const answer = new Answer(leg, [0, 0, 0, 0, 0, 0], false);
-  answer.enter([0.3, 0, 0, 0, 0, 0], [0, 0]);
-  answer.enter([0.1 + 2 * Math.PI, 0, 0, 0, 0, 0], [1e-11, 1e-11]);
-  answer.enter([0.2, 0, 0, 0, 0, 0], [0, 2e-10]);
-  answer.enter([0.2, 0, 0, 0, 0, 0], [NaN, 0]);
-  answer.concluded();
+  answer.addBranch([0.3, 0, 0, 0, 0, 0], [0, 0]);
+  answer.addBranch([0.1 + 2 * Math.PI, 0, 0, 0, 0, 0], [1e-11, 1e-11]);
+  answer.addBranch([0.2, 0, 0, 0, 0, 0], [0, 2e-10]);
+  answer.addBranch([0.2, 0, 0, 0, 0, 0], [NaN, 0]);
+  answer.finish();
   assert.equal(answer.reason, "REACHED");
   assertClose(
     answer.branches.map(({ values }) => values[0]),

@@ -10,6 +10,7 @@ import numpy as np
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.tolerances import LOWER
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import ARMS, LEGS, joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, TORSO, AxisMask
@@ -22,7 +23,6 @@ from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
-from nao_kin.world import LOWER
 
 # --- The constraints of whole-body control, and joint values that satisfy them.
 

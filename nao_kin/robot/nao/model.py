@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice
+from nao_kin._core.files import URDF_FOLDERS
 from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
 from nao_kin.robot.collisions import Shape, hulls_in
@@ -26,8 +27,6 @@ from nao_kin.robot.urdf import UrdfTree, read_urdf
 
 # The file of the convex hulls of the meshes of all versions, beside the URDFs.
 HULLS = "collision_hulls.obj"
-# In a wheel the package contains the files; in a checkout they are beside the package.
-_PACKAGE = Path(__file__).resolve().parents[2]
 
 
 class NaoModel(RobotModel):
@@ -136,10 +135,10 @@ def load_nao(
 def nao_urdf_path(version: str) -> Path:
     """Return the URDF file of one NAO version, "v3.2" … "v6"; raise `BadModel` if the installation lacks it."""
     name = urdf_name(version)
-    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
+    for folder in URDF_FOLDERS:
         if (folder / name).is_file():
             return folder / name
-    raise BadModel(f"no urdf folder with {name} in {_PACKAGE} or beside it; reinstall nao-kin")
+    raise BadModel(f"no urdf folder with {name} in {URDF_FOLDERS[0].parent} or beside it; reinstall nao-kin")
 
 
 def urdf_name(version: str) -> str:

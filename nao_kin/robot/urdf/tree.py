@@ -84,6 +84,13 @@ class MeshFile:
     filename: str
     scale: Vector = (1.0, 1.0, 1.0)
 
+    def path(self, packages: Packages) -> Path:
+        """Return the file; raise `UnreadableShape` if it does not exist."""
+        path = packages.file(self.filename)
+        if path is None:
+            raise UnreadableShape(f"its mesh {quoted(self.filename)} is not there")
+        return path
+
 
 Geometry = Box | Cylinder | Sphere | MeshFile
 

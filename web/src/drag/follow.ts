@@ -313,8 +313,14 @@ class GazeFollower implements Follower {
 }
 
 /** The follower of each kind of limb. */
-export const FOLLOWERS: Record<string, new (limb: any, poseOf: (frame: string) => Pose, limbs: Limb[]) => Follower> = {
+const FOLLOWERS: Record<string, new (limb: any, poseOf: (frame: string) => Pose, limbs: Limb[]) => Follower> = {
   arm: HandFollower,
   leg: FootFollower,
   gaze: GazeFollower,
 };
+
+/** Make what computes how a limb follows, from the current poses of the limbs. */
+export function followerOf(robot: Robot, limb: Limb, limbs: Limb[]) {
+  const poseOf = (frame: string) => robot.poseIn(frame, limb.torso).transpose().toArray() as Pose;
+  return new FOLLOWERS[limb.kind](limb, poseOf, limbs);
+}

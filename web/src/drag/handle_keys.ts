@@ -3,7 +3,7 @@ import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Drag } from "./drag.ts";
 import type { Gesture } from "./follow.ts";
-import type { Axis } from "./handles.ts";
+import type { Axis } from "../scene/shapes.ts";
 import type { Vector } from "../math/rotations.ts";
 import { degrees } from "./stops.ts";
 

@@ -1,7 +1,7 @@
 import type { PageWith } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import type { Viewport } from "../pick/pick.ts";
-import { flatMaterial } from "../scene/shapes.ts";
+import { AXES, flatMaterial, turnAlong, type Axis } from "../scene/shapes.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
@@ -86,13 +86,6 @@ export function inWorld(points: THREE.Vector3[], node: THREE.Object3D) {
   return points.map((point) => point.clone().applyMatrix4(node.matrixWorld));
 }
 
-/** An axis of a frame. */
-export interface Axis {
-  name: string;
-  axis: [number, number, number];
-  colour: string;
-}
-
 /** Points of a circle about the z axis. */
 const circle = (radius: number) =>
   Array.from({ length: SAMPLES }, (_, i) => {
@@ -101,11 +94,11 @@ const circle = (radius: number) =>
   });
 
 /** Make a ring about an axis, and points on it in the frame of the axis. */
-export function makeRing({ axis, colour }: Axis, radius: number, scale: number) {
+export function makeRing(axis: Axis, radius: number, scale: number) {
   const shape = new THREE.TorusGeometry(radius * scale, THICKNESS * scale, 8, 64);
-  const mesh = new THREE.Mesh(shape, flatMaterial(colour, 21));
+  const mesh = new THREE.Mesh(shape, flatMaterial(axis.colour, 21));
   mesh.renderOrder = 21;
-  mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis));
+  turnAlong(mesh, axis);
   return { mesh, points: circle(radius * scale).map((point) => point.applyQuaternion(mesh.quaternion)) };
 }
 
@@ -117,12 +110,6 @@ interface Ring extends Grip {
 
 // Radius and thickness of a ring for a small robot [m], and the number of points tested along it.
 const [RADIUS, THICKNESS, SAMPLES] = [0.072, 0.0011, 64];
-
-export const AXES: Axis[] = [
-  { name: "x", axis: [1, 0, 0], colour: "#e0433a" },
-  { name: "y", axis: [0, 1, 0], colour: "#2f9e44" },
-  { name: "z", axis: [0, 0, 1], colour: "#2f6fe0" },
-];
 
 const TURNS: Record<string, Axis[]> = { leg: AXES, arm: AXES.slice(1) };
 

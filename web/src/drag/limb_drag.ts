@@ -1,14 +1,15 @@
 import type { PageWith } from "../app.ts";
 import { clamp, squaredDistance } from "../math/numbers.ts";
-import { distance, minus, plus, times, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
+import { distance, minus, plus, times, type Rotation, type Vector } from "../math/rotations.ts";
 import type { Viewport } from "../pick/pick.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
+import type { Axis } from "../scene/shapes.ts";
 import { THREE } from "../three.ts";
 import {
-  FOLLOWERS,
   LAST_STEP,
   directionsAround,
   feetCross,
+  followerOf,
   footOf,
   nearestPlace,
   type Gesture,
@@ -17,7 +18,6 @@ import {
   type Limb,
   type Follower,
 } from "./follow.ts";
-import type { Axis } from "./handles.ts";
 import { Swept } from "./swept_angle.ts";
 
 type Page = PageWith<"ghosts" | "pick" | "robot" | "stance">;
@@ -46,7 +46,7 @@ export class LimbDrag implements Gesture {
     hold: Hold | null,
   ) {
     const { limb } = handle;
-    this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
+    this.follower = followerOf(page.robot, limb, limbs);
     const at = handle.knob.getWorldPosition(new THREE.Vector3());
     this.pulled = hold && page.pick.viewport.pulled(at, hold.ray);
     // The sole must not go below the floor; a sole that is already below must not go lower.
@@ -159,12 +159,6 @@ export class LimbDrag implements Gesture {
   inWorld(place: Vector) {
     return this.torso.localToWorld(new THREE.Vector3().fromArray(place));
   }
-
-  /** Pose of a frame in the frame of the torso, row by row. */
-  poseOf(frame: string): Pose {
-    const pose = this.page.robot.poseIn(frame, this.handle.limb.torso);
-    return pose.transpose().toArray() as Pose;
-  }
 }
 
 // The turn to an angle is made in steps [rad]; a step that cannot be made is halved up to HALVINGS times.
@@ -189,10 +183,9 @@ export class TurnDrag implements Gesture {
     hold: Hold | null,
   ) {
     const { robot, pick } = page;
-    const poseOf = (frame: string) => robot.poseIn(frame, limb.torso);
-    this.follower = new FOLLOWERS[limb.kind](limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
+    this.follower = followerOf(robot, limb, limbs);
     const own = new THREE.Vector3(...axis);
-    this.axis = own.clone().transformDirection(poseOf(limb.frame));
+    this.axis = own.clone().transformDirection(robot.poseIn(limb.frame, limb.torso));
     const node = robot.frameNode(limb.frame);
     const origin = node.getWorldPosition(new THREE.Vector3());
     this.swept = hold && new Swept(pick.viewport, origin, own.transformDirection(node.matrixWorld), hold);

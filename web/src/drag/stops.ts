@@ -1,6 +1,7 @@
 import type { Answer } from "../ik/limb.ts";
 import { fixed, interpolate } from "../math/numbers.ts";
-import type { About } from "../types.ts";
+import type { About, Coordinate } from "../types.ts";
+import { rangeOf } from "../values/configurations.ts";
 
 export const degrees: (angle: number, digits: number) => string = (angle, digits) =>
   `${fixed((angle * 180) / Math.PI, digits)}°`;
@@ -66,19 +67,11 @@ export function farthest(
 
 /** The coordinate's own bound that the wanted value exceeds; null if there is none. */
 function ownStop(about: About, q: ArrayLike<number>, column: number, wanted: number): Stop | null {
-  const coordinate = about.coordinates.find((candidate) => candidate.column === column);
-  const tables = about.tables.filter(({ joint }) => joint === column);
+  const coordinate = about.coordinates.find((candidate) => candidate.column === column) as Coordinate;
   const upper = wanted > q[column];
-  const bounds = [
-    { bound: (upper ? coordinate?.upper : coordinate?.lower) ?? (upper ? Infinity : -Infinity), coupled: false },
-    ...tables.map((table) => ({
-      bound: interpolate(table.at, upper ? table.upper : table.lower, q[table.of]),
-      coupled: true,
-    })),
-  ];
-  const nearest = bounds.reduce((a, b) => ((upper ? b.bound < a.bound : b.bound > a.bound) ? b : a));
-  const isBeyond = upper ? wanted > nearest.bound : wanted < nearest.bound;
-  return isBeyond ? { column, upper, ...nearest } : null;
+  const bound = rangeOf(about, coordinate, q)[upper ? 1 : 0];
+  const isBeyond = upper ? wanted > bound : wanted < bound;
+  return isBeyond ? { column, bound, upper, coupled: bound !== (upper ? coordinate.upper : coordinate.lower) } : null;
 }
 
 /**

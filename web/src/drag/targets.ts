@@ -3,12 +3,12 @@ import type { Vector } from "../math/rotations.ts";
 import type { Viewport } from "../pick/pick.ts";
 import type { Received } from "../received.ts";
 import { isOutdated } from "../reports.ts";
-import { makeArrow, makeTriad } from "../scene/shapes.ts";
+import { AXES, makeArrow, makeTriad, turnAlong, type Axis } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
 import { THREE } from "../three.ts";
 import type { Gesture, Grip, Hold } from "./follow.ts";
-import { AXES, highlight, inWorld, makeKnob, makeRing, type Axis } from "./handles.ts";
+import { highlight, inWorld, makeKnob, makeRing } from "./handles.ts";
 import { Swept } from "./swept_angle.ts";
 
 type Page = PageWith<"labels" | "pick" | "reports" | "robot" | "send" | "studio" | "targets" | "viewer">;
@@ -57,12 +57,11 @@ export class Target {
       if (!row.point) this.node.add(makeTriad(0.6 * SIZE * scale));
       return;
     }
-    const turn = new THREE.Vector3(0, 0, 1);
     for (const axis of AXES) {
       const direction = new THREE.Vector3(...axis.axis);
       const arrow = makeArrow((TO - FROM) * scale, 0.0016 * scale, axis.colour, 22);
       arrow.position.copy(direction).multiplyScalar(FROM * scale);
-      arrow.quaternion.setFromUnitVectors(turn, direction);
+      turnAlong(arrow, axis);
       const along = [0, 0.25, 0.5, 0.75, 1, 1.25].map((share) => scale * (FROM + share * (TO - FROM)));
       const points = along.map((x) => direction.clone().multiplyScalar(x));
       this.add(arrow, points, axis, (hold) => new TargetMove(page, this, axis, hold));
@@ -208,11 +207,13 @@ class TargetGesture {
   origin: THREE.Vector3;
   direction: THREE.Vector3 | null;
   swept: Swept | null;
+  /** Gives the place in the plane that faces the camera to which a pointer drags the target. */
+  pulled: ReturnType<Viewport["pulled"]> | null;
 
   constructor(
     readonly page: Page,
     readonly target: Target,
-    axis: Axis | null,
+    readonly axis: Axis | null,
     hold: Hold | null,
   ) {
     const { node } = target;
@@ -223,6 +224,7 @@ class TargetGesture {
     this.origin = new THREE.Vector3().setFromMatrixPosition(node.matrixWorld);
     this.direction = axis && new THREE.Vector3(...axis.axis).transformDirection(node.matrixWorld);
     this.swept = this.direction && hold && new Swept(page.pick.viewport, this.origin, this.direction, hold);
+    this.pulled = hold && page.pick.viewport.pulled(this.origin, hold.ray);
   }
 
   put(matrix: THREE.Matrix4) {
@@ -239,14 +241,8 @@ class TargetGesture {
 
 /** Drag that moves a target in the plane that faces the camera, or along one of its axes. */
 export class TargetMove extends TargetGesture implements Gesture {
-  pulled: ReturnType<Viewport["pulled"]> | null;
   /** The distance moved along the axis [m]. */
   way = 0;
-
-  constructor(page: Page, target: Target, axis: Axis | null, hold: Hold | null) {
-    super(page, target, axis, hold);
-    this.pulled = hold && page.pick.viewport.pulled(this.origin, hold.ray);
-  }
 
   /** The target's position in the robot's root. */
   get place(): Vector {
@@ -281,15 +277,6 @@ export class TargetTurn extends TargetGesture implements Gesture {
   /** The angle turned so far [rad]. */
   reached = 0;
 
-  constructor(
-    page: Page,
-    target: Target,
-    readonly axis: Axis,
-    hold: Hold | null,
-  ) {
-    super(page, target, axis, hold);
-  }
-
   move(ray: THREE.Ray) {
     return this.step(this.swept?.about(ray) ?? 0);
   }
@@ -297,7 +284,7 @@ export class TargetTurn extends TargetGesture implements Gesture {
   /** @param angle by which to turn on [rad] */
   step(angle: number) {
     this.reached += angle;
-    const turn = new THREE.Matrix4().makeRotationAxis(new THREE.Vector3(...this.axis.axis), this.reached);
+    const turn = new THREE.Matrix4().makeRotationAxis(new THREE.Vector3(...(this.axis as Axis).axis), this.reached);
     const place = new THREE.Vector3().setFromMatrixPosition(this.target.node.matrix);
     return this.put(this.before.clone().multiply(turn).setPosition(place));
   }

@@ -19,7 +19,7 @@ import {
   type Rotation,
   type Vector,
 } from "../math/rotations.ts";
-import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
+import { Answer, TripleLimb, rigidRotation } from "./limb.ts";
 import type { ArmNumbers, Errors, Family } from "./limbs.ts";
 
 /** A pose of the hand: its orientation, and the position of the frame relative to the shoulder. */
@@ -100,7 +100,7 @@ const ONE_TURN = 1e-7;
  *
  *     R = Ry(q₁) Rz(q₂) Rx(q₃) Rz(q₄) Rx(q₅),  p = shoulder + Ry(q₁) Rz(q₂) e + R h.
  */
-export class Arm extends Limb<ArmNumbers> {
+export class Arm extends TripleLimb<ArmNumbers, HandPose> {
   shoulder: Vector;
   elbow: Vector;
   hand: Vector;
@@ -119,12 +119,12 @@ export class Arm extends Limb<ArmNumbers> {
   solve(T: Pose, reference: number[], enforce = true) {
     const answer = new Answer(this, reference, enforce);
     let R = rigidRotation(T);
-    if (!R) return answer.blame("NOT_RIGID");
+    if (!R) return answer.setReason("NOT_RIGID");
     if (this.geometry.turned !== 0) R = product(R, transposed(this.frameRotation));
     const place = this.fromShoulder([T[3], T[7], T[11]]);
     if (this.isTooFar(place, answer)) return answer;
-    this.#enterBranches({ R, place }, answer);
-    return answer.concluded();
+    this.#addBranches({ R, place }, answer);
+    return answer.finish();
   }
 
   /**
@@ -140,13 +140,13 @@ export class Arm extends Limb<ArmNumbers> {
     const circle = new ElbowCircle(place, forearm, this.hand, ON_AXIS);
     const { upperArm } = this;
     const [near, far] = circle.reach;
-    if (near > upperArm + REACHED || far < upperArm - REACHED) return answer.blame("NOT_ENOUGH_JOINTS");
+    if (near > upperArm + REACHED || far < upperArm - REACHED) return answer.setReason("NOT_ENOUGH_JOINTS");
     const ahead = Math.max(0, (upperArm - near) * (upperArm + near));
     const behind = Math.max(0, (far - upperArm) * (far + upperArm));
     const turn = 2 * Math.atan2(Math.sqrt(ahead), Math.sqrt(behind));
-    this.#enterBranches(circle.handAt(turn), answer);
-    if (turn > ONE_TURN && turn < Math.PI - ONE_TURN) this.#enterBranches(circle.handAt(-turn), answer);
-    return answer.concluded();
+    this.#addBranches(circle.handAt(turn), answer);
+    if (turn > ONE_TURN && turn < Math.PI - ONE_TURN) this.#addBranches(circle.handAt(-turn), answer);
+    return answer.finish();
   }
 
   /** @param place in the torso */
@@ -164,7 +164,7 @@ export class Arm extends Limb<ArmNumbers> {
     const far = norm(place);
     const beyond = Math.max(far - this.upperArm - lower, Math.abs(this.upperArm - lower) - far);
     if (beyond <= ON_AXIS) return false;
-    answer.blame("OUT_OF_REACH", -1, beyond);
+    answer.setReason("OUT_OF_REACH", -1, beyond);
     return true;
   }
 
@@ -175,11 +175,11 @@ export class Arm extends Limb<ArmNumbers> {
     return { R: product(U, B), place: turned(U, plus(turned(B, this.hand), this.elbow)) };
   }
 
-  /** Enter the branches for a pose of the hand, if the arm can reach its position of the elbow. */
-  #enterBranches(hand: HandPose, answer: Answer) {
+  /** Add the branches for a pose of the hand, if the arm can reach its position of the elbow. */
+  #addBranches(hand: HandPose, answer: Answer) {
     const w = minus(hand.place, turned(hand.R, this.hand));
     if (!(Math.abs(norm(w) - this.upperArm) <= REACHED)) {
-      answer.blame("NOT_ENOUGH_JOINTS");
+      answer.setReason("NOT_ENOUGH_JOINTS");
       return;
     }
     const aside = Math.hypot(w[0], w[2]);
@@ -187,17 +187,14 @@ export class Arm extends Limb<ArmNumbers> {
     const q = [0, 0, 0, 0, 0];
     if (aside <= ON_AXIS) {
       q[1] = wrapped(Math.atan2(w[1], aside) - epsilon);
-      for (const other of [false, true]) this.#aboutShoulderAxis(hand, q, other, answer);
+      // The elbow is on the axis of ShoulderPitch, about which the arm can turn.
+      this.addFamilies(hand, 0, [this.lower[0], this.upper[0]], "SHOULDER_AXIS", q, answer);
       return;
     }
     for (const side of [1, -1]) {
       q[0] = Math.atan2(-side * w[2], side * w[0]);
       q[1] = wrapped(Math.atan2(w[1], side * aside) - epsilon);
-      const family = this.#turnElbow(hand.R, q, answer);
-      for (const other of family === "NONE" ? [false, true] : [false]) {
-        if (other) toOtherTriple(q);
-        if (answer.admits(q)) answer.enter(q, this.#errors(hand, q), family);
-      }
+      this.addTriples(hand, q, answer);
     }
   }
 
@@ -205,7 +202,7 @@ export class Arm extends Limb<ArmNumbers> {
    * Write the angles q₃ to q₅ from the hand's orientation relative to the upper arm, B = Rx(q₃) Rz(q₄) Rx(q₅). The angles
    * q₃ and q₄ follow from the first column of B, (cos q₄, cos q₃ sin q₄, sin q₃ sin q₄).
    */
-  #turnElbow(R: Rotation, q: number[], answer: Answer): Family {
+  turnTriple({ R }: HandPose, q: number[], answer: Answer): Family {
     const B = product(transposed(shoulderRotation(q)), R);
     const sine = Math.hypot(B[3], B[6]);
     q[3] = Math.atan2(sine, B[0]);
@@ -219,27 +216,12 @@ export class Arm extends Limb<ArmNumbers> {
     return "NONE";
   }
 
-  /**
-   * Enter the member of the family of solutions with the elbow on the axis of ShoulderPitch, about which the arm can turn.
-   *
-   * @param other whether to use the other solution for q₃ to q₅, as in `toOtherTriple`
-   */
-  #aboutShoulderAxis(hand: HandPose, q: number[], other: boolean, answer: Answer) {
-    const own = answer.reference[0];
-    const [low, high] = answer.enforce ? [this.lower[0], this.upper[0]] : [own - Math.PI, own + Math.PI];
-    const cost = (pitch: number) => {
-      q[0] = pitch;
-      const family = this.#turnElbow(hand.R, q, answer);
-      if (other && family !== "NONE") return Infinity; // the two triples belong to one family
-      if (other) toOtherTriple(q);
-      return this.familyCost(q, answer);
-    };
-    if (leastCost(low, high, own, cost) === null) return;
-    if (answer.admits(q)) answer.enter(q, this.#errors(hand, q), "SHOULDER_AXIS");
+  /** Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π) */
+  toOtherTriple(q: number[]) {
+    [q[2], q[3], q[4]] = [wrapped(q[2] + Math.PI), -q[3], wrapped(q[4] + Math.PI)];
   }
 
-  /** How far the frame is from its target by forward kinematics. */
-  #errors({ R, place }: HandPose, q: number[]): Errors {
+  errors({ R, place }: HandPose, q: number[]): Errors {
     const made = this.forward(q);
     return [distance(made.place, place), angleBetween(made.R, R)];
   }
@@ -248,9 +230,4 @@ export class Arm extends Limb<ArmNumbers> {
 /** Ry(q₁) Rz(q₂) */
 function shoulderRotation(q: number[]) {
   return product(rotY(q[0]), rotZ(q[1]));
-}
-
-/** Write the other angles q₃ to q₅ with the same orientation: Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π). */
-function toOtherTriple(q: number[]) {
-  [q[2], q[3], q[4]] = [wrapped(q[2] + Math.PI), -q[3], wrapped(q[4] + Math.PI)];
 }

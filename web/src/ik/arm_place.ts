@@ -64,11 +64,11 @@ export class ArmPlace {
     const ends = starts.map((start) => this.#descend(start, near ? LAST_STEP_NEAR : LAST_STEP));
     const best = ends.reduce((a, b) => (b.cost < a.cost ? b : a));
     if (best.cost < OUTSIDE) {
-      answer.enter(best.values, [distance(arm.forward(best.values).place, place), 0], "REDUNDANT");
-      if (answer.branches.length > 0) return answer.concluded();
+      answer.addBranch(best.values, [distance(arm.forward(best.values).place, place), 0], "REDUNDANT");
+      if (answer.branches.length > 0) return answer.finish();
     }
-    answer.blame("NOT_ENOUGH_JOINTS");
-    if (best.cost < IMPOSSIBLE) answer.blameLimit(best.values);
+    answer.setReason("NOT_ENOUGH_JOINTS");
+    if (best.cost < IMPOSSIBLE) answer.setLimitReason(best.values);
     return answer;
   }
 

@@ -11,12 +11,11 @@ import {
   type Rotation,
   type Vector,
 } from "../math/rotations.ts";
-import { Answer, LIMIT, Limb, VERIFIED, rigidRotation } from "./limb.ts";
+import { Answer, LIMIT, Limb, VERIFIED, leastCost, rigidRotation } from "./limb.ts";
 import type { Family, GazeNumbers, HeadNumbers, Nearest } from "./limbs.ts";
 
-// Number of steps of the search for the nearest yaw, and of the halvings of the step that follow.
+// Number of steps of the search for the nearest yaw.
 const STEPS = 120;
-const FINER = 48;
 
 /** HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values that come nearest to a target. */
 class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
@@ -40,18 +39,7 @@ class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
       const tried = pitches.map((pitch) => ({ values: [yaw, pitch], error: errorOf([yaw, pitch]) }));
       return tried.reduce((a, b) => (a.error < b.error ? a : b));
     };
-    let step = (high - low) / STEPS;
-    const yaws = [clamp(near, low, high), ...Array.from({ length: STEPS + 1 }, (_, i) => low + i * step)];
-    let best = yaws.map(at).reduce((a, b) => (b.error < a.error ? b : a));
-    for (let i = 0; i < FINER; i++) {
-      const middle = best.values[0];
-      for (const yaw of [middle - step, middle + step]) {
-        const other = at(clamp(yaw, low, high));
-        if (other.error < best.error) best = other;
-      }
-      step *= 0.5;
-    }
-    return best;
+    return at(leastCost(low, high, near, (yaw) => at(yaw).error, STEPS) ?? low);
   }
 
   yawRange(enforce: boolean): [number, number] {
@@ -76,18 +64,18 @@ export class Head extends Neck<HeadNumbers> {
   solve(T: Pose, reference: number[], enforce = true) {
     const answer = new Answer(this, reference, enforce);
     const R = rigidRotation(T);
-    if (!R) return answer.blame("NOT_RIGID");
+    if (!R) return answer.setReason("NOT_RIGID");
     const W = product(R, transposed(this.frameRotation));
     const q = [Math.atan2(-W[1], W[4]), Math.atan2(-W[6], W[8])];
     const error = orientationError(W, q);
-    if (error > VERIFIED) answer.blame("NOT_ENOUGH_JOINTS");
-    else if (answer.admits(q)) answer.enter(q, [0, error]);
+    if (error > VERIFIED) answer.setReason("NOT_ENOUGH_JOINTS");
+    else if (answer.checkLimits(q)) answer.addBranch(q, [0, error]);
     if (answer.branches.length === 0) {
       // The pitch at which the trace of Ry(−pitch) Rz(−yaw) R has its only maximum.
       const bestPitch = (c: number, s: number) => Math.atan2(W[2] * c + W[5] * s - W[6], W[0] * c + W[3] * s + W[8]);
       answer.nearest = this.bestYaw((values) => orientationError(W, values), bestPitch, q[0], enforce);
     }
-    return answer.concluded();
+    return answer.finish();
   }
 }
 
@@ -137,18 +125,18 @@ export class Gaze extends Neck<GazeNumbers> {
     const beyond = (far - Math.abs(across)) * (far + Math.abs(across));
     const radius = Math.hypot(this.ahead, this.up);
     if (beyond < 0 || (along >= 0 && far <= radius)) {
-      answer.blame("OUT_OF_REACH", -1, (along >= 0 ? radius : Math.abs(across)) - far);
+      answer.setReason("OUT_OF_REACH", -1, (along >= 0 ? radius : Math.abs(across)) - far);
     } else {
       for (const ahead of beyond === 0 ? [0] : [Math.sqrt(beyond), -Math.sqrt(beyond)]) {
         if (ahead > along) this.#look(P, aside, ahead - along, answer);
       }
     }
     if (answer.branches.length === 0 && far > 0) answer.nearest = this.#nearestGaze(P, enforce);
-    return answer.concluded();
+    return answer.finish();
   }
 
   /**
-   * Enter the branches that look at a point at the distance λ from the camera.
+   * Add the branches that look at a point at the distance λ from the camera.
    *
    * @param P relative to the neck
    * @param aside distance of P from the yaw's axis
@@ -156,15 +144,16 @@ export class Gaze extends Neck<GazeNumbers> {
   #look(P: Vector, aside: number, lambda: number, answer: Answer) {
     const [x, y, z] = P;
     const [u, w] = [this.ahead + lambda * this.nx, this.up + lambda * this.nz];
-    const enter = (q: number[], family: Family) => answer.admits(q) && answer.enter(q, [0, this.#error(P, q)], family);
+    const add = (q: number[], family: Family) =>
+      answer.checkLimits(q) && answer.addBranch(q, [0, this.#error(P, q)], family);
     if (aside <= ON_AXIS) {
       const pitch = Math.atan2(-u * z, w * z);
-      enter([this.#freeYaw(pitch, answer.reference[0], answer.enforce), pitch], "YAW_AXIS");
+      add([this.#freeYaw(pitch, answer.reference[0], answer.enforce), pitch], "YAW_AXIS");
       return;
     }
     for (const side of [1, -1]) {
       const r = side * aside;
-      enter([Math.atan2(side * y, side * x), Math.atan2(w * r - u * z, u * r + w * z)], "NONE");
+      add([Math.atan2(side * y, side * x), Math.atan2(w * r - u * z, u * r + w * z)], "NONE");
     }
   }
 

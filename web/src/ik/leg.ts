@@ -16,7 +16,7 @@ import {
   type Rotation,
   type Vector,
 } from "../math/rotations.ts";
-import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
+import { Answer, TripleLimb, rigidRotation } from "./limb.ts";
 import type { Errors, Family, LegNumbers } from "./limbs.ts";
 
 // How far [m] rounding may put a target out of reach.
@@ -78,13 +78,13 @@ class LegTriangle {
 }
 
 /**
- * Enter a branch with its errors: the distance of the ankle [m], and of the sole's normal as a chord.
+ * Add a branch with its errors: the distance of the ankle [m], and of the sole's normal as a chord.
  *
  * @param made by forward kinematics
  */
-function enter(foot: FootPose, made: FootPose, q: number[], answer: Answer) {
+function addStanding(foot: FootPose, made: FootPose, q: number[], answer: Answer) {
   const chord = distance(normalOf(made.F), normalOf(foot.F));
-  answer.enter(q, [distance(made.place, foot.place), chord], "NONE", yawBetween(foot.F, made.F));
+  answer.addBranch(q, [distance(made.place, foot.place), chord], "NONE", yawBetween(foot.F, made.F));
 }
 
 /** The normal of the sole. */
@@ -122,7 +122,7 @@ interface FootPose {
  *     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
  *     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
  */
-export class Leg extends Limb<LegNumbers> {
+export class Leg extends TripleLimb<LegNumbers, FootPose> {
   triangle: LegTriangle;
   hip: Vector;
   sole: Vector;
@@ -139,12 +139,10 @@ export class Leg extends Limb<LegNumbers> {
   /** All branches for the pose of its frame in the torso. */
   solve(T: Pose, reference: number[], enforce = true) {
     const answer = new Answer(this, reference, enforce);
-    const foot = this.footPose(T);
-    if (!foot) return answer.blame("NOT_RIGID");
-    if (this.isTooFar(foot, answer)) return answer;
-    answer.short = foot.short;
+    const foot = this.reachedPose(T, answer);
+    if (!foot) return answer;
     for (const knee of this.triangle.knees(norm(foot.place))) this.#bend(foot, knee, answer);
-    return answer.concluded();
+    return answer.finish();
   }
 
   /**
@@ -154,10 +152,8 @@ export class Leg extends Limb<LegNumbers> {
    */
   stand(T: Pose, hipYawPitch: number, reference: number[]) {
     const answer = new Answer(this, reference, true);
-    const foot = this.footPose(T);
-    if (!foot) return answer.blame("NOT_RIGID");
-    if (this.isTooFar(foot, answer)) return answer;
-    answer.short = foot.short;
+    const foot = this.reachedPose(T, answer);
+    if (!foot) return answer;
     // The ankle relative to the hip, and the sole's normal, in the axes after HipYawPitch.
     const back = rotY(-hipYawPitch);
     const [x, y, z] = turned(back, foot.place);
@@ -172,11 +168,11 @@ export class Leg extends Limb<LegNumbers> {
         for (const way of [1, -1]) {
           const ankle = [Math.atan2(way * mx, way * mz), Math.atan2(-my, way * Math.hypot(mx, mz))];
           const q = [hipYawPitch, wrapped(this.geometry.kappa + rho), pitch, knee, ...ankle];
-          if (answer.admits(q)) enter(foot, this.forward(q), q, answer);
+          if (answer.checkLimits(q)) addStanding(foot, this.forward(q), q, answer);
         }
       }
     }
-    return answer.concluded();
+    return answer.finish();
   }
 
   /** The pose of the foot from the pose of its frame in the torso; null if that is no rigid transform. */
@@ -201,14 +197,17 @@ export class Leg extends Limb<LegNumbers> {
     return { F: product(M, ankleRotation(q)), place: turned(M, [lx, 0, lz]), short: 0 };
   }
 
-  /** Whether the stretched leg is too short for a position, or the folded leg too long; if so, the answer says so. */
-  isTooFar({ place }: FootPose, answer: Answer) {
-    const beyond = this.triangle.beyond(norm(place));
-    if (beyond > 0) answer.blame("OUT_OF_REACH", -1, beyond);
-    return beyond > 0;
+  /** The pose of the foot; null if that is no rigid transform or out of reach, which the answer then gives as the reason. */
+  reachedPose(T: Pose, answer: Answer) {
+    const foot = this.footPose(T);
+    if (!foot) answer.setReason("NOT_RIGID");
+    const beyond = foot ? this.triangle.beyond(norm(foot.place)) : 0;
+    if (beyond > 0) answer.setReason("OUT_OF_REACH", -1, beyond);
+    answer.short = foot?.short ?? 0;
+    return beyond > 0 ? null : foot;
   }
 
-  /** Enter the branches with this angle of the knee. */
+  /** Add the branches with this angle of the knee. */
   #bend(foot: FootPose, knee: number, answer: Answer) {
     const { F, place } = foot;
     const [hx, hy, hz] = times(-1, turned(transposed(F), place));
@@ -217,7 +216,8 @@ export class Leg extends Limb<LegNumbers> {
     const q = [0, 0, 0, knee, 0, 0];
     if (height <= ON_AXIS) {
       q[4] = Math.atan2(-bz * hx, bx * hx);
-      for (const other of [false, true]) this.#aboutAnkleAxis(foot, q, other, answer);
+      // The hip is on the axis of AnkleRoll: every q₆ meets the pose.
+      this.addFamilies(foot, 5, this.#rollRange(q[4]), "ANKLE_AXIS", q, answer);
       return;
     }
     for (const side of [1, -1]) {
@@ -225,11 +225,7 @@ export class Leg extends Limb<LegNumbers> {
       q[4] = Math.atan2(bx * wz - bz * hx, bx * hx + bz * wz);
       q[5] = Math.atan2(side * hy, side * hz);
       if (answer.enforce && height < NEAR_AXIS) this.#putOnLimit(height, q);
-      const family = this.#turnHip(F, q, answer);
-      for (const other of family === "NONE" ? [false, true] : [false]) {
-        if (other) this.#toOtherTriple(q);
-        if (answer.admits(q)) answer.enter(q, this.#errors(foot, q), family);
-      }
+      this.addTriples(foot, q, answer);
     }
   }
 
@@ -254,7 +250,7 @@ export class Leg extends Limb<LegNumbers> {
    * Write the hip's angles from the orientation that the hip must make, given knee and ankle: M = Ry(q₁) Rx(ρ) Ry(q₃) with
    * ρ = q₂ − κ. The angles q₁ and ρ follow from the second column of M, (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ).
    */
-  #turnHip(F: Rotation, q: number[], answer: Answer): Family {
+  turnTriple({ F }: FootPose, q: number[], answer: Answer): Family {
     const M = product(F, transposed(ankleRotation(q)));
     const sine = Math.hypot(M[1], M[7]);
     q[1] = wrapped(this.geometry.kappa + Math.atan2(sine, M[4]));
@@ -269,33 +265,12 @@ export class Leg extends Limb<LegNumbers> {
     return "NONE";
   }
 
-  /** Write the hip's other angles with the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π). */
-  #toOtherTriple(q: number[]) {
+  /** Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π) */
+  toOtherTriple(q: number[]) {
     [q[0], q[1], q[2]] = [wrapped(q[0] + Math.PI), wrapped(2 * this.geometry.kappa - q[1]), wrapped(q[2] + Math.PI)];
   }
 
-  /**
-   * Enter the member of the family of solutions with the hip on the axis of AnkleRoll: every q₆ meets the pose, with its
-   * own angles of the hip.
-   *
-   * @param other whether to use the hip's other angles, as in `#toOtherTriple`
-   */
-  #aboutAnkleAxis(foot: FootPose, q: number[], other: boolean, answer: Answer) {
-    const own = answer.reference[5];
-    const [low, high] = answer.enforce ? this.#rollRange(q[4]) : [own - Math.PI, own + Math.PI];
-    const cost = (roll: number) => {
-      q[5] = roll;
-      const family = this.#turnHip(foot.F, q, answer);
-      if (other && family !== "NONE") return Infinity; // the two triples belong to one family
-      if (other) this.#toOtherTriple(q);
-      return this.familyCost(q, answer);
-    };
-    if (leastCost(low, high, own, cost) === null) return;
-    if (answer.admits(q)) answer.enter(q, this.#errors(foot, q), "ANKLE_AXIS");
-  }
-
-  /** How far the frame is from its target by forward kinematics. */
-  #errors({ F, place }: FootPose, q: number[]): Errors {
+  errors({ F, place }: FootPose, q: number[]): Errors {
     const made = this.forward(q);
     const turnedOff = made.F.map((value, k) => value - F[k]) as Matrix3;
     const off = plus(minus(made.place, place), turned(turnedOff, this.sole));

@@ -31,7 +31,7 @@ export function rigidRotation(T: Pose): Rotation | null {
   return R.map((value, k) => value + 0.5 * step[k]) as Rotation;
 }
 
-// The search divides the range into STEPS steps and then halves its step HALVINGS times.
+// The search divides the range into steps, usually STEPS, and then halves its step HALVINGS times.
 const STEPS = 180;
 const HALVINGS = 48;
 
@@ -40,20 +40,23 @@ const HALVINGS = 48;
  * costs are infinite. The reference's own value is tried first, so that a solution that fits exactly is not changed by
  * rounding.
  */
-export function leastCost(low: number, high: number, own: number, cost: (value: number) => number) {
-  const step = (high - low) / STEPS;
+export function leastCost(
+  low: number,
+  high: number,
+  own: number,
+  cost: (value: number) => number,
+  steps: number = STEPS,
+) {
+  const step = (high - low) / steps;
   let [best, at] = [Infinity, low];
   const attempt = (value: number) => {
     const tried = cost(value);
     if (tried < best) [best, at] = [tried, value];
   };
   attempt(clamp(own, low, high));
-  for (let i = 0; i <= STEPS; i++) attempt(low + step * i);
-  let width = step;
-  for (let i = 0; i < HALVINGS; i++) {
-    const around = [Math.max(low, at - width), Math.min(high, at + width)];
-    around.forEach(attempt);
-    width *= 0.5;
+  for (let i = 0; i <= steps; i++) attempt(low + step * i);
+  for (let [i, width] = [0, step]; i < HALVINGS; i++, width *= 0.5) {
+    [Math.max(low, at - width), Math.min(high, at + width)].forEach(attempt);
   }
   // Evaluate the best value once more: the cost function writes the solution, and the last one written is used.
   return cost(at) === Infinity ? null : at;
@@ -94,7 +97,7 @@ export class Answer {
    * @param needed the value that the joint would need [rad]; without one, how far the target is out of reach [m]
    * @param limit the end of the joint's range that it would exceed [rad]
    */
-  blame(reason: Reason, joint: number = -1, needed: number = 0, limit: number = 0) {
+  setReason(reason: Reason, joint: number = -1, needed: number = 0, limit: number = 0) {
     this.reason = reason;
     this.joint = joint;
     this.needed = needed;
@@ -103,21 +106,21 @@ export class Answer {
   }
 
   /** Whether a branch is inside the limits; if not, it gives the reason unless an earlier branch was less far outside. */
-  admits(values: number[]) {
+  checkLimits(values: number[]) {
     if (!this.enforce || this.limb.isInside(values)) return true;
     const outside = this.limb.excess(values);
     if (outside < this.#excess) {
       this.#excess = outside;
-      this.blameLimit(values);
+      this.setLimitReason(values);
     }
     return false;
   }
 
   /** Give the joint that is farthest outside its limits as the reason. */
-  blameLimit(values: number[]) {
+  setLimitReason(values: number[]) {
     const worst = this.limb.violations(values).reduce((a, b) => (b.outside > a.outside ? b : a));
     const { reason, joint, value, low, high } = worst;
-    this.blame(reason, joint, value, low - value > value - high ? low : high);
+    this.setReason(reason, joint, value, low - value > value - high ? low : high);
   }
 
   /**
@@ -126,7 +129,7 @@ export class Answer {
    *
    * @param errors by forward kinematics
    */
-  enter(values: number[], errors: Errors, family: Family = "NONE", yaw: number = 0) {
+  addBranch(values: number[], errors: Errors, family: Family = "NONE", yaw: number = 0) {
     if (!errors.every((error) => error <= VERIFIED)) return;
     const near = this.enforce ? [...values] : allTurnedTowards(values, this.reference);
     const withShort: Errors = [errors[0] + this.short, errors[1]];
@@ -137,8 +140,9 @@ export class Answer {
     this.branches.splice(place, 0, branch);
   }
 
-  concluded() {
-    return this.branches.length > 0 ? this.blame("REACHED") : this;
+  /** Set the reason REACHED if there is a branch. */
+  finish() {
+    return this.branches.length > 0 ? this.setReason("REACHED") : this;
   }
 }
 
@@ -260,4 +264,51 @@ export class Limb<Numbers extends LimbNumbers> {
 
 function violation(reason: Violation["reason"], joint: number, value: number, low: number, high: number): Violation {
   return { reason, joint, value, low, high, outside: Math.max(low - value, value - high) };
+}
+
+/** A limb that ends its closed form with three joints whose axes meet: the hip of a leg, or elbow and wrist of an arm. */
+export abstract class TripleLimb<Numbers extends LimbNumbers, Target> extends Limb<Numbers> {
+  /**
+   * Write the angles of the triple that meet the target, given the other joints.
+   *
+   * @returns the family that the solution belongs to if two axes of the triple are one line, else NONE
+   */
+  abstract turnTriple(target: Target, q: number[], answer: Answer): Family;
+
+  /** Write the other angles of the triple with the same orientation. */
+  abstract toOtherTriple(q: number[]): void;
+
+  /** How far the frame is from its target by forward kinematics. */
+  abstract errors(target: Target, q: number[]): Errors;
+
+  /** Add the branches with these values of the other joints. */
+  addTriples(target: Target, q: number[], answer: Answer) {
+    const family = this.turnTriple(target, q, answer);
+    for (const other of family === "NONE" ? [false, true] : [false]) {
+      if (other) this.toOtherTriple(q);
+      if (answer.checkLimits(q)) answer.addBranch(q, this.errors(target, q), family);
+    }
+  }
+
+  /**
+   * Add the best members of the two families of solutions in which every value of a joint meets the target, each value with
+   * its own angles of the triple.
+   *
+   * @param range of the joint
+   */
+  addFamilies(target: Target, joint: number, range: [number, number], family: Family, q: number[], answer: Answer) {
+    const own = answer.reference[joint];
+    const [low, high] = answer.enforce ? range : [own - Math.PI, own + Math.PI];
+    for (const other of [false, true]) {
+      const cost = (value: number) => {
+        q[joint] = value;
+        const locked = this.turnTriple(target, q, answer) !== "NONE";
+        if (other && locked) return Infinity; // the two triples belong to one family
+        if (other) this.toOtherTriple(q);
+        return this.familyCost(q, answer);
+      };
+      if (leastCost(low, high, own, cost) === null) continue;
+      if (answer.checkLimits(q)) answer.addBranch(q, this.errors(target, q), family);
+    }
+  }
 }

@@ -12,11 +12,11 @@ export function interpolate(at: readonly number[], values: readonly number[], x:
 }
 
 /** The first index at which a condition holds that holds for all later indices too; `count` if it holds for none. */
-export function firstWhere(count: number, isSo: (index: number) => boolean) {
+export function firstWhere(count: number, holds: (index: number) => boolean) {
   let [low, high] = [0, count];
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (isSo(middle)) high = middle;
+    if (holds(middle)) high = middle;
     else low = middle + 1;
   }
   return low;

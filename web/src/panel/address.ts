@@ -20,7 +20,7 @@ export class Address {
   timer = 0;
   isOpen = false;
   /** Whether the user was told that the address leaves out the key frames. */
-  saidSo = false;
+  isAnnounced = false;
   /** Where the last preset put the camera and the point that it looks at. */
   preset: number[] = [];
 
@@ -108,8 +108,8 @@ export class Address {
     // A clip would write a new address at every step.
     if (this.page.player.playback?.playing) return;
     const { without } = this;
-    if (without && !this.saidSo) this.panel.messages.say(`The address of this page is ${without}.`);
-    this.saidSo = without !== "";
+    if (without && !this.isAnnounced) this.panel.messages.say(`The address of this page is ${without}.`);
+    this.isAnnounced = without !== "";
     try {
       history.replaceState(history.state, "", `${bare()}#${this.text}`);
     } catch {

@@ -110,7 +110,7 @@ export function openDialog(title: string, ...children: (string | Node)[]) {
  *
  * @returns whether the key has an action
  */
-export function obeyKey(event: KeyboardEvent, does: Record<string, () => void>) {
+export function handleKey(event: KeyboardEvent, does: Record<string, () => void>) {
   if (!Object.hasOwn(does, event.key) || event.ctrlKey || event.metaKey || event.altKey) return false;
   event.preventDefault();
   does[event.key]();
@@ -128,17 +128,17 @@ export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElemen
   bar.replaceChildren(...children);
   Object.assign(bar, { role: "toolbar", ariaLabel: label });
   const buttons = [...bar.querySelectorAll("button")];
-  buttons.forEach((button, i) => (button.tabIndex = i === 0 ? 0 : -1));
+  buttons.forEach((one, i) => (one.tabIndex = i === 0 ? 0 : -1));
   bar.addEventListener("focusin", ({ target }) => {
-    for (const button of buttons) button.tabIndex = button === target ? 0 : -1;
+    for (const one of buttons) one.tabIndex = one === target ? 0 : -1;
   });
   bar.addEventListener("keydown", (event) => {
-    const there = buttons.filter((button) => !button.hidden);
+    const there = buttons.filter(({ hidden }) => !hidden);
     const at = there.indexOf(event.target as HTMLButtonElement);
     const go = (to: number) => () => there.at(to % there.length)?.focus();
     const [next, before] = [go(at + 1), go(at - 1)];
     const keys = { ArrowRight: next, ArrowDown: next, ArrowLeft: before, ArrowUp: before, Home: go(0), End: go(-1) };
-    if (at >= 0) obeyKey(event, keys);
+    if (at >= 0) handleKey(event, keys);
   });
   return bar;
 }
@@ -146,24 +146,24 @@ export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElemen
 let count = 0;
 
 /** Make the menu that a button opens. Escape and a press outside the menu close it. */
-export function menu(button: HTMLButtonElement, label: string, ...children: Node[]) {
+export function menu(opener: HTMLButtonElement, label: string, ...children: Node[]) {
   const named = { className: "menu", id: `menu-${count++}`, popover: "auto", role: "group", ariaLabel: label };
   const sheet = element("div", named, ...children);
-  button.setAttribute("aria-expanded", "false");
-  button.setAttribute("popovertarget", sheet.id);
+  opener.setAttribute("aria-expanded", "false");
+  opener.setAttribute("popovertarget", sheet.id);
   sheet.addEventListener("toggle", () => {
     const open = sheet.matches(":popover-open");
-    button.setAttribute("aria-expanded", String(open));
-    if (open) place(sheet, button);
+    opener.setAttribute("aria-expanded", String(open));
+    if (open) place(sheet, opener);
     if (open) (sheet.querySelector("button, input:checked") as HTMLElement | null)?.focus();
   });
   return sheet;
 }
 
 /** Place a sheet below a button, or above it if there is more room, inside the window. */
-function place(sheet: HTMLElement, button: HTMLElement) {
+function place(sheet: HTMLElement, opener: HTMLElement) {
   const gap = 4;
-  const { left, right, top, bottom } = button.getBoundingClientRect();
+  const { left, right, top, bottom } = opener.getBoundingClientRect();
   const { offsetWidth: width, offsetHeight: height } = sheet;
   const x = Math.min(left + width > innerWidth - gap ? right - width : left, innerWidth - width - gap);
   const below = bottom + gap + height <= innerHeight || innerHeight - bottom >= top;

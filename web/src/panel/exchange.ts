@@ -16,7 +16,7 @@ export class Exchange {
 
   /** The formats in which a configuration of this robot can be copied. */
   get formats() {
-    return Object.entries(FORMATS).filter(([, { offered }]) => offered(this.page.robot.about));
+    return Object.entries(FORMATS).filter(([, { naoqi }]) => !naoqi || this.page.robot.about.naoqi.length > 0);
   }
 
   copyConfiguration(format: string) {

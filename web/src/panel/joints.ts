@@ -49,7 +49,7 @@ class JointRow {
       // The browser's own undo may restore the number that was there before.
       const isUndone = (event as InputEvent).inputType === "historyUndo";
       this.isTyped = !isUndone || this.number.value !== format(this.value, this.unit);
-      if (Number.isFinite(parse(this.number.value, this.unit))) this.complain("");
+      if (Number.isFinite(parse(this.number.value, this.unit))) this.showError("");
     };
     this.number.onkeydown = (event) => this.key(event);
     this.number.onblur = () => this.commit();
@@ -101,7 +101,7 @@ class JointRow {
    * the panel, the old value is restored.
    */
   hold({ clientX, clientY, isPrimary, pointerId, target }: PointerEvent) {
-    const { element, ends, joint, slider, value } = this;
+    const { element: row, ends, joint, slider, value } = this;
     const { stance } = this.panel.page;
     const [low, high] = ends;
     const { left, top, bottom, width } = slider.getBoundingClientRect();
@@ -110,13 +110,13 @@ class JointRow {
     const isOn = Math.abs(clientX - thumb) <= FINGER && clientY > top && clientY < bottom;
     if (target === slider || !isPrimary || !isOn) return;
     const before = stance.q[joint.column];
-    element.setPointerCapture(pointerId);
-    element.onpointermove = (event) => {
+    row.setPointerCapture(pointerId);
+    row.onpointermove = (event) => {
       const wanted = value + (event.clientX - clientX) * perPixel;
       this.set(clamp(wanted, Math.min(low, value), Math.max(high, value)));
     };
-    element.onpointercancel = () => stance.move(joint.column, before);
-    element.onlostpointercapture = () => (element.onpointermove = element.onpointercancel = null);
+    row.onpointercancel = () => stance.move(joint.column, before);
+    row.onlostpointercapture = () => (row.onpointermove = row.onpointercancel = null);
   }
 
   // --- keys and typing -----------------------------------------------------------------------------------------
@@ -142,7 +142,7 @@ class JointRow {
       this.commit();
       this.number.select();
     } else if (event.key === "Escape" && (this.isTyped || this.note.textContent)) {
-      this.giveBack();
+      this.showValue();
     } else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
       event.preventDefault();
       if (this.commit()) this.step(event);
@@ -154,33 +154,33 @@ class JointRow {
     if (!this.isTyped) return true;
     const { unit, number } = this;
     if (!number.value.trim()) {
-      this.giveBack();
+      this.showValue();
       return true;
     }
     const value = parse(number.value, unit);
     const [low, high] = this.ends;
     if (Number.isNaN(value)) {
-      this.complain(`not a number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`);
+      this.showError(`not a number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`);
       return false;
     }
     const inside = clamp(value, low, high);
     this.set(inside);
     this.panel.page.stance.settle();
-    this.giveBack();
+    this.showValue();
     if (inside !== value) this.note.textContent = `the limit is ${spoken(inside, unit)}`;
     return true;
   }
 
-  giveBack() {
+  showValue() {
     this.isTyped = false;
-    this.complain("");
+    this.showError("");
     this.number.value = format(this.value, this.unit);
     // The number stays selected, so that typing replaces it.
     if (document.activeElement === this.number) this.number.select();
   }
 
-  /** @param reason an empty text removes the complaint */
-  complain(reason: string) {
+  /** @param reason an empty text removes the message */
+  showError(reason: string) {
     this.note.textContent = reason;
     if (reason) this.number.setAttribute("aria-invalid", "true");
     else this.number.removeAttribute("aria-invalid");
@@ -209,7 +209,7 @@ class JointRow {
     const isKept = this.isTyped && document.activeElement === this.number;
     const isNew = value !== this.value;
     this.value = value;
-    if (isNew && !isKept) this.giveBack();
+    if (isNew && !isKept) this.showValue();
     slider.value = String(value);
     const range = this.ofJoint(this.panel.page.robot.range(this.coordinate, q));
     const share = (x: number) => `${((100 * (clamp(x, ...ends) - ends[0])) / (ends[1] - ends[0] || 1)).toFixed(2)}%`;

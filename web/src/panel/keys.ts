@@ -1,6 +1,6 @@
 import type { PageWith } from "../app.ts";
 import { THREE } from "../three.ts";
-import { element, obeyKey, openDialog } from "./element.ts";
+import { element, handleKey, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { remember } from "./settings.ts";
 
@@ -167,7 +167,7 @@ export function bindViewKeys(page: Page) {
     const turn = event.shiftKey ? 3 * TURN : TURN;
     const go = (around: number, down: number, further: number) => () => orbit(page, around, down, further);
     const [nearer, further, all] = [go(0, 0, NEARER), go(0, 0, 1 / NEARER), () => page.camera(whole(page))];
-    obeyKey(event, {
+    handleKey(event, {
       ...{
         ArrowLeft: go(-turn, 0, 1),
         ArrowRight: go(turn, 0, 1),

@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { element, iconButton, obeyKey } from "./element.ts";
+import { element, iconButton, handleKey } from "./element.ts";
 import { remember, type Settings } from "./settings.ts";
 
 // The least and the largest share of the window that the panel may take, and the step of a key [%].
@@ -95,7 +95,7 @@ export class Layout {
     const step = event.shiftKey ? 5 * STEP : STEP;
     const to = (share: number) => () => this.resize(share);
     const [larger, smaller] = [to(this.share + step), to(this.share - step)];
-    obeyKey(event, {
+    handleKey(event, {
       ...{ ArrowLeft: larger, ArrowUp: larger, ArrowRight: smaller, ArrowDown: smaller },
       ...{ Home: to(LEAST), End: to(MOST), Enter: () => this.fold(true) },
     });

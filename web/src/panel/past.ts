@@ -122,29 +122,29 @@ function same(a: State, b: State) {
 }
 
 /** The past and future states for undo and redo. */
-export class History<State> {
-  past: State[] = [];
-  future: State[] = [];
+export class History<Item> {
+  past: Item[] = [];
+  future: Item[] = [];
 
   /** @param most steps that can be undone; older ones are forgotten */
   constructor(readonly most: number = 200) {}
 
   /** Keep the state before a step; undone steps can no longer be redone. */
-  push(before: State) {
+  push(before: Item) {
     this.past.push(before);
     if (this.past.length > this.most) this.past.shift();
     this.future = [];
   }
 
   /** The state before the last step; undefined if there is none. */
-  undo(now: State) {
+  undo(now: Item) {
     const state = this.past.pop();
     if (state !== undefined) this.future.push(now);
     return state;
   }
 
   /** The state that was undone last; undefined if there is none. */
-  redo(now: State) {
+  redo(now: Item) {
     const state = this.future.pop();
     if (state !== undefined) this.past.push(now);
     return state;

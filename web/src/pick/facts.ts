@@ -29,7 +29,7 @@ export function isOneLimb(about: About, link: number, other: number) {
   const [one, two] = [link, other].map((number) => {
     const joint = jointOf(about, number);
     const has = (name: string | undefined) =>
-      about.chains.find(({ joints }) => joints.some((own) => own.name === name));
+      about.chains.find((chain) => chain.joints.some((own) => own.name === name));
     return has(joint?.name) ?? has(joint?.follows) ?? joint;
   });
   return one !== null && one === two;

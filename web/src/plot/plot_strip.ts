@@ -97,8 +97,9 @@ export class PlotStrip {
     this.button.setAttribute("aria-pressed", String(on));
     this.player.bar.classList.toggle("plotting", on);
     if (on) this.update();
-    else
+    else {
       [this.joints, this.places, ...[...this.streams.values()].map(({ plot }) => plot)].forEach((plot) => plot.clear());
+    }
   }
 
   pointsCame() {
@@ -107,8 +108,9 @@ export class PlotStrip {
       this.open(true);
     }
     // Drawing many points is slow; waiting three times as long leaves three quarters of the time to the rest of the page.
-    if (!this.element.hidden)
+    if (!this.element.hidden) {
       this.waitingPoints ??= setTimeout(() => this.drawStreams(), Math.max(PATIENCE, 3 * this.took));
+    }
   }
 
   /** Draw the program's plots. */

@@ -101,12 +101,6 @@ export function sendPicture(page: App, { id, width, height, camera }: Received["
   page.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
 }
 
-/** Paint the picture that was drawn last, with the page's labels over it. */
-function paintPicture(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
-  paintCanvas(ink, page.viewer.renderer.domElement, width, height);
-  paintOver(page, ink, width, height);
-}
-
 /** Paint the page's labels onto a picture of another size. */
 function paintOver(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   page.speech.paint(ink, width, height);
@@ -125,7 +119,7 @@ const KINDS = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "
 /** Records a video of the view: each picture that is drawn, with its labels. */
 export class Video {
   /** Called every second with the length so far, and with null at the end. */
-  told: (seconds: number | null) => void = () => {};
+  onProgress: (seconds: number | null) => void = () => {};
   canvas = document.createElement("canvas");
   ink: CanvasRenderingContext2D;
   recorder: MediaRecorder | null = null;
@@ -164,19 +158,19 @@ export class Video {
       parts.push(data);
       bytes += data.size;
       const seconds = Math.round((performance.now() - began) / 1000);
-      if (recorder.state === "recording") this.told(seconds);
+      if (recorder.state === "recording") this.onProgress(seconds);
       if (bytes > MOST_BYTES || seconds >= MOST_SECONDS) this.stop();
     };
     recorder.onstop = () => {
       stream.getTracks().forEach((track) => track.stop());
       this.recorder = null;
-      this.told(null);
+      this.onProgress(null);
       const type = mimeType.split(";")[0];
       download(new Blob(parts, { type }), fileName(this.page.robot.about.name, type === "video/mp4" ? "mp4" : "webm"));
     };
     this.recorder = recorder;
     recorder.start(1000);
-    this.told(0);
+    this.onProgress(0);
     this.page.viewer.set_dirty();
   }
 
@@ -188,6 +182,7 @@ export class Video {
   add() {
     if (!this.recorder) return;
     const { width, height } = this.canvas;
-    paintPicture(this.page, this.ink, width, height);
+    paintCanvas(this.ink, this.page.viewer.renderer.domElement, width, height);
+    paintOver(this.page, this.ink, width, height);
   }
 }

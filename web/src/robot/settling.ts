@@ -1,4 +1,5 @@
 import { clamp } from "../math/numbers.ts";
+import { cross, direction, dot, plus, times, type Vector } from "../math/rotations.ts";
 import { convexHull, inside, type Point } from "../math/surfaces.ts";
 
 /** Directions spread evenly over the sphere by the golden angle, x, y, z of one after another. */
@@ -42,8 +43,6 @@ const TOUCHING = 1e-5;
 // A body rolls from one corner to the next; this number of rolls is more than any body was seen to need.
 const MOST_ROLLS = 300;
 
-const dot = (a: ArrayLike<number>, b: ArrayLike<number>) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-
 /**
  * The vertical in the frame of a rigid body at rest. The body is put down with `up` upwards; it then rolls about the points
  * that touch the floor until its centre of mass is above their hull. This is a descent to a local minimum of the height of
@@ -52,9 +51,8 @@ const dot = (a: ArrayLike<number>, b: ArrayLike<number>) => a[0] * b[0] + a[1] *
  * @param points x, y, z of one after another
  * @param centre of mass
  */
-export function settled(points: Float64Array, centre: ArrayLike<number>, up: ArrayLike<number>): number[] {
-  const length = Math.hypot(up[0], up[1], up[2]);
-  let down = [-up[0] / length, -up[1] / length, -up[2] / length];
+export function settled(points: Float64Array, centre: Vector, up: Vector): Vector {
+  let down = times(-1, direction(up));
   for (let roll = 0; roll < MOST_ROLLS; roll++) {
     const across = tangents(down);
     const floor = depth(points, down);
@@ -62,12 +60,12 @@ export function settled(points: Float64Array, centre: ArrayLike<number>, up: Arr
     const nearest = nearestToOrigin(contacts);
     const distance = Math.hypot(nearest.x, nearest.y);
     if (distance < TOUCHING) break;
-    const side = [0, 1, 2].map((i) => -(nearest.x * across[0][i] + nearest.y * across[1][i]) / distance);
+    const side = plus(times(-nearest.x / distance, across[0]), times(-nearest.y / distance, across[1]));
     const angle = roomToRoll(points, floor, down, side, dot(centre, side) - distance);
     if (!(angle < Math.PI)) break;
-    down = [0, 1, 2].map((i) => Math.cos(angle) * down[i] + Math.sin(angle) * side[i]);
+    down = plus(times(Math.cos(angle), down), times(Math.sin(angle), side));
   }
-  return down.map((value) => -value);
+  return times(-1, down);
 }
 
 /**
@@ -78,8 +76,8 @@ export function settled(points: Float64Array, centre: ArrayLike<number>, up: Arr
 export function touching(
   points: Float64Array,
   least: number,
-  down: ArrayLike<number>,
-  centre: ArrayLike<number>,
+  down: Vector,
+  centre: Vector,
   [e1, e2] = tangents(down),
 ): Point[] {
   const [x0, y0] = [dot(centre, e1), dot(centre, e2)];
@@ -145,12 +143,11 @@ function nearestOnEdge(a: Point, b: Point) {
 }
 
 /** Two unit vectors normal to a direction and to each other. */
-function tangents(n: ArrayLike<number>) {
+function tangents(n: Vector): [Vector, Vector] {
   // The cross product with an axis that is far from n, so that it is not small.
-  const flat = Math.abs(n[0]) < 0.6 ? [0, -n[2], n[1]] : [n[2], 0, -n[0]];
-  const length = Math.hypot(...flat);
-  const e1 = flat.map((value) => value / length);
-  return [e1, [n[1] * e1[2] - n[2] * e1[1], n[2] * e1[0] - n[0] * e1[2], n[0] * e1[1] - n[1] * e1[0]]];
+  const flat: Vector = Math.abs(n[0]) < 0.6 ? [0, -n[2], n[1]] : [n[2], 0, -n[0]];
+  const e1 = direction(flat);
+  return [e1, cross(n, e1)];
 }
 
 // A joint's difference counts up to this [rad, m], so that moving one arm does not make another posture nearest.

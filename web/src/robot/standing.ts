@@ -1,3 +1,4 @@
+import { times, type Vector } from "../math/rotations.ts";
 import { convexHull, inside } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
@@ -9,7 +10,7 @@ interface Pose {
   q: number[];
   posture: number;
   rests: boolean;
-  up: number[];
+  up: Vector;
 }
 
 // How far [m] the soles may be above the robot's lowest point if it stands on both, and on one.
@@ -21,7 +22,7 @@ const STEP = 0.5;
 // Enough directions to find the points of a rounded link that can touch the floor, to a small part of a millimetre.
 const TOWARDS = directions(800);
 const VERTICAL = new THREE.Vector3(0, 0, 1);
-const TRUNK_UPRIGHT = [0, 0, 1];
+const TRUNK_UPRIGHT: Vector = [0, 0, 1];
 
 /**
  * Places a robot with a fixed base on the floor.
@@ -60,7 +61,7 @@ export class Standing {
     root.updateWorldMatrix(true, true);
   }
 
-  direction(q: number[]): ArrayLike<number> {
+  direction(q: number[]): Vector {
     const { postures } = this.robot.about;
     const centre = this.robot.com()?.toArray() ?? null;
     const points = this.points();
@@ -120,8 +121,8 @@ export class Standing {
 }
 
 /** Whether the centre of mass is above the area that the robot stands on. */
-function isBalanced(points: Float64Array, centre: number[], up: number[]) {
-  const down = up.map((value) => -value);
+function isBalanced(points: Float64Array, centre: Vector, up: Vector) {
+  const down = times(-1, up);
   const hull = convexHull(touching(points, depth(points, down) - CARRYING, down, centre));
   return hull.length > 2 && inside(hull, { x: 0, y: 0 });
 }

@@ -120,13 +120,6 @@ function quarteredMaterial() {
   ink.fillStyle = "#ffffff";
   ink.fillRect(0, 0, 128, 64);
   ink.fillStyle = "#14181f";
-  for (const [x, y] of [
-    [0, 0],
-    [64, 0],
-    [32, 32],
-    [96, 32],
-  ]) {
-    ink.fillRect(x, y, 32, 32);
-  }
+  for (const x of [0, 32, 64, 96]) ink.fillRect(x, x % 64, 32, 32);
   return new THREE.MeshBasicMaterial({ map: new THREE.CanvasTexture(ink.canvas), ...OVER });
 }

@@ -145,11 +145,11 @@ export class Eyes {
     this.sight.field.textContent = this.field;
     this.robot.nodes[this.eye.link].add(this.camera);
     this.camera.updateWorldMatrix(true, true);
-    if (!hadBall) this.kickOff();
+    if (!hadBall) this.placeBall();
   }
 
   /** Put the football in front of the robot. */
-  kickOff() {
+  placeBall() {
     const height = Math.max(this.camera.getWorldPosition(new THREE.Vector3()).y, 0.2 * this.studio.size);
     const [x, y] = this.studio.place;
     this.ball.scale.setScalar(RADIUS * height);

@@ -100,12 +100,10 @@ export class Contact {
     const none = this.blur as any;
     const { uniforms } = this.blur.material;
     for (const width of BLUR) {
-      for (const [from, to, x, y] of [
-        [0, 1, 1, 0],
-        [1, 0, 0, 1],
-      ]) {
-        uniforms.picture.value = this.targets[from].texture;
-        this.step.set((x * width) / SIZE, (y * width) / SIZE);
+      // Along x into the second picture, then along y back into the first.
+      for (const to of [1, 0]) {
+        uniforms.picture.value = this.targets[1 - to].texture;
+        this.step.set((to * width) / SIZE, ((1 - to) * width) / SIZE);
         this.pass(this.targets[to], none, camera);
       }
     }

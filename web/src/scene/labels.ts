@@ -195,8 +195,9 @@ export function placeLabels(anchors: Anchor[], picture: Rectangle, covered: Rect
   const taken = [...covered];
   const farthest = anchors.length > MANY ? CLOSE : Infinity;
   return anchors.map((anchor) => {
-    if (!contains(picture, anchor.x, anchor.y) || covered.some((part) => contains(part, anchor.x, anchor.y)))
+    if (!contains(picture, anchor.x, anchor.y) || covered.some((part) => contains(part, anchor.x, anchor.y))) {
       return null;
+    }
     const isFree = (at: Rectangle) => isInside(at, picture) && !taken.some((other) => overlap(at, other));
     for (let i = -1; i < PLACES.length; i++) {
       const place = i < 0 ? anchor.place : i;

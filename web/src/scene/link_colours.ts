@@ -178,15 +178,7 @@ function softDisc() {
   if (!disc) {
     const ink = makeInk(128, 128);
     const fade = ink.createRadialGradient(64, 64, 0, 64, 64, 64);
-    for (const [at, alpha] of [
-      [0, 1],
-      [0.25, 0.62],
-      [0.5, 0.24],
-      [0.75, 0.06],
-      [1, 0],
-    ]) {
-      fade.addColorStop(at, `rgba(255,255,255,${alpha})`);
-    }
+    [1, 0.62, 0.24, 0.06, 0].forEach((alpha, i) => fade.addColorStop(i / 4, `rgba(255,255,255,${alpha})`));
     ink.fillStyle = fade;
     ink.fillRect(0, 0, 128, 128);
     disc = new THREE.CanvasTexture(ink.canvas);

@@ -12,6 +12,24 @@ export const flatMaterial = (colour: string, order: number) =>
     depthTest: order === 0,
   });
 
+/** An axis of a frame. */
+export interface Axis {
+  name: string;
+  axis: [number, number, number];
+  colour: string;
+}
+
+export const AXES: Axis[] = [
+  { name: "x", axis: [1, 0, 0], colour: "#e0433a" },
+  { name: "y", axis: [0, 1, 0], colour: "#2f9e44" },
+  { name: "z", axis: [0, 0, 1], colour: "#2f6fe0" },
+];
+
+/** Turn a shape along z so that it lies along an axis. */
+export function turnAlong(shape: THREE.Object3D, { axis }: Axis) {
+  shape.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis));
+}
+
 /**
  * A rod along z with a head at its end.
  *
@@ -39,14 +57,9 @@ export function makeArrow(length: number, radius: number, colour: string, order:
  */
 export function makeTriad(size: number) {
   const triad = new THREE.Group();
-  const axes: [string, [number, number, number]][] = [
-    ["#e0433a", [0, Math.PI / 2, 0]],
-    ["#2f9e44", [-Math.PI / 2, 0, 0]],
-    ["#2f6fe0", [0, 0, 0]],
-  ];
-  for (const [colour, [x, y, z]] of axes) {
-    const arrow = makeArrow(size, 0.035 * size, colour, 10);
-    arrow.rotation.set(x, y, z);
+  for (const axis of AXES) {
+    const arrow = makeArrow(size, 0.035 * size, axis.colour, 10);
+    turnAlong(arrow, axis);
     triad.add(arrow);
   }
   return triad;

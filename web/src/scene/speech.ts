@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.ts";
 import { isInside } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE, cornersOf } from "../three.ts";
@@ -63,8 +64,7 @@ export class Speech {
     const xs = seen.map(({ x }) => ((1 + x) / 2) * width);
     const ys = seen.map(({ y }) => ((1 - y) / 2) * height);
     const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    const within: (value: number, least: number, most: number) => number = (value, least, most) =>
-      Math.max(least, Math.min(value, most));
+    const within = (value: number, least: number, most: number) => clamp(value, least, Math.max(least, most));
     const rooms: Record<string, number> = { right: width - right - w, left: left - w, above: top - bar - h };
     const side = (Object.keys(rooms).find((name) => rooms[name] >= 2 * gap) ?? "below") as Side;
     const [across, mouth] = [(left + right) / 2, top + 0.62 * (bottom - top)];

@@ -187,13 +187,14 @@ export class Studio {
   }
 
   awaitNext() {
-    if (!this.isAwaiting)
+    if (!this.isAwaiting) {
       requestAnimationFrame((now) => {
         this.isAwaiting = false;
         this.done(now);
         // If a frame has been drawn since this one was requested, the next request tells its time.
         if (this.began !== null) this.awaitNext();
       });
+    }
     this.isAwaiting = true;
   }
 

@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { element, iconButton, obeyKey } from "../panel/element.ts";
+import { element, iconButton, handleKey } from "../panel/element.ts";
 import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
 import type { Interpolation } from "./motion.ts";
 import type { Player } from "./player.ts";
@@ -128,9 +128,7 @@ export class Editor {
   take(frames: KeyFrames, time: number = 0) {
     this.player.pause();
     this.open(true);
-    this.apply(frames, time === 0 ? 0 : -1);
-    if (this.player.keys) this.player.keys.time = time;
-    this.draw();
+    this.apply(frames, time === 0 ? 0 : -1, time);
   }
 
   takeClip() {
@@ -150,10 +148,9 @@ export class Editor {
 
   // --- changes ---------------------------------------------------------------------------------------------------
 
-  apply(frames: KeyFrames, selected: number) {
+  apply(frames: KeyFrames, selected: number, time: number = this.player.time) {
     this.frames = frames;
     this.selected = Math.min(selected, frames.count - 1);
-    const { time } = this.player;
     this.player.setKeys(frames.motion);
     if (this.player.keys) this.player.keys.time = time;
     this.draw();
@@ -162,9 +159,7 @@ export class Editor {
 
   restore({ frames, selected, time }: Edited) {
     this.open(true);
-    this.apply(frames, selected);
-    if (this.player.keys) this.player.keys.time = time;
-    this.draw();
+    this.apply(frames, selected, time);
   }
 
   addKey(event: KeyboardEvent) {
@@ -177,18 +172,19 @@ export class Editor {
   }
 
   adding() {
-    if (this.frames.count >= MOST_KEYS)
+    if (this.frames.count >= MOST_KEYS) {
       return this.player.say(`There are already ${MOST_KEYS} key frames, the maximum.`, true);
+    }
     const { page } = this.player;
     const time = this.frames.nextTime(this.now);
     if (time > LATEST && this.isFull()) return;
     this.player.pause();
-    this.added(this.frames.adding(time, page.stance.q));
+    this.show(this.frames.adding(time, page.stance.q));
   }
 
   duplicating() {
     if (this.selected < 0 || this.frames.count >= MOST_KEYS || this.isFull()) return;
-    this.added(this.frames.duplicating(this.selected));
+    this.show(this.frames.duplicating(this.selected));
   }
 
   /** Whether there is no room for a key after the last one; if so, a message says so. */
@@ -199,15 +195,10 @@ export class Editor {
     return true;
   }
 
-  added({ frames, place }: { frames: KeyFrames; place: number }) {
-    this.apply(frames, place);
-    this.player.seek(frames.keys[place].time);
-  }
-
   replacing() {
     if (this.selected < 0) return;
-    this.apply(this.frames.replacing(this.selected, this.player.page.stance.q), this.selected);
-    this.player.seek(this.frames.keys[this.selected].time);
+    const frames = this.frames.replacing(this.selected, this.player.page.stance.q);
+    this.show({ frames, place: this.selected });
   }
 
   remove(place: number) {
@@ -251,10 +242,11 @@ export class Editor {
   }
 
   drag(time: number) {
-    this.retime(this.before.frames.moving(this.before.selected, time));
+    this.show(this.before.frames.moving(this.before.selected, time));
   }
 
-  retime({ frames, place }: { frames: KeyFrames; place: number }) {
+  /** Take over changed key frames, and show the one at a place. */
+  show({ frames, place }: { frames: KeyFrames; place: number }) {
     this.apply(frames, place);
     this.player.seek(frames.keys[place].time);
   }
@@ -262,10 +254,10 @@ export class Editor {
   press(event: KeyboardEvent, place: number) {
     const step = event.shiftKey ? 0.01 : 0.1;
     const last = this.frames.count - 1;
-    const move = (by: number) => this.retime(this.frames.moving(place, this.frames.keys[place].time + by));
+    const move = (by: number) => this.show(this.frames.moving(place, this.frames.keys[place].time + by));
     const select = (other: number) => () => this.select(clamp(other, 0, last));
     const remove = () => this.remove(place);
-    obeyKey(event, {
+    handleKey(event, {
       ...{ ArrowLeft: () => move(-step), ArrowRight: () => move(step) },
       ...{ ArrowUp: select(place - 1), ArrowDown: select(place + 1), Home: select(0), End: select(last) },
       ...{ Enter: select(place), Delete: remove, Backspace: remove },

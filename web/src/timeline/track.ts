@@ -10,7 +10,7 @@ const [SHORTEST, ROOM] = [2, 1.15];
 /**
  * What the track calls when the user acts on it: a pointer selects and moves keys, and elsewhere it moves to a time.
  */
-interface Hands {
+interface TrackActions {
   select: (place: number) => void;
   /** A pointer grabs a key. */
   grab: (place: number) => void;
@@ -34,7 +34,7 @@ export class Track {
   element: HTMLDivElement;
   dragging: boolean | undefined;
 
-  constructor(readonly hands: Hands) {
+  constructor(readonly actions: TrackActions) {
     this.ruler.setAttribute("aria-hidden", "true");
     this.lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
     this.element = element("div", { className: "track" }, this.lane);
@@ -54,20 +54,20 @@ export class Track {
     const offset = place < 0 ? 0 : Number(key?.getAttribute("aria-valuenow")) - this.timeAt(event);
     event.preventDefault();
     this.element.setPointerCapture(event.pointerId);
-    if (place < 0) this.hands.seek(this.timeAt(event));
-    else this.hands.grab(place);
+    if (place < 0) this.actions.seek(this.timeAt(event));
+    else this.actions.grab(place);
     this.element.onpointermove = (moved) => {
       const time = this.timeAt(moved) + offset;
-      if (place < 0) this.hands.seek(time);
+      if (place < 0) this.actions.seek(time);
       else if (Math.abs(moved.clientX - event.clientX) > 2 || this.dragging) {
         this.dragging = true;
-        this.hands.drag(moved.shiftKey ? time : Math.round(time * 20) / 20);
+        this.actions.drag(moved.shiftKey ? time : Math.round(time * 20) / 20);
       }
     };
     this.element.onpointerup = this.element.onpointercancel = () => {
       this.element.onpointermove = this.element.onpointerup = this.element.onpointercancel = null;
       this.dragging = false;
-      if (place >= 0) this.hands.release();
+      if (place >= 0) this.actions.release();
     };
   }
 
@@ -98,7 +98,7 @@ export class Track {
 
   diamond(place: number) {
     const diamond = element("div", { className: "key", tabIndex: -1, role: "slider", ariaValueMin: "0" });
-    diamond.onkeydown = (event) => this.hands.press(event, place);
+    diamond.onkeydown = (event) => this.actions.press(event, place);
     this.diamonds.push(diamond);
     return diamond;
   }

@@ -86,40 +86,38 @@ export const FORMATS: Record<
   {
     title: string;
     hint: string;
-    offered(about: About): boolean;
+    /** Whether only a robot with the joints of NAOqi has it. */
+    naoqi?: true;
     write(about: About, q: ArrayLike<number>, isInside?: boolean): string;
   }
 > = {
   json: {
     title: "JSON",
     hint: "{joint: rad}",
-    offered: () => true,
     write: (about, q) => `${dictionary(about, q)}\n`,
   },
   csv: {
     title: "CSV",
     hint: "for nao-kin fk and view",
-    offered: () => true,
     write: ({ coordinates }, q) =>
       `${coordinates.map(({ joint }) => field(joint)).join(",")}\n${coordinates.map(({ column }) => q[column]).join(",")}\n`,
   },
   python: {
     title: "Python",
     hint: "q = nao.configuration({…})",
-    offered: () => true,
     write: (about, q, isInside = true) =>
       `q = nao.configuration(${dictionary(about, q)}${isInside ? "" : ', limits="ignore"'})\n`,
   },
   setAngles: {
     title: "setAngles",
     hint: "NAOqi, at a tenth of full speed",
-    offered: ({ naoqi }) => naoqi.length > 0,
+    naoqi: true,
     write: (about, q) => `motion.setAngles(${names(about)}, ${angles(about, q)}, 0.1)\n`,
   },
   angleInterpolation: {
     title: "angleInterpolation",
     hint: "NAOqi, in two seconds",
-    offered: ({ naoqi }) => naoqi.length > 0,
+    naoqi: true,
     write: (about, q) => `motion.angleInterpolation(${names(about)}, ${angles(about, q)}, 2.0, True)\n`,
   },
 };

@@ -23,7 +23,7 @@ from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
-from nao_kin.robot import polygon_below, sole_corners
+from nao_kin.robot import SupportPolygon
 
 # --- ALMotion's joint control: angles read, set, and interpolated.
 
@@ -300,7 +300,7 @@ class GeneralTools(Service):
         if not down:
             return []
         feet = {foot: base.torso(q) @ robot.fk(q, foot) for foot in down}
-        corners = polygon_below((T, sole_corners(robot, foot)) for foot, T in feet.items()).vertices
+        corners = SupportPolygon.of_soles((T, robot.sole_outline(foot, "sensors")) for foot, T in feet.items()).vertices
         # The corners are on the floor, z = 0.
         return [[float(value) for value in row] for row in corners @ space[:2, :2].T + space[:2, 3]]
 
