@@ -40,7 +40,7 @@ section { break-inside: avoid; margin-bottom: 3.2mm; border: 0.5pt solid #cfd8e3
 h2 { font-size: 8.6pt; padding: 0.7mm 1.8mm; background: #e8f0f9; color: #1f5fa8; }
 section > p, .code { padding: 1.1mm 1.8mm; }
 .line { display: flex; justify-content: space-between; align-items: baseline; gap: 2mm; min-height: 1.4mm; }
-code { font: 6.4pt/1.66 "DejaVu Sans Mono", "Liberation Mono", monospace; }
+code { font: 6.3pt/1.58 "DejaVu Sans Mono", "Liberation Mono", monospace; }
 .line code { white-space: pre-wrap; overflow-wrap: anywhere; padding-left: 2em; text-indent: -2em; }
 .line i { font-size: 6.7pt; color: #5d6b7c; text-align: right; }
 .string { color: #8a4b08; } .keyword { color: #7a2a8c; } .number { color: #0b6b5b; }
