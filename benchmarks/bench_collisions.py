@@ -21,7 +21,7 @@ import coal
 import numpy as np
 
 import nao_kin as nk
-from nao_kin.robot import LinkContacts
+from nao_kin.robot import LinkShapes
 from nao_kin.robot.urdf import Collision
 
 # Limits: the time per configuration in a batch, and the factor by which it is faster than the loop.
@@ -59,7 +59,7 @@ def verdicts(nao: nk.NaoModel, n: int) -> dict[str, object]:
         return link if link in nao.link_shapes.links else host(above[link])
 
     rows = tuple(Collision(row.link, row.origin, row.geometry, row.name) for row in nao.tree.visuals)
-    meshes = LinkContacts(nk.RobotModel(replace(nao.tree, collisions=rows), nao.semantics))
+    meshes = LinkShapes.exact(nk.RobotModel(replace(nao.tree, collisions=rows), nao.semantics))
     hosts = {pair: tuple(sorted(map(host, pair))) for pair in meshes.pairs}
     skipped = {pair for pair, reason in nao.link_shapes.disabled.items() if reason != "Never"}
     compared = {pair for pair, both in hosts.items() if both[0] != both[1] and both not in skipped}

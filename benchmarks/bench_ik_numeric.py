@@ -118,7 +118,7 @@ def with_pink(robot: nk.RobotModel, frame: str) -> Solver:
 
 def ours(robot: nk.RobotModel, frame: str, restarts: int = RESTARTS) -> Solver:
     """This library, all targets in one call."""
-    return lambda T, q: numeric(robot, frame, T, reference=q, restarts=restarts, tolerance=0.5 * TOLERANCE).q
+    return lambda T, q: numeric(robot, frame, T, near=q, restarts=restarts, tolerance=0.5 * TOLERANCE).q
 
 
 def ours_one_by_one(robot: nk.RobotModel, frame: str) -> Solver:

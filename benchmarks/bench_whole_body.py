@@ -70,7 +70,7 @@ def ours(robot: nk.RobotModel, poses: Standing, both: bool, com: str | None, res
     def solve(i: int, start: Floats) -> Floats:
         feet = {"L": poses.feet[i, 0]} | ({"R": poses.feet[i, 1]} if both else {})
         targets = {hand: T[i] for hand, T in hands.items()} | ({} if both else {"RLeg": poses.feet[i, 1]})
-        return nk.ik.whole_body(robot, targets, feet=feet, com=com, reference=start, restarts=restarts).q
+        return nk.ik.whole_body(robot, targets, feet=feet, com=com, near=start, restarts=restarts).q
 
     return solve
 

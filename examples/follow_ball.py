@@ -18,7 +18,7 @@ viewer.display(nao.posture("Stand"))
 
 def follow(p, time=None):
     """Move the hand to the ball, and plot how far away it is."""
-    found = nk.ik.arm(nao, "L", p, reference=viewer.q)
+    found = nk.ik.arm(nao, "L", p, near=viewer.q)
     viewer.display(found.q)
     viewer.plot("distance [mm]", 1000 * np.linalg.norm(nao.position(found.q, "LArm") - p), time=time)
 

@@ -16,11 +16,11 @@ q = nao.posture("Stand")
 points = {"hand": [0.2, 0.25, -0.1], "ball": [0.25, -0.15, -0.1], "heel": [-0.4, 0.0, -0.3]}
 
 for name, point in points.items():
-    found = nk.ik.look_at(nao, point, "CameraBottom", reference=q)
+    found = nk.ik.look_at(nao, point, "CameraBottom", near=q)
     yaw, pitch = (np.degrees(nao.angles(found.q)[joint]) for joint in ("HeadYaw", "HeadPitch"))
     print(f"{name}: yaw {yaw:6.1f}°, pitch {pitch:5.1f}°, {found.message}")
 
-found = nk.ik.look_at(nao, points["ball"], "CameraBottom", reference=q)
+found = nk.ik.look_at(nao, points["ball"], "CameraBottom", near=q)
 camera = nao.position(found.q, "CameraBottom")
 viewer = nk.Viewer(nao)
 viewer.display(found.q)

@@ -22,7 +22,7 @@ print(f"{romeo.name}: {romeo.nq} joints, {romeo.mass:.1f} kg")
 q = romeo.neutral()
 T = romeo.fk(q, "LWristPitch")
 T[:3, 3] += [0.1, 0.05, 0.1]
-found = nk.ik.numeric(romeo, "LWristPitch", T, reference=q)
+found = nk.ik.numeric(romeo, "LWristPitch", T, near=q)
 print("the left wrist moved by 15 cm:", found.message)
 moved = [name for name, before, now in zip(romeo.joint_names, q, found.q) if abs(now - before) > 1e-3]
 print("moved:", ", ".join(moved))

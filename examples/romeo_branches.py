@@ -34,7 +34,7 @@ print("all have the wrist at the same pose, to 1e-12:", bool(worst < 1e-12))
 # The seventh joint is a freedom: for each value the other six follow, and the elbow moves on a circle.
 circle = []
 for roll in np.linspace(-2.0, 0.5, 6):
-    found = nk.ik.analytic(**arm, locked={"LWristRoll": roll}, reference=q)
+    found = nk.ik.analytic(**arm, locked={"LWristRoll": roll}, near=q)
     circle += list(found.solutions[: found.count])
     print(f"LWristRoll {np.degrees(roll):6.1f}°: {found.message}")
 

@@ -20,7 +20,7 @@ for contact in nao.collisions(q):
 # The same position of the hand with another elbow: a search near each of 200 configurations.
 hand = nao.position(q, "LArm")
 starts = nao.random(rng=0, n=200, collision_free=True)
-found = nk.ik.arm(nao, "L", np.tile(hand, (200, 1)), reference=starts, collisions=True)
+found = nk.ik.arm(nao, "L", np.tile(hand, (200, 1)), near=starts, collisions=True)
 print(f"{np.count_nonzero(found.success)} of 200 solutions are free of collisions")
 clearance = nao.clearance(found.q[found.success]).distance
 print(f"the best has at least {1e3 * clearance.max():.1f} mm between any two links")

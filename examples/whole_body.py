@@ -22,7 +22,7 @@ feet = {"L": np.eye(4), "R": T_world_torso @ T_right}
 ball = np.array([0.17, 0.06, 0.15])  # [m]
 
 pose = nk.ik.whole_body(
-    nao, {"LArm": ball}, feet=feet, com="support", margin=0.015, gaze=(ball, "CameraBottom"), reference=stand
+    nao, {"LArm": ball}, feet=feet, com="support", margin=0.015, gaze=(ball, "CameraBottom"), near=stand
 )
 hand = (pose.torso @ nao.fk(pose.q, "LArm"))[:3, 3]
 print("found:", bool(pose.success))
@@ -30,7 +30,7 @@ print(f"the hand is {1000 * np.linalg.norm(hand - ball):.3f} mm from the ball, {
 print(f"the centre of mass is {1000 * pose.margin:.0f} mm inside the support polygon")
 print(f"the torso came down by {1000 * (T_world_torso[2, 3] - pose.torso[2, 3]):.0f} mm")
 
-far = nk.ik.whole_body(nao, {"LArm": [0.6, 0.0, 0.1]}, feet=feet, com="support", restarts=3, reference=stand)
+far = nk.ik.whole_body(nao, {"LArm": [0.6, 0.0, 0.1]}, feet=feet, com="support", restarts=3, near=stand)
 print("farther away,", far.gives_way, "gives way:", far.reason.name)
 
 viewer = nk.Viewer(nao)

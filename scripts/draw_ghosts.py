@@ -28,7 +28,7 @@ def main() -> None:
     folder = parser.parse_args().folder
     nao = nk.load_nao()
     q = nao.configuration({**nao.angles(nao.posture("StandInit")), **RAISED})
-    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=q, limits="ignore")
     with nk.Viewer(nao) as viewer, tempfile.TemporaryDirectory() as temporary:
         viewer.display(q)
         viewer.show_ghosts(found.solutions, opacity=0.4)

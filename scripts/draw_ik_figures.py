@@ -266,7 +266,7 @@ def draw_branches(path: Path) -> None:
         "LAnkleRoll": 0.1,
     }
     q[[romeo.joint_names.index(joint) for joint in bent]] = list(bent.values())
-    found = nk.ik.analytic(romeo, "l_sole", romeo.fk(q, "l_sole"), limits="ignore", reference=q)
+    found = nk.ik.analytic(romeo, "l_sole", romeo.fk(q, "l_sole"), limits="ignore", near=q)
     figure, pictures = plt.subplots(2, 4, figsize=(7.4, 5.4))
     hip = romeo.position(q, "LHipPitch")
     for number, (axes, solution) in enumerate(zip(pictures.flat, found.solutions, strict=True), start=1):

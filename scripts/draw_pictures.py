@@ -1,6 +1,6 @@
 """Draw all pictures in docs/ that show the robot or its page again, after a change of either.
 
-Needs a Chromium and playwright (`pip install nao-kin[dev]`), and some minutes.
+Needs a Chromium and playwright (`pip install nao-kin[dev-full]`), and some minutes.
 
 Example:
     python scripts/draw_pictures.py            # view.jpg, viewer.jpg, and what the other scripts here draw

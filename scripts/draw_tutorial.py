@@ -29,7 +29,7 @@ def main() -> None:
     nao = nk.load_nao("v6")
     looking = nao.posture("StandInit", HeadYaw=0.5, HeadPitch=-0.2)
     with nk.Viewer(nao) as viewer:
-        viewer.display(nk.ik.arm(nao, "L", BALL, reference=looking).q)
+        viewer.display(nk.ik.arm(nao, "L", BALL, near=looking).q)
         viewer.show_targets({"ball": BALL})
         _save(viewer, folder / "tutorial_reach.jpg")
     wave = nk.Motion(

@@ -32,12 +32,11 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
 from nao_kin.robot import load_nao, mesh_path, read_mesh
+from nao_kin.robot.collision_pairs import DEFAULT, NEVER, disabled_collisions, never_touch
 from nao_kin.robot.collisions import LinkShapes, hulls_in
-from nao_kin.robot.contacts import DEFAULT, NEVER, disabled_collisions
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
 from nao_kin.robot.nao.rows import ShapeRow
-from nao_kin.robot.separation import never_touch
 
 _TOP = Path(__file__).resolve().parent.parent
 ROWS, HULLS_FILE = _TOP / "nao_kin" / "robot" / "nao" / "collision_rows.py", _TOP / "urdf" / HULLS

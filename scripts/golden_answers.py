@@ -85,15 +85,15 @@ def inverse() -> Iterator[tuple[str, Arrays | str]]:
         feet, hands, head = (nao.fk(q, frame) @ moved for frame in ("LLeg", "RArm", "Head"))
         points = hands[:, :3, 3]
         found: dict[str, Any] = {
-            "leg": nk.ik.leg(nao, "L", feet, reference=near),
-            "leg ignore": nk.ik.leg(nao, "L", feet, reference=near, limits="ignore"),
-            "arm": nk.ik.arm(nao, "R", hands, reference=near),
-            "arm place": nk.ik.arm(nao, "R", points, reference=near),
-            "arm direction": nk.ik.arm(nao, "R", points, direction=hands[:, :3, 0], reference=near),
-            "head": nk.ik.head(nao, head[:, :3, :3], reference=near),
-            "gaze": nk.ik.look_at(nao, points, reference=near),
-            "legs": nk.ik.legs(nao, feet, nao.fk(q, "RLeg"), reference=near),
-            "numeric": nk.ik.numeric(nao, "LArm", nao.fk(q, "LArm")[:20], reference=near[:20], restarts=3),
+            "leg": nk.ik.leg(nao, "L", feet, near=near),
+            "leg ignore": nk.ik.leg(nao, "L", feet, near=near, limits="ignore"),
+            "arm": nk.ik.arm(nao, "R", hands, near=near),
+            "arm place": nk.ik.arm(nao, "R", points, near=near),
+            "arm direction": nk.ik.arm(nao, "R", points, direction=hands[:, :3, 0], near=near),
+            "head": nk.ik.head(nao, head[:, :3, :3], near=near),
+            "gaze": nk.ik.look_at(nao, points, near=near),
+            "legs": nk.ik.legs(nao, feet, nao.fk(q, "RLeg"), near=near),
+            "numeric": nk.ik.numeric(nao, "LArm", nao.fk(q, "LArm")[:20], near=near[:20], restarts=3),
         }
         if version in ("v4", "v6"):
             targets = {"LArm": nao.fk(q, "LArm", reference="LLeg")[:6]}

@@ -2,7 +2,7 @@
 
 Example:
     python scripts/lowest_requirements.py > constraints.txt
-    pip install --constraint constraints.txt --editable ".[robots,test]"
+    pip install --constraint constraints.txt --editable ".[test-full]"
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ else:
     import tomli as tomllib
 
 PYPROJECT = Path(__file__).resolve().parent.parent / "pyproject.toml"
-EXTRAS = ("robots", "test")
+EXTRAS = ("test-full",)
 
 
 def requirements(project: dict[str, Any], extras: Iterable[str]) -> Iterator[Requirement]:

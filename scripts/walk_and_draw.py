@@ -172,7 +172,7 @@ def balanced(
     times = np.arange(len(plan)) / FPS
     for _ in range(20):
         path = {f"{side}Leg": soles(nao, plan, torso, side) for side in "LR"} | beside
-        found = nk.ik.follow(nao, path, torso=torso, reference=reference, times=times)
+        found = nk.ik.follow(nao, path, torso=torso, near=reference, times=times)
         if np.isnan(found.q).any():
             break
         error = wanted - nao.com(found.q)[:, :2]

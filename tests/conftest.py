@@ -10,11 +10,10 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
-from loops import first_now
+from loops import EACH_VERSION
 from viewer_pages import chromium
 
 import nao_kin as nk
-from nao_kin.robot.nao import VERSIONS
 
 settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=60)
 settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=4)
@@ -22,13 +21,8 @@ settings.load_profile("nao_kin")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run slow modules first, so that at the end no worker waits for another."""
-
-    def is_quick(item: pytest.Item) -> bool:
-        module = item.getparent(pytest.Module)
-        return module is None or not any(mark.name in ("slow", "full") for mark in module.own_markers)
-
-    items.sort(key=is_quick)
+    """Run large modules first, so that at the end no worker waits for another."""
+    items.sort(key=lambda item: -item.path.stat().st_size)
 
 
 def pytest_configure() -> None:
@@ -97,6 +91,6 @@ def nao() -> nk.NaoModel:
     return nk.load_nao("v6")
 
 
-@pytest.fixture(scope="session", params=first_now(reversed(VERSIONS)))
+@pytest.fixture(scope="session", params=EACH_VERSION)
 def each_nao(request: pytest.FixtureRequest) -> nk.NaoModel:
     return nk.load_nao(request.param)

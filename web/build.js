@@ -36,6 +36,12 @@ async function buildPage() {
 }
 
 const [option, outdir, ...entryPoints] = process.argv.slice(2);
-const forNode = { bundle: true, platform: "node", format: "esm", outExtension: { ".js": ".mjs" } };
+const forNode = {
+  bundle: true,
+  platform: "node",
+  format: "esm",
+  outExtension: { ".js": ".mjs" },
+  external: ["esbuild"],
+};
 if (option === "--node") await build({ ...forNode, entryPoints, outdir });
 else await buildPage();

@@ -321,14 +321,15 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
 
 # What to do with joint values outside their limits: refuse them, move them to the nearest limit, or accept them.
 LimitPolicy = Literal["enforce", "clamp", "ignore"]
+_POLICIES: tuple[LimitPolicy, ...] = get_args(LimitPolicy)
 
 
-def limit_policy(limits: object) -> LimitPolicy:
-    """Return a limits policy, or raise `UnknownName`."""
+def limit_policy(limits: object, valid: Iterable[LimitPolicy] = _POLICIES) -> LimitPolicy:
+    """Return a limits policy, or raise `UnknownName` if it is not one of the `valid` ones."""
     if isinstance(limits, str) and limits == LIMITS_RAISE.value:
         LIMITS_RAISE.warn()
         return "enforce"
-    return cast(LimitPolicy, choice(limits, get_args(LimitPolicy), "limits policy"))
+    return cast(LimitPolicy, choice(limits, valid, "limits policy"))
 
 
 def flag(value: object, what: str) -> bool:

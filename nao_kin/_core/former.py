@@ -51,7 +51,7 @@ class FormerName(NamedTuple):
 
     def instead(self, given: Any, value: Any, default: object = None) -> Any:
         """Return what is given under the former name; refuse it if the new name has another value than its default."""
-        if value is not default:
+        if value is not default and (default is None or value != default):
             raise BadArgument(f"{self.old} is the former name of {self.new}; give one of them")
         self.warn()
         return given
@@ -68,14 +68,19 @@ def hides_former(function: _Function) -> _Function:
 # --- The table.
 
 LIMITS_RAISE = FormerName('limits="raise"', 'limits="enforce"', "robots, nk.stream")
+LIMITS_REDISTRIBUTE = FormerName('limits="redistribute"', 'limits="enforce"', "nk.ik.velocity")
 NEAR = FormerName("reference=", "near=", "nk.ik, nk.naoqi.from_order, nk.joints.MultiDofModel")
+RESULT_REFERENCE = FormerName(".reference", ".near", "results of nk.ik")
+ROOT = FormerName("root=", "reference=", "nk.ik.analytic")
+SAMPLED_FPS = FormerName("fps=", "rate=", "nk.ik.FollowedPath.sampled")
 MOST = FormerName("most=", "max_configurations=", "robot.limit_violations")
 COLOUR_BY = FormerName("colour_by=", "by=", "nk.reach.ReachMap.save_ply")
 CLAMPED_MOST = FormerName("clamped.most", "clamped.largest", "nk.stream.StreamResult")
 HIPS_AGREE = FormerName('hips="agree"', "hips=None", "nk.naoqi.from_order")
 
 FORMER_NAMES = (
-    *(LIMITS_RAISE, NEAR, MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE),
+    *(LIMITS_RAISE, LIMITS_REDISTRIBUTE, NEAR, RESULT_REFERENCE, ROOT, SAMPLED_FPS),
+    *(MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE),
     # Options, and the commands that had them; "nao-kin" for all.
     FormerName("--clamp", "--limits clamp", "nao-kin fk, balance, motion convert"),
     FormerName("--ignore-limits", "--limits ignore", "nao-kin fk, ik, balance, collisions, camera"),

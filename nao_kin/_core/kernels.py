@@ -43,7 +43,7 @@ class Functions:
     atan2: Callable[[Number, Number], Number]
     larger: Callable[[Number, Number], Number]
     where: Callable[[Number, Number, Number], Number]
-    some: Callable[[Number], bool]
+    some: Callable[[Number], object]  # true or false
     within: Callable[[Number, float], bool]
 
     def square(self, *components: Number) -> Number:

@@ -76,7 +76,7 @@ def negated_by_bit(k: Lanes, v: Lanes) -> Lanes:
 
 def magnitude_bits(v: Lanes) -> Lanes:
     """Return the bits of |v| as integers, which are ordered like the magnitudes, with infinity and then NaN last."""
-    bits = v.view(np.int64 if v.itemsize == 8 else np.int32)
+    bits: Lanes = v.view(np.int64 if v.itemsize == 8 else np.int32)
     return np.asarray(bits & np.iinfo(bits.dtype).max)
 
 

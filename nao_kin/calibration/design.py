@@ -114,7 +114,7 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
     observed = np.concatenate([one.q for one in calibration._problem.observations])
     first = robot.nq_base
     if joints is None:
-        places = [first + i for i in np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0)]
+        places = [first + i for i in np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0).tolist()]
         if not places:
             raise BadArgument("no joint differed between the observed postures: name joints=…, or give candidates")
     else:

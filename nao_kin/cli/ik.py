@@ -222,12 +222,12 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     def solve(target: Floats, near: Floats | None) -> IKResult:
         if limb == LEGS:
             left, right, priority = target[..., 0, :, :], target[..., 1, :, :], request.priority or "balanced"
-            return room.legs(model, left, right, reference=near, limits=limits, priority=priority)
-        common: Any = {"frame": frame, "reference": near, "limits": limits}
+            return room.legs(model, left, right, near=near, limits=limits, priority=priority)
+        common: Any = {"frame": frame, "near": near, "limits": limits}
         if limb in _FEET and kind == "pose":
             return room.leg(model, limb[0], target, **common)
         if limb == "Head" and kind == "position":
-            return room.look_at(model, target, frame, reference=near, limits=limits)
+            return room.look_at(model, target, frame, near=near, limits=limits)
         if limb == "Head":
             if kind == "pose":
                 print_note(
@@ -239,12 +239,12 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
             return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
         if request.analytic:
             held = joint_values(request.lock, "--lock", model, request.deg)
-            return room.analytic(model, frame, target, locked=held, reference=near, limits=limits)
+            return room.analytic(model, frame, target, locked=held, near=near, limits=limits)
         # For a position or a rotation, the other half of the pose has no weight.
         weights = {"position": (1.0, 0.0), "orientation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
         if kind != "pose":
             target = join_poses(np.eye(3), target) if kind == "position" else join_poses(target, np.zeros(3))
-        return room.numeric(model, frame, target, weights=weights, reference=near, limits=limits)
+        return room.numeric(model, frame, target, weights=weights, near=near, limits=limits)
 
     return solve
 

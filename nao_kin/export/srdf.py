@@ -15,7 +15,7 @@ from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.export.inertia import hosts
 from nao_kin.export.pipeline import UTF_8, Destination, Exported, xml_text
 from nao_kin.export.variants import Variant, joint_values, link_of, name_frames, named_semantics, new_names
-from nao_kin.robot import LinkContacts, LinkPair, RobotModel, disabled_collisions
+from nao_kin.robot import LinkPair, LinkShapes, RobotModel, disabled_collisions
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
 
@@ -230,7 +230,7 @@ def srdf_document(
     tree = own if chosen.names == "naoqi" else name_frames(own, robot.semantics)[0]
     body = _as_written(robot, own)
     plan = Planning(tree, named_semantics(robot.semantics, chosen.names))
-    contacts = LinkContacts(body)
+    contacts = LinkShapes.exact(body)
     reasons = disabled_collisions(body, contacts, samples=count, seed=whole_number(seed, "seed", 0))
     new = new_names(robot.semantics, chosen.names)
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
@@ -289,7 +289,7 @@ def _robot(
     return root
 
 
-def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int) -> str:
+def _found(contacts: LinkShapes, reasons: Mapping[LinkPair, str], samples: int) -> str:
     if not contacts.pairs:
         return "no two links have collision shapes: a planner finds no contacts of the robot with itself"
     counts = ", ".join(f"{count} {reason}" for reason, count in sorted(Counter(reasons.values()).items()))
@@ -300,7 +300,7 @@ def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int
 
 
 def _losses(
-    robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair], new: Mapping[str, str]
+    robot: RobotModel, plan: Planning, contacts: LinkShapes, unchecked: set[LinkPair], new: Mapping[str, str]
 ) -> list[str]:
     """Return one line for each property that a planner does not know, or refuses."""
     lines = []

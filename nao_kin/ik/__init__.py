@@ -1,18 +1,30 @@
-"""Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none."""
+"""Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none.
+
+These options are the same in all solvers of poses:
+
+- `near`: preferred configurations. Solutions are sorted by their distance to it, searches begin there, and joints that
+  the targets do not determine keep its values. If limits are enforced, `near` is projected into them, and `notes` says
+  so.
+- `limits`: "enforce" leaves out solutions with a joint outside its own range or a coupled limit; "ignore" keeps them,
+  with the whole turns that bring each joint within half a turn of `near`. The policy "clamp" is refused: with
+  "enforce", `best` has the nearest values inside the limits that a search finds.
+- `threads`: how many threads may work on a batch; None for all cores if that is worthwhile.
+- `collisions`: whether to leave out solutions in which links overlap, by `RobotModel.clearance`. If links overlap in
+  all of them, the result has the one with the largest clearance, and the reason `COLLISION`.
+"""
 
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
-from nao_kin.ik.collision_free import without_collisions as without_collisions
-from nao_kin.ik.descent import Goal as Goal, descended as descended
+from nao_kin.ik.closed_form import cached_limb as cached_limb
 from nao_kin.ik.follow import FollowedPath, follow
-from nao_kin.ik.geometry import cached_limb as cached_limb
 from nao_kin.ik.head import head, look_at
+from nao_kin.ik.least_squares import Goal as Goal, descended as descended
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import LegsResult, legs
 from nao_kin.ik.limbs import limb_of_frame as limb_of_frame, limbs
 from nao_kin.ik.limit_regions import LimitRegion as LimitRegion
 from nao_kin.ik.numeric import numeric
-from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
+from nao_kin.ik.results import Family, IKResult, Obstacles, Reason, without_collisions as without_collisions
 from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity
 from nao_kin.ik.whole_body import WholeBodyResult, whole_body
 

@@ -11,23 +11,23 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, SupportsIndex
+from typing import Any, Literal, NamedTuple, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, check_tolerance, join_poses
+from nao_kin._core.arrays import Floats, LimitPolicy, check_tolerance, join_poses
+from nao_kin._core.former import NEAR, ROOT, hides_former
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import ANGLE_WEIGHT, Goal, descended
-from nao_kin.ik.geometry import cached_limb, torso_frame
+from nao_kin.ik.closed_form import cached_limb, torso_frame
+from nao_kin.ik.least_squares import ANGLE_WEIGHT, Goal, descended
 from nao_kin.ik.limit_regions import LimitRegion, Violations
 from nao_kin.ik.numeric import pose_errors
-from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
-from nao_kin.ik.targets import Limits, as_options, rigid_poses
+from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
+from nao_kin.ik.targets import as_options, rigid_poses
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import exp, rot_z
@@ -46,34 +46,36 @@ _PRECISE, _REFINED = 1e-13, 1e-3
 _SAME, _SAME_MEMBER, _NEAR = 1e-6, 1e-4, 1e-2
 # A pose beside a target [m, rad], in the target's frame.
 _BESIDE = join_poses(exp(np.array([0.6, -1.1, 0.8]) * 1e-4), np.array([-0.7, 0.5, 0.9]) * 1e-4)
-# Joints with a range of more turns get their whole turns from the reference.
+# Joints with a range of more turns get their whole turns from `near`.
 _TURNS = 3.0
 # Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
 # none is if the determinant of JᵀJ is above `_REGULAR`, which is faster to compute.
 _SINGULAR, _REGULAR = 1e-7, 1e-6
 # Steps along dependent axes [rad], of which in a family a share of at least `_STAYED` stays after a search for a
-# solution with this error; starts and most steps of the search for the member nearest to the reference, with an error
+# solution with this error; starts and most steps of the search for the member nearest to `near`, with an error
 # below `_MEMBER`; most steps of any search.
 _STEPS, _STAYED, _ON_FAMILY, _MEMBER = (-0.1, -0.03, 0.03, 0.1), 0.4, 1e-13, 1e-10
 _SPREAD, _APPROACH, _SEARCH = np.linspace(-math.pi, math.pi, 9), 40, 200
 
 
+@hides_former
 def analytic(
     robot: RobotModel,
     frame: str,
     T: ArrayLike,
     *,
-    root: str | None = None,
+    reference: str | None = None,
     locked: Mapping[str, float] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Return all joint values that bring a frame to a pose, for any robot, by closed forms that EAIK finds.
 
-    The joints on the way from `root` to the frame are solved for; there may be up to six of them, all revolute. EAIK
+    The joints on the way from `reference` to the frame are solved for; there may be up to six, all revolute. EAIK
     derives the closed form from their axes at zero; nothing is generated or compiled. Each answer is verified by
     forward kinematics: one with an error above `tolerance`, such as the least-squares answers of EAIK for a target
     that a chain cannot meet, is not a solution, and `notes` says how many others were left out.
@@ -84,27 +86,26 @@ def analytic(
     Args:
         robot: any robot.
         frame: the frame to place.
-        T: targets T_root_frame, shape (..., 4, 4) [m].
-        root: the frame in which targets are given, and from which the chain begins; None for the torso, the root of the
-            robot's semantics, or else the root link.
+        T: targets T_reference_frame, shape (..., 4, 4) [m].
+        reference: the frame in which targets are given, and from which the chain begins; None for the torso, the root
+            of the robot's semantics, or else the root link.
         locked: joint name → value of joints of the chain that stay there [rad, m]: a chain of seven joints has a closed
             form if the right one is locked; the error without it names these joints.
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and its values of other joints are used. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit, and lists a branch with
-            all whole turns inside the limits (with those nearest to the reference for a joint with a range of more than
-            three turns); "ignore" returns all, with the whole turns nearest to the reference.
+        limits: as in all solvers, see `nao_kin.ik`. With "enforce", a branch is listed with all whole
+            turns inside the limits; for a joint with a range of more than three turns, with those nearest to `near`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
         tolerance: largest error of a solution in position [m] and rotation [rad].
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         All branches inside the limits. At a singularity EAIK misses some of them: searches from its answers for poses
-        beside the target find these, and `notes` says for how many targets, and for how many a search failed. The
-        reference is listed if it is a solution. Where the axes are dependent, infinitely many solutions may form a
-        family (`SINGULAR`): it is listed by the member nearest to the reference that a search finds, with all whole
-        turns inside the limits.
+        beside the target find these, and `notes` says for how many targets, and for how many a search failed. If
+        `near` is a solution, it is listed. Where the axes are dependent, infinitely many solutions may form a family
+        (`SINGULAR`): it is listed by the member nearest to `near` that a search finds, with all whole turns inside the
+        limits.
 
     Raises:
         MissingExtra: EAIK is not installed.
@@ -123,25 +124,29 @@ def analytic(
         >>> bool(result.success), int(result.count)
         (True, 8)
     """
+    if _former:
+        reference = ROOT.argument(_former, reference)
+    if reference is not None and not isinstance(reference, str):
+        near, reference = NEAR.instead(reference, near), None  # type: ignore[unreachable]
     check_robot(robot)
     need_extra("nk.ik.analytic", "analytic")
     check_tolerance(tolerance)
     targets = rigid_poses(T, "T")
     batch = targets.shape[:-2]
-    options = as_options(robot, robot.clamp(robot.neutral()), reference, batch, limits, threads)
-    rows = np.array(np.broadcast_to(options.reference, (*batch, robot.nq)))
-    base = torso_frame(robot) if root is None else root
-    held = {} if locked is None else _held(robot, locked, "raise" if options.enforce else "ignore")
+    options = as_options(robot, robot.clamp(robot.neutral()), near, batch, limits, threads)
+    rows = np.array(np.broadcast_to(options.near, (*batch, robot.nq)))
+    base = torso_frame(robot) if reference is None else reference
+    held = {} if locked is None else _held(robot, locked, "enforce" if options.enforce else "ignore")
     limb = _limb_of(robot, frame, base, held) if held else cached_limb(robot, _limb_of, frame, base)
     rows[..., list(limb.held)] = list(limb.held.values())
     given = robot, limb, options.enforce, float(tolerance), options.threads
-    flat, near = targets.reshape(-1, 4, 4), rows.reshape(-1, robot.nq)
+    flat, starts = targets.reshape(-1, 4, 4), rows.reshape(-1, robot.nq)
     blocks = [slice(k, k + _BLOCK) for k in range(0, max(1, len(flat)), _BLOCK)]
-    solved = [_Problem(*given, flat[k], near[k]).solve() for k in blocks]
+    solved = [_Problem(*given, flat[k], starts[k]).solve() for k in blocks]
     return without_collisions(robot, _joined(limb, solved, rows, options.notes), collisions)
 
 
-def _held(robot: RobotModel, locked: Mapping[str, float], limits: Literal["raise", "ignore"]) -> dict[str, float]:
+def _held(robot: RobotModel, locked: Mapping[str, float], limits: Literal["enforce", "ignore"]) -> dict[str, float]:
     """Return the values of the coordinates of locked joints, by name."""
     q = robot.configuration(locked, limits=limits)
     names = [robot.mimics[name].joint if name in robot.mimics else name for name in locked]
@@ -337,7 +342,7 @@ _COUNTED = (
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """A block of n targets in the base, shape (n, 4, 4), with references (n, nq)."""
+    """A block of n targets in the base, shape (n, 4, 4), with preferred configurations (n, nq)."""
 
     robot: RobotModel
     limb: _Limb
@@ -345,12 +350,12 @@ class _Problem:
     tolerance: float
     threads: int | None
     targets: Floats
-    reference: Floats
+    preferred: Floats
 
     @property
     def near(self) -> Floats:
-        """The coordinates of the chain in the reference, shape (n, c)."""
-        return self.reference[:, self.limb.columns]
+        """The preferred coordinates of the chain, shape (n, c)."""
+        return self.preferred[:, self.limb.columns]
 
     def solve(self) -> _Solved:
         """Solve all targets."""
@@ -410,7 +415,7 @@ class _Problem:
         return reasons, joint, needed, limit
 
     def _away(self, answers: _Answers) -> Floats:
-        """Return the distances of answers to the reference, shape (N,)."""
+        """Return the distances of answers to `near`, shape (N,)."""
         return np.asarray(np.linalg.norm(answers.u - self.near[answers.owner], axis=-1))
 
     def _is_exact(self, answers: _Answers) -> NDArray[np.bool_]:
@@ -431,12 +436,12 @@ class _Problem:
         """Return EAIK's answers as indices of targets, coordinates, and whether they are least-squares answers."""
         limb, poses = self.limb, list(_for_eaik(targets, self.limb.turn))
         if len(poses) < _FEW:
-            found = [limb.solver.IK(pose) for pose in poses]
+            answers = [limb.solver.IK(pose) for pose in poses]
         else:
-            found = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
-        owner = np.repeat(np.arange(len(found)), [len(answer.Q) for answer in found])
-        values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in found if len(answer.Q))])
-        flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in found if len(answer.Q))])
+            answers = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
+        owner = np.repeat(np.arange(len(answers)), [len(answer.Q) for answer in answers])
+        values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in answers if len(answer.Q))])
+        flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in answers if len(answer.Q))])
         finite = np.isfinite(values).all(axis=-1)
         return owner[finite], (values[finite] - limb.chain.offset) / limb.chain.ratio, flags[finite]
 
@@ -458,13 +463,13 @@ class _Problem:
 
     def _values(self, answers: _Answers) -> Floats:
         """Return the values of all joints, shape (N, joints)."""
-        q: Floats = self.reference[answers.owner]
+        q: Floats = self.preferred[answers.owner]
         q[:, self.limb.columns] = answers.u
         return q[:, self.robot.nq_base :]
 
     def _verified(self, owner: Rows, u: Floats) -> _Answers:
         """Return answers with their errors by forward kinematics."""
-        q: Floats = self.reference[owner]
+        q: Floats = self.preferred[owner]
         q[:, self.limb.columns] = self._apart(u, np.zeros(1)) / self.limb.chain.ratio  # without whole turns
         poses = self.robot.fk(q, self.limb.frame, reference=self.limb.base)
         errors = np.linalg.norm(pose_errors(poses, self.targets[owner]).reshape(-1, 2, 3), axis=-1)
@@ -477,23 +482,23 @@ class _Problem:
         values = region.project(self._values(starts))
         weights = np.array([1.0, 1.0, 1.0, *[ANGLE_WEIGHT] * 3])
         goal, targets = Goal(weights, tolerance, _SEARCH), self.targets[starts.owner].reshape(-1, 16)
-        still, inside = region.still_values(values), values[:, region.moving]
-        found = descended(self.limb.chain, region, goal, targets, still, inside, self.threads)
-        return self._verified(starts.owner, found.q)._replace(families=starts.families)
+        fixed, inside = region.fixed_values(values), values[:, region.moving]
+        minimum = descended(self.limb.chain, region, goal, targets, fixed, inside, self.threads)
+        return self._verified(starts.owner, minimum.q)._replace(families=starts.families)
 
     def _apart(self, u: Floats, other: Floats) -> Floats:
         """Return differences of coordinates as angles of the joints without whole turns, shape (N, c) [rad]."""
         turns = (u - other) * self.limb.chain.ratio / (2.0 * math.pi)
         return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
 
-    def _distinct(self, answers: _Answers, apart: float = _SAME) -> _Answers:
+    def _distinct(self, answers: _Answers, tolerance: float = _SAME) -> _Answers:
         """Return answers without those that are another one up to whole turns."""
         place = _places(answers.owner)
         keep = np.ones(len(place), dtype=np.bool_)
         for back in range(1, int(place.max(initial=0)) + 1):
             later = np.flatnonzero(place >= back)
             away = np.abs(self._apart(answers.u[later], answers.u[later - back])).max(axis=-1)
-            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, apart)
+            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, tolerance)
             keep[later[(away < same) & keep[later - back]]] = False
         return answers.where(keep)
 
@@ -503,14 +508,14 @@ class _Problem:
         for k, joint in enumerate(region.moving):
             turn, u = 2.0 * math.pi / abs(self.limb.chain.ratio[k]), answers.u[:, k]
             low, high = region.lower[joint], region.upper[joint]
-            least, most = np.ceil((low - LIMIT_TOLERANCE - u) / turn), np.floor((high + LIMIT_TOLERANCE - u) / turn)
+            lowest, highest = np.ceil((low - LIMIT_TOLERANCE - u) / turn), np.floor((high + LIMIT_TOLERANCE - u) / turn)
             if self.enforce and high - low < _TURNS * turn:
-                first = np.where(least <= most, least, np.round((0.5 * (low + high) - u) / turn))
-                count = np.maximum(most - least + 1.0, 1.0).astype(np.intp)
+                first = np.where(lowest <= highest, lowest, np.round((0.5 * (low + high) - u) / turn))
+                count = np.maximum(highest - lowest + 1.0, 1.0).astype(np.intp)
             else:
                 first, count = np.round((near[answers.owner, k] - u) / turn), np.ones(len(u), dtype=np.intp)
                 if self.enforce:
-                    first = np.clip(first, least, most)
+                    first = np.clip(first, lowest, highest)
             rows = np.repeat(np.arange(len(u)), count)
             answers, index = answers.where(rows), index[rows]
             answers.u[:, k] += turn * (first[rows] + _places(rows))
@@ -535,7 +540,7 @@ class _Problem:
         return projectors
 
     def _with_members(self, answers: _Answers) -> _Answers:
-        """Return answers with those of a family replaced by its member nearest to the reference."""
+        """Return answers with those of a family replaced by its member nearest to `near`."""
         projectors = self._null_projectors(answers)
         rows, columns = np.nonzero(np.einsum("nii->ni", projectors) > 1e-3)
         ways = projectors[rows, columns]
@@ -551,9 +556,9 @@ class _Problem:
             return answers
         members, firsts = np.unique(rows[leads], return_index=True)
         answers.families[members] = Family.SINGULAR
-        family, found = self._nearest_members(answers.where(members), ways[leads][firsts])
+        family, nearest = self._nearest_members(answers.where(members), ways[leads][firsts])
         alone = np.delete(np.arange(len(answers.owner)), np.asarray(members)[family])
-        return self._distinct(_together(answers.where(alone), found))
+        return self._distinct(_together(answers.where(alone), nearest))
 
     def _nearest_members(self, members: _Answers, ways: Floats) -> tuple[Rows, _Answers]:
         """Return the nearest allowed members of families, given one member and direction each; and their families."""
@@ -561,39 +566,39 @@ class _Problem:
         family = np.repeat(np.arange(len(ways)), len(_SPREAD))
         starts = members.where(family)
         starts.u[...] += np.resize(_SPREAD, len(family))[:, None] * ways[family]
-        # A family is searched for once, with the whole turns nearest to the reference.
+        # A family is searched for once, with the whole turns nearest to `near`.
         turned, index = self._turned(starts)
-        here = self._descended(region, turned.where(_least(self._away(turned), index)), _PRECISE)
-        on = (here.errors.max(axis=-1) < _MEMBER) & self._null_projectors(here).any(axis=(-1, -2))
-        here, family = here.where(on), family[on]
-        near, share = self.near[here.owner], np.ones(len(family))
+        nearest = self._descended(region, turned.where(_least(self._away(turned), index)), _PRECISE)
+        on = (nearest.errors.max(axis=-1) < _MEMBER) & self._null_projectors(nearest).any(axis=(-1, -2))
+        nearest, family = nearest.where(on), family[on]
+        near, share = self.near[nearest.owner], np.ones(len(family))
         for _ in range(_APPROACH):
             if not (share > 1e-3).any():
                 break
-            steps = np.einsum("nij,nj->ni", self._null_projectors(here), near - here.u)
+            steps = np.einsum("nij,nj->ni", self._null_projectors(nearest), near - nearest.u)
             steps *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300))
-            there = self._descended(region, here._replace(u=here.u + share[:, None] * steps), _PRECISE)
-            nearer = (there.errors.max(axis=-1) < _MEMBER) & (self._away(there) < self._away(here) - 1e-9)
+            ahead = self._descended(region, nearest._replace(u=nearest.u + share[:, None] * steps), _PRECISE)
+            nearer = (ahead.errors.max(axis=-1) < _MEMBER) & (self._away(ahead) < self._away(nearest) - 1e-9)
             share = np.where(nearer, 1.0, 0.25 * share)
-            here.replace(nearer, there.where(nearer))
-        nearest = _least(self._away(here), family)
-        return family[nearest], here.where(nearest)
+            nearest.replace(nearer, ahead.where(nearer))
+        best = _least(self._away(nearest), family)
+        return family[best], nearest.where(best)
 
 
-def _joined(limb: _Limb, blocks: list[_Solved], reference: Floats, notes: tuple[str, ...]) -> IKResult:
+def _joined(limb: _Limb, blocks: list[_Solved], near: Floats, notes: tuple[str, ...]) -> IKResult:
     """Return the results of all blocks of a batch."""
     solutions, arrays, counts = zip(*blocks, strict=True)
     parts = [np.concatenate(each) for each in zip(*arrays, strict=True)]
     first = np.cumsum([0, *(len(each[0]) for each in arrays)])
     owner = np.concatenate([each.owner + start for each, start in zip(solutions, first, strict=False)])
     n, place = len(parts[0]), _places(owner)
-    count = np.bincount(owner, minlength=n)
-    k = int(count.max(initial=0))
+    numbers = np.bincount(owner, minlength=n)
+    k = int(numbers.max(initial=0))
     values, kinds = np.full((n, k, len(limb.names)), np.nan), np.zeros((n, k), dtype=np.int8)
     values[owner, place] = np.concatenate([each.u for each in solutions])
     kinds[owner, place] = np.concatenate([each.families for each in solutions])
     notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, np.sum(counts, axis=0), strict=True) if total)
-    shaped = (part.reshape(reference.shape[:-1] + part.shape[1:]) for part in (values, kinds, count, *parts))
+    shaped = (part.reshape(near.shape[:-1] + part.shape[1:]) for part in (values, kinds, numbers, *parts))
     branches, families, count, best, residual, reasons, joint, needed, limit = shaped
     why = Obstacles(joint, needed, limit)
-    return IKResult(limb.names, limb.columns, reference, best, branches, families, count, reasons, residual, why, notes)
+    return IKResult(limb.names, limb.columns, near, best, branches, families, count, reasons, residual, why, notes)

@@ -5,12 +5,23 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import partial
-from typing import Literal, SupportsIndex
+from typing import Literal, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import LARGEST, Floats, as_floats, as_numbers, as_vectors, check_tolerance, choice, unit
+from nao_kin._core.arrays import (
+    LARGEST,
+    Floats,
+    LimitPolicy,
+    as_floats,
+    as_numbers,
+    as_vectors,
+    check_tolerance,
+    choice,
+    unit,
+)
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.arm_equations import (
@@ -23,18 +34,7 @@ from nao_kin.ik.arm_equations import (
     solve_direction,
     upper_arm,
 )
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import ANGLE_WEIGHT, nearest_values, solve_or_nearest, unlimited_branches
-from nao_kin.ik.geometry import (
-    ClosedForm,
-    Limb,
-    cached_limb,
-    chain_at_zero,
-    check_side,
-    limb_of,
-    limb_types,
-)
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     LIMIT_ROUNDING,
     NOT_ENOUGH_JOINTS,
     REASON,
@@ -49,8 +49,20 @@ from nao_kin.ik.ranges import (
     start_report,
     wrapped,
 )
-from nao_kin.ik.results import Family, IKResult
-from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
+from nao_kin.ik.closed_form import (
+    ClosedForm,
+    Limb,
+    cached_limb,
+    chain_at_zero,
+    check_side,
+    limb_of,
+    limb_types,
+    solve_or_nearest,
+    unlimited_branches,
+)
+from nao_kin.ik.least_squares import ANGLE_WEIGHT, nearest_values
+from nao_kin.ik.results import Family, IKResult, without_collisions
+from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
 
@@ -61,6 +73,7 @@ _CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABIL
 _JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
+@hides_former
 def arm(
     robot: RobotModel,
     side: str,
@@ -70,10 +83,11 @@ def arm(
     criterion: Criterion = "nearest",
     angle_weight: float = ANGLE_WEIGHT,
     frame: str | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute joint values of an arm for a pose of its hand, for position and direction, or for a position.
 
@@ -92,18 +106,18 @@ def arm(
         target: poses of the frame in the torso, shape (..., 4, 4), or positions of its origin, shape (..., 3) [m].
         direction: with positions: the direction of the forearm's x-axis in the torso, of any length but zero; shape
             (..., 3), broadcasts with the positions.
-        criterion: with positions alone: "nearest" to the reference, "limits" for the largest distance to the nearest
+        criterion: with positions alone: "nearest" to `near`, "limits" for the largest distance to the nearest
             limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The solution is
             searched for on a grid, and refined to 1e-9 rad.
         angle_weight: the weight of one radian [m]: with 0.1, 0.1 rad has the weight of 10 mm.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" returns all, each joint with the
-            whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`; with criterion "limits", ignored limits leave
+            joints within ±π.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         Solutions meet the target to within 1e-10 m and rad. Five joints cannot meet a pose that is rounded, for
@@ -124,6 +138,8 @@ def arm(
         >>> bool(np.abs(nao.fk(result.q, "LArm") - nao.fk(q, "LArm")).max() < 1e-9)
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_side(side)
     limb = arm_limb(robot, side, frame)
     wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
@@ -141,7 +157,7 @@ def arm(
             raise BadArgument("a direction requires positions (..., 3): a pose (..., 4, 4) includes a direction")
         T = as_poses(numbers, "target")
         rows = T.reshape(*T.shape[:-2], 16)
-        options = as_options(robot, limb.rest, reference, T.shape[:-2], limits, threads)
+        options = as_options(robot, limb.rest, near, T.shape[:-2], limits, threads)
         nearest = partial(_nearest, robot, _POSE, limb)
         result = solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
         return without_collisions(robot, result, collisions)
@@ -156,7 +172,7 @@ def arm(
         batch = broadcast("direction", places.shape[:-1], towards.shape[:-1], wanted_shape, towards.shape)
         form, rows = _DIRECTION, np.empty((*batch, 6))
         rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
-    options = as_options(robot, limb.rest, reference, rows.shape[:-1], limits, threads)
+    options = as_options(robot, limb.rest, near, rows.shape[:-1], limits, threads)
     result = solve_or_nearest(form, limb, rows, options, partial(_nearest, robot, form, limb))
     return without_collisions(robot, result, collisions)
 

@@ -15,7 +15,7 @@ import math
 from typing import NamedTuple
 
 from nao_kin._kernels.cache import Row, both_ways
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     NEEDED,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
@@ -33,13 +33,13 @@ from nao_kin.ik.ranges import (
     finish_report,
     is_inside,
     is_outside,
+    least,
     link_rotation,
     locked_pair,
     start_report,
     wrapped,
 )
 from nao_kin.ik.results import Family
-from nao_kin.ik.searches import least
 
 JOINTS = 5
 MAX_BRANCHES = 8
@@ -107,7 +107,7 @@ def out_of_reach(arm: Arm, x: float, y: float, z: float, report: Row) -> bool:
 
 @both_ways
 def solve_arm(arm: Arm, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find all branches of an arm for the pose of its frame, as `ranges` describes."""
+    """Find all branches of an arm for the pose of its frame, as `branches` describes."""
     start_report(work.report)
     is_rigid, hand = hand_of(arm, target)
     if not is_rigid:

@@ -10,30 +10,32 @@ Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Noced
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import Floats2, Floats3, Floats4, Ints1, both_ways, numba_type
-from nao_kin.ik.body import Body, add_chain, place_all
+from nao_kin._kernels.cache import CachedKernel, Floats2, Floats3, Floats4, Ints1, both_ways, numba_type
 from nao_kin.ik.body_errors import (
     BOTH,
     DEFAULT_POSTURE,
     DEFAULT_WEIGHTS,
     POSE,
+    Body,
     Plan,
     SecondLeg,
     State,
+    add_chain,
     errors_at,
     new_state,
+    place_all,
     stand_on_both,
     torso_over_foot,
 )
-from nao_kin.ik.compiling import cached_kernel
-from nao_kin.ik.geometry import limb_types
+from nao_kin.ik.closed_form import limb_types
 from nao_kin.ik.leg import JOINTS, Leg
-from nao_kin.ik.limit_regions import Region, clipped, limit_rows, most_rows, outside
+from nao_kin.ik.limit_regions import Region, clipped, limit_rows, max_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 
 # --- The step from a configuration.
@@ -235,7 +237,7 @@ def descend(body: Body, second_leg: SecondLeg, problem: Problem, current: State,
     limits, max_steps = body.limits, problem.plan.steps
     if problem.pull > 0.0:
         limits, max_steps = _with_bent_knees(body), _MAX_WITH_POSTURE
-    size = 7 + len(problem.planes) + most_rows(limits)
+    size = 7 + len(problem.planes) + max_rows(limits)
     A, slack, b = np.zeros((size, n + 1)), np.zeros(size), np.zeros(size)
     normal, gradient, step = np.empty((n, n)), np.empty(n), np.empty(n + 1)
     evaluate(body, problem, limits, current)
@@ -444,12 +446,23 @@ def _types() -> tuple[Any, ...]:
     return numba_type(Body), second, *map(numba_type, (Plan, Problems, Solutions))
 
 
-@cached_kernel("bodies", 60.0, _types)
-def whole_bodies(body: Body, second_leg: SecondLeg, plan: Plan, problems: Problems, found: Solutions) -> None:
+@partial(
+    CachedKernel,
+    what="a kernel of inverse kinematics, bodies",
+    name="ik kernel, bodies",
+    signature=_types,
+    seconds=60.0,
+)
+def whole_bodies(body: Body, second_leg: SecondLeg, plan: Plan, problems: Problems, solutions: Solutions) -> None:
     """Run `solve_body` for many poses."""
-    for i in range(len(found.x)):
-        best = new_state(body, found.x.shape[1], len(plan.kind))
+    for i in range(len(solutions.x)):
+        best = new_state(body, solutions.x.shape[1], len(plan.kind))
         planes = problems.planes[i, : problems.edges[i]]
         problem = Problem(plan, problems.feet[i], problems.targets[i], planes, problems.posture[i], plan.posture)
-        solve_body(body, second_leg, problem, problems.starts[i], best, found.report[i])
-        found.x[i], found.T_world_torso[i], found.residuals[i], found.com[i] = best.x, best.T, best.residuals, best.com
+        solve_body(body, second_leg, problem, problems.starts[i], best, solutions.report[i])
+        solutions.x[i], solutions.T_world_torso[i], solutions.residuals[i], solutions.com[i] = (
+            best.x,
+            best.T,
+            best.residuals,
+            best.com,
+        )

@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.ik.body import SIDES, Body
-from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SecondLeg
-from nao_kin.ik.geometry import Limb, torso_frame, torso_in_trunk
+from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SIDES, Body, SecondLeg
+from nao_kin.ik.closed_form import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import rigid_poses

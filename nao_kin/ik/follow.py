@@ -6,19 +6,20 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, SupportsIndex, get_args
+from typing import Any, NoReturn, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, choice, flag
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag
+from nao_kin._core.former import NEAR, SAMPLED_FPS, hides_former
 from nao_kin.errors import BadArgument
+from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
 from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
-from nao_kin.ik.geometry import base_coordinates
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes, Reason
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
 
@@ -67,15 +68,15 @@ def scaled(
     short = needed > given * (1.0 + 1e-12) + (0.0 if times is None else 4.0 * np.spacing(np.abs(times).max()))
     taken = np.where(short, needed, given)
     if times is not None and not short.any():
-        found = np.array(times)
+        new_times = np.array(times)
     else:
-        found = np.concatenate([[0.0], np.cumsum(taken)]) + (0.0 if times is None else times[0])
+        new_times = np.concatenate([[0.0], np.cumsum(taken)]) + (0.0 if times is None else times[0])
     shares = np.divide(least, taken[:, None], out=np.zeros_like(least), where=taken[:, None] > 0.0)
     stretched = tuple(
         Stretch(i, robot.joint_names[int(np.argmax(least[i]))], float(given[i]), float(needed[i]))
         for i in ([] if times is None else np.flatnonzero(short).tolist())
     )
-    return found, shares, stretched
+    return new_times, shares, stretched
 
 
 def between_samples(values: Floats) -> Floats:
@@ -173,14 +174,15 @@ class FollowedPath:
                 lines[-1] += f" and {len(rows) - _LISTED} more"
         return "; ".join([*lines, *self.notes])
 
-    def sampled(self, fps: float = 30.0) -> Floats:
+    @hides_former
+    def sampled(self, rate: float = 30.0, **_former: NoReturn) -> Floats:
         """Return configurations at equal time steps, as for `Viewer.animate`, shape (m, nq).
 
         Joints and the position of the base are interpolated linearly, the orientation of the base by slerp, also across
         samples at which a limb has no values. The last step, to the last sample, may be shorter.
 
         Args:
-            fps: configurations per second.
+            rate: configurations per second.
 
         Raises:
             BadArgument: a limb has no values at any sample.
@@ -189,10 +191,12 @@ class FollowedPath:
             >>> nao = nk.load_nao()
             >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
             >>> result = nk.ik.follow(nao, {"LArm": path})
-            >>> result.sampled(fps=100).shape[1]
+            >>> result.sampled(rate=100).shape[1]
             25
         """
-        rate = positive(fps, "fps")
+        if _former:
+            rate = SAMPLED_FPS.argument(_former, rate, 30.0)
+        rate = positive(rate, "rate")
         q = between_samples(self.q)
         if np.isnan(q).any():
             empty = next(limb.name for limb in self.limbs if np.isnan(q[0, list(limb.columns)]).any())
@@ -227,6 +231,7 @@ def positive(value: float, what: str) -> float:
 # --- `follow`.
 
 
+@hides_former
 def follow(
     robot: RobotModel,
     path: Mapping[str, ArrayLike],
@@ -235,13 +240,14 @@ def follow(
     torso: ArrayLike | None = None,
     directions: Mapping[str, ArrayLike] | None = None,
     frames: Mapping[str, str] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     speed: float = 1.0,
     priority: Priority = "balanced",
     free: Free | None = None,
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> FollowedPath:
     """Return a joint trajectory along a path of targets for any of feet, hands and head.
 
@@ -261,21 +267,21 @@ def follow(
             None for targets in the torso.
         directions: arm → direction of its forearm, shape (n, 3), with positions of that arm.
         frames: effector → the frame on it that its targets refer to, if not its own.
-        reference: configurations of the joints that are not in the path, shape (n, nq) or (nq,). The motion from the
+        near: configurations of the joints that are not in the path, shape (n, nq) or (nq,). The motion from the
             first one to the start of the path counts. Configurations outside the limits are projected onto them, and
             `notes` says so. None for all joints at zero, or at the limit nearest to it; the motion from there does not
             count.
-        limits: "enforce" excludes branches with a joint outside its own or a coupled limit; "ignore" keeps all.
         speed: the share of the speed limits that may be used, above 0.
         priority: the foot that keeps its yaw if both feet need different values of the shared hip motor: "left",
             "right", or "balanced" for half of the error each.
         free: with `torso` and both feet, the direction in which the torso moves, at each sample as little as necessary,
             so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved torso, from which all
             other targets are met.
-        threads: number of threads; None for all cores if that is worthwhile.
-        collisions: leave out branches in which links overlap at a sample, by `RobotModel.clearance`, with the other
-            limbs where they are without this check. If links overlap in all branches, the sample is not reached: the
-            branch with the largest clearance is used, and the message names the links.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers, for the branches at each sample, with the other limbs where they are
+            without this check. If links overlap in all branches, the sample is not reached: the branch with the largest
+            clearance is used, and the message names the links.
 
     Raises:
         UnknownName: an effector or frame that does not exist.
@@ -290,35 +296,37 @@ def follow(
         >>> np.allclose(nao.position(result.q, "LArm"), path)
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
     share = positive(speed, "speed")
     choice(priority, get_args(Priority), "priority")
-    given = checked_path(robot, path, directions, torso, times, reference)
+    given = checked_path(robot, path, directions, torso, times, near)
     references, notes = _references(robot, given, enforce)
     options = {"limits": limits, "threads": workers}
     if free is not None:
         given = _with_free_torso(robot, given, frames, references, options, free)
     limbs = limb_paths(robot, given, frames, options, priority)
     q, weights = np.array(references), _weights(robot)
-    start = None if reference is None else references[0]
+    start = None if near is None else references[0]
     choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
     if flag(collisions, "collisions") and not np.all(robot.clearance(_complete(q, references)).is_free):
         limbs = tuple(dataclasses.replace(limb, options={**limb.options, "collisions": True}) for limb in limbs)
         choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
-        apart = np.asarray(robot.clearance(_complete(q, references)).is_free)
-        choices = [found._replace(limb=_without_resolved(found.limb, apart)) for found in choices]
+        is_free = np.asarray(robot.clearance(_complete(q, references)).is_free)
+        choices = [chosen._replace(limb=_without_resolved(chosen.limb, is_free)) for chosen in choices]
     others = _complete(q, references)
     jumps = [
-        jump for limb, found in zip(limbs, choices, strict=True) for jump in jumps_of(limb, found, others, weights)
+        jump for limb, chosen in zip(limbs, choices, strict=True) for jump in jumps_of(limb, chosen, others, weights)
     ]
     if given.torso is not None and robot.base == "floating":
         q[:, :7] = _bases(robot, given.torso)
     joints = np.nan_to_num(between_samples(q[:, robot.nq_base :]))
-    found, shares, stretched = scaled(robot, joints, given.times, share)
+    new_times, shares, stretched = scaled(robot, joints, given.times, share)
     return FollowedPath(
         joint_names=robot.joint_names,
-        times=found,
+        times=new_times,
         q=q,
         torso=given.torso,
         limbs=tuple(chosen.limb for chosen in choices),
@@ -332,9 +340,9 @@ def follow(
 
 def _chosen(limb: LimbPath, q: Floats, references: Floats, weights: Floats, start: Floats | None) -> Choice:
     """Return the branches of a limb, with the other limbs as in q, and write their values into q."""
-    found = choose(limb, _complete(q, references), weights, start=start)
-    q[:, list(found.limb.columns)] = found.values
-    return found
+    chosen = choose(limb, _complete(q, references), weights, start=start)
+    q[:, list(chosen.limb.columns)] = chosen.values
+    return chosen
 
 
 def _complete(q: Floats, references: Floats) -> Floats:
@@ -352,12 +360,12 @@ def _without_resolved(limb: FollowedLimb, free: NDArray[np.bool_]) -> FollowedLi
 
 def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
     """Return configurations for all samples, inside the limits if these are enforced, and notes."""
-    if path.reference is None:
+    if path.near is None:
         return np.tile(robot.clamp(robot.neutral()), (path.n, 1)), ()
-    same = bool((path.reference == path.reference[0]).all())
-    given = path.reference[0] if same else path.reference
-    found, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
-    return np.array(np.broadcast_to(found, path.reference.shape)), notes
+    same = bool((path.near == path.near[0]).all())
+    given = path.near[0] if same else path.near
+    inside, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
+    return np.array(np.broadcast_to(inside, path.near.shape)), notes
 
 
 def _with_free_torso(
@@ -374,7 +382,7 @@ def _with_free_torso(
     feet = path.targets["LLeg"], path.targets["RLeg"]
     named = (frames or {}).get("LLeg", "LLeg"), (frames or {}).get("RLeg", "RLeg")
     options = {**options, "base": "floating", "torso": path.torso, "free": free}
-    torso = np.asarray(legs(robot, *feet, frames=named, reference=references, **options).torso)
+    torso = np.asarray(legs(robot, *feet, frames=named, near=references, **options).torso)
     is_found = np.isfinite(torso).all(axis=(1, 2), keepdims=True)
     return dataclasses.replace(path, torso=np.where(is_found, torso, path.torso))
 
@@ -388,6 +396,6 @@ def _weights(robot: RobotModel) -> Floats:
 
 def _bases(robot: RobotModel, torso: Floats) -> Floats:
     """Return base coordinates (n, 7) for poses of the torso, with quaternions that do not change their sign."""
-    found = base_coordinates(robot, torso)
-    found[:, 3:] = quat_unwrap(found[:, 3:])
-    return found
+    base = base_coordinates(robot, torso)
+    base[:, 3:] = quat_unwrap(base[:, 3:])
+    return base

@@ -142,16 +142,16 @@ def _followed(
     k = len(before.values)
     references = np.tile(reference[i], (k, 1))
     references[:, list(first.columns)] = before.values
-    found = limb.at(*[i] * k).solve(references)
+    result = limb.at(*[i] * k).solve(references)
     # Branches outside families do not depend on the reference: those of the first row are those of all rows.
-    single = np.flatnonzero(found.families[0, : found.count[0]] == Family.NONE)
-    values = [found.branches[0, single]]
+    single = np.flatnonzero(result.families[0, : result.count[0]] == Family.NONE)
+    values = [result.branches[0, single]]
     cost, back = _reached(before, values[0], weights)
     costs, backs, rows = [cost], [back], [np.zeros(len(single), dtype=np.int64)]
     for p in range(k):
-        members = found.branches[p, : found.count[p]][found.families[p, : found.count[p]] != Family.NONE]
-        if not found.count.any():  # without any solution, the nearest poses
-            members = found.best[p : p + 1]
+        members = result.branches[p, : result.count[p]][result.families[p, : result.count[p]] != Family.NONE]
+        if not result.count.any():  # without any solution, the nearest poses
+            members = result.best[p : p + 1]
         if not len(members) or np.isnan(members).any():
             continue
         values.append(members)
@@ -163,7 +163,7 @@ def _followed(
         return None
     kept = _cheapest(joined, cost)
     back, row = np.concatenate(backs)[kept], np.concatenate(rows)[kept]
-    return _Layer(i, joined[kept], cost[kept], back, [found] * len(kept), row)
+    return _Layer(i, joined[kept], cost[kept], back, [result] * len(kept), row)
 
 
 def _cheapest(values: Floats, cost: Floats) -> Integers:

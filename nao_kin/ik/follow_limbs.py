@@ -13,7 +13,7 @@ from nao_kin._core.arrays import Floats, all_finite, as_numbers, as_vectors, joi
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.arm import arm
-from nao_kin.ik.geometry import torso_frame
+from nao_kin.ik.closed_form import torso_frame
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
@@ -44,10 +44,10 @@ class LimbPath:
         """Whether every target is a hand's position: its family of solutions makes it depend on the previous sample."""
         return self.name in _ARMS and len(self.targets) == 1 and self.targets[0].ndim == 2
 
-    def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """Return all solutions with references (n, nq) and changed options; for a hand's positions the nearest ones."""
+    def solve(self, near: Floats, **changed: Any) -> IKResult:
+        """Return all solutions, sorted by distance to `near` (n, nq); for a hand's positions the nearest ones."""
         robot, frame, target = self.robot, self.frames[0], self.targets[0]
-        options = {"reference": reference} | self.options | changed
+        options = {"near": near} | self.options | changed
         if self.name == "legs":
             return legs(robot, target, self.targets[1], frames=(frame, self.frames[1]), **options)
         if self.name in _LEGS:
@@ -132,7 +132,7 @@ class Path:
     directions: dict[str, Floats]  # arm → directions of its forearm
     torso: Floats | None  # T_world_torso, shape (n, 4, 4), for targets in the world; None for targets in the torso
     times: Floats | None  # shape (n,) [s]
-    reference: Floats | None  # shape (n, nq)
+    near: Floats | None  # shape (n, nq)
 
     def in_torso(self, array: Floats, *, free: bool = False) -> Floats:
         """Return poses, rotations, positions, or with `free` directions, in the torso's frame."""
@@ -153,7 +153,7 @@ def checked_path(
     directions: Mapping[str, ArrayLike] | None,
     torso: ArrayLike | None,
     times: ArrayLike | None,
-    reference: ArrayLike | None,
+    near: ArrayLike | None,
 ) -> Path:
     """Return the arguments of `follow` as checked arrays, with constants repeated for all samples."""
     names = (*_LEGS, *_ARMS, "Head", *robot.semantics.cameras)
@@ -181,15 +181,15 @@ def checked_path(
         given[what] = unit(array, what)[0], count
     if torso is not None:
         given["torso"] = _samples(torso, _POSE, "torso")
-    if reference is not None:
-        given["reference"] = _samples(reference, (robot.nq,), "reference")
+    if near is not None:
+        given["near"] = _samples(near, (robot.nq,), "near")
     if times is not None:
         given["times"] = _times(times)
     n = _common_length({what: count for what, (_, count) in given.items()})
     full = {what: np.array(np.broadcast_to(array, (n, *array.shape[1:]))) for what, (array, _) in given.items()}
     by_effector = {name: full[f"path[{quoted(name)}]"] for name in path}
     by_arm = {name: full[f"directions[{quoted(name)}]"] for name in directions or {}}
-    return Path(n, by_effector, by_arm, *(full.get(what) for what in ("torso", "times", "reference")))
+    return Path(n, by_effector, by_arm, *(full.get(what) for what in ("torso", "times", "near")))
 
 
 def limb_paths(

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import NamedTuple, SupportsIndex
+from typing import NamedTuple, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import as_floats, as_vectors
+from nao_kin._core.arrays import LimitPolicy, as_floats, as_vectors
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
     NEEDED,
@@ -34,27 +33,30 @@ from nao_kin.ik.ranges import (
     check_limits,
     coupled_range,
     finish_report,
+    least,
     link_rotation,
     start_report,
     table_range,
 )
-from nao_kin.ik.results import Family, IKResult
-from nao_kin.ik.searches import least
-from nao_kin.ik.targets import Limits, as_options, refuse_not_rotation
+from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
+from nao_kin.ik.results import Family, IKResult, without_collisions
+from nao_kin.ik.targets import as_options, refuse_not_rotation
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, body_frame_of, check_robot
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
 
+@hides_former
 def head(
     robot: RobotModel,
     R_torso_head: ArrayLike,
     *,
     frame: str = "Head",
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values that give the head an orientation, or the nearest one.
 
@@ -65,11 +67,11 @@ def head(
         robot: a NAO of any version, or another robot with a neck of its geometry.
         R_torso_head: orientations of the frame in the torso, shape (..., 3, 3).
         frame: a frame on the head, a camera for instance.
-        reference: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
+        near: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
             taken; None for all joints at zero, or at the limit nearest to it.
-        limits: "enforce" keeps joints inside their limits, including the range of HeadPitch at this HeadYaw.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         At most one solution, to within 1e-10 rad. Two joints cannot meet an orientation that is rounded, for instance
@@ -85,25 +87,29 @@ def head(
         >>> nao.angles(result.q)["HeadYaw"]
         0.5
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     limb = head_limb(robot, frame)
     R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
     batch = R.shape[:-2]
-    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    options = as_options(robot, limb.rest, near, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
     return without_collisions(robot, result, collisions)
 
 
+@hides_former
 def look_at(
     robot: RobotModel,
     point: ArrayLike,
     camera: str = "CameraTop",
     *,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values with which a camera has a point on its optical axis, in front of the camera.
 
@@ -116,7 +122,7 @@ def look_at(
         point: points in the torso, shape (..., 3) [m].
         camera: one of the robot's cameras, or any frame on the head; its x-axis is the optical axis. Origin and x-axis
             must be in the head's plane of x and z.
-        reference: as in `head`.
+        near: as in `head`.
         limits: as in `head`.
         threads: as in `head`.
         collisions: as in `head`.
@@ -132,12 +138,14 @@ def look_at(
         >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
         [0.0, 0.0]
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_robot(robot)
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, body_frame_of(robot, camera))
     points = as_vectors(point, "point")
-    options = as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads)
+    options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)
     return without_collisions(robot, result, collisions)
 
@@ -204,7 +212,7 @@ _YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
 
 @both_ways
 def solve_head(head: Head, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find the joint values for an orientation of the frame, or the nearest to it, as `ranges` describes."""
+    """Find the joint values for an orientation of the frame, or the nearest to it, as `branches` describes."""
     q, report = work.q, work.report
     start_report(report)
     is_rigid, wanted = link_rotation(head, target)
@@ -287,7 +295,7 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
     if low <= pitch <= high:
         return best
     # The range is a polygon: the nearest yaw is where an edge is at this pitch.
-    nearest, found = math.inf, best
+    distance, nearest = math.inf, best
     for i in range(1, ranges.bends):
         for bound in (ranges.low, ranges.high):
             rise = bound[i] - bound[i - 1]
@@ -296,9 +304,9 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
             low, high = table_range(ranges, yaw)
             inside = ranges.lower[0] <= yaw <= ranges.upper[0]
             inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
-            if inside and abs(yaw - wanted) < nearest:
-                nearest, found = abs(yaw - wanted), yaw
-    return found
+            if inside and abs(yaw - wanted) < distance:
+                distance, nearest = abs(yaw - wanted), yaw
+    return nearest
 
 
 @both_ways
@@ -330,7 +338,7 @@ def _error_at_yaw(given: tuple[Rotation, Selection, Row], yaw: float) -> float:
 def _report_nearest_look(head: Head, point: Vector, selection: Selection, report: Row) -> None:
     """Report the joint values with the smallest gaze error, from the valleys of a grid."""
     low, high = _joint_bounds(selection, 0)
-    least, most = _joint_bounds(selection, 1)
+    lowest, highest = _joint_bounds(selection, 1)
     report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
     current, pitch, previous = math.inf, 0.0, math.inf
     for i in range(_YAWS + 2):
@@ -338,10 +346,10 @@ def _report_nearest_look(head: Head, point: Vector, selection: Selection, report
         if i <= _YAWS:
             yaw = low + (high - low) * i / _YAWS
             for k in range(_PITCHES + 1):
-                other = _allowed_pitch(selection, yaw, least + (most - least) * k / _PITCHES)
-                found = gaze_error(head, point, yaw, other)
-                if found < error:
-                    error, best = found, other
+                other = _allowed_pitch(selection, yaw, lowest + (highest - lowest) * k / _PITCHES)
+                angle = gaze_error(head, point, yaw, other)
+                if angle < error:
+                    error, best = angle, other
         if current <= previous and current <= error and current < math.inf:
             _descend(head, point, selection, low + (high - low) * (i - 1) / _YAWS, pitch, report)
         current, pitch, previous = error, best, current
@@ -357,9 +365,9 @@ def _descend(head: Head, point: Vector, selection: Selection, yaw: float, pitch:
         for i in range(9):
             one = min(max(yaw + step * (i // 3 - 1), low), high)
             other = _allowed_pitch(selection, one, pitch + step * (i % 3 - 1))
-            found = gaze_error(head, point, one, other)
-            if found < error:
-                error, yaw, pitch = found, one, other
+            angle = gaze_error(head, point, one, other)
+            if angle < error:
+                error, yaw, pitch = angle, one, other
         if error == previous:
             step *= 0.5
     if error < report[ANGLE_ERROR]:

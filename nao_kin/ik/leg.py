@@ -4,25 +4,15 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import NamedTuple, SupportsIndex
+from typing import NamedTuple, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import nearest_values, solve_or_nearest, unlimited_branches
-from nao_kin.ik.geometry import (
-    ClosedForm,
-    Limb,
-    cached_limb,
-    chain_at_zero,
-    check_side,
-    limb_of,
-    limb_types,
-)
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     NEEDED,
     NOT_RIGID,
     OUT_OF_REACH,
@@ -41,29 +31,43 @@ from nao_kin.ik.ranges import (
     finish_report,
     is_inside,
     is_outside,
+    least,
     link_rotation,
     locked_pair,
     start_report,
     wrapped,
 )
-from nao_kin.ik.results import Family, IKResult
-from nao_kin.ik.searches import least
-from nao_kin.ik.targets import Limits, Options, as_options, as_poses, refuse_not_rigid
+from nao_kin.ik.closed_form import (
+    ClosedForm,
+    Limb,
+    cached_limb,
+    chain_at_zero,
+    check_side,
+    limb_of,
+    limb_types,
+    solve_or_nearest,
+    unlimited_branches,
+)
+from nao_kin.ik.least_squares import nearest_values
+from nao_kin.ik.results import Family, IKResult, without_collisions
+from nao_kin.ik.targets import Options, as_options, as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
 _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
 
+@hides_former
 def leg(
     robot: RobotModel,
     side: str,
     T_torso_foot: ArrayLike,
     *,
     frame: str | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.
 
@@ -78,19 +82,18 @@ def leg(
         side: "L" or "R".
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
             nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
-            each joint with the whole turns that bring it within half a turn of the reference.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Returns:
         Solutions meet the nearest rigid pose to within 1e-10 m and rad, so that poses rounded to float32, for instance,
         have solutions. For the same reason a straight leg solves a target that is out of its reach by up to 1e-6 m;
         `residual` includes this distance. A family of solutions is listed once, by its member inside the limits that is
-        nearest to the reference. There are two families: the hip at lock (`HIP_LOCK`), and the hip on the axis of
+        nearest to `near`. There are two families: the hip at lock (`HIP_LOCK`), and the hip on the axis of
         AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight has one branch.
 
     Raises:
@@ -107,10 +110,12 @@ def leg(
         >>> bool(result.success), result.solutions.shape
         (True, (1, 25))
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     limb = leg_limb(robot, check_side(side), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]
-    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    options = as_options(robot, limb.rest, near, batch, limits, threads)
     result = solve_or_nearest(
         _LEG, limb, T.reshape(*batch, 16), options,
         lambda rows, options: nearest_foot(robot, limb, rows, options),
@@ -245,7 +250,7 @@ def knee_of(leg: Leg, foot: Pose, report: Row) -> tuple[float, int]:
 
 @both_ways
 def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find all branches of a leg for the pose of its frame, as `ranges` describes."""
+    """Find all branches of a leg for the pose of its frame, as `branches` describes."""
     start_report(work.report)
     is_rigid, foot = foot_of(leg, target)
     if not is_rigid:
@@ -259,7 +264,7 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
     if count == 0 and selection.enforce:
         # No branch is inside the limits: find the one nearest to them, which gives the reason.
         count = _branches(leg, foot, knee, selection, False, work)
-    add_shortfall(work.found, JOINTS, count, short)
+    add_shortfall(work.branches, JOINTS, count, short)
     finish_report(work, JOINTS, count)
     return count
 

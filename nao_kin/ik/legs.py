@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, SupportsIndex
+from typing import Any, Literal, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, rigid_inverse
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, rigid_inverse
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import missed_targets, nearest_values
-from nao_kin.ik.geometry import (
+from nao_kin.ik.branches import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_roots, add_shortfall, least
+from nao_kin.ik.closed_form import (
     ClosedForm,
     KernelOutput,
     Limb,
@@ -23,9 +23,11 @@ from nao_kin.ik.geometry import (
     cached_limb,
     geometry_error,
     limb_types,
+    missed_targets,
     result_fields,
     solve_targets,
 )
+from nao_kin.ik.least_squares import nearest_values
 from nao_kin.ik.leg import Leg, foot_of, leg_limb, nearest_foot, within_reach
 from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
@@ -46,10 +48,16 @@ from nao_kin.ik.legs_equations import (
     foot_yaw,
     solve_legs,
 )
-from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_shortfall
-from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
-from nao_kin.ik.searches import add_roots, least
-from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
+from nao_kin.ik.results import (
+    Codes,
+    IKResult,
+    Reason,
+    angle_in_words,
+    crossing_in_words,
+    errors_in_words,
+    without_collisions,
+)
+from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
 
@@ -94,7 +102,7 @@ class LegsResult(IKResult):
 
     @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): the reference with `best` and, if the base floats, its new pose."""
+        """The best configuration, shape (..., nq): `near` with `best` and, if the base floats, its new pose."""
         q = super().q
         if self.base_coordinates is not None:
             unknown = np.isnan(self.best).any(axis=-1, keepdims=True)
@@ -148,20 +156,22 @@ _BASES = ("fixed", "floating")
 _FREE = {"height": HEIGHT, "lean": LEAN, "yaw": YAW}
 
 
+@hides_former
 def legs(
     robot: RobotModel,
     T_left: ArrayLike,
     T_right: ArrayLike,
     *,
     frames: Sequence[str] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     priority: Priority = "balanced",
     base: Base = "fixed",
     torso: ArrayLike | None = None,
     free: Free = "height",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> LegsResult:
     """Compute all joint values of both legs that give both feet their poses; one motor drives both hips.
 
@@ -172,8 +182,8 @@ def legs(
       configuration, `yaw_errors` are the rotations, and the reason is `HIPS_DISAGREE`, or the obstacle to one leg
       alone. A frame that is not on the normal through the ankle also moves: see `foot_residuals`.
     - If a leg is too short, or its limits exclude all such values, `q` is the configuration inside the limits with the
-      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds, of equal ones the nearest to the
-      reference; the torso is unchanged.
+      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds, of equal ones the nearest to
+      `near`; the torso is unchanged.
 
     With `base="floating"` feet and torso are given in the world, and one number of the torso's pose is changed as
     little as possible so that both feet are met. If the robot has a floating base, `q` has the changed base.
@@ -183,20 +193,19 @@ def legs(
         T_left: the pose of the left foot in the torso, or in the world, shape (..., 4, 4) [m].
         T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
             at the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
-            each joint with the whole turns that bring it within half a turn of the reference.
         priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
             "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
         torso: with a floating base the desired pose of the torso in the world, shape (..., 4, 4) [m]; None for its pose
-            relative to the middle of the feet in the reference.
+            relative to the middle of the feet in `near`.
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
-        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers.
 
     Raises:
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
@@ -212,6 +221,8 @@ def legs(
         >>> np.allclose(nao.fk(result.q, "RLeg"), nao.fk(q, "RLeg"))
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     left, right = _as_frames(frames)
     limb = cached_limb(robot, _legs_of, left, right)
     for option, value, valid in (("priority", priority, _PRIORITIES), ("base", base, _BASES), ("free", free, _FREE)):
@@ -224,7 +235,7 @@ def legs(
     if desired is not None:
         refuse_not_rigid(desired, "torso")
         batch = _broadcast(batch, desired.shape[:-2], "torso")
-    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    options = as_options(robot, limb.rest, near, batch, limits, threads)
     rows = np.empty((*batch, LENGTH_IN_WORLD if base == "floating" else LENGTH))
     for first, T in zip((LEFT, RIGHT), poses, strict=True):
         rows[..., first : first + 16] = T.reshape(*T.shape[:-2], 16)
@@ -233,7 +244,7 @@ def legs(
     if base == "floating":
         if desired is None:
             _refuse(poses)
-            desired = _as_in_reference(robot, limb, (left, right), poses, options.reference)
+            desired = _kept_torso(robot, limb, (left, right), poses, options.near)
         rows[..., TORSO:] = desired.reshape(*desired.shape[:-2], 16)
     output = solve_targets(_LEGS, limb, rows, options, lambda: _refuse(poses))
     result = _as_result(robot, limb, rows, base == "floating", output, options)
@@ -284,11 +295,11 @@ def _nearest(
     return best, np.linalg.norm([made[..., :3, 3] - T[..., :3, 3], turns], axis=-1).transpose(1, 2, 0)
 
 
-def _as_in_reference(
-    robot: RobotModel, limb: Limb, frames: tuple[str, str], poses: tuple[Floats, Floats], reference: Floats
+def _kept_torso(
+    robot: RobotModel, limb: Limb, frames: tuple[str, str], poses: tuple[Floats, Floats], near: Floats
 ) -> Floats:
-    """Return the torso in the world, relative to the middle of the feet as in the reference, shape (..., 4, 4)."""
-    T_torso_feet = robot.fk(reference, list(frames), reference=limb.torso)
+    """Return the torso in the world, relative to the middle of the feet as in `near`, shape (..., 4, 4)."""
+    T_torso_feet = robot.fk(near, list(frames), reference=limb.torso)
     T_torso_middle = _middle(T_torso_feet[..., 0, :, :], T_torso_feet[..., 1, :, :])
     return _middle(*poses) @ np.linalg.inv(T_torso_middle)
 
@@ -384,7 +395,7 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 
 @both_ways
 def solve_fixed(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find all joint values that meet both feet with the torso as desired, as `ranges` describes."""
+    """Find all joint values that meet both feet with the torso as desired, as `branches` describes."""
     short = _write_desired_target(legs, target, work.q)
     count = solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work)
     _add_shortfalls(short, count, work)
@@ -438,7 +449,7 @@ def _add_shortfalls(short: tuple[float, float], count: int, work: Workspace) -> 
     """Add the distances by which the feet were moved to the errors in position."""
     report = work.report
     if max(short[0], short[1]) > 0.0:
-        add_shortfall(work.found, JOINTS, count, max(short[0], short[1]))
+        add_shortfall(work.branches, JOINTS, count, max(short[0], short[1]))
         report[LEFT_FOOT] += short[0]
         report[RIGHT_FOOT] += short[1]
         report[POSITION_ERROR] = max(report[LEFT_FOOT], report[RIGHT_FOOT])
@@ -557,7 +568,7 @@ def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) 
 
 @both_ways
 def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the smallest |s| with which both feet are met; 0 if no s of an even grid meets them."""
+    """Return the smallest shift |s| of the torso, on a grid, with which both feet are met; 0 if there is none."""
     inside = math.inf
     for k in range(_STEPS + 1):
         moved = low + (high - low) * k / _STEPS
@@ -577,7 +588,10 @@ def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection
 
 @both_ways
 def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of a grid does."""
+    """Return the shift s of the torso, on a grid, that minimises the difference of both HipYawPitch values.
+
+    Both legs reach their feet with it; 0 if there is no such shift.
+    """
     given = legs, target, selection, work
     best = least(_gap, given, low, high, low, _STEPS) if low < high else 0.0
     return best if _gap(given, best) < math.inf else 0.0

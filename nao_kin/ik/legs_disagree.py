@@ -14,6 +14,32 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import Row, both_ways
+from nao_kin.ik.branches import (
+    EXTRAS,
+    JOINT,
+    NO_OBSTACLE,
+    NO_REASON,
+    OUT_OF_REACH,
+    POSITION_ERROR,
+    REASON,
+    Pose,
+    Ranges,
+    Selection,
+    Workspace,
+    add_branch,
+    add_roots,
+    crossing,
+    is_inside,
+    is_outside,
+    joint_difference,
+    least,
+    reason_of,
+    squared_distance,
+    table_range,
+    turned_towards,
+    wrapped,
+    write_reason,
+)
 from nao_kin.ik.leg import solve_leg
 from nao_kin.ik.legs_equations import (
     FAILED_LEG,
@@ -42,31 +68,7 @@ from nao_kin.ik.legs_equations import (
     tasks_of,
     write_joints,
 )
-from nao_kin.ik.ranges import (
-    EXTRAS,
-    JOINT,
-    NO_OBSTACLE,
-    NO_REASON,
-    OUT_OF_REACH,
-    POSITION_ERROR,
-    REASON,
-    Pose,
-    Ranges,
-    Selection,
-    Workspace,
-    add_branch,
-    is_inside,
-    is_outside,
-    joint_difference,
-    reason_of,
-    squared_distance,
-    table_range,
-    turned_towards,
-    wrapped,
-    write_reason,
-)
 from nao_kin.ik.results import Family, Reason
-from nao_kin.ik.searches import add_roots, crossing, least
 
 # --- The values of HipYawPitch inside the limits of a leg, for a given ankle and normal of the sole.
 #
@@ -342,7 +344,7 @@ def solve_disagreeing(legs: Legs, target: Row, selection: Selection, work: Works
     tasks = tasks_of(legs, target, report)[1]
     count = _over_pieces(tasks, target[PRIORITY], selection, work)
     if count > 0:
-        q[:JOINTS] = work.found[:JOINTS]
+        q[:JOINTS] = work.branches[:JOINTS]
         report_feet(tasks, q, report)
         why, failed = NO_OBSTACLE, NEITHER
     elif failed == NEITHER:
@@ -356,22 +358,22 @@ def solve_disagreeing(legs: Legs, target: Row, selection: Selection, work: Works
 def solve_separately(legs: Legs, target: Row, selection: Selection, work: Workspace) -> float:
     """Solve each leg alone, and report one that does not reach its target; return the disagreement of the hips."""
     row, (ranges, reference, enforce) = OF_ONE + EXTRAS, selection
-    found, report = work.found, work.report
-    own, near = Workspace(work.q[:OF_ONE], found, report), work.q[OF_ONE : 2 * OF_ONE]
+    branches, report = work.branches, work.report
+    own, near = Workspace(work.q[:OF_ONE], branches, report), work.q[OF_ONE : 2 * OF_ONE]
     for j in range(OF_ONE):
         near[j] = reference[j]
     left = solve_leg(legs.left, target[LEFT:RIGHT], Selection(ranges.left, near, enforce), own)
     left_why = reason_of(report)
     # A foot is met exactly at two values of HipYawPitch, or in a family at more.
-    one, other = found[0], found[0]
+    one, other = branches[0], branches[0]
     for k in range(1, left):
-        other = found[k * row] if abs(found[k * row] - one) > abs(other - one) else other
+        other = branches[k * row] if abs(branches[k * row] - one) > abs(other - one) else other
     for j in range(1, OF_ONE):
         near[j] = reference[OF_ONE - 1 + j]
     right, gap = solve_leg(legs.right, target[RIGHT:PRIORITY], Selection(ranges.right, near, enforce), own), math.inf
     for k in range(right):
         for hip in (one, other):
-            off = hip - found[k * row]
+            off = hip - branches[k * row]
             gap = min(gap, abs(off if enforce else turned_towards(off, 0.0)))
     for j in range(POSITION_ERROR, len(report)):
         report[j] = math.nan
@@ -392,7 +394,7 @@ def solve_separately(legs: Legs, target: Row, selection: Selection, work: Worksp
 
 @both_ways
 def _over_pieces(tasks: Tasks, priority: float, selection: Selection, work: Workspace) -> int:
-    """Report the joint values with the least turns of the feet; add them as solutions if the feet are met."""
+    """Report the joint values that minimise the yaw errors of the feet; add them as solutions if the feet are met."""
     q, (left, right) = work.q, tasks
     lefts, rights = np.empty((MAX_PIECES, PIECE)), np.empty((MAX_PIECES, PIECE))
     left_count = write_pieces(left, selection.ranges.left, selection.enforce, lefts)
@@ -438,12 +440,12 @@ def _signed(yaw: FootYaw, sign: float) -> FootYaw:
 
 @both_ways
 def _add_if_met(tasks: Tasks, family: float, selection: Selection, work: Workspace, count: int) -> int:
-    """Add joint values that meet both feet, unless they are already in `found`."""
+    """Add joint values that meet both feet, unless they are already in `work.branches`."""
     q, width = work.q, JOINTS + EXTRAS
     for k in range(count):
         off = 0.0
         for j in range(JOINTS):
-            off = max(off, abs(turned_towards(work.found[k * width + j] - q[j], 0.0)))
+            off = max(off, abs(turned_towards(work.branches[k * width + j] - q[j], 0.0)))
         if off < _SAME:
             return count
     if count == MAX_BRANCHES:

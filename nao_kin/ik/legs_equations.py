@@ -20,8 +20,7 @@ import math
 from typing import NamedTuple, TypeAlias
 
 from nao_kin._kernels.cache import Row, both_ways
-from nao_kin.ik.leg import Leg, foot_of, knee_of, leg_errors
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
     NOT_RIGID,
@@ -39,6 +38,7 @@ from nao_kin.ik.ranges import (
     start_report,
     wrapped,
 )
+from nao_kin.ik.leg import Leg, foot_of, knee_of, leg_errors
 from nao_kin.ik.results import Family
 
 # Values of the joints of one leg.
@@ -125,7 +125,7 @@ def tasks_of(legs: Legs, target: Row, report: Row) -> tuple[bool, Tasks]:
 
 @both_ways
 def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find all joint values that meet the poses of both feet, as `ranges` describes."""
+    """Find all joint values that meet the poses of both feet, as `branches` describes."""
     report = work.report
     start_report(report)
     report[FAILED_LEG], report[MOVED] = NEITHER, 0.0
@@ -157,7 +157,7 @@ def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -
 def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspace, count: int) -> int:
     """Add all solutions with a value of HipYawPitch, and report the errors of both feet in the best one."""
     ranges, reference, enforce = selection
-    found, report = work.found, work.report
+    branches, report = work.branches, work.report
     left, right = tasks
     if enforce and (is_outside(ranges.left, 0, hip) or is_outside(ranges.right, 0, hip)):
         return count
@@ -169,10 +169,10 @@ def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspac
             fits, others, right_joints = _exact(right, ranges.right, hip, other, reference[OF_ONE], enforce)
             if fits:
                 write_joints(joints, right_joints, work.q)
-                nearest = found[JOINTS] if count > 0 else math.inf
+                nearest = branches[JOINTS] if count > 0 else math.inf
                 both = max(errors[0], others[0]), max(errors[1], others[1])
                 count = add_branch(selection, work, both, _ALONE, count)
-                if found[JOINTS] < nearest:
+                if branches[JOINTS] < nearest:
                     report[LEFT_FOOT], report[LEFT_FOOT + 1] = errors
                     report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = others
     return count

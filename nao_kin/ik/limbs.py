@@ -10,7 +10,7 @@ from typing import Any
 from nao_kin._core.arrays import finite_or_none
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.arm import arm_limb
-from nao_kin.ik.geometry import Limb
+from nao_kin.ik.closed_form import Limb
 from nao_kin.ik.head import camera_limb, head_limb
 from nao_kin.ik.leg import leg_limb
 from nao_kin.robot import RobotModel, check_robot
@@ -50,11 +50,11 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
     check_robot(robot)
     wanted = [(kind, side, limb, name) for name, (kind, side, limb) in _LIMBS.items()]
     wanted += [("gaze", "", camera_limb, camera) for camera in robot.semantics.cameras]
-    found = []
+    described = []
     for kind, side, limb, frame in wanted:
         with suppress(BadArgument, UnknownName):
-            found.append({"kind": kind, "side": side, **_described(limb(robot, frame=frame))})
-    return found
+            described.append({"kind": kind, "side": side, **_described(limb(robot, frame=frame))})
+    return described
 
 
 def limb_of_frame(robot: RobotModel, frame: str) -> str | None:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import Floats2, IntRow, Row, both_ways
-from nao_kin.ik.compiling import cached_kernel, copied, in_lists, run_rows
+from nao_kin._kernels.cache import CachedKernel, Floats2, IntRow, Row, both_ways
+from nao_kin._kernels.rows import copied, in_lists, run_rows
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -151,7 +151,7 @@ def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
     Between two rows the allowed values are an interval, given by two linear inequalities.
     """
     first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
-    best, found = math.inf, of
+    distance, nearest = math.inf, of
     for i in range(first, last):
         start, end = 0.0, 1.0
         for side in range(2):
@@ -168,9 +168,9 @@ def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
         if start <= end:
             width = region.at[i + 1] - region.at[i]
             value = min(max(of, region.at[i] + start * width), region.at[i] + end * width)
-            if abs(value - of) < best:
-                best, found = abs(value - of), value
-    return found
+            if abs(value - of) < distance:
+                distance, nearest = abs(value - of), value
+    return nearest
 
 
 @both_ways
@@ -244,7 +244,7 @@ def outside(region: Region, values: Row) -> float:
 
 
 @both_ways
-def most_rows(region: Region) -> int:
+def max_rows(region: Region) -> int:
     """Return how many rows `limit_rows` writes at most."""
     return 2 * (len(region.lower) + len(region.at))
 
@@ -282,14 +282,14 @@ def limit_rows(region: Region, values: Row, fixed: Row, longest: Row, A: Floats,
                     continue
                 A[count] = 0.0
                 # A row demands at most what the boxes allow.
-                most = 0.0
+                largest = 0.0
                 if joint >= 0:
                     A[count, joint] = sign
-                    most += -b[first_box + 2 * joint + 1 - side]
+                    largest += -b[first_box + 2 * joint + 1 - side]
                 if of >= 0 and slope != 0.0:
                     A[count, of] = -sign * slope
-                    most += -abs(slope) * b[first_box + 2 * of + (1 if A[count, of] > 0.0 else 0)]
-                b[count] = min(sign * (line - at_joint), most)
+                    largest += -abs(slope) * b[first_box + 2 * of + (1 if A[count, of] > 0.0 else 0)]
+                b[count] = min(sign * (line - at_joint), largest)
                 count += 1
     return count
 
@@ -343,23 +343,23 @@ class LimitRegion:
 
     def project(self, values: Floats) -> Floats:
         """Return the nearest values inside the limits, shape (n, joints); only moving joints change."""
-        rows, fixed = np.ascontiguousarray(values[:, self.moving]), self.still_values(values)
-        found: Floats = np.empty_like(rows)
+        rows, fixed = np.ascontiguousarray(values[:, self.moving]), self.fixed_values(values)
+        projected: Floats = np.empty_like(rows)
 
         def in_python(part: slice) -> None:
             numbers = in_lists(self.numbers)
-            for row, constant, inside in zip(rows[part].tolist(), fixed[part].tolist(), found[part], strict=True):
+            for row, constant, inside in zip(rows[part].tolist(), fixed[part].tolist(), projected[part], strict=True):
                 project(numbers, row, constant, inside)
 
         def solve(function: Callable[..., object], part: slice) -> None:
-            function(copied(self.numbers), rows[part], fixed[part], found[part])
+            function(copied(self.numbers), rows[part], fixed[part], projected[part])
 
         if len(rows) < _FEW and not _projections.in_memory:
             in_python(slice(0, len(rows)))
         else:
             run_rows(_projections, solve, len(rows), 1, uncompiled=in_python)
         inside: Floats = np.array(values, dtype=np.float64)
-        inside[:, self.moving] = found
+        inside[:, self.moving] = projected
         return inside
 
     @functools.cached_property
@@ -371,7 +371,7 @@ class LimitRegion:
         tables = [(place[of], place[joint], bends) for bends, of, joint in self._tables]
         return region_of(self.lower[self.moving], self.upper[self.moving], winding, tables)
 
-    def still_values(self, values: Floats) -> Floats:
+    def fixed_values(self, values: Floats) -> Floats:
         """Return each table's value of its joint that does not move, shape (n, t), from values (n, joints)."""
         columns = [joint if self._is_moving[of] else of for _, of, joint in self._tables]
         return np.ascontiguousarray(values[:, columns])
@@ -441,7 +441,11 @@ def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: t
     )
 
 
-@cached_kernel("projections onto limits")
-def _projections(region: Region, values: Floats2, still: Floats2, inside: Floats2) -> None:
+@functools.partial(
+    CachedKernel,
+    what="a kernel of inverse kinematics, projections onto limits",
+    name="ik kernel, projections onto limits",
+)
+def _projections(region: Region, values: Floats2, fixed: Floats2, inside: Floats2) -> None:
     for i in range(values.shape[0]):
-        project(region, values[i], still[i], inside[i])
+        project(region, values[i], fixed[i], inside[i])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, SupportsIndex, get_args
+from typing import Literal, NamedTuple, NoReturn, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,24 +14,25 @@ from nao_kin._core.arrays import (
     LARGEST,
     MAX_SEARCHES,
     Floats,
+    LimitPolicy,
     as_floats,
     check_tolerance,
     choice,
     common_batch,
     whole_number,
 )
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.ik.collision_free import without_collisions
-from nao_kin.ik.descent import FrameMotion, Goal, Minimum, descended
-from nao_kin.ik.geometry import cached_limb
+from nao_kin.ik.closed_form import cached_limb
+from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
+from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
 from nao_kin.robot import CROSSOVER, RobotModel, check_robot
 from nao_kin.rotations import log
 
-# --- The search for a pose: from a reference, then from random configurations; and the reason if it fails.
+# --- The search for a pose: from a start, then from random configurations; and the reason if it fails.
 
 # Number of random configurations, of which a restart uses the one with the pose nearest to the target. Every second
 # restart uses the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the
@@ -45,7 +46,7 @@ _MAX_CACHED = 500
 _RESTARTS_WITHOUT_LIMITS = 8
 
 
-class PosesFound(NamedTuple):
+class PoseResults(NamedTuple):
     """Results for n targets: the minima, and arrays (n,)."""
 
     minimum: Minimum
@@ -53,7 +54,7 @@ class PosesFound(NamedTuple):
     joint: Integers
     needed: Floats
     limit: Floats
-    first: NDArray[np.bool_]  # whether the search from the reference met the target
+    first: NDArray[np.bool_]  # whether the search from `near` met the target
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,23 +71,23 @@ class PoseSearch:
     threads: int | None
     minimise: Callable[[PoseSearch, LimitRegion, Floats, Floats], Minimum]
 
-    def solve(self, targets: Floats, reference: Floats) -> PosesFound:
-        """Solve for n targets (n, 4, 4) from references (n, nq) inside the limits."""
+    def solve(self, targets: Floats, reference: Floats) -> PoseResults:
+        """Solve for n targets (n, 4, 4) from configurations (n, nq) inside the limits."""
         motion, region = self.motion, self.motion.limited if self.enforced else self.motion.free
         minimum = self.minimise(self, region, targets, reference)
         first, n = minimum.reached.copy(), len(targets)
         reasons, joint = np.zeros(n, dtype=np.int8), np.full(n, -1, dtype=np.int64)
-        found = PosesFound(minimum, reasons, joint, np.zeros(n), np.zeros(n), first)
+        results = PoseResults(minimum, reasons, joint, np.zeros(n), np.zeros(n), first)
         if not first.all():
             beyond = np.where(first, 0.0, self._beyond(targets, reference))
             far = beyond > 0.0
-            found.reasons[far], found.needed[far] = Reason.OUT_OF_REACH, beyond[far]
+            results.reasons[far], results.needed[far] = Reason.OUT_OF_REACH, beyond[far]
             self._restart(minimum, region, targets, self.restarts)
             failed = np.flatnonzero(~minimum.reached & ~far)
             if failed.size:
-                self._explain(found, targets, failed)
+                self._explain(results, targets, failed)
         region.unwind(motion.joint_values(minimum.q), motion.joint_values(reference))
-        return found
+        return results
 
     def _beyond(self, targets: Floats, reference: Floats) -> Floats:
         """Return the distances of targets beyond the stretched limb, shape (n,) [m]; 0 for others."""
@@ -96,18 +97,18 @@ class PoseSearch:
         # Nearer targets may be met within the tolerance.
         return np.where(beyond > 2.0 * self.tolerance, beyond, 0.0)
 
-    def _restart(self, found: Minimum, region: LimitRegion, targets: Floats, restarts: int) -> None:
+    def _restart(self, minimum: Minimum, region: LimitRegion, targets: Floats, restarts: int) -> None:
         """Search for unmet targets from other starts; the result does not depend on how many run together."""
         done = 0
         while done < restarts:
-            rows = np.flatnonzero(~found.reached)
+            rows = np.flatnonzero(~minimum.reached)
             if not rows.size:
                 return
             together = min(restarts - done, max(1, _TOGETHER // rows.size))
-            starts = [self._start(found.q[rows], region, targets[rows], done + k) for k in range(together)]
+            starts = [self._start(minimum.q[rows], region, targets[rows], done + k) for k in range(together)]
             tried = self.minimise(self, region, np.tile(targets[rows], (together, 1, 1)), np.concatenate(starts))
             for k in range(together):
-                found.take(rows, tried, slice(k * rows.size, (k + 1) * rows.size))
+                minimum.take(rows, tried, slice(k * rows.size, (k + 1) * rows.size))
             done += together
 
     def _start(self, q: Floats, region: LimitRegion, targets: Floats, number: int) -> Floats:
@@ -131,12 +132,12 @@ class PoseSearch:
         position, turn = self.weights[:3].mean(), self.weights[3:].mean() / np.sqrt(2.0)
         return np.concatenate([position * poses[:, :3, 3], turn * poses[:, :3, :3].reshape(-1, 9)], axis=-1)
 
-    def _explain(self, found: PosesFound, targets: Floats, failed: NDArray[np.intp]) -> None:
+    def _explain(self, results: PoseResults, targets: Floats, failed: NDArray[np.intp]) -> None:
         """Write why targets in reach are not met, after a last search from the end of one without limits."""
-        motion, limited, unlimited, minimum = self.motion, self.motion.limited, self.motion.free, found.minimum
+        motion, limited, unlimited, minimum = self.motion, self.motion.limited, self.motion.free, results.minimum
         # A search that was stopped early does not tell whether there are enough joints.
         too_few = minimum.settled[failed] & (len(motion.joints) < np.count_nonzero(self.weights))
-        found.reasons[failed] = np.where(too_few, Reason.NOT_ENOUGH_JOINTS, Reason.NOT_CONVERGED)
+        results.reasons[failed] = np.where(too_few, Reason.NOT_ENOUGH_JOINTS, Reason.NOT_CONVERGED)
         if not self.enforced:
             return
         free = self.minimise(self, unlimited, targets[failed], minimum.q[failed])
@@ -149,14 +150,14 @@ class PoseSearch:
         # An end outside the limits may have a solution on them, and an end inside is a solution.
         values[...] = limited.project(values)
         minimum.take(failed, self.minimise(self, limited, targets[failed], free.q), slice(None))
-        found.reasons[failed[minimum.reached[failed]]] = Reason.REACHED
+        results.reasons[failed[minimum.reached[failed]]] = Reason.REACHED
         outside = free.reached & ~minimum.reached[failed] & worst.outside
         rows = failed[outside]
-        found.reasons[rows] = np.where(worst.coupled[outside], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
+        results.reasons[rows] = np.where(worst.coupled[outside], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
         place = np.full(len(motion.robot.joint_names), -1, dtype=np.int64)
         place[motion.joints] = np.arange(len(motion.joints))
-        found.joint[rows] = place[worst.joint[outside]]
-        found.needed[rows], found.limit[rows] = worst.value[outside], worst.limit[outside]
+        results.joint[rows] = place[worst.joint[outside]]
+        results.needed[rows], results.limit[rows] = worst.value[outside], worst.limit[outside]
 
 
 @functools.lru_cache(maxsize=_MAX_CACHED)  # drawing them takes longer than a search
@@ -171,12 +172,12 @@ def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Fl
 def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
     """Minimise ½‖e(q)‖² for targets (n, 4, 4) from starts (n, nq) inside the limits."""
     motion = search.motion
-    poses, still = motion.in_base(targets, q).reshape(len(q), 16), region.still_values(motion.joint_values(q))
+    poses, fixed = motion.in_base(targets, q).reshape(len(q), 16), region.fixed_values(motion.joint_values(q))
     goal = Goal(search.weights, search.tolerance, search.iterations)
-    found = descended(motion.chain, region, goal, poses, still, q[:, motion.columns], search.threads)
+    minimum = descended(motion.chain, region, goal, poses, fixed, q[:, motion.columns], search.threads)
     ends: Floats = np.array(q)
-    ends[:, motion.columns] = found.q
-    return replace(found, q=ends)
+    ends[:, motion.columns] = minimum.q
+    return replace(minimum, q=ends)
 
 
 # --- Steps by the quadratic programs of pink instead of damped least squares.
@@ -244,13 +245,14 @@ Solver = Literal["least squares", "pink"]
 _BLOCK = 2048
 
 
+@hides_former
 def numeric(
     robot: RobotModel,
     frame: str,
     T: ArrayLike,
     *,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     weights: ArrayLike = (1.0, 0.1),
     restarts: SupportsIndex = 30,
     tolerance: float = 1e-8,
@@ -259,13 +261,14 @@ def numeric(
     solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> IKResult:
     """Return joint values that bring a frame to a pose, for any robot, by damped least squares.
 
     With the target (R_t, p_t) and the pose (R, p) of the frame, Levenberg–Marquardt steps with the exact derivative
-    minimise ½‖w · (R_tᵀ (p_t − p); log(Rᵀ R_t))‖² inside boxes and coupled limits, first from `reference`, then from
+    minimise ½‖w · (R_tᵀ (p_t − p); log(Rᵀ R_t))‖² inside boxes and coupled limits, first from `near`, then from
     other starts until one search meets the target. Only joints between the base and the frame move; all others, and a
-    floating base, stay at `reference`. The same arguments give the same answer, in any batch to rounding.
+    floating base, stay at `near`. The same arguments give the same answer, in any batch to rounding.
 
     A target that is not met raises nothing: `best` is then the nearest pose that was found, by the sum above. A
     solution may still exist, except if the target is farther away than the stretched limb (`OUT_OF_REACH`). If a search
@@ -275,9 +278,8 @@ def numeric(
         robot: any robot.
         frame: the frame to place.
         T: targets T_root_frame, shape (..., 4, 4) [m]; with a floating base the root is the world.
-        reference: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
+        near: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
             `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says so.
-        limits: "enforce" or "ignore" for boxes and coupled limits.
         weights: weights of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and
             the rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves
             the rotation about the target's x axis free.
@@ -286,8 +288,9 @@ def numeric(
         iterations: largest number of steps of one search.
         seed: the seed of the random starts.
         solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, an extra.
-        threads: number of threads for a batch; None for all cores if that is worthwhile.
-        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`; no others are searched for.
+        limits: as in all solvers, see `nao_kin.ik`.
+        threads: as in all solvers.
+        collisions: as in all solvers; other solutions are not searched for.
 
     Returns:
         One solution for each target that is met.
@@ -304,6 +307,8 @@ def numeric(
         >>> bool(result.success)
         True
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     check_robot(robot)
     enforced = is_enforced(limits)
     if choice(solver, get_args(Solver), "solver") == "pink":
@@ -331,23 +336,23 @@ def numeric(
     if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
         raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
     notes: tuple[str, ...] = ()
-    if reference is None:  # no note if zero is outside the limits, as for the NAO's elbows
+    if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
     elif enforced:
-        start, notes = inside_limits(robot, reference)
+        start, notes = inside_limits(robot, near)
     else:
-        start = with_unit_quaternion(robot, reference)
-    batch = common_batch("T and reference", targets.shape[:-2], start.shape[:-1])
+        start = with_unit_quaternion(robot, near)
+    batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
     reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
-    found = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
-    result = _result(search, reference_rows, found, batch, notes)
+    results = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
+    result = _result(search, reference_rows, results, batch, notes)
     return without_collisions(robot, result, collisions)
 
 
 def _result(
-    search: PoseSearch, reference: Floats, parts: list[PosesFound], batch: tuple[int, ...], notes: tuple[str, ...]
+    search: PoseSearch, reference: Floats, parts: list[PoseResults], batch: tuple[int, ...], notes: tuple[str, ...]
 ) -> IKResult:
     """Join the parts of a batch."""
     motion, width = search.motion, len(search.motion.joints)
@@ -366,7 +371,7 @@ def _result(
     return IKResult(
         joints=motion.names,
         columns=tuple(motion.columns.tolist()),
-        reference=reference.reshape(*batch, reference.shape[-1]),
+        near=reference.reshape(*batch, reference.shape[-1]),
         best=best.reshape(*batch, width),
         branches=np.where(reached[:, None], best, np.nan).reshape(*batch, 1, width),
         families=np.where(reached, family, Family.NONE).astype(np.int8).reshape(*batch, 1),

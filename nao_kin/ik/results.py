@@ -9,16 +9,19 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, first_index
+from nao_kin._core.arrays import Floats, first_index, flag
+from nao_kin._core.former import RESULT_REFERENCE
+from nao_kin.robot import RobotModel
 
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
+_Result = TypeVar("_Result", bound="IKResult")
 
 # A target that is out of reach by more than this was likely written in millimetres.
 MILLIMETRES_FROM = 10.0
@@ -154,11 +157,11 @@ class IKResult(Outcome):
     Attributes:
         joints: the joints solved for, by name.
         columns: their indices in q.
-        reference: the configurations that give the other joints, and with which solutions are compared, shape
+        near: the configurations that give the other joints, and with which solutions are compared, shape
             (..., nq); inside the limits if these are enforced.
         best: values of the joints, shape (..., c): the first solution; for a target that is not reached, the nearest
             pose if the solver finds it, else nan.
-        branches: all solutions, shape (..., k, c), by the Euclidean distance of `joints` to the reference; nan from
+        branches: all solutions, shape (..., k, c), by the Euclidean distance of `joints` to `near`; nan from
             `count` on.
         families: the `Family` of each, shape (..., k).
         count: the number of solutions, shape (...).
@@ -179,7 +182,7 @@ class IKResult(Outcome):
 
     joints: tuple[str, ...]
     columns: tuple[int, ...]
-    reference: Floats
+    near: Floats
     best: Floats
     branches: Floats
     families: Codes
@@ -201,9 +204,15 @@ class IKResult(Outcome):
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     @property
+    def reference(self) -> Floats:
+        """The former name of `near`."""
+        RESULT_REFERENCE.warn()
+        return self.near
+
+    @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): the reference with the values of `best`; nan if `best` is nan."""
-        q = np.array(np.broadcast_to(self.reference, (*self.best.shape[:-1], self.reference.shape[-1])))
+        """The best configuration, shape (..., nq): `near` with the values of `best`; nan if `best` is nan."""
+        q = np.array(np.broadcast_to(self.near, (*self.best.shape[:-1], self.near.shape[-1])))
         q[..., self.columns] = self.best
         q[np.isnan(self.best).any(axis=-1)] = np.nan
         return q
@@ -211,9 +220,9 @@ class IKResult(Outcome):
     @property
     def solutions(self) -> Floats:
         """All solutions as configurations, best first, shape (k, nq), for a batch (..., k, nq); nan from `count` on."""
-        nq = self.reference.shape[-1]
+        nq = self.near.shape[-1]
         batch, k = self.branches.shape[:-2], self.branches.shape[-2]
-        solutions = np.array(np.broadcast_to(self.reference[..., None, :], (*batch, k, nq)))
+        solutions = np.array(np.broadcast_to(self.near[..., None, :], (*batch, k, nq)))
         solutions[..., self.columns] = self.branches
         solutions[np.arange(k) >= self.count[..., None]] = np.nan
         return solutions
@@ -313,3 +322,48 @@ def crossing_in_words(crossed: NDArray[np.bool_], what: str) -> tuple[str, ...]:
         return ()
     which = f" in {np.count_nonzero(crossed)} of {crossed.size} {what}, first at index {list(first_index(crossed))}"
     return (f"the feet cross: the left ankle is to the right of the right one{which if crossed.ndim else ''}",)
+
+
+def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) -> _Result:
+    """Return a result without the solutions in which links overlap, and with a note on their number, if `wanted`.
+
+    If links overlap in all solutions of a target, `best` is the one with the largest clearance.
+    """
+    if wanted is False or not flag(wanted, "collisions"):
+        return result
+    q = result.solutions
+    exists = np.arange(q.shape[-2]) < result.count[..., None]
+    clearance = robot.clearance(np.where(exists[..., None], q, robot.neutral()))
+    keep = exists & clearance.is_free
+    left_out = int(np.count_nonzero(exists & ~keep))
+    if not left_out:
+        return result
+    order = np.argsort(~keep, axis=-1, kind="stable")
+    count = keep.sum(axis=-1)
+    gone = np.arange(q.shape[-2]) >= count[..., None]
+    branches = np.take_along_axis(result.branches, order[..., None], axis=-2)
+    families = np.take_along_axis(result.families, order, axis=-1)
+    lost = (result.count > 0) & (count == 0)
+    widest = np.argmax(np.where(exists, clearance.distance, -np.inf), axis=-1)[..., None]
+    overlapping = np.take_along_axis(result.branches, widest[..., None], axis=-2)[..., 0, :]
+    best = np.where((count > 0)[..., None], branches[..., 0, :], np.where(lost[..., None], overlapping, result.best))
+    branches[gone], families[gone] = np.nan, 0
+    pair = np.take_along_axis(clearance.pair_index, widest, axis=-1)[..., 0]
+    depth = np.take_along_axis(-clearance.distance, widest, axis=-1)[..., 0]
+    obstacles = replace(
+        result.obstacles,
+        needed=np.where(lost, depth, result.obstacles.needed),
+        links=np.where(lost, pair, -1),
+        pairs=clearance.pairs,
+    )
+    note = f"{left_out} of {np.count_nonzero(exists)} solutions are left out: links overlap"
+    return replace(
+        result,
+        best=best,
+        branches=branches,
+        families=families,
+        count=count,
+        reasons=np.where(lost, np.int8(Reason.COLLISION), result.reasons),
+        obstacles=obstacles,
+        notes=(*result.notes, note),
+    )

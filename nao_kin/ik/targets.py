@@ -1,8 +1,8 @@
-"""Checks of arguments: poses, references and options."""
+"""Checks of arguments: poses, preferred configurations and options."""
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, SupportsIndex, TypeAlias
+from typing import NamedTuple, SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,13 +11,14 @@ from nao_kin._core.arrays import (
     LARGEST,
     MAX_THREADS,
     Floats,
+    LimitPolicy,
     as_floats,
     as_vectors,
-    choice,
     common_batch,
+    limit_policy,
     whole_number,
 )
-from nao_kin.errors import NotFinite, OutsideLimits, WrongShape
+from nao_kin.errors import NotFinite, OutsideLimits, UnknownName, WrongShape
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.robot import (
     RobotModel,
@@ -26,10 +27,10 @@ from nao_kin.robot import (
     rigid_poses as rigid_poses,
 )
 
-Limits = Literal["enforce", "ignore"]
 Shape: TypeAlias = tuple[int, ...]
 Threads: TypeAlias = SupportsIndex | None
-_LIMITS = ("enforce", "ignore")
+_ENFORCE: LimitPolicy = "enforce"
+_POLICIES: tuple[LimitPolicy, ...] = ("enforce", "ignore")
 
 
 def as_poses(T: ArrayLike, what: str) -> Floats:
@@ -45,7 +46,12 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
 
 def is_enforced(limits: object) -> bool:
     """Return whether limits are enforced."""
-    return limits is _LIMITS[0] or choice(limits, _LIMITS, "limits policy") == "enforce"
+    if limits is _ENFORCE:
+        return True
+    if isinstance(limits, str) and limits == "clamp":
+        hint = 'with "enforce", the result\'s `best` has the nearest values inside the limits'
+        raise UnknownName("limits policy", limits, _POLICIES, hint)
+    return limit_policy(limits, _POLICIES) == "enforce"
 
 
 def broadcast(what: str, one: Shape, other: Shape, wanted: str, shape: Shape) -> Shape:
@@ -57,38 +63,38 @@ def broadcast(what: str, one: Shape, other: Shape, wanted: str, shape: Shape) ->
 
 
 class Options(NamedTuple):
-    """Checked options of a closed form; `notes` has a note if the reference was projected into the limits.
+    """Checked options of a closed form; `notes` has a note if `near` was projected into the limits.
 
-    Do not write to `reference`, which may belong to a limb.
+    Do not write to `near`, which may belong to a limb.
     """
 
-    reference: Floats
+    near: Floats
     notes: tuple[str, ...]
     enforce: bool
     threads: int | None
 
 
 def as_options(
-    robot: RobotModel, rest: Floats, reference: ArrayLike | None, batch: Shape, limits: object, threads: Threads
+    robot: RobotModel, rest: Floats, near: ArrayLike | None, batch: Shape, limits: object, threads: Threads
 ) -> Options:
-    """Return the options of a call for targets of a batch shape; `rest` replaces a reference of None."""
+    """Return the options of a call for targets of a batch shape; `rest` replaces None for `near`."""
     enforce, workers = is_enforced(limits), None if threads is None else check_threads(threads)
-    if reference is None:
+    if near is None:
         return Options(rest, (), enforce, workers)
-    array = as_floats(reference, (robot.nq,), "reference")
+    array = as_floats(near, (robot.nq,), "near")
     try:
-        fits = common_batch("reference", array.shape[:-1], batch) == batch
+        fits = common_batch("near", array.shape[:-1], batch) == batch
     except WrongShape:
         fits = False
     if not fits:
-        raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    found, notes = _projected(robot, array, "reference") if enforce else (with_unit_quaternion(robot, array), ())
-    return Options(found, notes, enforce, workers)
+        raise WrongShape("near", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
+    inside, notes = _projected(robot, array, "near") if enforce else (with_unit_quaternion(robot, array), ())
+    return Options(inside, notes, enforce, workers)
 
 
-def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
+def inside_limits(robot: RobotModel, q: ArrayLike, what: str = "near") -> tuple[Floats, tuple[str, ...]]:
     """Return the nearest configurations inside all limits, shape (..., nq), and a note if they differ."""
-    return _projected(robot, _finite(robot, reference, what), what)
+    return _projected(robot, _finite(robot, q, what), what)
 
 
 def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
@@ -102,11 +108,11 @@ def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats,
         return q, (f"{what} projected into the limits: {error.violations[0].describe()}",)
 
 
-def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> Floats:
+def with_unit_quaternion(robot: RobotModel, q: ArrayLike, what: str = "near") -> Floats:
     """Return a copy of configurations, shape (..., nq), with unit quaternions of a floating base."""
-    q: Floats = np.array(_finite(robot, reference, what))
-    q[..., : robot.nq_base] = robot.clamp(q)[..., : robot.nq_base]
-    return q
+    unit: Floats = np.array(_finite(robot, q, what))
+    unit[..., : robot.nq_base] = robot.clamp(unit)[..., : robot.nq_base]
+    return unit
 
 
 def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:

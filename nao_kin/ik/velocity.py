@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, common_batch
-from nao_kin._kernels.cache import Floats1, Floats2, Floats3
+from nao_kin._core.former import LIMITS_REDISTRIBUTE
+from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import cached_kernel
-from nao_kin.ik.descent import FrameMotion
-from nao_kin.ik.geometry import cached_limb
-from nao_kin.ik.limit_regions import Region, limit_rows, most_rows
+from nao_kin.ik.closed_form import cached_limb
+from nao_kin.ik.least_squares import FrameMotion
+from nao_kin.ik.limit_regions import Region, limit_rows, max_rows
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
@@ -175,7 +176,7 @@ def _sum_of(vector: Floats, names: tuple[str, ...]) -> str:
 
 # --- `velocity`.
 
-VelocityLimits = Literal["redistribute", "scale", "ignore"]
+VelocityLimits = Literal["enforce", "scale", "ignore"]
 
 # A singular value is damped if it is a smaller share of the largest than this.
 _NEAR_SINGULAR = 0.02
@@ -199,7 +200,7 @@ def velocity(
     *,
     expressed_in: Expression = "mixed",
     damping: float | None = None,
-    limits: VelocityLimits = "redistribute",
+    limits: VelocityLimits = "enforce",
     dt: float = 0.01,
     length: float = 1.0,
 ) -> VelocityResult:
@@ -219,7 +220,7 @@ def velocity(
             0.02 of the largest, are damped, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero along lost
             directions, and other twists are not affected.
         limits: what to do if a joint would exceed its speed limit, or would leave its range or coupled limit in `dt`.
-            "redistribute": a quadratic program finds the velocities inside the limits with the nearest twist, which may
+            "enforce": a quadratic program finds the velocities inside the limits with the nearest twist, which may
             have another direction. "scale": all joints slow down by the same factor, so that the twist keeps its
             direction; a joint at its limit may stop all joints. "ignore": limits are not applied.
         dt: the time [s] within which ranges hold.
@@ -242,6 +243,9 @@ def velocity(
         [0.049, -0.003, 0.007, 0.0, 0.001, 0.0]
     """
     check_robot(robot)
+    if isinstance(limits, str) and limits == LIMITS_REDISTRIBUTE.value:
+        LIMITS_REDISTRIBUTE.warn()
+        limits = "enforce"
     choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")
@@ -262,7 +266,7 @@ def velocity(
     speeds = unlimited = _solved(U, sigma, Vt, dampings, wanted)
     if limits == "scale":
         speeds = _Bounds(motion, q_rows, dt).scaled(unlimited)
-    elif limits == "redistribute":
+    elif limits == "enforce":
         bounds = _Bounds(motion, q_rows, dt)
         speeds = _redistributed(scaled, wanted, unlimited, sigma, Vt, dampings, bounds)
     v = np.zeros((len(q_rows), robot.nv))
@@ -321,7 +325,7 @@ class _Bounds:
         """Return the arguments of `_programs` for configurations."""
         values = self._values[rows]
         moving = np.ascontiguousarray(values[:, self._motion.joints])
-        return self._region.numbers, moving, self._region.still_values(values), self._fastest * self._dt, self._dt
+        return self._region.numbers, moving, self._region.fixed_values(values), self._fastest * self._dt, self._dt
 
     def scaled(self, speeds: Floats) -> Floats:
         """Return the velocities, all scaled by one factor so that every joint is inside."""
@@ -362,18 +366,18 @@ def _redistributed(
     return speeds
 
 
-@cached_kernel("velocities")
+@partial(CachedKernel, what="a kernel of inverse kinematics, velocities", name="ik kernel, velocities")
 def _programs(
-    region: Region, values: Floats2, still: Floats2, longest: Floats1, dt: float,
-    H: Floats3, g: Floats2, found: Floats2, solved: Annotated[NDArray[np.bool_], "boolean", 1],
+    region: Region, values: Floats2, fixed: Floats2, longest: Floats1, dt: float,
+    H: Floats3, g: Floats2, velocities: Floats2, solved: Annotated[NDArray[np.bool_], "boolean", 1],
 ) -> None:  # fmt: skip
     """Minimise each ½ vᵀ H v + gᵀ v with the step v dt inside the limits and no longer than `longest`."""
-    A, b = np.empty((most_rows(region), g.shape[1])), np.empty(most_rows(region))
+    A, b = np.empty((max_rows(region), g.shape[1])), np.empty(max_rows(region))
     for k in range(len(g)):
-        count = limit_rows(region, values[k], still[k], longest, A, b, 0)
+        count = limit_rows(region, values[k], fixed[k], longest, A, b, 0)
         for i in range(count):
             b[i] /= dt
-        solved[k] = quadratic_program(H[k], g[k], A, b, count, 0, found[k])
+        solved[k] = quadratic_program(H[k], g[k], A, b, count, 0, velocities[k])
 
 
 def _dampings(sigma: Floats, damping: float | None) -> Floats:

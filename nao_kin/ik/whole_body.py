@@ -5,15 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import SupportsIndex
+from typing import NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import MAX_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, flag, whole_number
+from nao_kin._core.arrays import (
+    MAX_SEARCHES,
+    Floats,
+    LimitPolicy,
+    as_vectors,
+    check_tolerance,
+    common_batch,
+    flag,
+    whole_number,
+)
+from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.process import usable_cores
-from nao_kin.ik.body import SIDES
-from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, Plan
+from nao_kin._kernels.rows import run_rows
+from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, SIDES, Plan
 from nao_kin.ik.body_search import (
     NOT_STANDING,
     REACHED,
@@ -39,8 +49,7 @@ from nao_kin.ik.body_targets import (
     standing_feet,
     target_beyond,
 )
-from nao_kin.ik.compiling import run_rows
-from nao_kin.ik.geometry import base_coordinates
+from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.results import (
     MILLIMETRES_FROM,
     Codes,
@@ -51,7 +60,7 @@ from nao_kin.ik.results import (
     length_in_words,
     overlap_in_words,
 )
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import Clearance, RobotModel, SupportPolygon, polygon_below
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
@@ -115,8 +124,8 @@ class WholeBodyResult(Outcome):
         """
         names = np.array([*self.residuals, FEET, ""], dtype=object)
         feet = np.isnan(self.q).any(axis=-1)
-        found = names[np.where(feet, len(names) - 2, np.where(self.worst < 0, len(names) - 1, self.worst))]
-        return str(found) if self.reasons.ndim == 0 else np.asarray(found)
+        solutions = names[np.where(feet, len(names) - 2, np.where(self.worst < 0, len(names) - 1, self.worst))]
+        return str(solutions) if self.reasons.ndim == 0 else np.asarray(solutions)
 
     def describe(self, index: tuple[int, ...] = ()) -> str:
         """Return the reason of one pose in a sentence; `index` selects it in a batch.
@@ -170,6 +179,7 @@ _PYTHON_SECONDS = 0.25
 _AT_LIMIT = 1e-6
 
 
+@hides_former
 def whole_body(
     robot: RobotModel,
     targets: Mapping[str, ArrayLike],
@@ -181,14 +191,15 @@ def whole_body(
     torso: ArrayLike | None = None,
     posture: ArrayLike | None = None,
     weights: Mapping[str, float | tuple[float, float]] | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
+    near: ArrayLike | None = None,
+    limits: LimitPolicy = "enforce",
     restarts: SupportsIndex = 50,
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
     threads: SupportsIndex | None = None,
     collisions: bool = False,
+    **_former: NoReturn,
 ) -> WholeBodyResult:
     """Return a pose of the whole NAO that stands on one or both feet and meets targets in the world.
 
@@ -204,31 +215,30 @@ def whole_body(
         robot: a NAO of any version, or another robot with legs of its geometry.
         targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. If
             empty, the robot only stands.
-        feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None
-            for both feet as in the reference.
+        feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None:
+            both feet stay where `near` has them.
         com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for any point above the support
             polygon of the standing feet; None to leave it free. The world's z axis points up.
         margin: distance of the centre of mass inside the support polygon, with com="support" [m].
         gaze: a point to be on the optical axis of CameraTop, shape (..., 3) [m]; or (point, camera).
         torso: a pose or position for the torso, as in `targets`.
-        posture: preferred configurations, shape (..., nq); None for the reference. Outside the limits they are
+        posture: preferred configurations, shape (..., nq); None for `near`. Outside the limits they are
             projected onto them, and `notes` says so.
         weights: name of a target, "com", "gaze", "torso" or "posture" → a factor on its default weight, or two weights
             for metres and radians; 0 frees the component. Defaults are 1 per metre and 0.1 per radian, and 0.01 per
             radian of difference to the posture.
-        reference: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
+        near: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
             the limit nearest to it. The torso of a fixed base is at the origin of the world, a floating base has its
-            pose in the reference. Outside the limits it is projected onto them, and `notes` says so.
-        limits: "enforce" or "ignore" for boxes and coupled limits. If ignored, joint values are within half a turn of
-            those of the posture.
+            pose in `near`. Outside the limits it is projected onto them, and `notes` says so.
         restarts: the maximum of other starts if the first does not meet the targets.
         tolerance: a target is met within this error [m and rad].
         iterations: largest number of steps of one search.
         seed: the seed of the other starts.
-        threads: number of threads for a batch; None for all cores.
-        collisions: leave out poses in which links overlap, by `RobotModel.clearance`: up to `restarts` more searches
-            start farther and farther from such a pose. If links overlap in all poses found, `q` is the one with the
-            largest clearance.
+        limits: as in all solvers, see `nao_kin.ik`; "ignore" brings joint values within half a turn of
+            those of the posture.
+        threads: as in all solvers.
+        collisions: as in all solvers; up to `restarts` more searches start farther and farther from a pose in which
+            links overlap.
 
     Raises:
         UnknownName: a frame, camera, foot or weight that does not exist.
@@ -242,6 +252,8 @@ def whole_body(
         >>> bool(result.success), result.standing
         (True, ('L', 'R'))
     """
+    if _former:
+        near = NEAR.argument(_former, near)
     ready = prepared(robot)
     enforce = is_enforced(limits)
     tables = ready.tables[enforce]
@@ -251,13 +263,13 @@ def whole_body(
     searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
     steps = whole_number(iterations, "iterations", 1, MAX_SEARCHES)
     workers = check_threads(threads)
-    given, notes = (ready.rest, ()) if reference is None else _configurations(robot, reference, "reference", enforce)
-    standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if reference is None else given)
+    given, notes = (ready.rest, ()) if near is None else _configurations(robot, near, "near", enforce)
+    standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if near is None else given)
     requested = all_targets(robot, tables, standing, targets, com, gaze, torso, factors)
     preferred, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
     shapes = [T.shape[:-2] for T in (*(target.values for target in requested), *standing.values())]
     shapes += [given.shape[:-1], preferred.shape[:-1]]
-    batch = common_batch("targets, feet, posture and reference", *shapes)
+    batch = common_batch("targets, feet, posture and near", *shapes)
     support = isinstance(com, str)
     weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
     as_vectors([margin, margin * weight], "margin", 2)
@@ -273,25 +285,25 @@ def whole_body(
         tolerance=float(tolerance),
         steps=steps,
     )
-    begin, near = (_rows(q[..., tables.order], batch, 1) for q in (given, preferred))
-    ends = (near, begin) if enforce else (tables.unwound(near, 0.0), tables.unwound(begin, 0.0))
+    begin, pull = (_rows(q[..., tables.order], batch, 1) for q in (given, preferred))
+    ends = (pull, begin) if enforce else (tables.unwound(pull, 0.0), tables.unwound(begin, 0.0))
     inside = float(margin) if support else 0.0
     problems, origin, polygons = _problems(ready, standing, requested, batch, inside, *ends)
     number, feet_names = whole_number(seed, "seed", 0), tuple(standing)
     search = _Search(
         robot, ready, tables, requested, feet_names, plan, problems, origin, polygons, inside, searches, number, workers
     )
-    found = search.run(np.arange(len(begin)), as_is=posture is None, restarts=0)
-    again = np.flatnonzero(found.report[:, STATUS] != REACHED)
+    solutions = search.run(np.arange(len(begin)), as_is=posture is None, restarts=0)
+    again = np.flatnonzero(solutions.report[:, STATUS] != REACHED)
     if again.size and searches:
-        for all_rows, rows in zip(found, search.run(again), strict=True):
+        for all_rows, rows in zip(solutions, search.run(again), strict=True):
             all_rows[again] = rows
     reference_rows, avoid = _rows(given, batch, 1), flag(collisions, "collisions")
     if avoid:
-        _search_apart(search, found, reference_rows)
+        _search_without_overlap(search, solutions, reference_rows)
     if not enforce:
-        found.x[:] = tables.unwound(found.x, near)
-    return _result(search, found, reference_rows, batch, notes + more, avoid)
+        solutions.x[:] = tables.unwound(solutions.x, pull)
+    return _result(search, solutions, reference_rows, batch, notes + more, avoid)
 
 
 def _problems(
@@ -381,16 +393,16 @@ class _Search:
             problems = problems._replace(starts=starts)
         n, width = len(rows), problems.posture.shape[1]
         shapes = (width,), (4, 4), (len(plan.kind), 2), (3,), (4,)
-        found = Solutions._make(np.zeros((n, *shape)) for shape in shapes)
+        solutions = Solutions._make(np.zeros((n, *shape)) for shape in shapes)
 
         def solve(function: Callable[..., object], part: slice) -> None:
             some = Problems._make(array[part] for array in problems)
-            function(body, self.ready.second_leg, plan, some, Solutions._make(array[part] for array in found))
+            function(body, self.ready.second_leg, plan, some, Solutions._make(array[part] for array in solutions))
 
         if n:
             threads = 1 if n == 1 else self.threads or usable_cores()
             run_rows(whole_bodies, solve, n, min(n, threads), each=(1 + count) * _PYTHON_SECONDS)
-        return found
+        return solutions
 
     def random(self, count: int) -> Floats:
         """Return random values of the moving variables, shape (count, moving)."""
@@ -398,7 +410,7 @@ class _Search:
         return q[:, self.tables.order[: self.tables.body.moving]]
 
 
-def _search_apart(search: _Search, found: Solutions, reference: Floats) -> None:
+def _search_without_overlap(search: _Search, solutions: Solutions, reference: Floats) -> None:
     """Replace poses in which links overlap, by searches from starts farther and farther from these poses."""
     moving = search.tables.body.moving
 
@@ -407,38 +419,38 @@ def _search_apart(search: _Search, found: Solutions, reference: Floats) -> None:
         q[:, search.tables.order] = x
         return search.robot.clearance(q).distance
 
-    best = distances(found.x, np.arange(len(found.x)))
+    best = distances(solutions.x, np.arange(len(solutions.x)))
     for number, random in enumerate(search.random(search.restarts), 1):
-        rows = np.flatnonzero((found.report[:, STATUS] == REACHED) & (best < 0.0))
+        rows = np.flatnonzero((solutions.report[:, STATUS] == REACHED) & (best < 0.0))
         if not rows.size:
             return
-        start = found.x[rows]
+        start = solutions.x[rows]
         start[:, :moving] += number / search.restarts * (random - start[:, :moving])
         other = search.run(rows, restarts=0, start=start)
-        found.report[rows, STEPS] += other.report[:, STEPS]
-        found.report[rows, START] += 1.0
-        other.report[:, [STEPS, START]] = found.report[rows][:, [STEPS, START]]
+        solutions.report[rows, STEPS] += other.report[:, STEPS]
+        solutions.report[rows, START] += 1.0
+        other.report[:, [STEPS, START]] = solutions.report[rows][:, [STEPS, START]]
         distance = distances(other.x, rows)
         better = (other.report[:, STATUS] == REACHED) & (distance > best[rows])
         best[rows[better]] = distance[better]
-        for all_rows, own in zip(found, other, strict=True):
+        for all_rows, own in zip(solutions, other, strict=True):
             all_rows[rows[better]] = own[better]
 
 
 def _result(
     search: _Search,
-    found: Solutions,
+    solutions: Solutions,
     reference: Floats,
     batch: tuple[int, ...],
     notes: tuple[str, ...],
     collisions: bool,
 ) -> WholeBodyResult:
     robot, tables, body = search.robot, search.tables, search.tables.body
-    status = found.report[:, STATUS]
-    residuals = {target.name: found.residuals[:, k].copy() for k, target in enumerate(search.targets)}
+    status = solutions.report[:, STATUS]
+    residuals = {target.name: solutions.residuals[:, k].copy() for k, target in enumerate(search.targets)}
     weights = [target.weights for target in search.targets]
     if search.plan.support > 0.0:
-        residuals[COM] = np.column_stack([found.report[:, SHORTFALL], np.zeros(len(status))])
+        residuals[COM] = np.column_stack([solutions.report[:, SHORTFALL], np.zeros(len(status))])
         weights.append((search.plan.support, 0.0))
     pairs = zip(residuals.values(), weights, strict=True)
     weighted = np.array([np.hypot(*(residual * pair).T) for residual, pair in pairs])
@@ -454,20 +466,20 @@ def _result(
         unmet = np.array([(residual > search.plan.tolerance).any(axis=-1) for residual in residuals.values()])
         worst[failed] = np.argmax(np.where(unmet | ~unmet.any(axis=0), weighted, -1.0)[:, failed], axis=0)
         beyond[failed] = _beyond(search, failed, worst)
-        reasons[failed] = _failure_reasons(search, failed, worst, beyond, found)
+        reasons[failed] = _failure_reasons(search, failed, worst, beyond, solutions)
     q = reference.copy()
-    q[:, tables.order] = found.x
-    torso = found.T_world_torso.copy()
+    q[:, tables.order] = solutions.x
+    torso = solutions.T_world_torso.copy()
     torso[:, :3, 3] += search.origin
     if robot.base == "floating":
         q[stands, :7] = base_coordinates(robot, torso[stands])
-    com = found.com + search.origin
-    values = found.x[:, : body.moving]
+    com = solutions.com + search.origin
+    values = solutions.x[:, : body.moving]
     near = np.minimum(values - body.limits.lower, body.limits.upper - values)
     if len(search.polygons) == 1:
-        margins = search.polygons[0].signed_distance(found.com)
+        margins = search.polygons[0].signed_distance(solutions.com)
     else:
-        below = zip(search.polygons, found.com, strict=True)
+        below = zip(search.polygons, solutions.com, strict=True)
         margins = np.array([polygon.signed_distance(place) for polygon, place in below])
     clearance = None
     if collisions:
@@ -490,10 +502,10 @@ def _result(
         margin=margins.reshape(batch),
         at_limits=(near <= _AT_LIMIT).reshape(*batch, body.moving),
         joints=tuple(names[: body.moving]),
-        iterations=found.report[:, STEPS].astype(np.int64).reshape(batch),
-        starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.restarts).reshape(batch),
+        iterations=solutions.report[:, STEPS].astype(np.int64).reshape(batch),
+        starts=np.where(stands, solutions.report[:, START].astype(np.int64) + 1, 1 + search.restarts).reshape(batch),
         standing=search.standing,
-        notes=notes + _crossing(search, found, stands.reshape(batch)),
+        notes=notes + _crossing(search, solutions, stands.reshape(batch)),
         clearance=clearance,
     )
 
@@ -513,26 +525,26 @@ def _beyond(search: _Search, failed: Integers, worst: Integers) -> Floats:
     return np.where(beyond > search.plan.tolerance, beyond, 0.0)
 
 
-def _failure_reasons(search: _Search, failed: Integers, worst: Integers, beyond: Floats, found: Solutions) -> Codes:
+def _failure_reasons(search: _Search, failed: Integers, worst: Integers, beyond: Floats, solutions: Solutions) -> Codes:
     """Return whether the targets that give way are out of reach, or are met without the other targets."""
-    status = found.report[failed, STATUS]
+    status = solutions.report[failed, STATUS]
     reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)
     reasons[beyond[failed] > 0.0] = Reason.OUT_OF_REACH
     is_alone = len(search.targets) + (search.plan.support > 0.0) == 1
     for index in np.unique(worst[failed]).tolist():
         mine = np.flatnonzero((worst[failed] == index) & (reasons == Reason.TARGETS_DISAGREE))
         targets = [index] if index < len(search.targets) else []
-        report = found.report[failed[mine]] if is_alone else search.run(failed[mine], targets=targets).report
+        report = solutions.report[failed[mine]] if is_alone else search.run(failed[mine], targets=targets).report
         reasons[mine[report[:, STATUS] != REACHED]] = Reason.NOT_CONVERGED
     return reasons
 
 
-def _crossing(search: _Search, found: Solutions, stands: NDArray[np.bool_]) -> tuple[str, ...]:
+def _crossing(search: _Search, solutions: Solutions, stands: NDArray[np.bool_]) -> tuple[str, ...]:
     """Return a note, as in `legs`, if ankles are on swapped sides of the torso."""
     if search.plan.stance != BOTH:
         return ()
     ankles = (search.problems.feet @ np.linalg.inv(search.tables.body.ankle_to_sole))[:, :, :3, 3]
-    left = np.einsum("ni,ni->n", found.T_world_torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
+    left = np.einsum("ni,ni->n", solutions.T_world_torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
     crossed = stands & (left < 0.0).reshape(stands.shape)
     return crossing_in_words(crossed, "poses") if crossed.any() else ()
 

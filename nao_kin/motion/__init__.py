@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from nao_kin.motion.checking import MotionReport, MotionViolation as MotionViolation, check
-from nao_kin.motion.configurations import HOLD as HOLD, Trajectory
 from nao_kin.motion.editing import (
     complete,
     concatenate,
@@ -18,7 +17,7 @@ from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read
 from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.interpolation import Interpolation as Interpolation
 from nao_kin.motion.mending import Change as Change, MendedMotion, clamp, share_motors, slow_down
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import HOLD as HOLD, Motion, Trajectory
 from nao_kin.motion.plotting import plot
 from nao_kin.robot import Hips as Hips
 

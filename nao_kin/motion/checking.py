@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
-from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
-from nao_kin.motion.motion import Motion, check_both
+from nao_kin.motion.motion import HOLD, Motion, check_both, checked_rate
 from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joint_bounds, joints_by_motor
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -24,6 +23,11 @@ from nao_kin.robot.semantics import CoupledLimit
 Kind = Literal["limit", "coupled limit", "speed", "motor", "collision"]
 # For each joint and kind a message lists this many intervals, those with the largest excess.
 _MAX_LISTED = 3
+
+
+def interval(start: float, end: float) -> str:
+    """Return a time interval in words."""
+    return f"{start:.6g} s" if start == end else f"{start:.6g} to {end:.6g} s"
 
 
 @dataclass(frozen=True)
@@ -93,9 +97,9 @@ class MotionViolation:
     def as_dict(self) -> dict[str, Any]:
         """Return the fields for JSON; an infinite bound is None."""
         numbers = ("start", "end", "time", "value", "lower", "upper", "excess")
-        found: dict[str, Any] = {"kind": self.kind, "joint": self.joint, "unit": self.unit}
-        found |= {name: finite_or_none(float(getattr(self, name))) for name in numbers}
-        return found | ({} if self.of is None else {"of": self.of, "of_value": self.of_value})
+        row: dict[str, Any] = {"kind": self.kind, "joint": self.joint, "unit": self.unit}
+        row |= {name: finite_or_none(float(getattr(self, name))) for name in numbers}
+        return row | ({} if self.of is None else {"of": self.of, "of_value": self.of_value})
 
 
 @dataclass(frozen=True)
@@ -135,12 +139,12 @@ class MotionReport:
     @property
     def worst(self) -> tuple[MotionViolation, ...]:
         """For each kind and joint the violation with the largest excess, in the order of `violations`."""
-        found: dict[tuple[str, str], MotionViolation] = {}
+        worst: dict[tuple[str, str], MotionViolation] = {}
         for violation in self.violations:
             key = violation.kind, violation.joint
-            if key not in found or violation.excess > found[key].excess:
-                found[key] = violation
-        return tuple(found.values())
+            if key not in worst or violation.excess > worst[key].excess:
+                worst[key] = violation
+        return tuple(worst.values())
 
     def describe(self, *, degrees: bool = False) -> str:
         """Return one line for each violation, long lists shortened, or one line without violations.
@@ -263,14 +267,14 @@ def check(
 def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float) -> _Found:
     """Return the intervals of samples in which links overlap, each with the links that overlap most."""
     moves = motion.configurations(robot, rate=rate, fill=fill)
-    times, found = moves.times, robot.clearance(moves.q)
-    overlap = np.flatnonzero(found.distance < 0.0)
+    times, clearance = moves.times, robot.clearance(moves.q)
+    overlap = np.flatnonzero(clearance.distance < 0.0)
     rows = []
     for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():
-        worst = part[np.argmin(found.distance[part])]
-        one, other = found.pairs[int(found.pair_index[worst])]
+        worst = part[np.argmin(clearance.distance[part])]
+        one, other = clearance.pairs[int(clearance.pair_index[worst])]
         start, end, at = (float(times[k]) for k in (part[0], part[-1], worst))
-        value = float(found.distance[worst])
+        value = float(clearance.distance[worst])
         rows.append(MotionViolation("collision", one, start, end, at, value, 0.0, math.inf, "m", other))
     kept = sorted(sorted(rows, key=lambda row: row.value)[:_MOST_COLLISIONS], key=lambda row: row.start)
     return kept, len(rows) - len(kept)
@@ -278,16 +282,16 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
     lower, upper, _ = joint_bounds(robot, joint)
-    found = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
+    excess = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
     unit = robot.unit(joint)
-    return [MotionViolation("limit", joint, *row, lower, upper, unit) for row in found.rows], found.left_out
+    return [MotionViolation("limit", joint, *row, lower, upper, unit) for row in excess.rows], excess.left_out
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
     *_, limit = joint_bounds(robot, joint)
-    found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
+    excess = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
     unit = f"{robot.unit(joint)}/s"
-    return [MotionViolation("speed", joint, *row, -limit, limit, unit) for row in found.rows], found.left_out
+    return [MotionViolation("speed", joint, *row, -limit, limit, unit) for row in excess.rows], excess.left_out
 
 
 def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: JointCurves) -> _Found:
@@ -305,9 +309,9 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
         slope = slopes[np.searchsorted(table.at, middle)]
         at_ends = np.interp(curves.values(table.of, times), table.at, bound)
         over = combination(joint, of, times, slope, curves.values(table.joint, times) - at_ends)
-        found = excesses(over, "value", 0.0, sign, LIMIT_TOLERANCE)
-        left_out += found.left_out
-        for row in found.rows:
+        excess = excesses(over, "value", 0.0, sign, LIMIT_TOLERANCE)
+        left_out += excess.left_out
+        for row in excess.rows:
             value, of_value = curves.values_at(row.time, table.joint, table.of)
             lower, upper = (float(end) for end in table.range(np.array(of_value)))
             numbers = *row[:3], value, lower, upper
@@ -331,14 +335,14 @@ def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves
     times = curves.common_times(first, joint)
     miss = curves.values(joint, times) - follows.value(curves.values(first, times))
     difference = combination(curves[joint], curves[first], times, np.full(len(times) - 1, factor), miss)
-    found = _both_sides(difference, "value", 0.0, 0.0, COUPLING_TOLERANCE)
+    excess = _both_sides(difference, "value", 0.0, 0.0, COUPLING_TOLERANCE)
     rows = []
-    for row in found.rows:
+    for row in excess.rows:
         value, other = curves.values_at(row.time, joint, first)
         expected = float(follows.value(other))
         numbers = *row[:3], value, expected, expected
         rows.append(MotionViolation("motor", joint, *numbers, robot.unit(joint), first, other))
-    return rows, found.left_out
+    return rows, excess.left_out
 
 
 def _both_sides(curve: Segments, quantity: Quantity, lower: float, upper: float, tolerance: float) -> Excesses:

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
-from nao_kin.motion.configurations import MAX_SAMPLES, filled
 from nao_kin.motion.interpolation import Segments, segments
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import MAX_SAMPLES, Motion, filled
 from nao_kin.robot import RobotModel
 
 
@@ -58,8 +57,8 @@ class JointCurves:
                     f"{motion.duration:g} s at {self._rate:g} samples per second are too many; lower rate"
                 )
             times.append(np.linspace(motion.start, motion.end, int(np.ceil(steps)) + 1))
-        found = np.unique(np.concatenate(times))
-        return found if len(found) > 1 else np.repeat(found, 2)
+        result = np.unique(np.concatenate(times))
+        return result if len(result) > 1 else np.repeat(result, 2)
 
     def _curve(self, joint: str) -> Segments:
         motion = self._motion
@@ -213,13 +212,13 @@ def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tol
     for moments, piece, side in ((start, first, 0), (end, last, 1)):
         passes = over[piece, side] < 0.0
         moments[passes] = pieces.crossings(touched[piece[passes]], bound)
-    found = []
+    rows = []
     for row, (begin, finish) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
         place = begin + int(np.argmax(peaks[begin : finish + 1]))
         side = int(np.argmax(over[place]))
         value = float(pieces.values[touched[place], side])
-        found.append(Excess(float(start[row]), float(end[row]), float(times[place, side]), value))
-    return Excesses(found, len(worst) - len(found))
+        rows.append(Excess(float(start[row]), float(end[row]), float(times[place, side]), value))
+    return Excesses(rows, len(worst) - len(rows))
 
 
 def _quantity(curve: Segments, quantity: Quantity, segment: NDArray[Any], u: Floats) -> Floats:

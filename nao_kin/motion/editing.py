@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, shaped, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.motion.configurations import HOLD, MAX_SAMPLES, filled, sampling_times
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments, segment_of
-from nao_kin.motion.motion import Motion, check_both, check_motion
+from nao_kin.motion.motion import HOLD, MAX_SAMPLES, Motion, check_both, check_motion, filled, sampling_times
 from nao_kin.robot import RobotModel, check_robot, other_side
 
 # Tolerance of values that must be equal without a gap in time.
@@ -342,7 +341,7 @@ def _cut_curve(
     a, b = np.full((2, len(pieces)), 1.0 / 3.0) if curve.lengths is None else curve.lengths[segment].T
     width = curve.width[segment]
     length = new[pieces + 1] - new[pieces]
-    for axis, controls in enumerate(((a * width, (1.0 - b) * width, width), curve.controls[segment].T)):
+    for axis, controls in enumerate((np.array((a * width, (1.0 - b) * width, width)), curve.controls[segment].T)):
         ends = _polar(controls, u, u, u), _polar(controls, v, v, v)
         after, before = _polar(controls, u, u, v) - ends[0], _polar(controls, u, v, v) - ends[1]
         if axis == 0:
@@ -352,7 +351,7 @@ def _cut_curve(
     values[pieces[starts]] = curve.value(segment[starts], u[starts])
 
 
-def _polar(controls: tuple[Floats, Floats, Floats] | Floats, r: Floats, s: Floats, t: Floats) -> Floats:
+def _polar(controls: Floats, r: Floats, s: Floats, t: Floats) -> Floats:
     """Return the polar form of a cubic with the Bernstein coefficients 0, p, q and d."""
     p, q, d = controls
     once = r * (1.0 - s) * (1.0 - t) + s * (1.0 - r) * (1.0 - t) + t * (1.0 - r) * (1.0 - s)

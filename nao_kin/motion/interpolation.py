@@ -76,7 +76,7 @@ def bezier_parameter(a: Floats, b: Floats, x: Floats) -> Floats:
 
     x(u) never decreases. A step of Newton's method that would leave the bracket found so far is replaced by bisection.
     """
-    found = np.array(x)
+    result = np.array(x)
     todo = np.arange(len(x))
     u, low, high = np.array(x), np.zeros(len(x)), np.ones(len(x))
     for _ in range(_MAX_STEPS):
@@ -87,13 +87,13 @@ def bezier_parameter(a: Floats, b: Floats, x: Floats) -> Floats:
             step = u - miss / slope
         new = np.where((step > low) & (step < high), step, 0.5 * (low + high))
         new = np.where(miss == 0.0, u, new)
-        found[todo] = new
+        result[todo] = new
         left = np.abs(new - u) > _ACCURACY
         if not left.any():
             break
         todo, u, low, high = todo[left], new[left], low[left], high[left]
         a, b, x = a[left], b[left], x[left]
-    return found
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +133,9 @@ class Segments:
         if vertical.any():
             # The limit of 0 / 0: the ratio of the second derivatives, then of the third.
             for order in (_quadratic_slope, _quadratic_bend):
-                still = vertical & (over == 0.0) & (under == 0.0)
-                over = np.where(still, order(u, *value), over)
-                under = np.where(still, order(u, *time), under)
+                undetermined = vertical & (over == 0.0) & (under == 0.0)
+                over = np.where(undetermined, order(u, *value), over)
+                under = np.where(undetermined, order(u, *time), under)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(over == 0.0, 0.0, over / np.where(vertical & (under == 0.0), 0.0, under))
         width = self.width[segment]

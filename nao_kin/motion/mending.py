@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin.errors import BadArgument
-from nao_kin.motion.checking import bends, check
-from nao_kin.motion.configurations import HOLD, interval, sampling_times
+from nao_kin.motion.checking import bends, check, interval
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
-from nao_kin.motion.motion import Motion, check_both
+from nao_kin.motion.motion import HOLD, Motion, check_both, sampling_times
 from nao_kin.robot import (
     LIMIT_TOLERANCE,
     Hips,
@@ -264,9 +263,9 @@ def _overshoots(motion: Motion, column: int, lower: float, upper: float) -> NDAr
     curve = motion.segments[column]
     pieces = pieces_of(curve, "value", np.arange(len(curve.start)))
     outside = ((pieces.values < lower - LIMIT_TOLERANCE) | (pieces.values > upper + LIMIT_TOLERANCE)).any(axis=1)
-    found = np.zeros(len(curve.start), dtype=np.bool_)
-    found[pieces.segment[outside]] = True
-    return found
+    result = np.zeros(len(curve.start), dtype=np.bool_)
+    result[pieces.segment[outside]] = True
+    return result
 
 
 def _into_table(

@@ -1,4 +1,4 @@
-"""`Motion`: joints with their own keys, and a curve through the keys of each joint."""
+"""`Motion`: joints with their own keys, and a curve through the keys of each joint; and its configurations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, shaped
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
-from nao_kin.motion.configurations import HOLD, Trajectory, filled, sampling_times
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
 from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, motor_values
 
@@ -32,17 +31,17 @@ def checked_names(names: Any) -> tuple[str, ...]:
     """Return the joint names of a motion as texts, each given once."""
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise BadArgument(f"joint_names must be a list of names, got {quoted(names)}")
-    found = tuple(names)
-    if not found:
+    result = tuple(names)
+    if not result:
         raise BadArgument("a motion needs at least one joint, got no joint_names")
     seen = set[str]()
-    for index, name in enumerate(found):
+    for index, name in enumerate(result):
         if not isinstance(name, str) or not name:
             raise BadArgument(f"joint_names must be texts, got {quoted(name)} at index [{index}]")
         if name in seen:
             raise BadArgument(f"joint_names has {quoted(name)} twice, again at index [{index}]")
         seen.add(name)
-    return found
+    return result
 
 
 def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
@@ -247,6 +246,84 @@ class SharedTimes:
             start_time = self._times[segment]
             share = np.clip((t[part] - start_time) / (self._times[segment + 1] - start_time), 0.0, 1.0)
             yield rows, segment, share[:, None]
+
+
+# --- Configurations of a robot: sampling times, and values of the joints that a motion does not name.
+
+HOLD = "hold"
+# Configurations, samples or keys of a joint: 800 MB for 25 joints.
+MAX_SAMPLES = 4_000_000
+# A last step shorter than this share of a step is rounding.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Configurations at times.
+
+    Attributes:
+        times: shape (n,) [s].
+        q: configurations, shape (n, nq).
+    """
+
+    times: Floats
+    q: Floats
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __repr__(self) -> str:
+        span = f", {self.times[0]:g} to {self.times[-1]:g} s" if len(self.times) else ""
+        return f"<Trajectory of {len(self.times)} configurations{span}>"
+
+
+def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) -> Floats:
+    """Return the sampling times (n,): the given times, times at a rate, or the key times."""
+    if times is not None:
+        if rate is not None:
+            raise BadArgument("rate and times both set the times; give one")
+        at = np.array(as_floats(times, (), "times"))
+        if at.ndim != 1:
+            raise WrongShape("times", "(n,)", at.shape)
+        return at
+    if rate is None:
+        return motion.key_times
+    number = checked_rate(rate)
+    steps = motion.duration * number
+    if not steps < MAX_SAMPLES:
+        raise BadArgument(
+            f"{motion.duration:g} s at {number:g} per second are {steps:.3g} samples, "
+            f"more than {MAX_SAMPLES}; give a smaller rate"
+        )
+    at = motion.start + np.arange(int(steps + _ROUNDING) + 1) / number
+    # A duration that rounds to a whole number of steps has no short step at its end.
+    if steps - (len(at) - 1) > _ROUNDING:
+        return np.append(at, motion.end)
+    at[-1] = motion.end
+    return at
+
+
+def checked_rate(rate: float) -> float:
+    """Return a rate, which must be a number above zero."""
+    number = as_floats(rate, (), "rate")
+    if isinstance(rate, bool) or number.shape != () or not number > 0.0:
+        raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
+    return float(number)
+
+
+def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:
+    """Return the configuration (nq,) with the values of the joints that a motion does not name."""
+    if isinstance(fill, str):
+        if fill != HOLD:
+            if fill not in robot.posture_names:
+                raise UnknownName("posture", fill, (*robot.posture_names, HOLD))
+            return robot.posture(fill)
+        start = robot.semantics.start
+        return robot.posture(start) if start in robot.posture_names else robot.clamp(robot.neutral())
+    q = as_floats(fill, (), "fill")
+    if q.shape != (robot.nq,):
+        raise WrongShape("fill", f"({robot.nq},), or be the name of a posture", q.shape)
+    return np.array(robot.checked(q))
 
 
 # --- The motion itself.
@@ -461,15 +538,15 @@ class Motion:
             return rows.reshape(*wanted.shape, len(self.keys))
         # Joint by joint in memory, as it is filled.
         result = np.empty((len(self.keys), len(flat)))
-        found, place = None, np.zeros(0, dtype=np.intp)
+        column_times, place = None, np.zeros(0, dtype=np.intp)
         for column, (times, keys) in enumerate(zip(self.times, self.keys, strict=True)):
             if len(keys) == 1:
                 result[column] = 0.0 if speed else keys[0]
             elif self.interpolation == "linear" and not speed:
                 result[column] = np.interp(flat, times, keys)
             else:
-                if times is not found:
-                    found, place = times, segment_of(times, flat)
+                if times is not column_times:
+                    column_times, place = times, segment_of(times, flat)
                 pieces = self.segments[column]
                 u = pieces.parameter(place, flat)
                 if speed:

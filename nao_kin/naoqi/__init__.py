@@ -28,7 +28,7 @@ from nao_kin.naoqi.names import (
     limits,
     to_order,
 )
-from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
+from nao_kin.naoqi.scripts import run_script
 from nao_kin.naoqi.spaces import (
     FRAME_ROBOT,
     FRAME_TORSO,
@@ -44,6 +44,7 @@ from nao_kin.naoqi.spaces import (
 )
 from nao_kin.naoqi.virtual.engine import Event as Event, NaoqiError
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
+from nao_kin.naoqi.virtual.services.expression import light_colours, spoken_words
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [

@@ -162,16 +162,16 @@ def _checked(frame: object) -> LolaFrame:
         raise BadArgument(f"a LoLA frame must be a MessagePack map, got {type(frame).__name__}")
     if "Position" not in frame:
         raise BadArgument(f"a LoLA frame must have the entry Position, got {quoted(', '.join(map(str, frame)))}")
-    found: LolaFrame = {}
+    entries: LolaFrame = {}
     for name, values in frame.items():
         if name == _CONFIG:
             texts = values if isinstance(values, (list, tuple)) else ()
             if len(texts) != _CONFIG_LENGTH or not all(isinstance(text, str) for text in texts):
                 raise BadArgument(f"a LoLA frame's {_CONFIG} must be {_CONFIG_LENGTH} texts, got {quoted(values)}")
-            found[name] = tuple(texts)
+            entries[name] = tuple(texts)
         elif name in LOLA_ENTRIES:
-            found[name] = _numbers(name, values)
-    return found
+            entries[name] = _numbers(name, values)
+    return entries
 
 
 def _numbers(name: str, values: object) -> Floats:

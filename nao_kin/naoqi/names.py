@@ -17,7 +17,10 @@ from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
 CHAINS: tuple[str, ...] = ("Head", "LArm", "LLeg", "RLeg", "RArm")
-LIMB_PAIRS: dict[str, tuple[str, str]] = {"Arms": ("LArm", "RArm"), "Legs": ("LLeg", "RLeg")}
+ARMS, LEGS, HANDS = ("LArm", "RArm"), ("LLeg", "RLeg"), ("LHand", "RHand")
+LIMB_PAIRS: dict[str, tuple[str, str]] = {"Arms": ARMS, "Legs": LEGS}
+# Two joints with one motor.
+LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # getBodyNames returns for these, in order: all 26 joints; the same 26; the 24 without the hands; the 2 hands.
 GROUPS: tuple[str, ...] = ("Body", "JointActuators", "Joints", "Actuators")
 # The unit of a hand's opening.
@@ -61,10 +64,10 @@ def chain_names(robot: RobotModel) -> tuple[str, ...]:
         ('Head', 'LArm', 'LLeg', 'RLeg', 'RArm')
     """
     check_robot(robot)
-    found = tuple(chain for chain in CHAINS if chain in robot.chains)
-    if not found:
+    chains = tuple(chain for chain in CHAINS if chain in robot.chains)
+    if not chains:
         raise BadArgument(f"robot {robot.name} has none of NAOqi's chains {', '.join(CHAINS)}")
-    return found
+    return chains
 
 
 def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body") -> Floats:
@@ -92,11 +95,11 @@ def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body")
 
 def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
     """Return one name or several as a tuple of strings."""
-    found = (names,) if isinstance(names, str) else tuple(names) if isinstance(names, Iterable) else (names,)
-    for name in found:
+    result = (names,) if isinstance(names, str) else tuple(names) if isinstance(names, Iterable) else (names,)
+    for name in result:
         if not isinstance(name, str):
             raise BadArgument(f"names must be a name or several, got {type(name).__name__}")
-    return found
+    return result
 
 
 def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -112,11 +115,8 @@ def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
 
 # --- The orders of joint values: NAOqi's Body, LoLA's frames, the DCM's table of joint actuators.
 
-_LEFT, _RIGHT = "LHipYawPitch", "RHipYawPitch"
-
 _NOT_H21 = ("LWristYaw", "LHand", "RWristYaw", "RHand")
-_HANDS = ("LHand", "RHand")
-_LOLA = (*(joint for joint in BODY_ORDER if joint not in (_RIGHT, *_HANDS)), *_HANDS)
+_LOLA = (*(joint for joint in BODY_ORDER if joint not in (RIGHT_HIP, *HANDS)), *HANDS)
 
 # "H25": getBodyNames("Body") of a NAO H25, 26 names (doc.aldebaran.com/2-8, bodyparts_naov6.html).
 # "H21": the same without wrists and hands, 22 names (doc.aldebaran.com/2-0/family/robots/bodyparts.html, note 2).
@@ -198,17 +198,17 @@ def from_order(
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
     by_name = dict(zip(names, np.moveaxis(array, -1, 0), strict=True))
-    if hips is not None and _LEFT in by_name and _RIGHT in by_name:
-        left, right = by_name[_LEFT], by_name.pop(_RIGHT)
-        by_name[_LEFT] = {"left": left, "right": right, "average": 0.5 * (left + right)}[hips]
-    found = robot.configuration(by_name, limits="ignore")
+    if hips is not None and LEFT_HIP in by_name and RIGHT_HIP in by_name:
+        left, right = by_name[LEFT_HIP], by_name.pop(RIGHT_HIP)
+        by_name[LEFT_HIP] = {"left": left, "right": right, "average": 0.5 * (left + right)}[hips]
+    result = robot.configuration(by_name, limits="ignore")
     if near is None:
-        return found
+        return result
     start = as_floats(near, (robot.nq,), "near")
-    batch = common_batch("values and near", found.shape[:-1], start.shape[:-1])
+    batch = common_batch("values and near", result.shape[:-1], start.shape[:-1])
     q = np.array(np.broadcast_to(start, (*batch, robot.nq)))
     columns = [column for column, joint in enumerate(robot.joint_names, robot.nq_base) if joint in by_name]
-    q[..., columns] = found[..., columns]
+    q[..., columns] = result[..., columns]
     return q
 
 

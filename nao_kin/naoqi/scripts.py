@@ -1,12 +1,11 @@
-"""Run scripts for NAOqi in a process of their own, and convert LEDs and words for a viewer."""
+"""Run scripts for NAOqi in a process of their own."""
 
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -53,46 +52,3 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
             with suppress(subprocess.TimeoutExpired):
                 process.wait(_LOOK_SECONDS)
     return 128 - code if code < 0 else code
-
-
-# --- LEDs and words for a viewer: the viewer's names for those of NAOqi.
-
-Colour = tuple[float, float, float]
-
-# NAOqi's name of each LED with a shape in the viewer → the viewer's name; ears and head have none.
-_LIGHTS: Mapping[str, str] = {
-    **{f"FaceLed{side}{number}": f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)},
-    "ChestLeds": "Chest",
-    "LeftFootLeds": "LeftFoot",
-    "RightFootLeds": "RightFoot",
-}
-_TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\([^)]*\)")
-
-
-def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
-    """Return colours of LEDs for `Viewer.show_lights`, without the LEDs in the ears and on the head.
-
-        viewer.show_lights(nk.naoqi.light_colours(robot.state().leds))
-
-    Args:
-        leds: name of each LED in ALLeds → red, green, blue from 0 to 1.
-
-    Examples:
-        >>> nk.naoqi.light_colours({"FaceLedRight0": (1.0, 0.0, 0.0)})
-        {'RightEye0': (1.0, 0.0, 0.0)}
-    """
-    if not isinstance(leds, Mapping):
-        raise BadArgument(f"leds must be a mapping, got {type(leds).__name__}")
-    return {_LIGHTS[led]: colour for led, colour in leds.items() if led in _LIGHTS}
-
-
-def spoken_words(text: str) -> str:
-    r"""Return the spoken words of a text for ALTextToSpeech, without tags such as `\rspd=80\` and `^start(animation)`.
-
-    Examples:
-        >>> nk.naoqi.spoken_words("^start(animations/Stand/Gestures/Hey_1) Hello")
-        'Hello'
-    """
-    if not isinstance(text, str):
-        raise BadArgument(f"text must be a string, got {type(text).__name__}")
-    return _TAG.sub("", text).strip()

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.names import CHAINS
+from nao_kin.naoqi.names import CHAINS, LEGS
 from nao_kin.robot import RobotModel, check_robot, refuse_not_rotation, refuse_other_last_row
 from nao_kin.rotations import matrix_from_rpy, nearest_rotation, rpy_from_matrix
 from nao_kin.world import feet_frame
@@ -127,8 +127,8 @@ def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
 FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")
 # The six frames that Cartesian control moves: the ends of the chains, and the torso.
-EFFECTORS: tuple[str, ...] = (*CHAINS, "Torso")
-TORSO, LEGS = "Torso", ("LLeg", "RLeg")
+TORSO = "Torso"
+EFFECTORS: tuple[str, ...] = (*CHAINS, TORSO)
 
 
 def space_number(space: SupportsIndex | str) -> int:

@@ -15,13 +15,9 @@ from nao_kin.robot.chains import (
     serial_chain as serial_chain,
     topology,
 )
+from nao_kin.robot.collision_pairs import LinkPair as LinkPair, disabled_collisions as disabled_collisions
 from nao_kin.robot.collisions import Clearance, Contact as Contact, LinkShapes as LinkShapes
 from nao_kin.robot.configurations import COUPLING_TOLERANCE as COUPLING_TOLERANCE, UNIT_TOLERANCE as UNIT_TOLERANCE
-from nao_kin.robot.contacts import (
-    LinkContacts as LinkContacts,
-    LinkPair as LinkPair,
-    disabled_collisions as disabled_collisions,
-)
 from nao_kin.robot.geometry import (
     GeometryKind as GeometryKind,
     capsules as capsules,

@@ -6,7 +6,7 @@ Distances are negative where shapes overlap: the least translation that separate
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
@@ -21,9 +21,8 @@ from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import CROSSOVER
-from nao_kin.robot.contacts import LinkPair, disabled_collisions
-from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, warn_of_shapes
-from nao_kin.robot.separation import Capsules, covering_capsule
+from nao_kin.robot.collision_pairs import Capsules, LinkPair, disabled_collisions
+from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, shape_geometry, warn_of_shapes
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
@@ -109,6 +108,8 @@ _SAMPLES = 1000
 _CHUNK = 4096
 # Configurations whose pairs are tested for nearness at once.
 _FEW = 64
+# Shapes at this distance may touch: coal reports shapes within its tolerance as touching [m].
+_TOUCHING = 1e-5
 # Sides of the prism around a cylinder: it is larger by 0.5 % of the radius.
 _SIDES = 32
 # Hulls flatter than this have no volume [m].
@@ -122,13 +123,17 @@ _SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """The convex hull of points, grown by a radius, as coal's geometry and its pose in the link [m]."""
+    """A shape of a link: coal's geometry and its pose in the link, and points whose hull, grown, contains it [m].
+
+    The hull grown by the radius is the shape, except for a flat-ended cylinder (two points) and a concave mesh.
+    """
 
     link: str
     points: Floats  # one with a radius is a ball, two a capsule; a hull of more has no radius
     radius: float
     geometry: Any
     T_link_geometry: Floats
+    triangles: Any = None  # coal's geometry of a mesh of which `geometry` is the hull; None if only the hull counts
 
 
 def round_shape(link: str, ends: Floats, radius: float) -> Shape:
@@ -156,10 +161,38 @@ def hull_shape(link: str, points: Floats) -> Shape:
     return Shape(link, np.array(mesh.convex.points()).reshape(-1, 3), 0.0, mesh.convex, np.eye(4))
 
 
+def exact_shape(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
+    """Return a box, a cylinder with flat ends, or a mesh with its triangles; T is the pose in the link."""
+    geometry, triangles, radius = shape_geometry(shape, tree.packages), None, 0.0
+    if isinstance(shape, Cylinder):
+        points, radius = np.array([[0.0, 0.0, -0.5 * shape.length], [0.0, 0.0, 0.5 * shape.length]]), shape.radius
+    elif isinstance(shape, MeshFile):
+        try:
+            geometry.buildConvexHull(True, "Qt")
+            geometry, triangles = geometry.convex, geometry
+            points = np.array(geometry.points())
+        except (RuntimeError, ValueError):  # a flat mesh has no hull
+            points = np.array(geometry.vertices())
+    else:
+        points = _corners(shape, tree)
+    return Shape(link, points @ T[:3, :3].T + T[:3, 3], radius, geometry, T, triangles)
+
+
+def _hull_of(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
+    return hull_shape(link, _corners(shape, tree) @ T[:3, :3].T + T[:3, 3])
+
+
 def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
-    """Yield the collision shapes of a tree, or else the visual ones, with capsules joined; warn of those left out."""
+    """Yield the hulls of the collision shapes of a tree, or else of the visual ones; warn of those left out."""
     notes = list(tree.collision_notes if tree.collisions else (*tree.collision_notes, *tree.visual_notes))
-    rows: tuple[Visual | Collision, ...] = tree.collisions or tree.visuals
+    yield from _shapes(tree.collisions or tree.visuals, tree, _hull_of, notes)
+    warn_of_shapes(tree, notes)
+
+
+def _shapes(
+    rows: tuple[Visual | Collision, ...], tree: UrdfTree, make: Callable[..., Shape], notes: list[str]
+) -> Iterator[Shape]:
+    """Yield the shapes of rows, with capsules joined; add a note for each that cannot be read."""
     round_ended = capsules(rows)
     caps = {cap for both in round_ended.values() for cap in both}
     for index, row in enumerate(rows):
@@ -171,12 +204,10 @@ def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
             yield round_shape(row.link, np.array([T[:3, 3] - half, T[:3, 3] + half]), shape.radius)  # type: ignore[union-attr]
             continue
         try:
-            points = _corners(shape, tree)
+            yield make(row.link, T, shape, tree)
         except UnreadableShape as reason:
-            notes.append(f"a shape of {abbreviated(row.link)} is left out: {reason}")
-        else:
-            yield hull_shape(row.link, points @ T[:3, :3].T + T[:3, 3])
-    warn_of_shapes(tree, notes)
+            kind = "visual" if isinstance(row, Visual) else "collision"
+            notes.append(f"a {kind} shape of {abbreviated(row.link)} is left out: {reason}")
 
 
 def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
@@ -207,6 +238,21 @@ def hulls_in(text: str) -> Iterator[Shape]:
         yield hull_shape(name.split(".")[0], np.array(points, dtype=float))
 
 
+def covering_capsule(points: Floats) -> tuple[Floats, float]:
+    """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
+    if len(points) <= 2:
+        return points[[0, -1]], 0.0
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T[:, ::-1]
+    low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
+    local = points @ axes - (low + high) / 2.0
+    across = np.linalg.norm(local[:, :2], axis=1)
+    radius = float(across.max())
+    # Each point is within the radius of the segment if this reaches so far along the axis.
+    half = max(float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - across**2, 0.0))).max()), 0.0)
+    centre = axes @ (low + high) / 2.0
+    return np.array([centre - half * axes[:, 2], centre + half * axes[:, 2]]), radius
+
+
 class LinkShapes:
     """The shapes of a robot's links, in the links' order, and the distances between the `pairs` that are checked."""
 
@@ -216,26 +262,35 @@ class LinkShapes:
         disabled: dict[LinkPair, str] | None = None,  # the other pairs, and the reason
         shapes: Iterable[Shape] | None = None,
     ) -> None:
-        self._robot = robot
-        shapes = list(robot._collision_shapes() if shapes is None else shapes)
-        self.links = tuple(link for link in robot.link_names if any(shape.link == link for shape in shapes))
-        if not shapes:
+        self._robot, self.notes = robot, list[str]()
+        own = list(robot._collision_shapes() if shapes is None else shapes)
+        if shapes is None and not own:
             raise BadArgument(f"{robot.name} has no shapes: its links have neither collisions nor visuals")
-        self.shapes = tuple(sorted(shapes, key=lambda shape: self.links.index(shape.link)))
-        link = np.array([self.links.index(shape.link) for shape in self.shapes])
+        self.links = tuple(link for link in robot.link_names if any(shape.link == link for shape in own))
+        self.shapes = tuple(sorted(own, key=lambda shape: self.links.index(shape.link)))
+        link = np.array([self.links.index(shape.link) for shape in self.shapes], dtype=np.int64)
         first = np.cumsum([0, *(len(shape.points) for shape in self.shapes)])
         radius = np.array([shape.radius for shape in self.shapes])
         around = [covering_capsule(shape.points) for shape in self.shapes]
-        ends, width = np.array([ends for ends, _ in around]), radius + np.array([width for _, width in around])
-        points = np.concatenate([shape.points for shape in self.shapes])
-        self._table = HullTable(link, first, points, radius, ends.reshape(-1, 6), width)
+        ends = np.array([ends for ends, _ in around]).reshape(-1, 6)
+        width = radius + np.array([width for _, width in around])
+        points = np.concatenate([*(shape.points for shape in self.shapes), np.empty((0, 3))])
+        self._table = HullTable(link, first, points, radius, ends, width)
         self.capsules: Capsules = {link: [] for link in self.links}
         for shape, segment, size in zip(self.shapes, ends, width.tolist(), strict=True):
-            self.capsules[shape.link].append((segment, size))
+            self.capsules[shape.link].append((segment.reshape(2, 3), size))
         self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))
         self.disabled = self._disabled() if disabled is None else disabled
         self.pairs = tuple(pair for pair in self.pairs if pair not in self.disabled)
-        self._choose(self.pairs)
+        self._places, self._owner = self._pairs_of_shapes(self.pairs)
+
+    @classmethod
+    def exact(cls, robot: RobotModel) -> LinkShapes:
+        """Return the collision elements as they are, for tests of contact; `notes` says which are left out."""
+        notes: list[str] = []
+        made = cls(robot, {}, list(_shapes(robot.tree.collisions, robot.tree, exact_shape, notes)))
+        made.notes = notes
+        return made
 
     def _disabled(self) -> dict[LinkPair, str]:
         rows = self._robot.semantics.disabled_collisions
@@ -246,14 +301,14 @@ class LinkShapes:
             return {(min(a, b), max(a, b)): reason for a, b, reason in rows}
         return disabled_collisions(self._robot, self, samples=_SAMPLES, seed=0)
 
-    def _choose(self, pairs: tuple[LinkPair, ...]) -> None:
-        """Prepare the pairs of shapes of pairs of links."""
+    def _pairs_of_shapes(self, pairs: Iterable[LinkPair]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the pairs of shapes of pairs of links, shape (p, 2), and the index of the pair of links of each."""
         of_link = defaultdict(list)
         for place, shape in enumerate(self.shapes):
             of_link[shape.link].append(place)
         rows = [(a, b, owner) for owner, pair in enumerate(pairs) for a in of_link[pair[0]] for b in of_link[pair[1]]]
         table = np.array(rows, dtype=np.int64).reshape(-1, 3)
-        self._places, self._owner = np.ascontiguousarray(table[:, :2]), table[:, 2]
+        return np.ascontiguousarray(table[:, :2]), table[:, 2]
 
     def clearance(self, q: Floats, below: float = np.inf) -> Clearance:
         """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair."""
@@ -272,7 +327,7 @@ class LinkShapes:
         return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs)
 
     def _by_coal(self, q: Floats, gaps: Floats, which: NDArray[np.int64]) -> None:
-        for sample, T, least in self._bounds(q):
+        for sample, T, least in self._bounds(q, self._places):
             for pair in np.argsort(least):
                 if least[pair] >= gaps[sample]:
                     break
@@ -280,10 +335,10 @@ class LinkShapes:
                 if gap < gaps[sample]:
                     gaps[sample], which[sample] = gap, pair
 
-    def _bounds(self, q: Floats) -> Iterator[tuple[int, Floats, Floats]]:
+    def _bounds(self, q: Floats, places: NDArray[np.int64]) -> Iterator[tuple[int, Floats, Floats]]:
         """Yield index, poses of the links (links, 4, 4) and least possible distances of the pairs of shapes."""
-        (a, b), width = self._places.T, self._table.width
-        for start in range(0, len(q), _FEW):
+        (a, b), width = places.T, self._table.width
+        for start in range(0, len(q) if len(places) else 0, _FEW):
             T = self._robot.fk(q[start : start + _FEW], self.links)
             placed = T[:, self._table.link]
             ends = placed[..., None, :3, :3] @ self._table.ends.reshape(-1, 2, 3, 1)
@@ -293,31 +348,56 @@ class LinkShapes:
             between = np.sqrt(segments_squared(tuple(r), tuple(half[..., a]), tuple(half[..., b])))
             yield from zip(range(start, start + _FEW), T, between - width[a] - width[b], strict=False)
 
+    def _place(self, T: Floats, s: int) -> Any:
+        """Return the pose of a shape's geometry for coal, at poses of the links."""
+        T_root_geometry = T[self._table.link[s]] @ self.shapes[s].T_link_geometry
+        return coal.Transform3s(T_root_geometry[:3, :3], T_root_geometry[:3, 3])
+
     def _coals(self, T: Floats, pair: int) -> Any:
         """Return coal's distance of a pair of shapes and their nearest points, at poses of the links."""
-        placed = []
-        for s in self._places[pair]:
-            T_root_geometry = T[self._table.link[s]] @ self.shapes[s].T_link_geometry
-            placed += [self.shapes[s].geometry, coal.Transform3s(T_root_geometry[:3, :3], T_root_geometry[:3, 3])]
+        a, b = self._places[pair]
         result = coal.DistanceResult()
-        coal.distance(*placed, _SIGNED, result)
+        one, other = self.shapes[a].geometry, self.shapes[b].geometry
+        coal.distance(one, self._place(T, a), other, self._place(T, b), _SIGNED, result)
         return result
+
+    def _touch(self, T: Floats, a: int, b: int) -> bool:
+        """Return whether two shapes touch; the hulls of meshes, which are tested first, are much faster."""
+        one, other, places = self.shapes[a], self.shapes[b], (self._place(T, a), self._place(T, b))
+        return _collide(one.geometry, other.geometry, *places) and (
+            (one.triangles is None and other.triangles is None)
+            or _collide(one.triangles or one.geometry, other.triangles or other.geometry, *places)
+        )
+
+    def touching(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> set[tuple[LinkPair, int]]:
+        """Return which pairs touch in which of n configurations (n, nq), for each pair in at most `limit` of them."""
+        counts, names = dict.fromkeys(sorted(pairs), 0), sorted(pairs)
+        places, owner = self._pairs_of_shapes(names)
+        seen: set[tuple[LinkPair, int]] = set()
+        for sample, T, least in self._bounds(q, places):
+            for k in np.flatnonzero(least <= _TOUCHING).tolist():
+                pair = names[owner[k]]
+                if (pair, sample) in seen or (limit is not None and counts[pair] >= limit):
+                    continue
+                if self._touch(T, *places[k]):
+                    seen.add((pair, sample))
+                    counts[pair] += 1
+        return seen
+
+    def count(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> dict[LinkPair, int]:
+        """Return the number of configurations (n, nq) in which the links of each pair touch, at most `limit`."""
+        counts = dict.fromkeys(sorted(pairs), 0)
+        for pair, _ in self.touching(q, pairs, limit=limit):
+            counts[pair] += 1
+        return counts
 
     def near(self, q: Floats, margin: float) -> Iterator[tuple[int, int, Any]]:
         """Yield configuration, pair of links and coal's distance of those nearer than a margin; q (n, nq)."""
-        for sample, T, least in self._bounds(q):
+        for sample, T, least in self._bounds(q, self._places):
             for pair in np.flatnonzero(least < margin).tolist():
                 result = self._coals(T, pair)
                 if result.min_distance < margin:
                     yield sample, int(self._owner[pair]), result
-
-    def count(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> dict[LinkPair, int]:
-        """Return the number of configurations (n, nq) in which the links of each pair overlap, at most `limit`."""
-        chosen = tuple(sorted(pairs))
-        self._choose(chosen)
-        seen = {(sample, owner) for sample, owner, _ in self.near(q, 0.0)}
-        counts = np.bincount([owner for _, owner in seen], minlength=len(chosen))
-        return {pair: min(int(n), limit or len(q)) for pair, n in zip(chosen, counts, strict=True)}
 
     def contacts(self, q: Floats, margin: float) -> tuple[Contact, ...]:
         """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance."""
@@ -333,6 +413,10 @@ class LinkShapes:
             points = np.array([result.getNearestPoint1(), result.getNearestPoint2()])
             found.append(Contact(self.pairs[owner], float(result.min_distance), points, index))
         return tuple(found)
+
+
+def _collide(one: Any, other: Any, T_one: Any, T_other: Any) -> bool:
+    return bool(coal.collide(one, T_one, other, T_other, coal.CollisionRequest(), coal.CollisionResult()))
 
 
 # Random configurations drawn at a time, and drawn without success before giving up.

@@ -778,17 +778,8 @@ class RobotModel:
 
         With "mixed" these are the acceleration p̈ of the frame's origin and the angular acceleration, as observed from
         the root; an accelerometer in the frame shows Rᵀ(p̈ − g). With "frame" and "root" they are the spatial
-        acceleration, which does not contain p̈ separately.
-
-        Args:
-            q: configurations, shape (..., nq).
-            v: velocities, shape (..., nv).
-            a: accelerations, the derivatives of the numbers of v, shape (..., nv).
-            frame: a frame name, or several.
-            expressed_in: as in `jacobian`.
-            dtype: precision of the result.
-            out: array for the result.
-            threads: how many threads may work on it.
+        acceleration, which does not contain p̈ separately. `a` contains the derivatives of the numbers of v, shape
+        (..., nv); the other arguments are as in `velocity`.
 
         Returns:
             Shape (..., 6) for one name, (..., n, 6) for several [m/s², rad/s²].
@@ -811,14 +802,7 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Return centres of mass of the whole robot, root link included, shape (..., 3) [m].
-
-        Args:
-            q: configurations, shape (..., nq).
-            reference: the frame to express them in, as in `fk`.
-            dtype: precision of the result.
-            out: array for the result.
-            threads: how many threads may work on it.
+        """Return centres of mass of the whole robot, root link included; arguments as in `fk`, shape (..., 3) [m].
 
         Raises:
             BadArgument: the robot has no mass.
@@ -843,14 +827,8 @@ class RobotModel:
     ) -> NDArray[Any]:
         """Return Jacobians of the centre of mass in the root's axes: J(q) · v is the velocity of that point.
 
-        Args:
-            q: configurations, shape (..., nq).
-            dtype: precision of the result.
-            out: array for the result.
-            threads: how many threads may work on it.
-
         Returns:
-            Shape (..., 3, nv), columns as in `jacobian` [m/s per unit of joint speed].
+            Shape (..., 3, nv); columns and arguments as in `jacobian` [m/s per unit of joint speed].
 
         Raises:
             BadArgument: the robot has no mass.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_numbers, as_vectors
+from nao_kin._kernels.polygons import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 # Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
-# Twice the largest area of points that count as collinear [m²].
-_NO_AREA = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,21 +42,16 @@ class SupportPolygon:
         Raises:
             BadArgument: the points are collinear.
 
-        Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
-
         Examples:
             >>> nk.robot.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]]).vertices.shape
             (4, 2)
         """
-        xy = _places(points).reshape(-1, 2)
-        ordered = sorted({(x, y) for x, y in xy.tolist()})
-        hull = _half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]
-        vertices = np.array(hull).reshape(-1, 2)
-        # Relative to the first vertex, because a distant origin costs digits.
-        x, y = (vertices - vertices[:1]).T
-        if len(hull) < 3 or float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < _NO_AREA:
+        ordered = sorted(set(map(tuple, _places(points).reshape(-1, 2).tolist())))
+        x, y, hull = [x for x, _ in ordered], [y for _, y in ordered], [0] * (2 * len(ordered) + 1)
+        corners = hull[: hull_of(x, y, len(x), hull)]
+        if not corners:
             raise BadArgument("the soles have no area seen from above: do they stand upright?")
-        return SupportPolygon(vertices)
+        return SupportPolygon(np.array([(x[i], y[i]) for i in corners]))
 
     @property
     def half_planes(self) -> Floats:
@@ -75,11 +69,10 @@ class SupportPolygon:
             [0.5, -0.2]
         """
         lever = _places(points)[..., None, :] - self.vertices
-        inside = np.min(np.einsum("...ki,ki->...k", lever, self.half_planes[:, :2]), axis=-1)
         along = np.roll(self.vertices, -1, axis=0) - self.vertices
-        share = np.clip(np.einsum("...ki,ki->...k", lever, along) / np.square(along).sum(axis=-1), 0.0, 1.0)
-        away = np.min(np.linalg.norm(lever - share[..., None] * along, axis=-1), axis=-1)
-        return np.asarray(np.where(inside >= 0.0, inside, -away))
+        lines, squares = from_edge(lever[..., 0], lever[..., 1], along[:, 0], along[:, 1])
+        inside = lines.min(axis=-1)
+        return np.asarray(np.where(inside >= 0.0, inside, -np.sqrt(squares.min(axis=-1))))
 
 
 def _places(points: ArrayLike) -> Floats:
@@ -88,19 +81,6 @@ def _places(points: ArrayLike) -> Floats:
     if array.shape[-1:] not in ((2,), (3,)):
         raise WrongShape("points", "(..., 2) or (..., 3)", array.shape)
     return as_vectors(array[..., :2], "points", 2)
-
-
-def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the right-hand half of the hull of sorted points, from the first point to the last."""
-    hull: list[tuple[float, float]] = []
-    for x, y in points:
-        while len(hull) > 1:
-            (ax, ay), (bx, by) = hull[-2:]
-            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
-                break
-            hull.pop()
-        hull.append((x, y))
-    return hull
 
 
 def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_batch, rigid_inverse
-from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, first_rows
+from nao_kin._kernels.cache import Ints1
+from nao_kin._kernels.polygons import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import (
     TOUCHING,
@@ -118,17 +119,11 @@ def balance(
         others = np.delete(down.links.reshape(len(rows), len(robot.link_names)), on_feet, axis=1)
         for k in np.flatnonzero(others.any(axis=1)).tolist():
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
-    vertices, margins, nearest = _hulls(points, com[:, :2])
+    vertices, distances, margins, nearest = hulls(points, com[:, :2])
     if not batch and nearest[0] < 0:
         raise BadArgument(f"the contacts of {robot.name} with the floor span no area: there is no support polygon")
-    vertices = vertices[:, : max(3, int(np.isfinite(vertices[..., 0]).sum(axis=1).max(initial=3)))]
-    following = np.roll(vertices, -1, axis=1)
-    last = np.isfinite(vertices[..., 0]) & ~np.isfinite(following[..., 0])
-    following[last] = vertices[last.any(axis=1), 0]
-    along = following - vertices
-    lever = com[:, None, :2] - vertices
-    cross = along[..., 0] * lever[..., 1] - along[..., 1] * lever[..., 0]
-    distances = cross / np.linalg.norm(along, axis=-1)
+    most = max(3, int(np.isfinite(distances).sum(axis=1).max(initial=3)))
+    vertices, distances = vertices[:, :most], distances[:, :most]
     T_robot_base = np.full((len(rows), 4, 4), np.nan)
     if names:
         T_robot_base = rigid_inverse(feet_frame(T_world_soles)) @ T_world_base
@@ -178,7 +173,7 @@ def margin(
             own = feet.owner == k
             turned = (T[:, k, :3, :3].reshape(-1, 3) @ feet.points[own].T).reshape(len(T), 3, -1)
             placed[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, k, :3, 3:])
-        found[part] = _hulls(placed.swapaxes(1, 2), com)[1]
+        found[part] = hulls(placed.swapaxes(1, 2), com)[2]
     return found.reshape(batch)
 
 
@@ -228,90 +223,3 @@ def _with_hull(points: Floats, k: int, more: Floats) -> Floats:
     wider[k] = np.nan
     wider[k, : len(corners)] = corners
     return wider
-
-
-# --- Convex hulls of a few points, and distances from them, compiled.
-
-
-def _hulls(points: Floats, centres: Floats) -> tuple[Floats, Floats, Ints1]:
-    """Return the hulls of points (n, m, 2), NaN for none: vertices (n, m, 2), margins of centres and nearest edges."""
-    points, centres = np.ascontiguousarray(points), np.ascontiguousarray(centres)
-    vertices, margins = np.full_like(points, np.nan), np.full(len(points), np.nan)
-    nearest = np.full(len(points), -1, dtype=np.int64)
-    parts = points, centres, vertices, margins, nearest
-
-    def run(part: slice) -> None:
-        _hull_rows.uncompiled(*(array[part] for array in parts))
-
-    done = first_rows([_hull_rows], run, len(points))
-    if done < len(points):
-        _hull_rows(*(array[done:] for array in parts))
-    return vertices, margins, nearest
-
-
-# Twice the area below which points count as collinear [m²].
-_NO_AREA = 1e-12
-
-
-def _rows_of_hulls(points: Floats3, centres: Floats2, vertices: Floats3, margins: Floats1, nearest: Ints1) -> None:
-    """Write the hull of each row, the signed distance of its centre and the index of the nearest edge.
-
-    Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
-    """
-    size = points.shape[1]
-    order = np.empty(size, dtype=np.int64)
-    hull = np.empty(2 * size + 1, dtype=np.int64)
-    for row in range(points.shape[0]):
-        p = points[row]
-        count = 0
-        for i in range(size):
-            if p[i, 0] == p[i, 0]:  # not NaN
-                j = count
-                while j > 0 and (
-                    p[order[j - 1], 0] > p[i, 0] or (p[order[j - 1], 0] == p[i, 0] and p[order[j - 1], 1] > p[i, 1])
-                ):
-                    order[j] = order[j - 1]
-                    j -= 1
-                order[j] = i
-                count += 1
-        k = 0
-        for half in range(2):
-            begin = k
-            for step in range(count):
-                i = order[step] if half == 0 else order[count - 1 - step]
-                while k > begin + 1:
-                    a, b = hull[k - 2], hull[k - 1]
-                    turn = (p[b, 0] - p[a, 0]) * (p[i, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[i, 0] - p[a, 0])
-                    if turn > 0.0:
-                        break
-                    k -= 1
-                hull[k] = i
-                k += 1
-            k -= 1
-        if k < 3:
-            continue
-        area = 0.0
-        for j in range(1, k - 1):
-            a, b, c = hull[0], hull[j], hull[j + 1]
-            area += (p[b, 0] - p[a, 0]) * (p[c, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[c, 0] - p[a, 0])
-        if area < _NO_AREA:
-            continue
-        x, y = centres[row, 0], centres[row, 1]
-        inside, edge, away, outer = np.inf, 0, np.inf, 0
-        for j in range(k):
-            a, b = hull[j], hull[(j + 1) % k]
-            vertices[row, j, 0], vertices[row, j, 1] = p[a, 0], p[a, 1]
-            dx, dy, lx, ly = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], x - p[a, 0], y - p[a, 1]
-            square = dx * dx + dy * dy
-            distance = (dx * ly - dy * lx) / np.sqrt(square)
-            if distance < inside:
-                inside, edge = distance, j
-            share = min(1.0, max(0.0, (lx * dx + ly * dy) / square))
-            across = (lx - share * dx) ** 2 + (ly - share * dy) ** 2
-            if across < away:
-                away, outer = across, j
-        margins[row] = inside if inside >= 0.0 else -np.sqrt(away)
-        nearest[row] = edge if inside >= 0.0 else outer
-
-
-_hull_rows = CachedKernel(_rows_of_hulls, "the kernel of support polygons", "world kernel, hulls", seconds=3.0)

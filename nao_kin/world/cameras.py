@@ -327,9 +327,8 @@ class Camera:
         s = np.polynomial.Polynomial([0, 1])
         # The derivative of r N(r²)/D(r²) by r has the sign of this polynomial in s = r²; D has a pole at its root.
         slope = (N + 2 * s * N.deriv()) * D - 2 * s * N * D.deriv()
-        ends = [
-            root.real for p in (slope, D) for root in p.trim(1e-12).roots() if abs(root.imag) < 1e-12 * (1 + abs(root))
-        ]
+        roots = [complex(root) for p in (slope, D) for root in p.trim(1e-12).roots()]
+        ends = [root.real for root in roots if abs(root.imag) < 1e-12 * (1 + abs(root))]
         return min((end for end in ends if end > 0.0), default=math.inf)
 
     def _distorted(self, ab: Floats) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import nao_kin as nk
 from explanations.drawing import INK, ORANGE, Drawing, Floats
 from explanations.limits import FREE, Chart
-from nao_kin.robot import LinkContacts, LinkPair, LinkShapes
+from nao_kin.robot import LinkPair, LinkShapes
 from nao_kin.robot.urdf import Collision
 
 Mask = NDArray[np.bool_]
@@ -31,7 +31,7 @@ def cells(nao: nk.NaoModel, joint: str, pairs: set[LinkPair]) -> tuple[Floats, M
     disabled = {pair: "" for pair in LinkShapes(nao, {}).pairs if pair not in pairs}
     overlap = LinkShapes(nao, disabled).clearance(q).distance < 0.0
     rows = tuple(Collision(row.link, row.origin, row.geometry, row.name) for row in nao.tree.visuals)
-    meshes = LinkContacts(nk.RobotModel(replace(nao.tree, collisions=rows), nao.semantics))
+    meshes = LinkShapes.exact(nk.RobotModel(replace(nao.tree, collisions=rows), nao.semantics))
     touch = np.zeros(len(q), bool)
     touch[[sample for _, sample in meshes.touching(q, pairs)]] = True
     return np.degrees(np.stack([low, high], axis=1)), overlap, touch, nao.within_limits(q)

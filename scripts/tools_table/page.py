@@ -14,7 +14,7 @@ _HEAD = """\
 
 This page lists the export to use for each tool. Each export was loaded in its tool, for every version of the NAO. The
 mass, and the poses of all its links relative to the trunk in random configurations, were compared with this library.
-The lines that load the export were run exactly as shown. `make tools-table` repeats the measurement.
+The lines that load the export were run exactly as shown. `python scripts/measure_tools.py` repeats the measurement.
 
 """
 

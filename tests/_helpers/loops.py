@@ -1,4 +1,4 @@
-"""Many values in one test, where the name of a case of its own would not help to find the fault."""
+"""Tests with many values: all values in one case, or some of the values in `make test-all` only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import pytest
+
+from nao_kin.robot.nao import VERSIONS
 
 Test = Callable[..., None]
 
@@ -46,18 +48,16 @@ def for_all(names: str | tuple[str, ...], values: Iterable[Any]) -> Callable[[Te
     return decorate
 
 
-def first_now(values: Iterable[Any]) -> list[Any]:
-    """Return values for `pytest.mark.parametrize`: `make test` runs the first, `make test-all` the others."""
-    first, *others = values
-    return [first, *later(*others)]
-
-
-def later(*values: Any) -> list[Any]:
+def full(*values: Any) -> list[Any]:
     """Return values for `pytest.mark.parametrize` that only `make test-all` runs."""
-    return [*map(_later, values)]
+    return [*map(_marked, values)]
 
 
-def _later(value: Any) -> Any:
+def _marked(value: Any) -> Any:
     if hasattr(value, "marks"):  # of pytest.param
         return pytest.param(*value.values, marks=[*value.marks, pytest.mark.full], id=value.id)
     return pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.full)
+
+
+# The newest version of the NAO in `make test`, the others in `make test-all`.
+EACH_VERSION = [VERSIONS[-1], *full(*reversed(VERSIONS[:-1]))]

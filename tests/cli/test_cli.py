@@ -397,7 +397,6 @@ def test_options_that_may_be_repeated_are_taken_together(capsys: pytest.CaptureF
     assert run(["fk", "--json", "--json", "--help"]) == 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -436,7 +435,6 @@ def _warned(*arguments: object, **options: object) -> nk.NaoModel:
     return nk.NaoModel()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("info",), ("joints",), ("fk",), ("check", "--samples", "1"), ("view", "--html", "x")]
 )
@@ -548,7 +546,6 @@ def _program(*arguments: str, **options) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "nao_kin", *arguments], capture_output=True, text=True, **options)
 
 
-@pytest.mark.slow
 def test_the_program_runs_from_any_folder_and_reads_standard_input(nao: nk.NaoModel, tmp_path: Path) -> None:
     text = json.dumps(nao.angles(nao.posture("Stand")))
     done = _program("fk", "-", "--frame", "LArm", "--json", input=text, cwd=tmp_path)
@@ -556,13 +553,11 @@ def test_the_program_runs_from_any_folder_and_reads_standard_input(nao: nk.NaoMo
     assert json.loads(done.stdout)["poses"]["LArm"]["x"] == nao.position(nao.posture("Stand"), "LArm")[0]
 
 
-@pytest.mark.slow
 def test_errors_leave_with_code_2_and_one_line(tmp_path: Path) -> None:
     done = _program("fk", "--joint", "HeadYaw=9", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell")
 def test_closed_streams_are_named_or_done_without(tmp_path: Path) -> None:
     def shell(redirection: str, *arguments: str) -> subprocess.CompletedProcess:
@@ -606,7 +601,6 @@ def _wait_until_read(pipe: io.TextIOWrapper) -> None:
         time.sleep(0.01)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs signals and pipes")
 def test_an_interrupt_ends_without_a_traceback() -> None:
     child = subprocess.Popen(

@@ -17,8 +17,6 @@ import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
-pytestmark = pytest.mark.slow
-
 # No camera looks at a point on the axes of the neck.
 IN_THE_NECK = [0.0, 0.0, 0.1265]
 

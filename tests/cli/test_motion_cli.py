@@ -20,8 +20,6 @@ from nao_kin.cli.app import run
 from nao_kin.motion import FORMATS, check, read_motion, write_motion
 from nao_kin.motion.files import is_motion_file
 
-pytestmark = pytest.mark.slow
-
 COMMANDS = ("convert", "check", "info", "plot")
 
 

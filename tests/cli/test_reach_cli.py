@@ -22,8 +22,6 @@ from viewer_pages import messages_of
 import nao_kin as nk
 from nao_kin.cli.app import run
 
-pytestmark = pytest.mark.slow
-
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 FEW = ("--samples", "3000", "--voxel", "0.03")
 

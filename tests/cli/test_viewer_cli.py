@@ -19,7 +19,7 @@ import command_line
 import numpy as np
 import pytest
 from forked import Forks, forks
-from loops import first_now
+from loops import full
 from viewer_pages import PATIENCE, messages_of, processes, read_png, until
 
 import nao_kin as nk
@@ -27,8 +27,6 @@ from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
-
-pytestmark = pytest.mark.slow
 
 
 def _shown(path: Path) -> tuple[np.ndarray, dict]:
@@ -84,9 +82,7 @@ def test_postures_and_joints_are_shown(tmp_path: Path, nao: nk.NaoModel) -> None
     assert _shown(Path(path))[0][nao.joint_names.index("LHipYawPitch")] == -0.2
 
 
-@pytest.mark.parametrize(
-    ("text", "up"), first_now([("0,0,-2", [0, 0, -1]), (" 1, 0 ,0", [1, 0, 0]), ("LyingBack", None)])
-)
+@pytest.mark.parametrize(("text", "up"), [("0,0,-2", [0, 0, -1]), *full((" 1, 0 ,0", [1, 0, 0]), ("LyingBack", None))])
 def test_the_direction_up_is_given_in_numbers_or_as_a_posture(
     tmp_path: Path, text: str, up: list[float] | None
 ) -> None:
@@ -97,7 +93,7 @@ def test_the_direction_up_is_given_in_numbers_or_as_a_posture(
         assert _shown(Path(path))[1]["up"] == pytest.approx(np.divide(expected, np.linalg.norm(expected)).tolist())
 
 
-@pytest.mark.parametrize("text", first_now(["1,2", "a,b,c", "0,0,0", "nan,0,1", "Lying", "", ",,"]))
+@pytest.mark.parametrize("text", ["1,2", *full("a,b,c", "0,0,0", "nan,0,1", "Lying", "", ",,")])
 def test_another_direction_up_is_refused(capsys: pytest.CaptureFixture, text: str) -> None:
     _refused(capsys, "--up", text, "--html", "x.html")
 

@@ -16,7 +16,7 @@ from viewer_pages import processes
 
 import nao_kin as nk
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals")]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from loops import first_now
+from loops import full
 from viewer_pages import PATIENCE, processes, until
 
 import nao_kin as nk
@@ -24,7 +24,7 @@ from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")]
+pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 
@@ -151,9 +151,9 @@ def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Pa
 
 @pytest.mark.parametrize(
     ("script", "line"),
-    first_now(
-        [
-            ("#!/bin/sh\nexit 0\n", "ended with exit code 0 before it showed the scene"),
+    [
+        ("#!/bin/sh\nexit 0\n", "ended with exit code 0 before it showed the scene"),
+        *full(
             ("#!/bin/sh\nexit 7\n", "ended with exit code 7 before it showed the scene"),
             ("#!/bin/sh\nkill -SEGV $$\n", "was ended by SIGSEGV before it showed the scene"),
             pytest.param(
@@ -163,8 +163,8 @@ def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Pa
             ),
             ("#!/no/such/shell\n", "does not start: No such file or directory"),
             ("\0\1\2", "does not start: Exec format error"),
-        ]
-    ),
+        ),
+    ],
 )
 def test_a_program_that_is_no_browser_is_noticed_at_once(
     nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch, script: str, line: str

@@ -22,8 +22,6 @@ from nao_kin.crosscheck.steps import Step, StepKinematics, steps_of
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.nao import nao_parameters
 
-pytestmark = pytest.mark.slow
-
 SOMEWHERE = {"xyz": (0.1, -0.2, 0.3), "rpy": (0.3, -0.5, 0.7)}
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -115,7 +115,7 @@ def test_the_robot_stands_in_its_start_posture_with_y_up(nao: nk.NaoModel, writt
     assert poses["Head"][1, 3] > poses["LFoot"][1, 3] + 0.3
 
 
-@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_every_version_stands_in_any_posture(version: str, tmp_path: Path) -> None:
     robot = nk.load_nao(version)
     done = nk.export.gltf(robot, tmp_path / "nao.glb", posture="Crouch")

@@ -14,8 +14,6 @@ import nao_kin as nk
 mujoco = pytest.importorskip("mujoco")
 from mujoco_models import exported, simulate  # noqa: E402
 
-pytestmark = pytest.mark.slow
-
 GRAVITY = 9.81
 
 

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation
 
@@ -70,7 +70,7 @@ def _model(done: nk.export.Exported) -> ET.Element:
     return model
 
 
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 @pytest.mark.parametrize("frames", ["all", "effectors", "none"])
 def test_every_link_and_frame_is_where_the_robot_has_it(version: str, frames: str, tmp_path: Path) -> None:
     robot = nk.load_nao(version)
@@ -84,7 +84,7 @@ def test_every_link_and_frame_is_where_the_robot_has_it(version: str, frames: st
             np.testing.assert_allclose(T, robot.fk(q, name), atol=1e-12, err_msg=name)
 
 
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_mass_and_centre_of_mass_stay_and_every_inertia_is_one_that_a_body_can_have(
     version: str, tmp_path: Path
 ) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 from moveit_rules import violations
 
@@ -23,8 +23,8 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.srdf import Planning
 from nao_kin.export.variants import Variant
-from nao_kin.robot import LinkContacts, contacts as link_contacts, disabled_collisions
-from nao_kin.robot.contacts import adjacent_links
+from nao_kin.robot import LinkShapes, collisions, disabled_collisions
+from nao_kin.robot.collision_pairs import adjacent_links
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
 
@@ -32,7 +32,7 @@ VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 DATA = Path(__file__).resolve().parents[1] / "data"
 FEW = 60
 srdf_module = importlib.import_module("nao_kin.export.srdf")  # a face gives the function of this name
-COLLIDE = link_contacts._collide
+COLLIDE = collisions._collide
 
 
 class Document(NamedTuple):
@@ -61,7 +61,7 @@ def written(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> nk.ex
 
 @pytest.mark.parametrize("names", ["naoqi", "ros"])
 @pytest.mark.parametrize("frames", ["all", "effectors", "none"])
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_every_variant_of_every_nao_obeys_the_rules_of_moveit(version: str, frames: str, names: str) -> None:
     robot = nk.load_nao(version)
     document = srdf_document(robot, names=names, frames=frames, samples=FEW)
@@ -210,7 +210,7 @@ def test_contacts_are_those_that_pinocchio_finds(nao: nk.NaoModel) -> None:
     shapes.addAllCollisionPairs()
     owners = [model.frames[shape.parentFrame].name for shape in shapes.geometryObjects]
     data, shape_data = model.createData(), shapes.createData()
-    contacts = LinkContacts(nao)
+    contacts = LinkShapes.exact(nao)
     q, expected = nao.random(1, 40), Counter[tuple[str, str]]()
     columns = [model.joints[model.getJointId(name)].idx_q for name in nao.joint_names]
     for row in q:
@@ -244,14 +244,14 @@ def test_contacts_of_hollow_meshes_are_those_of_their_triangles(tmp_path: Path) 
             request, result = coal.CollisionRequest(), coal.CollisionResult()
             expected[one, other] += bool(coal.collide(shape, places[one], shape, places[other], request, result))
     assert all(10 < count < 390 for count in expected.values())
-    contacts = LinkContacts(robot)
+    contacts = LinkShapes.exact(robot)
     assert contacts.count(q, set(contacts.pairs)) == expected
 
 
 def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot, looks = _before_a_wall(tmp_path, 0.5), []
-    monkeypatch.setattr(link_contacts, "_collide", lambda *shapes: looks.append(shapes) or COLLIDE(*shapes))
-    assert ("base", "b_l") not in disabled_collisions(robot, LinkContacts(robot), samples=10_000, seed=0)
+    monkeypatch.setattr(collisions, "_collide", lambda *shapes: looks.append(shapes) or COLLIDE(*shapes))
+    assert ("base", "b_l") not in disabled_collisions(robot, LinkShapes.exact(robot), samples=10_000, seed=0)
     assert 0 < len(looks) < 200
 
 
@@ -408,7 +408,7 @@ def test_shapes_of_every_kind_and_meshes_are_read(tmp_path: Path) -> None:
     )
     kinds = [type(collision.geometry) for collision in robot.tree.collisions]
     assert kinds == [MeshFile, Cylinder, Box, Sphere]
-    contacts = LinkContacts(robot)
+    contacts = LinkShapes.exact(robot)
     assert contacts.links == ("base", "a_l", "b_l", "c_l")
     assert contacts.notes == []
 
@@ -420,7 +420,7 @@ def test_a_mesh_is_as_large_as_its_scale_makes_it(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a", xyz=(1.5, 0.0, 0.0)))
     for scale, touching in (("1 1 1", 0), ("2 1 1", 1)):
         mesh = f'<geometry><mesh filename="cube.obj" scale="{scale}"/></geometry>'
-        contacts = LinkContacts(_shaped(robot, tmp_path, base=mesh, a_l=_ball(0.05)))
+        contacts = LinkShapes.exact(_shaped(robot, tmp_path, base=mesh, a_l=_ball(0.05)))
         assert contacts.count(np.zeros((1, 1)), {("a_l", "base")}) == {("a_l", "base"): touching}
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
-from loops import for_all, later
+from loops import for_all, full
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -83,7 +83,7 @@ def _yourdfpy_fk(path: Path, values: dict[str, float], links: list[str]) -> np.n
     [
         *((VERSIONS[-1], variant) for variant in VARIANTS),
         # Every fifth, which together have all choices.
-        *later(*((version, each) for start, version in enumerate(VERSIONS[:-1]) for each in VARIANTS[start::5])),
+        *full(*((version, each) for start, version in enumerate(VERSIONS[:-1]) for each in VARIANTS[start::5])),
     ],
     ids=lambda value: value if isinstance(value, str) else _name(value),
 )

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -22,7 +22,7 @@ VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 
 
 @pytest.mark.parametrize("frames", ["all", "effectors", "none"])
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_links_that_stay_move_as_before(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
     q = nao.random(np.random.default_rng(1), 20)
@@ -33,7 +33,7 @@ def test_links_that_stay_move_as_before(version: str, frames: str) -> None:
     assert robot.mass == pytest.approx(nao.mass, abs=1e-14)
 
 
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_physical_inertias_keep_mass_and_centre_of_mass(version: str) -> None:
     nao = nk.load_nao(version)
     q = nao.random(np.random.default_rng(2), 50)
@@ -151,7 +151,7 @@ def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
     np.testing.assert_allclose(ball.origin.matrix, robot.fk(robot.configuration({}), "c_l"), atol=1e-15)
 
 
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_aligned_axes_leave_every_link_where_it_was(version: str) -> None:
     nao = nk.load_nao(version)
     tree, changes = Variant(axes="aligned").tree_of(nao)

@@ -18,11 +18,10 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, OutsideLimits, UnknownName, WrongShape
 from nao_kin.ik import Family, IKResult, Reason, analytic
-from nao_kin.ik.descent import descended
+from nao_kin.ik.least_squares import descended
 from nao_kin.rotations import exp, rot_x
 
 pytest.importorskip("eaik")
-pytestmark = pytest.mark.slow
 
 SIDES = ("L", "R")
 LIMITS = ("enforce", "ignore")
@@ -101,12 +100,12 @@ def test_at_a_locked_hip_there_is_the_member_nearest_to_the_reference(nao: nk.Na
     angles = {"LHipYawPitch": -0.2, f"{side}HipRoll": lock, f"{side}HipPitch": -0.5, f"{side}KneePitch": 0.9}
     T = nao.fk(nao.configuration(angles, limits="ignore"), side + "Leg")
     for reference in (None, nao.posture("Crouch"), nao.random(3)):
-        found = analytic(nao, side + "Leg", T, limits="ignore", reference=reference)
-        wanted = nk.ik.leg(nao, side, T, limits="ignore", reference=reference)
+        found = analytic(nao, side + "Leg", T, limits="ignore", near=reference)
+        wanted = nk.ik.leg(nao, side, T, limits="ignore", near=reference)
         assert_solved(nao, side + "Leg", T, found, inside=False)
         assert Family.SINGULAR in found.families[: found.count]
         assert wanted.family is Family.HIP_LOCK
-        assert np.linalg.norm(found.q - found.reference) < np.linalg.norm(wanted.q - wanted.reference) + 1e-5
+        assert np.linalg.norm(found.q - found.near) < np.linalg.norm(wanted.q - wanted.near) + 1e-5
 
 
 @for_all("roll", [-0.3, 0.0, 0.04, 0.3])
@@ -121,12 +120,12 @@ def test_with_the_hip_on_the_axis_of_ankle_roll_there_is_the_member_nearest_to_t
     q = nao.configuration(angles | {"LAnkleRoll": 0.02}, limits="ignore")
     T = nao.fk(q, "LLeg")
     q[nao.joint_names.index("LAnkleRoll")] = roll
-    found = analytic(nao, "LLeg", T, reference=q, limits=limits)
-    wanted = nk.ik.leg(nao, "L", T, reference=q, limits=limits)
+    found = analytic(nao, "LLeg", T, near=q, limits=limits)
+    wanted = nk.ik.leg(nao, "L", T, near=q, limits=limits)
     assert_solved(nao, "LLeg", T, found, inside=limits == "enforce")
     assert found.family is Family.SINGULAR
     assert wanted.family is Family.ANKLE_AXIS
-    assert np.linalg.norm(found.q - found.reference) < np.linalg.norm(wanted.q - wanted.reference) + 1e-4
+    assert np.linalg.norm(found.q - found.near) < np.linalg.norm(wanted.q - wanted.near) + 1e-4
 
 
 def test_a_target_outside_the_limits_names_the_joint_of_the_closed_form(nao: nk.NaoModel) -> None:
@@ -215,7 +214,7 @@ def test_every_configuration_is_among_the_solutions_of_its_pose(
         q[:, robot.joint_names.index(joint)] = value
     base = robot.tree.root if root is None else root
     T = robot.fk(q, frame, reference=base)
-    found = analytic(robot, frame, T, root=root, locked=locked)
+    found = analytic(robot, frame, T, reference=root, locked=locked)
     assert found.success.all()
     assert set(found.joints).isdisjoint(locked)
     assert distance_to_solutions(found, q).max() < 1e-6
@@ -234,9 +233,7 @@ def test_no_search_finds_a_branch_that_is_missing(name: str, frame: str) -> None
     found = analytic(robot, frame, T, limits="ignore")
     starts = robot.random(6, 60)
     for k, target in enumerate(T):
-        searched = nk.ik.numeric(
-            robot, frame, np.repeat(target[None], 60, 0), reference=starts, restarts=0, limits="ignore"
-        )
+        searched = nk.ik.numeric(robot, frame, np.repeat(target[None], 60, 0), near=starts, restarts=0, limits="ignore")
         ends = searched.q[searched.success][:, found.columns]
         turns = (ends[:, None] - found.branches[k, : found.count[k]]) / (2.0 * math.pi)
         assert (np.abs(turns - np.round(turns)).max(axis=-1).min(axis=-1) < 1e-6).all()
@@ -256,7 +253,7 @@ def test_a_branch_is_listed_with_all_whole_turns_inside_the_limits(tmp_path: Pat
     )
     q = np.array([0.3, -0.5, 0.9, 0.4, 0.7, 5.0])
     T = robot.fk(q, "tool_l")
-    found = analytic(robot, "tool_l", T, reference=q)
+    found = analytic(robot, "tool_l", T, near=q)
     np.testing.assert_allclose(found.q, q, atol=1e-9)
     listed = found.branches[: found.count]
     for pan, wrist, bend in itertools.product((0, -1), (0, -1), (-1, 0, 1)):
@@ -267,7 +264,7 @@ def test_a_branch_is_listed_with_all_whole_turns_inside_the_limits(tmp_path: Pat
     away = np.linalg.norm(listed - q, axis=-1)
     assert (np.diff(away) >= 0.0).all()
     # Without limits, each branch once, with the turns nearest to the reference.
-    free = analytic(robot, "tool_l", T, reference=q + 20.0, limits="ignore")
+    free = analytic(robot, "tool_l", T, near=q + 20.0, limits="ignore")
     assert (np.abs(free.branches - q - 20.0) <= math.pi + 1e-9).all()
     assert len(np.unique(np.round(np.cos(free.branches), 6), axis=0)) == free.count
 
@@ -295,12 +292,12 @@ def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
     q = romeo.random(1, 10)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T, locked = romeo.fk(q, "LWristPitch", reference="torso"), {"LShoulderPitch": 0.1}
-    found = analytic(romeo, "LWristPitch", T, root="torso", locked=locked, limits="ignore")
+    found = analytic(romeo, "LWristPitch", T, reference="torso", locked=locked, limits="ignore")
     assert (found.count == 8).all()
     assert found.notes == ()
     poses = romeo.fk(found.solutions, "LWristPitch", reference="torso")
     assert pose_errors(poses, np.broadcast_to(T[:, None], poses.shape)).max() < 1e-11
-    inside = analytic(romeo, "LWristPitch", T, root="torso", locked=locked)
+    inside = analytic(romeo, "LWristPitch", T, reference="torso", locked=locked)
     assert distance_to_solutions(inside, q).max() < 1e-9 / beside
 
 
@@ -310,7 +307,7 @@ def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None
     q = romeo.random(1, 10)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T = romeo.fk(q, "LWristPitch", reference="torso")
-    found = analytic(romeo, "LWristPitch", T, root="torso", locked={"LShoulderPitch": 0.1})
+    found = analytic(romeo, "LWristPitch", T, reference="torso", locked={"LShoulderPitch": 0.1})
     # Between 1e-7 and 1e-6 rad a few searches fail.
     assert found.success.all() or (beside == 1e-6 and found.success.sum() >= 9)
     assert (found.family == Family.SINGULAR).all() or beside == 1e-6  # where EAIK has some of the branches
@@ -355,7 +352,7 @@ def test_where_two_axes_meet_the_reference_is_among_the_solutions(
 ) -> None:
     robot, q, T, given = near_a_singularity(name, frame, joint, lock, beside)
     limits: Any = "enforce" if lock else "ignore"
-    found = analytic(robot, frame, T, reference=q, limits=limits, **given)
+    found = analytic(robot, frame, T, near=q, limits=limits, **given)
     np.testing.assert_allclose(found.branches[:, 0], q[:, list(found.columns)], atol=1e-7)
     for index, row in enumerate(found.branches):
         solutions = np.tile(q[index], (int(found.count[index]), 1))
@@ -404,7 +401,7 @@ def test_a_family_is_searched_for_once_and_listed_with_its_whole_turns(
 
         with monkeypatch.context() as patch:
             patch.setattr(sys.modules["nao_kin.ik.analytic"], "descended", counted)
-            found[limits] = analytic(robot, "tool0", T, reference=q, limits=limits, **given)
+            found[limits] = analytic(robot, "tool0", T, near=q, limits=limits, **given)
     assert starts["enforce"] < 1.5 * starts["ignore"]
     for index in range(len(T)):
         turned, members = (
@@ -439,7 +436,7 @@ def test_branches_near_each_other_are_no_family() -> None:
     values = (-1.131, -0.206931271, 1.364266415, -0.000454107, -2.436135163, 0.399145678, 0.077800372)
     q[[romeo.joint_names.index(joint) for joint in arm]] = values
     T = romeo.fk(q, "LWristPitch", reference="torso")
-    found = analytic(romeo, "LWristPitch", T, root="torso", locked={"LShoulderPitch": -1.131}, reference=q)
+    found = analytic(romeo, "LWristPitch", T, reference="torso", locked={"LShoulderPitch": -1.131}, near=q)
     assert found.count == 2
     assert (found.families == Family.NONE).all()
     np.testing.assert_allclose(found.q, q, atol=1e-6)
@@ -459,10 +456,10 @@ def test_a_family_without_a_member_inside_the_limits_names_a_joint(nao: nk.NaoMo
 def test_batches_have_any_shape_and_references_of_their_own(nao: nk.NaoModel) -> None:
     q = nao.random(5, (2, 3))
     T = nao.fk(q, "RLeg")
-    many = analytic(nao, "RLeg", T, reference=nao.random(6, (2, 3)))
+    many = analytic(nao, "RLeg", T, near=nao.random(6, (2, 3)))
     assert many.q.shape == (2, 3, 25)
     for index in np.ndindex(2, 3):
-        one = analytic(nao, "RLeg", T[index], reference=many.reference[index])
+        one = analytic(nao, "RLeg", T[index], near=many.near[index])
         assert one.success is True
         np.testing.assert_allclose(one.solutions, many.solutions[index][: one.count], atol=1e-9)
     empty = analytic(nao, "RLeg", np.zeros((0, 4, 4)))
@@ -474,16 +471,16 @@ def test_a_floating_base_and_a_root_of_the_chain() -> None:
     nao = nk.load_nao("v6", base="floating")
     q = nao.random(5)
     T = nao.fk(q, "LLeg", reference="torso")
-    found = analytic(nao, "LLeg", T, reference=q)
+    found = analytic(nao, "LLeg", T, near=q)
     np.testing.assert_allclose(found.q, q, atol=1e-9)
     # From the foot to the torso.
-    back = analytic(nao, "torso", np.linalg.inv(T), root="LLeg", reference=q)
+    back = analytic(nao, "torso", np.linalg.inv(T), reference="LLeg", near=q)
     np.testing.assert_allclose(back.q, q, atol=1e-9)
     assert back.count == found.count
     # From the head to the hand: seven joints, of which one of the head is locked.
     pitch = float(q[nao.nq_base + nao.joint_names.index("HeadPitch")])
     locked = {"HeadPitch": pitch}
-    hand = analytic(nao, "LArm", nao.fk(q, "LArm", reference="Head"), root="Head", locked=locked, reference=q)
+    hand = analytic(nao, "LArm", nao.fk(q, "LArm", reference="Head"), reference="Head", locked=locked, near=q)
     np.testing.assert_allclose(hand.q, q, atol=1e-8)
 
 
@@ -515,7 +512,7 @@ def test_solutions_that_eaik_misses_are_searched_for(nao: nk.NaoModel, monkeypat
     T = nao.fk(nao.posture("StandInit"), "LLeg")
     assert analytic(nao, "LLeg", T).notes == ()
     answer_with(monkeypatch, lambda Q: np.zeros((0, 6)))
-    found = analytic(nao, "LLeg", T, reference=nao.posture("Crouch"))
+    found = analytic(nao, "LLeg", T, near=nao.posture("Crouch"))
     assert found.success
     assert found.notes == ("1 of 1 targets were reached by a search only, not by an answer of EAIK",)
 
@@ -536,7 +533,7 @@ BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"tolerance": -1.0}, BadArgument, "tolerance"),
     ({"T": np.diag([2.0, 1.0, 1.0, 1.0])}, NotARotation, "T"),
     ({"T": np.eye(3)}, WrongShape, "T"),
-    ({"reference": np.zeros(3)}, WrongShape, "reference"),
+    ({"near": np.zeros(3)}, WrongShape, "near"),
     (
         {"robot": "icub", "frame": "neck_yaw"},
         BadArgument,
@@ -566,7 +563,7 @@ def test_a_sliding_joint_may_be_locked() -> None:
     q = tiago.random(2)
     q[tiago.joint_names.index("torso_lift_joint")] = 0.2
     T = tiago.fk(q, "arm_4_link")
-    found = analytic(tiago, "arm_4_link", T, locked={"torso_lift_joint": 0.2}, reference=q)
+    found = analytic(tiago, "arm_4_link", T, locked={"torso_lift_joint": 0.2}, near=q)
     assert distance_to_solutions(found, q) < 1e-7
 
 
@@ -588,6 +585,6 @@ def test_what_is_given_is_not_changed(nao: nk.NaoModel) -> None:
     T, reference = nao.fk(nao.random(1), "LLeg"), nao.random(2)
     T[:3, :3] = T[:3, :3] @ rot_x(0.0)
     before = T.copy(), reference.copy()
-    analytic(nao, "LLeg", T, reference=reference, locked={"LHipRoll": 0.1}).q[:] = 0.0
+    analytic(nao, "LLeg", T, near=reference, locked={"LHipRoll": 0.1}).q[:] = 0.0
     np.testing.assert_array_equal(T, before[0])
     np.testing.assert_array_equal(reference, before[1])

@@ -14,8 +14,6 @@ from nao_kin.ik.follow_branches import _cause
 from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.rotations import exp, log, matrix_from_quat
 
-pytestmark = pytest.mark.slow
-
 SIDES = ("L", "R")
 
 
@@ -107,11 +105,11 @@ def test_the_criterion_decides_which_member_it_is(nao: nk.NaoModel) -> None:
     q = nao.random(10, 40)
     places = nao.position(q, "LArm")
     near, far, strong = (
-        nk.ik.arm(nao, "L", places, criterion=name, reference=None)  # type: ignore[arg-type]
+        nk.ik.arm(nao, "L", places, criterion=name, near=None)  # type: ignore[arg-type]
         for name in ("nearest", "limits", "manipulability")
     )
     columns = list(near.columns)
-    reference = near.reference[columns]
+    reference = near.near[columns]
 
     def away(row: Floats) -> Floats:
         return np.asarray(np.linalg.norm(row[..., columns] - reference, axis=-1))
@@ -131,7 +129,7 @@ def test_the_criterion_decides_which_member_it_is(nao: nk.NaoModel) -> None:
 
 def test_a_place_is_answered_by_the_reference_that_is_there(nao: nk.NaoModel) -> None:
     q = nao.random(11, 100)
-    found = nk.ik.arm(nao, "R", nao.position(q, "RArm"), reference=q)
+    found = nk.ik.arm(nao, "R", nao.position(q, "RArm"), near=q)
     np.testing.assert_allclose(found.q, q, atol=1e-8)
 
 
@@ -141,7 +139,7 @@ def test_a_stretched_arm_and_beside_it(each_nao: nk.NaoModel, side: str, beside:
     for sign in (1.0, -1.0):
         q = bent(each_nao, side, ElbowRoll=sign * beside)
         T = each_nao.fk(q, side + "Arm")
-        found = nk.ik.arm(each_nao, side, T, limits="ignore", reference=q)
+        found = nk.ik.arm(each_nao, side, T, limits="ignore", near=q)
         assert_solved(each_nao, side + "Arm", T, found, inside=False)
         assert distance_to_solutions(found, q) < (1e-11 if beside < 1e-12 else 2e-15 / beside + 1e-12)
         if beside < 1e-13:
@@ -157,7 +155,7 @@ def test_an_elbow_on_the_axis_of_the_shoulder_and_beside_it(beside: float) -> No
         q = bent(nao, "L", ShoulderRoll=math.pi / 2 + sign * beside)
         T = nao.fk(q, "LArm")
         for limits in ("enforce", "ignore"):
-            found = nk.ik.arm(nao, "L", T, reference=q, limits=limits)
+            found = nk.ik.arm(nao, "L", T, near=q, limits=limits)
             assert_solved(nao, "LArm", T, found, inside=limits == "enforce")
             assert distance_to_solutions(found, q) < (1e-9 if beside < 1e-11 else 1e-15 / beside + 1e-9)
             if beside < 1e-13:
@@ -252,7 +250,7 @@ def test_a_place_is_answered_by_the_reference_that_is_there_with_joints_at_their
     q = nao.random(rng, 500)
     at = rng.integers(0, 3, (500, len(columns)))
     q[:, columns] = np.where(at == 0, nao.lower[columns], np.where(at == 1, nao.upper[columns], q[:, columns]))
-    found = nk.ik.arm(nao, "L", nao.position(q, "LArm"), reference=q)
+    found = nk.ik.arm(nao, "L", nao.position(q, "LArm"), near=q)
     assert found.success.all()
     np.testing.assert_allclose(found.q[:, columns], q[:, columns], atol=1e-6)
 
@@ -279,7 +277,7 @@ def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) ->
 def test_no_member_of_a_random_choice_is_better(nao: nk.NaoModel, criterion: str) -> None:
     rng = np.random.default_rng(21)
     places, reference = nao.position(nao.random(rng, 20), "LArm"), nao.random(rng, 20)
-    found = nk.ik.arm(nao, "L", places, criterion=criterion, reference=reference)  # type: ignore[arg-type]
+    found = nk.ik.arm(nao, "L", places, criterion=criterion, near=reference)  # type: ignore[arg-type]
     columns = list(found.columns)
 
     def worth(q: Floats, near: Floats) -> Floats:
@@ -293,7 +291,7 @@ def test_no_member_of_a_random_choice_is_better(nao: nk.NaoModel, criterion: str
     # From other references the search begins elsewhere.
     best = np.full(20, -np.inf)
     for _ in range(12):
-        other = nk.ik.arm(nao, "L", places, criterion=criterion, reference=nao.random(rng, 20))  # type: ignore[arg-type]
+        other = nk.ik.arm(nao, "L", places, criterion=criterion, near=nao.random(rng, 20))  # type: ignore[arg-type]
         best = np.maximum(best, worth(np.where(np.isnan(other.q), found.q, other.q), reference))
     slack = {"limits": 1e-4, "nearest": 1e-3, "manipulability": 1e-5}[criterion]
     assert (worth(found.q, reference) >= best - slack).all()
@@ -307,7 +305,7 @@ def test_of_poses_far_away_no_random_start_ends_nearer(nao: nk.NaoModel) -> None
     found = nk.ik.arm(nao, "L", T)
     cost = np.square(found.residual * [1.0, 0.1]).sum(axis=-1)
     for _ in range(8):
-        other = nk.ik.arm(nao, "L", T, reference=nao.random(rng, 60))
+        other = nk.ik.arm(nao, "L", T, near=nao.random(rng, 60))
         assert (cost <= np.square(other.residual * [1.0, 0.1]).sum(axis=-1) * (1.0 + 1e-4) + 1e-15).all()
 
 
@@ -400,7 +398,7 @@ def test_a_direction_may_have_any_length_and_any_number_of_axes(nao: nk.NaoModel
     q = nao.random(31, 4).reshape((4,) + (1,) * 40 + (25,))
     place, direction = nao.position(q, "LArm"), nao.rotation(q, "LArm")[..., 0]
     lengths = np.array([1e-200, 1e-3, 1.0, 1e200]).reshape((4,) + (1,) * 41)
-    found = nk.ik.arm(nao, "L", place, direction=lengths * direction, reference=q)
+    found = nk.ik.arm(nao, "L", place, direction=lengths * direction, near=q)
     assert found.success.shape == q.shape[:-1]  # type: ignore[union-attr]
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
 
@@ -408,8 +406,8 @@ def test_a_direction_may_have_any_length_and_any_number_of_axes(nao: nk.NaoModel
 def test_by_the_middle_of_the_limits_a_joint_stays_in_its_range_without_limits(nao: nk.NaoModel) -> None:
     reference = nao.configuration({"LShoulderPitch": 3.0, "LElbowYaw": 3.0}, limits="ignore")
     place = nao.position(nao.posture("StandInit"), "LArm")
-    free = nk.ik.arm(nao, "L", place, criterion="limits", limits="ignore", reference=reference)
-    found = nk.ik.arm(nao, "L", place, criterion="limits", reference=reference)
+    free = nk.ik.arm(nao, "L", place, criterion="limits", limits="ignore", near=reference)
+    found = nk.ik.arm(nao, "L", place, criterion="limits", near=reference)
     columns = [nao.joint_names.index(name) for name in nao.chains["LArm"][:5]]
     lower, upper = nao.lower[columns], nao.upper[columns]
     shares = [np.minimum(q - lower, upper - q) / (upper - lower) for q in (free.best, found.best)]
@@ -435,6 +433,6 @@ def test_without_limits_they_end_no_branch_of_a_path(nao: nk.NaoModel) -> None:
 def test_without_limits_a_path_across_half_a_turn_is_no_jump(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("StandInit"), (21, 1))
     q[:, nao.joint_names.index("LShoulderPitch")] = np.linspace(3.0, 3.3, 21)
-    found = nk.ik.follow(nao, {"LArm": nao.fk(q, "LArm")}, limits="ignore", reference=q[0])
+    found = nk.ik.follow(nao, {"LArm": nao.fk(q, "LArm")}, limits="ignore", near=q[0])
     assert found.jumps == ()
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)

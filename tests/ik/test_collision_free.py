@@ -27,18 +27,18 @@ def _solved(nao: nk.NaoModel, solver: str, q: np.ndarray, **more: Any) -> IKResu
         frame = {"leg": "LLeg", "arm": "LArm"}[solver]
         # The limits leave some targets with fewer solutions than others.
         limits = {"leg": "enforce", "arm": "ignore"}[solver]
-        return getattr(nk.ik, solver)(nao, "L", nao.fk(q, frame), reference=q, limits=limits, **more)
+        return getattr(nk.ik, solver)(nao, "L", nao.fk(q, frame), near=q, limits=limits, **more)
     if solver == "legs":
-        return nk.ik.legs(nao, nao.fk(q, "LLeg"), nao.fk(q, "RLeg"), reference=q, limits="ignore", **more)
+        return nk.ik.legs(nao, nao.fk(q, "LLeg"), nao.fk(q, "RLeg"), near=q, limits="ignore", **more)
     if solver == "head":
-        return nk.ik.head(nao, nao.rotation(q, "Head"), reference=q, **more)
+        return nk.ik.head(nao, nao.rotation(q, "Head"), near=q, **more)
     if solver == "look_at":
         T = nao.fk(q, "CameraTop")
-        return nk.ik.look_at(nao, T[..., :3, 3] + 0.5 * T[..., :3, 0], reference=q, limits="ignore", **more)
+        return nk.ik.look_at(nao, T[..., :3, 3] + 0.5 * T[..., :3, 0], near=q, limits="ignore", **more)
     if solver == "analytic":
         pytest.importorskip("eaik")
-        return nk.ik.analytic(nao, "LLeg", nao.fk(q, "LLeg"), reference=q, limits="ignore", **more)
-    return nk.ik.numeric(nao, "LArm", nao.fk(q, "LArm"), reference=q, **more)
+        return nk.ik.analytic(nao, "LLeg", nao.fk(q, "LLeg"), near=q, limits="ignore", **more)
+    return nk.ik.numeric(nao, "LArm", nao.fk(q, "LArm"), near=q, **more)
 
 
 @pytest.mark.parametrize("solver", ["leg", "arm", "legs", "head", "look_at", "numeric", "analytic"])
@@ -71,7 +71,7 @@ def test_exactly_the_solutions_in_collision_are_left_out(solver: str) -> None:
 def test_one_target_says_which_links_overlap() -> None:
     nao = nk.load_nao()
     q = nao.configuration(CROSSED)
-    result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"), reference=q, collisions=True)
+    result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"), near=q, collisions=True)
     assert result.reason is Reason.COLLISION
     assert not result.success
     assert result.message == "every solution has links that overlap: RBicep and l_wrist by 15.94 mm or more"
@@ -91,14 +91,13 @@ def test_a_result_without_collisions_is_unchanged() -> None:
 # --- Whole-body poses.
 
 
-@pytest.mark.slow
 def test_whole_body_poses_with_links_that_overlap_give_way_to_others() -> None:
     nao = nk.load_nao()
     start = nao.posture("StandInit")
     q = _with_random(nao, ARMS, 1, 150)
     targets = {name: nao.position(q, name) for name in ("LArm", "RArm")}
     feet = {side: nao.fk(start, f"{side}Leg") for side in "LR"}
-    options: dict[str, Any] = {"feet": feet, "reference": start, "restarts": 20}
+    options: dict[str, Any] = {"feet": feet, "near": start, "restarts": 20}
     every, free = (nk.ik.whole_body(nao, targets, collisions=collisions, **options) for collisions in (False, True))
     gaps, least = nao.clearance(free.q), nao.clearance(every.q).distance
     solved = every.reasons == Reason.REACHED
@@ -149,7 +148,6 @@ def _hands(nao: nk.NaoModel, q: np.ndarray, *arms: str) -> tuple[dict[str, np.nd
     return {arm: nao.position(q, arm) for arm in arms}, directions
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_have_none() -> None:
     nao = nk.load_nao()
@@ -161,7 +159,7 @@ def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_ha
         path, directions = _hands(nao, q, "LArm")
         if words is LEGS:
             path, directions = {"LLeg": nao.fk(q, "LLeg"), "RLeg": nao.fk(q, "RLeg")}, {}
-        options: dict[str, Any] = {"directions": directions, "reference": start, "limits": "ignore"}
+        options: dict[str, Any] = {"directions": directions, "near": start, "limits": "ignore"}
         every, free = (nk.ik.follow(nao, path, collisions=collisions, **options) for collisions in (False, True))
         before, after = nao.clearance(every.q), nao.clearance(free.q)
         assert every.success
@@ -177,21 +175,19 @@ def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_ha
     assert lost > 0
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 def test_a_jump_to_a_branch_without_overlap_says_which_links_overlap_on_the_other() -> None:
     nao = nk.load_nao()
     ends = _with_random(nao, ARMS, 25, 2)
     q = nao.clamp(ends[0] + np.linspace(0.0, 1.0, 15)[:, None] * (ends[1] - ends[0]))
     path, directions = _hands(nao, q, "LArm")
-    options: dict[str, Any] = {"directions": directions, "reference": nao.posture("StandInit"), "limits": "ignore"}
+    options: dict[str, Any] = {"directions": directions, "near": nao.posture("StandInit"), "limits": "ignore"}
     found = nk.ik.follow(nao, path, collisions=True, **options)
     assert [jump.index for jump in found.jumps] == [7]
     assert found.jumps[0].cause == "its branch ends at sample 13, where LForeArm and torso overlap by 2.8 mm"
     assert nk.ik.follow(nao, path, **options).jumps == ()
 
 
-@pytest.mark.slow
 def test_a_limb_is_reached_when_another_one_has_made_room() -> None:
     nao = nk.load_nao()
     angles = {"ShoulderPitch": (-0.606, -0.385), "ShoulderRoll": (-0.133, 0.239), "ElbowYaw": (0.721, -0.237)}
@@ -200,12 +196,10 @@ def test_a_limb_is_reached_when_another_one_has_made_room() -> None:
     angle_of = {f"{side}{name}": pair[k] for name, pair in angles.items() for k, side in enumerate("LR")}
     q = nao.posture("StandInit", angle_of)
     path, directions = _hands(nao, q[None], "RArm", "LArm")
-    options: dict[str, Any] = {"directions": directions, "reference": start, "limits": "ignore"}
+    options: dict[str, Any] = {"directions": directions, "near": start, "limits": "ignore"}
     overlapping = nk.ik.follow(nao, path, **options).q[0]
     assert nao.clearance(overlapping).distance < 0.0
-    alone = nk.ik.arm(
-        nao, "R", path["RArm"][0], direction=directions["RArm"][0], reference=overlapping, limits="ignore"
-    )
+    alone = nk.ik.arm(nao, "R", path["RArm"][0], direction=directions["RArm"][0], near=overlapping, limits="ignore")
     assert (nao.clearance(alone.solutions).distance < 0.0).all()
     found = nk.ik.follow(nao, path, collisions=True, **options)
     assert found.success
@@ -217,8 +211,7 @@ def test_a_path_that_overlaps_nowhere_is_unchanged() -> None:
     nao = nk.load_nao()
     path = {"LArm": np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)}
     one, other = (
-        nk.ik.follow(nao, path, reference=nao.posture("StandInit"), collisions=collisions)
-        for collisions in (False, True)
+        nk.ik.follow(nao, path, near=nao.posture("StandInit"), collisions=collisions) for collisions in (False, True)
     )
     np.testing.assert_array_equal(one.q, other.q)
     assert one.message == other.message
@@ -228,7 +221,7 @@ def test_a_member_of_a_family_that_overlaps_gives_way_to_another_branch_of_the_p
     nao = nk.load_nao()
     q = _with_random(nao, ARMS, 1, 300)
     place = nao.position(nao.posture("StandInit", LShoulderRoll=-0.1, LElbowRoll=-1.0), "LArm")
-    ways = nk.ik.arm(nao, "L", np.tile(place, (300, 1)), reference=q)
+    ways = nk.ik.arm(nao, "L", np.tile(place, (300, 1)), near=q)
     columns = list(ways.columns)
     other = int(np.argmax(nao.clearance(ways.q).distance))
     alone = np.tile(q[other], (300, 1))

@@ -23,8 +23,6 @@ from nao_kin.ik import Reason, follow_branches as branch_choice, follow_limbs as
 from nao_kin.ik.targets import inside_limits
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
-pytestmark = pytest.mark.slow
-
 
 def line(first: Floats, last: Floats, n: int) -> Floats:
     """Return configurations on the straight line from one to another."""
@@ -56,7 +54,7 @@ def squared_motion(nao: nk.NaoModel, q: Floats) -> float:
 
 def arm_branches(nao: nk.NaoModel, T: Floats, reference: Floats) -> nk.ik.IKResult:
     """All branches of the left arm for places and directions."""
-    return nk.ik.arm(nao, "L", T[..., :3, 3], direction=T[..., :3, 0], reference=reference)
+    return nk.ik.arm(nao, "L", T[..., :3, 3], direction=T[..., :3, 0], near=reference)
 
 
 def one_branch(nao: nk.NaoModel, T: Floats) -> Floats:
@@ -106,7 +104,7 @@ def crossing(nao: nk.NaoModel, seed: int) -> tuple[Floats, Floats, Floats]:
 @pytest.mark.parametrize("effector", ["LLeg", "RLeg", "LArm", "RArm"])
 def test_a_way_of_the_joints_is_found_again_from_its_poses(each_nao: nk.NaoModel, effector: str) -> None:
     q = way(each_nao, 3, 60)
-    found = nk.ik.follow(each_nao, {effector: each_nao.fk(q, effector)}, reference=q)
+    found = nk.ik.follow(each_nao, {effector: each_nao.fk(q, effector)}, near=q)
     assert found.success
     assert not found.jumps
     np.testing.assert_allclose(found.q, q, atol=1e-8)
@@ -116,7 +114,7 @@ def test_a_way_of_the_joints_is_found_again_from_its_poses(each_nao: nk.NaoModel
 
 def test_one_foot_goes_round_and_all_else_stands_still(nao: nk.NaoModel) -> None:
     q, T = nao.posture("StandInit"), swinging(nao, "LLeg", 80)
-    found = nk.ik.follow(nao, {"LLeg": T}, reference=q)
+    found = nk.ik.follow(nao, {"LLeg": T}, near=q)
     assert found.reached.all()
     np.testing.assert_allclose(nao.fk(found.q, "LLeg"), T, atol=1e-10)
     others = [column for column in range(nao.nq) if column not in found.limbs[0].columns]
@@ -126,7 +124,7 @@ def test_one_foot_goes_round_and_all_else_stands_still(nao: nk.NaoModel) -> None
 def test_both_feet_share_the_motor_of_the_hips(nao: nk.NaoModel) -> None:
     q = way(nao, 5, 40)
     path = {"LLeg": nao.fk(q, "LLeg"), "RLeg": nao.fk(q, "RLeg")}
-    found = nk.ik.follow(nao, path, reference=nao.posture("StandInit"))
+    found = nk.ik.follow(nao, path, near=nao.posture("StandInit"))
     assert found.success
     assert [limb.name for limb in found.limbs] == ["legs"]
     for effector, T in path.items():
@@ -137,7 +135,7 @@ def test_one_target_stands_for_all_samples(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
     still = nao.fk(q, "RLeg")
     path = {"LArm": nao.fk(q, "LArm")[:3, 3] + np.linspace(0, 0.03, 7)[:, None] * [1.0, 0.0, 0.0], "RLeg": still}
-    found = nk.ik.follow(nao, path, reference=q)
+    found = nk.ik.follow(nao, path, near=q)
     assert found.success
     np.testing.assert_allclose(nao.fk(found.q, "RLeg"), np.broadcast_to(still, (7, 4, 4)), atol=1e-10)
 
@@ -146,12 +144,12 @@ def test_places_of_a_hand_are_met_and_each_follows_from_the_one_before(nao: nk.N
     q = nao.posture("StandInit")
     s = np.linspace(0.0, 2.0 * math.pi, 40)
     places = nao.fk(q, "LArm")[:3, 3] + 0.02 * np.stack([0.0 * s, np.sin(s), np.sin(2.0 * s)], axis=-1)
-    found = nk.ik.follow(nao, {"LArm": places}, reference=q)
+    found = nk.ik.follow(nao, {"LArm": places}, near=q)
     assert found.success
     np.testing.assert_allclose(nao.fk(found.q, "LArm")[:, :3, 3], places, atol=1e-10)
     before = q
     for i in range(40):
-        before = nk.ik.arm(nao, "L", places[i], reference=before).q
+        before = nk.ik.arm(nao, "L", places[i], near=before).q
         np.testing.assert_allclose(found.q[i], before, atol=1e-7)
 
 
@@ -209,12 +207,12 @@ def test_the_torso_gives_way_where_both_feet_disagree(free: Any) -> None:
     torso = np.tile(nao.fk(q, "torso"), (8, 1, 1))
     torso[:, 1, 3] += np.linspace(0.0, 0.03, 8)  # aside, and leant as it is in this posture
     hand = nao.position(q, "LArm") + np.array([0.02, 0.0, 0.02])
-    stiff = nk.ik.follow(nao, feet, torso=torso, reference=q)
+    stiff = nk.ik.follow(nao, feet, torso=torso, near=q)
     assert list(stiff.reached) == [True, *[False] * 7]
     assert (stiff.reasons["legs"][1:] == Reason.HIPS_DISAGREE).all()
     assert "the hips disagree by" in stiff.message
     assert np.isfinite(stiff.q).all()
-    found = nk.ik.follow(nao, {**feet, "LArm": hand}, torso=torso, reference=q, free=free)
+    found = nk.ik.follow(nao, {**feet, "LArm": hand}, torso=torso, near=q, free=free)
     assert found.success
     assert found.torso is not None
     np.testing.assert_allclose(nao.fk(found.q, "torso"), found.torso, atol=1e-12)
@@ -226,7 +224,7 @@ def test_the_torso_gives_way_where_both_feet_disagree(free: Any) -> None:
 
 def test_frames_on_the_effectors_may_be_followed(nao: nk.NaoModel) -> None:
     q = way(nao, 12, 20)
-    found = nk.ik.follow(nao, {"LLeg": nao.fk(q, "LFoot")}, frames={"LLeg": "LFoot"}, reference=q)
+    found = nk.ik.follow(nao, {"LLeg": nao.fk(q, "LFoot")}, frames={"LLeg": "LFoot"}, near=q)
     np.testing.assert_allclose(found.q, q, atol=1e-8)
 
 
@@ -244,7 +242,7 @@ def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) 
         start = nao.random(rng)
         solve = nk.ik.leg if effector == "LLeg" else nk.ik.arm
         for reference in (None, start):
-            every = solve(nao, "L", T, limits="ignore", reference=reference)
+            every = solve(nao, "L", T, limits="ignore", near=reference)
             limb = list(every.columns)
             branches = [every.branches[i, : every.count[i]] / nao.velocity_limits[limb] for i in range(4)]
             pairs = itertools.pairwise(branches)
@@ -255,7 +253,7 @@ def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) 
                 begin[choice[0]] + sum(step[pair] for step, pair in zip(steps, itertools.pairwise(choice), strict=True))
                 for choice in itertools.product(*(range(count) for count in every.count))
             )
-            found = nk.ik.follow(nao, {effector: T}, limits="ignore", reference=reference)
+            found = nk.ik.follow(nao, {effector: T}, limits="ignore", near=reference)
             assert found.motion == pytest.approx(least, rel=1e-9)
             rows = (
                 found.q
@@ -308,7 +306,7 @@ def test_the_way_from_the_reference_counts_and_without_one_it_does_not(nao: nk.N
     middle = int(np.argmin(np.abs(nao.fk(both[0], "LArm") - T).max(axis=(1, 2))))
     path = T[middle : middle + 1]
     for branch in both:
-        found = nk.ik.follow(nao, {"LArm": path[:, :3, 3]}, directions={"LArm": path[:, :3, 0]}, reference=branch)
+        found = nk.ik.follow(nao, {"LArm": path[:, :3, 3]}, directions={"LArm": path[:, :3, 0]}, near=branch)
         np.testing.assert_allclose(found.q[0], branch, atol=1e-7)
 
 
@@ -319,16 +317,16 @@ def test_a_family_is_followed_by_the_member_nearest_to_the_sample_before() -> No
     pitch = np.concatenate([np.linspace(0.3, 0.9, 6), np.linspace(0.8, 0.3, 5)])
     q = old.configuration({**spread, "RElbowRoll": 0.1, "LShoulderPitch": pitch})
     T = old.fk(q, "LArm")
-    found = nk.ik.follow(old, {"LArm": T}, reference=q[0])
+    found = nk.ik.follow(old, {"LArm": T}, near=q[0])
     assert found.success
     before = q[0]
     for i in range(len(q)):
-        alone = nk.ik.arm(old, "L", T[i], reference=before)
+        alone = nk.ik.arm(old, "L", T[i], near=before)
         assert alone.family is nk.ik.Family.SHOULDER_AXIS
         np.testing.assert_allclose(found.q[i], alone.q, atol=1e-9)
         before = alone.q
     # Halfway ElbowYaw comes to its limit; the way back begins there, which a fixed reference does not know.
-    assert np.abs(found.q - nk.ik.arm(old, "L", T, reference=q[0]).q).max() > 0.1
+    assert np.abs(found.q - nk.ik.arm(old, "L", T, near=q[0]).q).max() > 0.1
 
 
 # --- jumps ------------------------------------------------------------------------------------------------------------
@@ -366,7 +364,7 @@ def test_ways_of_the_joints_have_no_jumps_however_coarse(nao: nk.NaoModel) -> No
     for n in (6, 11, 101):
         for effector in ("LLeg", "RArm"):
             q = way(nao, rng, n)
-            found = nk.ik.follow(nao, {effector: nao.fk(q, effector)}, reference=q)
+            found = nk.ik.follow(nao, {effector: nao.fk(q, effector)}, near=q)
             assert found.jumps == ()
 
 
@@ -383,8 +381,8 @@ def test_other_joints_of_the_reference_do_not_make_jumps(nao: nk.NaoModel) -> No
     reference = np.tile(nao.clamp(nao.neutral()), (len(T), 1))
     reference[:, 0] = 0.5 * (-1.0) ** np.arange(len(T))
     path = {"LArm": T[:, :3, 3]}
-    alone = nk.ik.follow(nao, path, directions={"LArm": T[:, :3, 0]}, reference=reference[0])
-    found = nk.ik.follow(nao, path, directions={"LArm": T[:, :3, 0]}, reference=reference)
+    alone = nk.ik.follow(nao, path, directions={"LArm": T[:, :3, 0]}, near=reference[0])
+    found = nk.ik.follow(nao, path, directions={"LArm": T[:, :3, 0]}, near=reference)
     assert found.jumps == alone.jumps
     assert len(found.jumps) == 1
 
@@ -393,7 +391,7 @@ def test_a_target_that_leaps_is_no_jump_of_the_branches(nao: nk.NaoModel) -> Non
     q = nao.posture("StandInit")
     T = np.tile(nao.fk(q, "LLeg"), (4, 1, 1))
     T[2:, 2, 3] += 0.05
-    assert nk.ik.follow(nao, {"LLeg": T}, reference=q).jumps == ()
+    assert nk.ik.follow(nao, {"LLeg": T}, near=q).jumps == ()
 
 
 # --- what is not reached ----------------------------------------------------------------------------------------------
@@ -404,7 +402,7 @@ def test_samples_beyond_a_limit_are_reported_and_only_these(nao: nk.NaoModel) ->
     outside = np.array(inside)
     outside[nao.joint_names.index("LKneePitch")] = 2.3
     q = line(inside, outside, 21)
-    found = nk.ik.follow(nao, {"LLeg": nao.fk(q, "LLeg")}, reference=inside)
+    found = nk.ik.follow(nao, {"LLeg": nao.fk(q, "LLeg")}, near=inside)
     limit = nao.upper[nao.joint_names.index("LKneePitch")]
     beyond = q[:, nao.joint_names.index("LKneePitch")] > limit
     np.testing.assert_array_equal(found.reached, ~beyond)
@@ -448,7 +446,7 @@ def test_a_path_begins_where_its_solver_first_has_values(nao: nk.NaoModel, monke
     q = nao.posture("StandInit")
     places = np.tile(nao.position(q, "LArm"), (4, 1))
     places[:2, 0] = 5.0
-    found = nk.ik.follow(nao, {"LArm": places}, reference=q)
+    found = nk.ik.follow(nao, {"LArm": places}, near=q)
     assert list(found.reached) == [False, False, True, True]
     np.testing.assert_allclose(nao.position(found.q[2:], "LArm"), places[2:], atol=1e-10)
     assert np.isnan(found.q[:2, list(found.limbs[0].columns)]).all()
@@ -458,7 +456,7 @@ def test_a_hand_that_five_joints_do_not_place_goes_to_the_nearest_pose(nao: nk.N
     q = nao.posture("StandInit")
     T = np.tile(nao.fk(q, "LArm"), (6, 1, 1))
     T[:, 0, 3] += np.linspace(0.0, 0.02, 6)
-    found = nk.ik.follow(nao, {"LArm": T}, reference=q)
+    found = nk.ik.follow(nao, {"LArm": T}, near=q)
     assert list(found.reached) == [True, *[False] * 5]
     assert np.isfinite(found.q).all()
     assert "5 joints do not make this pose; the nearest pose is off" in found.limbs[0].messages[5]
@@ -474,7 +472,7 @@ def test_segments_that_are_too_fast_are_stretched_and_no_others(nao: nk.NaoModel
     T = swinging(nao, "LLeg", 41)
     times = 3.0 + np.linspace(0.0, 1.0, 41)
     times[20:] -= 0.0245  # the twentieth segment has 0.5 ms
-    found = nk.ik.follow(nao, {"LLeg": T}, reference=q, times=times)
+    found = nk.ik.follow(nao, {"LLeg": T}, near=q, times=times)
     assert [segment.index for segment in found.stretched] == [19]
     given, taken = np.diff(times), np.diff(found.times)
     step = np.abs(np.diff(found.q, axis=0)) / nao.velocity_limits
@@ -509,7 +507,7 @@ def test_without_times_the_least_are_taken(nao: nk.NaoModel, speed: float) -> No
 def test_joints_of_the_reference_keep_their_limits_too(nao: nk.NaoModel) -> None:
     reference = np.tile(nao.posture("StandInit"), (3, 1))
     reference[:, 0] = [0.0, 1.0, 0.0]
-    found = nk.ik.follow(nao, {"LLeg": nao.fk(reference[0], "LLeg")}, reference=reference)
+    found = nk.ik.follow(nao, {"LLeg": nao.fk(reference[0], "LLeg")}, near=reference)
     np.testing.assert_allclose(np.diff(found.times), 1.0 / nao.velocity_limits[0])
 
 
@@ -534,7 +532,7 @@ def test_sampled_turns_the_base_at_constant_speed() -> None:
     torso[1, :3, 3] = [0.1, 0.0, 0.0]
     q = nao.posture("StandInit")
     T = torso @ nao.fk(q, "LArm", reference="torso")
-    found = nk.ik.follow(nao, {"LArm": T[:, :3, 3]}, torso=torso, times=[0.0, 1.0], reference=q)
+    found = nk.ik.follow(nao, {"LArm": T[:, :3, 3]}, torso=torso, times=[0.0, 1.0], near=q)
     frames = found.sampled(4.0)
     np.testing.assert_allclose(frames[:, 0], [0.0, 0.025, 0.05, 0.075, 0.1], atol=1e-12)
     for frame, angle in zip(frames, [0.0, 0.25, 0.5, 0.75, 1.0], strict=True):
@@ -564,7 +562,7 @@ def test_a_single_sample_is_solved_as_by_itself(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
     T = nao.fk(q, "LLeg")
     for targets in (T, T[None]):
-        found = nk.ik.follow(nao, {"LLeg": targets}, reference=q)
+        found = nk.ik.follow(nao, {"LLeg": targets}, near=q)
         np.testing.assert_allclose(found.q, q[None], atol=1e-9)
         assert found.duration == 0.0
         assert found.sampled(30.0).shape == (1, nao.nq)
@@ -574,9 +572,9 @@ def test_a_single_sample_is_solved_as_by_itself(nao: nk.NaoModel) -> None:
 def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.NaoModel) -> None:
     reference = nao.posture("StandInit")
     reference[0] = 3.0
-    found = nk.ik.follow(nao, {"LLeg": swinging(nao, "LLeg", 3)}, reference=reference)
-    assert found.notes == ("reference projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
-    assert nk.ik.follow(nao, {"LLeg": swinging(nao, "LLeg", 3)}, reference=reference, limits="ignore").q[0, 0] == 3.0
+    found = nk.ik.follow(nao, {"LLeg": swinging(nao, "LLeg", 3)}, near=reference)
+    assert found.notes == ("near projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
+    assert nk.ik.follow(nao, {"LLeg": swinging(nao, "LLeg", 3)}, near=reference, limits="ignore").q[0, 0] == 3.0
 
 
 def test_a_reference_beyond_a_coupled_limit_goes_to_the_nearest_point(nao: nk.NaoModel) -> None:
@@ -585,11 +583,11 @@ def test_a_reference_beyond_a_coupled_limit_goes_to_the_nearest_point(nao: nk.Na
     nearest, notes = inside_limits(nao, reference)
     assert np.abs(nearest - nao.clamp(reference)).max() > 0.01
     T = swinging(nao, "LLeg", 3)
-    found = nk.ik.follow(nao, {"LLeg": T}, reference=reference)
+    found = nk.ik.follow(nao, {"LLeg": T}, near=reference)
     np.testing.assert_allclose(found.q[:, :2], np.tile(nearest[:2], (3, 1)), atol=1e-12)
     assert found.notes == notes
     several = np.stack([nearest, reference, reference])
-    found = nk.ik.follow(nao, {"LLeg": T}, reference=several)
+    found = nk.ik.follow(nao, {"LLeg": T}, near=several)
     np.testing.assert_allclose(found.q[:, :2], np.tile(nearest[:2], (3, 1)), atol=1e-12)
     assert found.notes[0].endswith("(configuration 1)")
 
@@ -614,8 +612,8 @@ def test_coordinates_whose_squares_overflow_are_refused_by_name(nao: nk.NaoModel
         nk.ik.follow(nao, {"LLeg": T})
     with pytest.raises(BadArgument, match="torso must not exceed"):
         nk.ik.follow(nao, {"LArm": [0.2, 0.1, 0.0]}, torso=T)
-    with pytest.raises(BadArgument, match="reference must not exceed"):
-        nk.ik.follow(nao, {"LArm": [0.2, 0.1, 0.0]}, reference=np.full(nao.nq, 1e200))
+    with pytest.raises(BadArgument, match="near must not exceed"):
+        nk.ik.follow(nao, {"LArm": [0.2, 0.1, 0.0]}, near=np.full(nao.nq, 1e200))
     with pytest.raises(BadArgument, match="times must not exceed"):
         nk.ik.follow(nao, {"LArm": np.full((2, 3), 0.1)}, times=[-1e308, 1e308])
 
@@ -627,7 +625,7 @@ def test_ragged_lists_are_refused_by_name(nao: nk.NaoModel) -> None:
         (r"path\['LLeg'\]", {"path": {"LLeg": ragged}}),
         (r"path\['LArm'\]", {"path": {"LArm": ragged}}),
         (r"directions\['LArm'\]", {"path": place, "directions": {"LArm": ragged}}),
-        *((option, {"path": place, option: ragged}) for option in ("torso", "times", "reference", "speed")),
+        *((option, {"path": place, option: ragged}) for option in ("torso", "times", "near", "speed")),
     ]
     for name, options in calls:
         with pytest.raises(BadArgument, match=f"{name} must be real numbers"):
@@ -694,11 +692,11 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
             nk.ik.follow(nao, {"LLeg": T}, speed=speed)
     with pytest.raises(UnknownName, match="enforce"):
         nk.ik.follow(nao, {"LLeg": T}, limits="enforced")  # type: ignore[arg-type]
-    with pytest.raises(WrongShape, match="reference"):
-        nk.ik.follow(nao, {"LLeg": T}, reference=np.zeros(24))
+    with pytest.raises(WrongShape, match="near"):
+        nk.ik.follow(nao, {"LLeg": T}, near=np.zeros(24))
     with pytest.raises(BadArgument, match="free requires torso"):
         nk.ik.follow(nao, {"LLeg": T}, free="lean")
-    with pytest.raises(BadArgument, match="fps"):
+    with pytest.raises(BadArgument, match="rate"):
         nk.ik.follow(nao, {"LLeg": T}).sampled(0.0)
     for priority in ("both", ["left"], np.array(["left", "right"])):
         with pytest.raises(UnknownName, match="unknown priority"):

@@ -11,8 +11,6 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName
 from nao_kin.ik import Family, Reason
 from nao_kin.rotations import matrix_from_quat, rot_x, rot_z
 
-pytestmark = pytest.mark.slow
-
 CAMERAS = ("CameraTop", "CameraBottom")
 
 
@@ -27,7 +25,7 @@ def angles_to(nao: nk.NaoModel, q: Floats, camera: str, points: Floats) -> Float
 @pytest.mark.parametrize("frame", ["Head", *CAMERAS])
 def test_every_orientation_of_the_head_brings_the_configuration_back(each_nao: nk.NaoModel, frame: str) -> None:
     q = each_nao.random(1, 3000)
-    found = nk.ik.head(each_nao, each_nao.rotation(q, frame), frame=frame, reference=q)
+    found = nk.ik.head(each_nao, each_nao.rotation(q, frame), frame=frame, near=q)
     assert np.all(found.success)
     np.testing.assert_allclose(found.q, q, atol=1e-12)
     assert found.residual.max() < 1e-10
@@ -58,8 +56,7 @@ def test_another_frame_of_a_camera_looks_along_the_same_axis(nao: nk.NaoModel, f
     T_optical = nao.fk(found.q, "CameraBottom_optical_frame")
     assert np.abs((np.linalg.inv(T_optical) @ np.append(point, 1.0))[:2]).max() < 1e-9
     both = [
-        nk.ik.whole_body(nao, {}, gaze=(point, name), reference=nao.posture("StandInit"))
-        for name in (frame, "CameraBottom")
+        nk.ik.whole_body(nao, {}, gaze=(point, name), near=nao.posture("StandInit")) for name in (frame, "CameraBottom")
     ]
     assert both[0].success
     assert np.array_equal(both[0].q, both[1].q)
@@ -168,7 +165,7 @@ def test_a_point_above_the_neck_and_beside_that(nao: nk.NaoModel, beside: float)
     neck = nao.position(nao.neutral(), "HeadPitch")
     reference = nao.configuration({"HeadYaw": 0.7})
     point = np.add(neck, [beside, 0.0, 0.8])
-    found = nk.ik.look_at(nao, point, limits="ignore", reference=reference)
+    found = nk.ik.look_at(nao, point, limits="ignore", near=reference)
     assert found.success
     assert angles_to(nao, found.solutions, "CameraTop", point).max() < 1e-10
     if beside < 1e-12:
@@ -191,7 +188,7 @@ def test_of_a_free_yaw_the_nearest_that_allows_the_pitch_is_taken() -> None:
     needed = free.q[1]
     assert -0.6 < needed < -0.4
     reference = nao.configuration({"HeadYaw": 1.5, "HeadPitch": -0.3})
-    found = nk.ik.look_at(nao, point, reference=reference)
+    found = nk.ik.look_at(nao, point, near=reference)
     assert found.success
     assert found.family is Family.YAW_AXIS
     assert nao.within_limits(found.q).all()

@@ -12,8 +12,6 @@ from ik_checks import pose_errors
 import nao_kin as nk
 from nao_kin.rotations import matrix_from_rpy
 
-pytestmark = pytest.mark.slow
-
 CASES = json.loads((Path(__file__).parents[1] / "data" / "reference_cases.json").read_text(encoding="utf-8"))[
     "ik_targets"
 ]
@@ -61,7 +59,7 @@ def test_a_head_is_turned_as_naoqi_said(nao: nk.NaoModel, case: dict) -> None:
 def test_a_foot_is_where_naoqi_said(nao: nk.NaoModel, case: dict, side: str) -> None:
     T, tolerance = pose_of(case["pose"][side + "Leg"]), case["tolerance"]
     q = nao.configuration(case["one_solution_rad"], limits="ignore")
-    found = nk.ik.leg(nao, side, T, reference=q, limits="ignore")
+    found = nk.ik.leg(nao, side, T, near=q, limits="ignore")
     (error,) = pose_errors(nao.fk(found.q, side + "Leg")[None], T[None])
     assert error[0] < tolerance["position_m"]
     assert error[1] < tolerance["rotation_rad"]
@@ -73,7 +71,7 @@ def test_both_feet_are_where_naoqi_said(nao: nk.NaoModel, case: dict) -> None:
     T, tolerance = [pose_of(case["pose"][side + "Leg"]) for side in "LR"], case["tolerance"]
     q = nao.configuration(case["one_solution_rad"], limits="ignore")
     # Rounded numbers are of feet whose hips differ a little.
-    found = nk.ik.legs(nao, *T, reference=q, limits="ignore")
+    found = nk.ik.legs(nao, *T, near=q, limits="ignore")
     errors = pose_errors(nao.fk(found.q, ["LLeg", "RLeg"]), np.array(T))
     assert errors[:, 0].max() < tolerance["position_m"]
     assert errors[:, 1].max() < tolerance["rotation_rad"]

@@ -12,8 +12,6 @@ import pytest
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
-
 SOLVERS: dict[str, Callable[[nk.NaoModel, np.ndarray], Any]] = {
     "leg": lambda nao, q: nk.ik.leg(nao, "L", nao.fk(q, "LLeg")),
     "legs": lambda nao, q: nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"])),

@@ -13,8 +13,6 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, Wr
 from nao_kin.ik import Family, Reason
 from nao_kin.rotations import davenport_angles, exp, matrix_from_quat, rot_y
 
-pytestmark = pytest.mark.slow
-
 SIDES = ("L", "R")
 JOINTS = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
@@ -130,7 +128,7 @@ def test_a_locked_hip_and_beside_it(nao: nk.NaoModel, side: str, lock: float, be
     for sign in (1.0, -1.0):
         q = bent(nao, side, HipRoll=lock + sign * beside)
         T = nao.fk(q, side + "Leg")
-        found = nk.ik.leg(nao, side, T, limits="ignore", reference=q)
+        found = nk.ik.leg(nao, side, T, limits="ignore", near=q)
         assert_solved(nao, side + "Leg", T, found, inside=False)
         assert distance_to_solutions(found, q) < (1e-11 if beside < 1e-12 else 1e-15 / beside + 1e-12)
         if beside < 1e-13:
@@ -149,7 +147,7 @@ def test_a_member_of_a_locked_hip_is_the_nearest_to_the_reference(nao: nk.NaoMod
     q = bent(nao, "L", HipRoll=-math.pi / 4)
     T = nao.fk(q, "LLeg")
     reference = nao.configuration({"LHipYawPitch": 0.3, "LHipPitch": -0.2}, limits="ignore")
-    found = nk.ik.leg(nao, "L", T, limits="ignore", reference=reference)
+    found = nk.ik.leg(nao, "L", T, limits="ignore", near=reference)
     yaw, pitch = found.columns[0], found.columns[2]
     best = found.q
     # What rounding leaves of the sum is the only thing that matters to the pose.
@@ -185,7 +183,7 @@ def test_the_hip_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, side:
         near[nk.ik.leg(nao, side, nao.fk(q, side + "Leg")).columns[4]] += sign * beside
         T = nao.fk(near, side + "Leg")
         for limits in ("enforce", "ignore"):
-            found = nk.ik.leg(nao, side, T, reference=near, limits=limits)
+            found = nk.ik.leg(nao, side, T, near=near, limits=limits)
             assert_solved(nao, side + "Leg", T, found, inside=limits == "enforce")
             assert distance_to_solutions(found, near) < (1e-9 if beside < 1e-11 else 1e-15 / beside + 1e-9)
             if beside < 1e-13:
@@ -217,16 +215,16 @@ def test_the_member_about_the_ankle_axis_is_inside_the_limits_and_nearest(nao: n
     for wanted in (-0.3, 0.0, 0.04, 0.3):
         reference = q.copy()
         reference[roll] = wanted
-        found = nk.ik.leg(nao, "L", T, reference=reference)
+        found = nk.ik.leg(nao, "L", T, near=reference)
         assert found.family is Family.ANKLE_AXIS
         assert_solved(nao, "L" + "Leg", T, found)
-        inside = found.reference
+        inside = found.near
         away = np.linalg.norm(found.q - inside)
         # No other roll has a nearer member, by the closed form at a foot turned a little out of the family.
         for other in np.linspace(-0.02, 0.06, 41):
             start = q.copy()
             start[roll] = other
-            rival = nk.ik.leg(nao, "L", T, reference=start).q
+            rival = nk.ik.leg(nao, "L", T, near=start).q
             assert np.linalg.norm(rival - inside) > away - 1e-6
 
 
@@ -310,7 +308,7 @@ def test_what_is_blamed_is_really_outside(nao: nk.NaoModel) -> None:
 
 def test_a_right_leg_moves_the_motor_of_both_hips(nao: nk.NaoModel) -> None:
     q = nao.random(9)
-    found = nk.ik.leg(nao, "R", nao.fk(q, "RLeg"), reference=q)
+    found = nk.ik.leg(nao, "R", nao.fk(q, "RLeg"), near=q)
     assert found.joints[0] == "RHipYawPitch"
     assert nao.joint_names[found.columns[0]] == "LHipYawPitch"
     np.testing.assert_allclose(found.q, q, atol=1e-9)
@@ -319,10 +317,10 @@ def test_a_right_leg_moves_the_motor_of_both_hips(nao: nk.NaoModel) -> None:
 def test_solutions_take_the_other_joints_from_the_reference_and_the_nearest_is_first(nao: nk.NaoModel) -> None:
     q = nao.random(10, 300)
     T = nao.fk(q, "LLeg")
-    found = nk.ik.leg(nao, "L", T, reference=q)
+    found = nk.ik.leg(nao, "L", T, near=q)
     np.testing.assert_allclose(found.q, q, atol=1e-8)
     rest = nk.ik.leg(nao, "L", T)
-    distances = np.linalg.norm(rest.branches - rest.reference[..., list(rest.columns)], axis=-1)
+    distances = np.linalg.norm(rest.branches - rest.near[..., list(rest.columns)], axis=-1)
     assert (np.diff(distances, axis=-1)[rest.count == 2] >= 0.0).all()
 
 
@@ -341,9 +339,9 @@ def test_a_reference_outside_a_coupled_limit_goes_to_the_nearest_point_of_the_pl
     for at in ((0.7, 0.35), (-0.9, 0.3), (-1.1, -0.3), (0.85, -0.3), (-1.5, 0.9)):
         reference = nao.posture("StandInit")
         reference[[pitch, roll]] = at
-        found = nk.ik.leg(nao, "L", nao.fk(nao.posture("StandInit"), "LLeg"), reference=reference)
-        assert nao.within_limits(found.reference).all()
-        away = np.linalg.norm(found.reference[[pitch, roll]] - at)
+        found = nk.ik.leg(nao, "L", nao.fk(nao.posture("StandInit"), "LLeg"), near=reference)
+        assert nao.within_limits(found.near).all()
+        away = np.linalg.norm(found.near[[pitch, roll]] - at)
         nearest = np.linalg.norm(grid - at, axis=-1).min()
         assert nearest - 2e-3 < away <= nearest + 1e-9
         clipped = nao.clamp(reference)[[pitch, roll]]
@@ -354,10 +352,10 @@ def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.Na
     T = nao.fk(nao.posture("StandInit"), "LLeg")
     reference = nao.posture("StandInit")
     reference[nao.joint_names.index("HeadYaw")] = 3.0
-    found = nk.ik.leg(nao, "L", T, reference=reference)
-    assert found.notes == ("reference projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
+    found = nk.ik.leg(nao, "L", T, near=reference)
+    assert found.notes == ("near projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
     assert nao.within_limits(found.q).all()
-    assert nk.ik.leg(nao, "L", T, reference=reference, limits="ignore").q[0] == 3.0
+    assert nk.ik.leg(nao, "L", T, near=reference, limits="ignore").q[0] == 3.0
 
 
 def test_any_frame_on_the_foot_may_be_asked_for(nao: nk.NaoModel) -> None:
@@ -376,7 +374,7 @@ def test_a_floating_base_stays_where_the_reference_has_it() -> None:
     q = nao.random(13, 20)
     q[:, :7] = [1.0, 2.0, 3.0, 0.5, 0.5, 0.5, 0.5]
     T = nao.fk(q, "LLeg", reference="torso")
-    found = nk.ik.leg(nao, "L", T, reference=q)
+    found = nk.ik.leg(nao, "L", T, near=q)
     np.testing.assert_allclose(found.q, q, atol=1e-8)
 
 
@@ -449,8 +447,8 @@ def test_bad_targets_are_refused_with_their_index(nao: nk.NaoModel) -> None:
         nk.ik.leg(nao, "L", T[0])
     with pytest.raises(WrongShape):
         nk.ik.leg(nao, "L", np.eye(3))
-    with pytest.raises(WrongShape, match="reference"):
-        nk.ik.leg(nao, "L", np.eye(4), reference=np.zeros((2, 25)))
+    with pytest.raises(WrongShape, match="near"):
+        nk.ik.leg(nao, "L", np.eye(4), near=np.zeros((2, 25)))
 
 
 def test_wrong_names_are_refused_with_the_nearest(nao: nk.NaoModel) -> None:
@@ -471,9 +469,9 @@ def test_wrong_names_are_refused_with_the_nearest(nao: nk.NaoModel) -> None:
 def test_references_may_have_as_many_axes_as_arrays(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit").reshape((1,) * 40 + (25,))
     T = nao.fk(q, "LLeg")
-    np.testing.assert_allclose(nk.ik.leg(nao, "L", T, reference=q[0]).q, q, rtol=0, atol=1e-9)
-    with pytest.raises(WrongShape, match="reference"):
-        nk.ik.leg(nao, "L", T, reference=q[None])
+    np.testing.assert_allclose(nk.ik.leg(nao, "L", T, near=q[0]).q, q, rtol=0, atol=1e-9)
+    with pytest.raises(WrongShape, match="near"):
+        nk.ik.leg(nao, "L", T, near=q[None])
 
 
 def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:
@@ -526,18 +524,18 @@ def test_a_foot_that_is_not_reached_gets_the_nearest_pose(nao: nk.NaoModel, side
     T[:, :3, 3] += rng.normal(scale=0.2, size=(60, 3))
     T[::2, :3, :3] = T[::2, :3, :3] @ exp(rng.normal(size=(30, 3)))
     reference = nao.random(rng, 60)
-    found = nk.ik.leg(nao, side, T, reference=reference, limits=limits)  # type: ignore[arg-type]
+    found = nk.ik.leg(nao, side, T, near=reference, limits=limits)  # type: ignore[arg-type]
     missed = ~np.asarray(found.success)
     assert missed.sum() > 20
     assert limits == "ignore" or nao.within_limits(found.q).all()
     assert not found.count[missed].any()
     np.testing.assert_allclose(pose_errors(nao.fk(found.q, f"{side}Leg"), T), found.residual, rtol=0, atol=1e-7)
     # Damped least squares of any robot, from many starts.
-    other = nk.ik.numeric(nao, f"{side}Leg", T, reference=reference, limits=limits)  # type: ignore[arg-type]
+    other = nk.ik.numeric(nao, f"{side}Leg", T, near=reference, limits=limits)  # type: ignore[arg-type]
     cost, best = (np.square(one.residual * [1.0, 0.1]).sum(axis=-1) for one in (found, other))
     assert (cost <= 1.02 * best + 1e-15).all()
     assert np.mean(cost <= best * (1.0 + 1e-4) + 1e-15) > 0.95
     k = int(np.flatnonzero(missed)[0])
-    one = nk.ik.leg(nao, side, T[k], reference=reference[k], limits=limits)  # type: ignore[arg-type]
+    one = nk.ik.leg(nao, side, T[k], near=reference[k], limits=limits)  # type: ignore[arg-type]
     np.testing.assert_allclose(one.residual, found.residual[k], rtol=0, atol=1e-7)
     assert "the nearest pose is off by" in str(one.message)

@@ -15,8 +15,6 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, Wr
 from nao_kin.ik import Family, LegsResult, Reason
 from nao_kin.rotations import log, rot_x, rot_y, rot_z
 
-pytestmark = pytest.mark.slow
-
 FEET = ("LLeg", "RLeg")
 HIP = "LHipYawPitch"
 
@@ -147,10 +145,10 @@ def test_one_pair_and_a_batch_of_it_give_the_same(nao: nk.NaoModel) -> None:
 def test_solutions_are_sorted_by_their_distance_over_eleven_joints(nao: nk.NaoModel) -> None:
     q = nao.random(6, 300)
     T = feet_of(nao, q)
-    np.testing.assert_allclose(nk.ik.legs(nao, *T, reference=q).q, q, atol=1e-8)
-    found = nk.ik.legs(nao, *T, limits="ignore", reference=nao.posture("StandInit"))
+    np.testing.assert_allclose(nk.ik.legs(nao, *T, near=q).q, q, atol=1e-8)
+    found = nk.ik.legs(nao, *T, limits="ignore", near=nao.posture("StandInit"))
     assert len(found.joints) == 11
-    distances = np.linalg.norm(found.branches - found.reference[..., list(found.columns)], axis=-1)
+    distances = np.linalg.norm(found.branches - found.near[..., list(found.columns)], axis=-1)
     assert (np.diff(distances, axis=-1) >= 0.0).all()
 
 
@@ -208,7 +206,7 @@ def test_hips_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, sides: s
         assert nao.within_limits(q)
         T = feet_of(nao, q)
         for limits in ("enforce", "ignore"):
-            found = nk.ik.legs(nao, *T, reference=q, limits=limits)
+            found = nk.ik.legs(nao, *T, near=q, limits=limits)
             assert_met(nao, T, found, inside=limits == "enforce")
             if len(sides) == 1:  # the other leg fixes the motor
                 assert distance_to_solutions(found, q) < 1e-8
@@ -230,7 +228,7 @@ def test_locked_hips_and_beside_them(nao: nk.NaoModel, sides: str, beside: float
             lock = -math.pi / 4 if side == "L" else math.pi / 4
             q = moved(nao, q, **{side + "HipRoll": lock + sign * beside})
         T = feet_of(nao, q)
-        found = nk.ik.legs(nao, *T, reference=q, limits="ignore")
+        found = nk.ik.legs(nao, *T, near=q, limits="ignore")
         assert_met(nao, T, found, inside=False)
         if len(sides) == 1:
             assert distance_to_solutions(found, q) < 1e-8
@@ -252,7 +250,7 @@ def test_a_leg_along_the_axis_of_hip_roll_and_beside_it(nao: nk.NaoModel, beside
         pitch = -0.5 * math.pi + sign * beside - math.atan2(tibia * math.sin(knee), thigh + tibia * math.cos(knee))
         q = moved(nao, nao.random(rng), LKneePitch=knee, LHipPitch=pitch, LAnklePitch=0.2, LAnkleRoll=0.05)
         T = feet_of(nao, q)
-        found = nk.ik.legs(nao, *T, reference=q)
+        found = nk.ik.legs(nao, *T, near=q)
         assert_met(nao, T, found)
         assert distance_to_solutions(found, q) < 1e-6
 
@@ -425,7 +423,7 @@ def test_feet_that_agree_leave_the_torso_where_it_is_wished(nao: nk.NaoModel) ->
     T = feet_of(nao, q)
     wished = placed(np.eye(4))
     for free in ("height", "lean", "yaw"):
-        found = nk.ik.legs(nao, placed(T[0]), placed(T[1]), base="floating", torso=wished, free=free, reference=q)  # type: ignore[arg-type]
+        found = nk.ik.legs(nao, placed(T[0]), placed(T[1]), base="floating", torso=wished, free=free, near=q)  # type: ignore[arg-type]
         assert_met(nao, T, found)
         assert found.torso is not None
         np.testing.assert_allclose(found.torso, np.broadcast_to(wished, (300, 4, 4)), rtol=0, atol=1e-15)
@@ -507,14 +505,14 @@ def test_no_smaller_change_of_the_torso_meets_both_feet(nao: nk.NaoModel, free: 
 def test_a_stance_is_kept_where_no_torso_is_wished(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
     T = feet_of(nao, q)
-    found = nk.ik.legs(nao, placed(T[0]), placed(T[1]), base="floating", reference=q)
+    found = nk.ik.legs(nao, placed(T[0]), placed(T[1]), base="floating", near=q)
     assert found.success
     assert found.torso is not None
     np.testing.assert_allclose(found.torso, placed(np.eye(4)), atol=1e-14)
     np.testing.assert_allclose(found.q, q, atol=1e-8)
     # Feet farther apart: the torso stays over their middle.
     wide = placed(T[0]) @ np.block([[np.eye(3), np.array([[0.0], [0.02], [0.0]])], [np.zeros(3), 1.0]])
-    found = nk.ik.legs(nao, wide, placed(T[1]), base="floating", reference=q)
+    found = nk.ik.legs(nao, wide, placed(T[1]), base="floating", near=q)
     assert found.success
     rows = feet_of(nao, found.q)
     np.testing.assert_allclose(found.torso @ rows[0], wide, atol=1e-12)
@@ -526,7 +524,7 @@ def test_a_torso_that_is_wished_too_high_comes_down_to_straight_legs(nao: nk.Nao
     T = feet_of(nao, q)
     wished = np.eye(4)
     wished[2, 3] = 0.1
-    found = nk.ik.legs(nao, *T, base="floating", torso=wished, reference=q)
+    found = nk.ik.legs(nao, *T, base="floating", torso=wished, near=q)
     assert found.success
     assert found.torso is not None
     again = feet_of(nao, found.q)
@@ -541,7 +539,7 @@ def test_a_robot_with_a_floating_base_gets_its_base_too() -> None:
     q[:, :7] = [1.0, 2.0, 3.0, 0.1, -0.2, 0.3, math.sqrt(1.0 - 0.14)]
     T = nao.fk(q, list(FEET), reference="world")
     torso = nao.fk(q, "torso", reference="world")
-    found = nk.ik.legs(nao, T[:, 0], T[:, 1], base="floating", torso=torso, reference=q)
+    found = nk.ik.legs(nao, T[:, 0], T[:, 1], base="floating", torso=torso, near=q)
     assert found.success.all()
     np.testing.assert_allclose(found.q, q, atol=1e-8)
     assert pose_errors(nao.fk(found.q, list(FEET), reference="world"), T).max() < 1e-10
@@ -554,7 +552,7 @@ def test_feet_that_no_torso_meets_say_how_far_the_hips_are_apart(nao: nk.NaoMode
     T_left, T_right = feet_of(nao, q)
     # One foot only turned outwards: a height changes little of that.
     T_left = turned(T_left, 0.6)
-    found = nk.ik.legs(nao, T_left, T_right, base="floating", torso=np.eye(4), reference=q)
+    found = nk.ik.legs(nao, T_left, T_right, base="floating", torso=np.eye(4), near=q)
     assert found.reason is Reason.HIPS_DISAGREE
     assert found.torso is not None
     heights = np.tile(np.eye(4), (400, 1, 1))
@@ -574,7 +572,7 @@ def test_any_frames_on_the_feet_may_be_asked_for(nao: nk.NaoModel) -> None:
     q = nao.random(21, 100)
     frames = "LFoot/Bumper/Left", "r_sole"
     T = nao.fk(q, list(frames))
-    found = nk.ik.legs(nao, T[:, 0], T[:, 1], frames=frames, reference=q)
+    found = nk.ik.legs(nao, T[:, 0], T[:, 1], frames=frames, near=q)
     assert found.success.all()
     np.testing.assert_allclose(found.q, q, atol=1e-8)
     with pytest.raises(BadArgument, match="not carried by RAnkleRoll"):
@@ -588,7 +586,7 @@ def test_any_frames_on_the_feet_may_be_asked_for(nao: nk.NaoModel) -> None:
 def test_targets_and_references_broadcast(nao: nk.NaoModel) -> None:
     q = nao.random(22, 4)
     T_left, T_right = feet_of(nao, moved(nao, q, LHipYawPitch=-0.2))
-    found = nk.ik.legs(nao, T_left[:, None], T_right, reference=q)
+    found = nk.ik.legs(nao, T_left[:, None], T_right, near=q)
     assert found.q.shape == (4, 4, 25)
     assert found.success.all()
     np.testing.assert_array_equal(found.q[2, :, 0], q[:, 0])
@@ -608,8 +606,8 @@ def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
 
 def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
-    found = nk.ik.legs(nao, *feet_of(nao, q), reference=moved(nao, q, HeadYaw=3.0))
-    assert found.notes == ("reference projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
+    found = nk.ik.legs(nao, *feet_of(nao, q), near=moved(nao, q, HeadYaw=3.0))
+    assert found.notes == ("near projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
 
 
 def test_bad_targets_are_named_with_their_index(nao: nk.NaoModel) -> None:
@@ -657,7 +655,7 @@ def test_wrong_names_are_refused_with_the_valid_ones(nao: nk.NaoModel) -> None:
 def test_batches_may_have_as_many_axes_as_arrays(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit").reshape((1,) * 40 + (25,))
     T_left, T_right = feet_of(nao, q)
-    found = nk.ik.legs(nao, T_left, T_right, reference=q)
+    found = nk.ik.legs(nao, T_left, T_right, near=q)
     assert np.shape(found.success) == (1,) * 40
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)
 
@@ -714,7 +712,7 @@ def test_feet_that_are_not_reached_get_the_nearest_pose_of_both(nao: nk.NaoModel
     reference, q = nao.random(rng, 12), nao.random(rng, 12)
     T = nao.fk(q, ["LLeg", "RLeg"])
     T[:, 0, :3, 3] += rng.normal(scale=0.2, size=(12, 3))
-    found = nk.ik.legs(nao, T[:, 0], T[:, 1], reference=reference)
+    found = nk.ik.legs(nao, T[:, 0], T[:, 1], near=reference)
     rows = np.flatnonzero(np.isnan(found.yaw_errors).any(axis=-1))
     assert rows.size > 4
     assert nao.within_limits(found.q).all()

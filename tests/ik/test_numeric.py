@@ -17,7 +17,7 @@ import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik.descent import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
+from nao_kin.ik.least_squares import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.numeric import pose_errors
 from nao_kin.robot.semantics import CoupledLimit, Semantics
@@ -41,7 +41,7 @@ def check_reached(
         assert np.linalg.norm(pin.log3(error.rotation)) <= 1.01 * tolerance
     still = np.ones(robot.nq, dtype=bool)
     still[list(found.columns)] = False
-    np.testing.assert_array_equal(found.q[..., still], found.reference[..., still])
+    np.testing.assert_array_equal(found.q[..., still], found.near[..., still])
 
 
 # --- reachable poses ------------------------------------------------------------------------------------------------
@@ -50,7 +50,7 @@ def check_reached(
 @pytest.mark.parametrize("frame", FRAMES)
 def test_random_reachable_poses_of_every_limb_are_met(nao: nk.NaoModel, frame: str) -> None:
     T = nao.fk(nao.random(11, COUNT), frame)
-    found = numeric(nao, frame, T, reference=nao.posture("StandInit"))
+    found = numeric(nao, frame, T, near=nao.posture("StandInit"))
     check_reached(nao, frame, T, found)
     assert (found.reason == Reason.REACHED).all()
     assert found.solutions.shape == (COUNT, 1, 25)
@@ -89,7 +89,7 @@ def test_from_a_reference_nearby_the_nearby_solution_is_found(nao: nk.NaoModel) 
     q = nao.posture("StandInit") + np.random.default_rng(0).uniform(-0.05, 0.05, (50, 25))
     for frame in ("LArm", "RLeg"):
         T = nao.fk(q, frame)
-        found = numeric(nao, frame, T, reference=nao.posture("StandInit"), tolerance=1e-12)
+        found = numeric(nao, frame, T, near=nao.posture("StandInit"), tolerance=1e-12)
         check_reached(nao, frame, T, found, 1e-12)
         np.testing.assert_allclose(found.q[:, list(found.columns)], q[:, list(found.columns)], atol=1e-9)
 
@@ -107,10 +107,10 @@ def test_a_floating_base_stays_where_the_reference_has_it() -> None:
     reached = nao.random(rng, 30)
     reached[:, :7] = reference[:7]
     T = nao.fk(reached, "LLeg")
-    check_reached(nao, "LLeg", T, numeric(nao, "LLeg", T, reference=reference))
+    check_reached(nao, "LLeg", T, numeric(nao, "LLeg", T, near=reference))
     far = T[0].copy()
     far[:3, 3] += 1.0
-    assert numeric(nao, "LLeg", far, reference=reference).reason is Reason.OUT_OF_REACH
+    assert numeric(nao, "LLeg", far, near=reference).reason is Reason.OUT_OF_REACH
 
 
 def test_followers_sliders_and_joints_without_limits_are_solved(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_followers_sliders_and_joints_without_limits_are_solved(tmp_path: Path) 
     assert (np.abs(found.q[:, turn]) <= np.pi).all()
     wound = robot.neutral()
     wound[turn] = 20.0
-    found = numeric(robot, "yaw_l", T, reference=wound)
+    found = numeric(robot, "yaw_l", T, near=wound)
     assert (np.abs(found.q[:, turn] - 20.0) <= np.pi + 1e-12).all()
 
 
@@ -165,7 +165,7 @@ def test_pink_makes_the_steps_where_it_is_installed(nao: nk.NaoModel) -> None:
         pytest.importorskip(module)
     for frame in ("Head", "LLeg"):
         T = nao.fk(nao.random(5, 8), frame)
-        found = numeric(nao, frame, T, reference=nao.posture("StandInit"), solver="pink", tolerance=1e-6)
+        found = numeric(nao, frame, T, near=nao.posture("StandInit"), solver="pink", tolerance=1e-6)
         check_reached(nao, frame, T, found, 1e-6)
     assert not hasattr(nao.model, "configuration_limit")
 
@@ -228,7 +228,7 @@ def test_a_target_that_needs_a_joint_outside_its_range_names_it(nao: nk.NaoModel
     q = nao.posture("StandInit")
     knee = nao.joint_names.index("LKneePitch")
     q[knee] = nao.upper[knee] + 0.1
-    found = numeric(nao, "LLeg", nao.fk(q, "LLeg"), reference=nao.posture("Crouch"))
+    found = numeric(nao, "LLeg", nao.fk(q, "LLeg"), near=nao.posture("Crouch"))
     assert found.success is False
     assert found.reason is Reason.JOINT_LIMIT
     assert found.joints[int(found.obstacles.joint)] == "LKneePitch"
@@ -241,7 +241,7 @@ def test_a_target_that_needs_a_joint_below_its_range_names_the_lower_limit(nao: 
     q = nao.posture("StandInit")
     roll = nao.joint_names.index("LElbowRoll")
     q[roll] = nao.lower[roll] - 0.1
-    found = numeric(nao, "LArm", nao.fk(q, "LArm"), reference=nao.posture("Crouch"))
+    found = numeric(nao, "LArm", nao.fk(q, "LArm"), near=nao.posture("Crouch"))
     assert found.reason is Reason.JOINT_LIMIT
     assert found.joints[int(found.obstacles.joint)] == "LElbowRoll"
     assert float(found.obstacles.needed) == pytest.approx(q[roll], abs=1e-6)
@@ -365,7 +365,7 @@ def test_a_joint_that_stays_keeps_its_range_where_another_sets_it(nao: nk.NaoMod
     reference[nao.joint_names.index("HeadPitch")] = 0.4
     q[nao.joint_names.index("HeadYaw")] = 1.5
     frame = next(joint.child for joint in nao.tree.moving_joints if joint.name == "HeadYaw")
-    found = numeric(nao, frame, nao.fk(q, frame), reference=nao.clamp(reference))
+    found = numeric(nao, frame, nao.fk(q, frame), near=nao.clamp(reference))
     assert found.joints == ("HeadYaw",)
     assert found.success is False
     assert nao.within_limits(found.q)
@@ -394,11 +394,11 @@ def test_a_reference_outside_the_limits_is_projected_and_this_is_said(nao: nk.Na
     q = nao.posture("StandInit")
     q[nao.joint_names.index("RElbowRoll")] = 3.0
     T = nao.fk(nao.posture("StandInit"), "LLeg")
-    found = numeric(nao, "LLeg", T, reference=q)
+    found = numeric(nao, "LLeg", T, near=q)
     assert found.success is True
     assert nao.within_limits(found.q)
     assert any("RElbowRoll" in note and "projected" in note for note in found.notes)
-    ignored = numeric(nao, "LLeg", T, reference=q, limits="ignore")
+    ignored = numeric(nao, "LLeg", T, near=q, limits="ignore")
     assert ignored.notes == ()
     assert ignored.q[nao.joint_names.index("RElbowRoll")] == 3.0
 
@@ -406,7 +406,7 @@ def test_a_reference_outside_the_limits_is_projected_and_this_is_said(nao: nk.Na
 def test_references_broadcast_with_targets(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(3, 5), "Head")
     references = nao.random(4, (3, 1))
-    found = numeric(nao, "Head", T, reference=references)
+    found = numeric(nao, "Head", T, near=references)
     assert found.q.shape == (3, 5, 25)
     np.testing.assert_array_equal(found.q[1, 2, 2:], references[1, 0, 2:])
 
@@ -554,10 +554,10 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"T": [0.1, 0.0, 0.1]}, WrongShape, r"got \(3,\); weights=\(1, 0\) asks for the position of a pose alone"),
         ({"T": np.zeros(7)}, WrongShape, r"got \(7,\)$"),
         ({"T": "pose"}, BadArgument, "T must be"),
-        ({"reference": np.zeros(24)}, WrongShape, r"reference must have shape \(\.\.\., 25\)"),
-        ({"reference": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
-        ({"reference": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
-        ({"limits": "clamp"}, UnknownName, "enforce"),
+        ({"near": np.zeros(24)}, WrongShape, r"near must have shape \(\.\.\., 25\)"),
+        ({"near": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
+        ({"near": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
+        ({"limits": "clamp"}, UnknownName, r"\(valid: enforce, ignore\); with .enforce., the result's `best`"),
         ({"solver": "trac-ik"}, UnknownName, "pink"),
         ({"weights": (1.0, -1.0)}, BadArgument, "weights"),
         ({"weights": (1e308, 1.0)}, BadArgument, "T times weights must not exceed 1e\\+150"),

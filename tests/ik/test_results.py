@@ -62,7 +62,7 @@ def result(reasons: list[int] | int, **others: object) -> IKResult:
     arguments: dict[str, object] = {
         "joints": JOINTS,
         "columns": (2, 0),
-        "reference": np.array([9.0, 1.0, 9.0, 2.0]),
+        "near": np.array([9.0, 1.0, 9.0, 2.0]),
         "best": values,
         "branches": values[..., None, :],
         "families": np.zeros((*shape, 1), dtype=np.int8),
@@ -117,7 +117,7 @@ def test_where_there_is_no_solution_all_of_q_is_nan() -> None:
 
 def test_what_is_merged_is_a_copy() -> None:
     reference = np.zeros(4)
-    found = result(0, reference=reference)
+    found = result(0, near=reference)
     found.q[...] = 7.0
     found.solutions[...] = 7.0
     assert not reference.any()
@@ -201,7 +201,7 @@ def test_writing_into_one_result_changes_no_later_answer(
     T = nao.fk(nao.posture("StandInit"), frame)
     found = solve(nao, T)
     expected = found.q
-    found.reference[...] = 1.5
+    found.near[...] = 1.5
     np.testing.assert_array_equal(solve(nao, T).q, expected)
 
 
@@ -251,8 +251,8 @@ def test_without_limits_a_reference_that_is_a_solution_is_the_best_whatever_its_
     nao: nk.NaoModel, solve: Callable[..., IKResult]
 ) -> None:
     q = np.random.default_rng(5).uniform(-6.0, 6.0, (40, nao.nq))
-    many = solve(nao, q, reference=q, limits="ignore")
-    one = solve(nao, q[0], reference=q[0], limits="ignore")
+    many = solve(nao, q, near=q, limits="ignore")
+    one = solve(nao, q[0], near=q[0], limits="ignore")
     assert np.all(many.success)
     np.testing.assert_allclose(many.q, q, rtol=0, atol=1e-6)
     np.testing.assert_allclose(one.q, q[0], rtol=0, atol=1e-6)
@@ -271,7 +271,7 @@ def test_without_limits_a_member_of_a_family_may_be_whole_turns_away(
     q[..., nao.joint_names.index("RHipRoll")] = math.pi / 4
     q[..., [nao.joint_names.index("LKneePitch"), nao.joint_names.index("RKneePitch")]] = 0.5
     q[..., nao.joint_names.index("LHipYawPitch")] = [3.1, 3.3, -5.0]
-    found = solve(nao, q, reference=q, limits="ignore")
+    found = solve(nao, q, near=q, limits="ignore")
     np.testing.assert_array_equal(found.families[..., 0], Family.HIP_LOCK)
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)
 
@@ -280,9 +280,9 @@ def test_without_limits_every_branch_is_within_half_a_turn_of_any_reference(nao:
     rng = np.random.default_rng(5)
     reference, q = rng.uniform(-6.0, 6.0, (60, nao.nq)), nao.random(rng, 60)
     for found in (
-        nk.ik.arm(nao, "R", nao.fk(q, "RArm"), reference=reference, limits="ignore"),
-        nk.ik.head(nao, nao.rotation(q, "Head"), reference=reference, limits="ignore"),
-        nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=reference, limits="ignore"),
+        nk.ik.arm(nao, "R", nao.fk(q, "RArm"), near=reference, limits="ignore"),
+        nk.ik.head(nao, nao.rotation(q, "Head"), near=reference, limits="ignore"),
+        nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=reference, limits="ignore"),
     ):
         away = np.abs(found.solutions - reference[:, None])[..., found.columns]
         assert np.nanmax(away) <= math.pi + 1e-9
@@ -296,11 +296,11 @@ def test_without_limits_every_nearest_pose_is_within_half_a_turn_of_any_referenc
     hands[:, :3, 3] += 0.02
     feet[..., :3, 3] *= 1.5
     for found in (
-        nk.ik.arm(nao, "L", hands, reference=reference, limits="ignore"),
-        nk.ik.head(nao, nk.rotations.random_rotation(rng, 60), reference=reference, limits="ignore"),
-        nk.ik.look_at(nao, np.tile(beside, (60, 1)), reference=reference, limits="ignore"),
-        nk.ik.leg(nao, "R", feet[:, 1], reference=reference, limits="ignore"),
-        nk.ik.legs(nao, feet[:, 0], feet[:, 1], reference=reference, limits="ignore"),
+        nk.ik.arm(nao, "L", hands, near=reference, limits="ignore"),
+        nk.ik.head(nao, nk.rotations.random_rotation(rng, 60), near=reference, limits="ignore"),
+        nk.ik.look_at(nao, np.tile(beside, (60, 1)), near=reference, limits="ignore"),
+        nk.ik.leg(nao, "R", feet[:, 1], near=reference, limits="ignore"),
+        nk.ik.legs(nao, feet[:, 0], feet[:, 1], near=reference, limits="ignore"),
     ):
         missed = ~np.asarray(found.success)
         assert missed.sum() > 20
@@ -318,9 +318,9 @@ def test_without_limits_the_nearest_pose_is_within_half_a_turn_of_the_reference(
     left, right = nao.fk(q, "LLeg"), nao.fk(q, "RLeg")
     left[:3, :3] = left[:3, :3] @ nk.rotations.rot_z(0.05)
     missed = [
-        nk.ik.arm(nao, "L", hand, reference=q, limits="ignore"),
-        nk.ik.head(nao, head @ nk.rotations.rot_x(0.05), reference=q, limits="ignore"),
-        nk.ik.legs(nao, left, right, reference=q, limits="ignore"),
+        nk.ik.arm(nao, "L", hand, near=q, limits="ignore"),
+        nk.ik.head(nao, head @ nk.rotations.rot_x(0.05), near=q, limits="ignore"),
+        nk.ik.legs(nao, left, right, near=q, limits="ignore"),
     ]
     for found in missed:
         assert not found.success
@@ -331,5 +331,5 @@ def test_a_reference_of_very_many_turns_takes_no_digits(nao: nk.NaoModel) -> Non
     q = nao.posture("StandInit")
     reference = q.copy()
     reference[nao.joint_names.index("LKneePitch")] = 1e9
-    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=reference, limits="ignore")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=reference, limits="ignore")
     assert np.abs(nao.fk(found.solutions, "LLeg") - nao.fk(q, "LLeg")).max() < 1e-10

@@ -70,7 +70,7 @@ def test_the_twist_that_is_made_is_pinocchios(nao: nk.NaoModel) -> None:
     np.testing.assert_allclose(found.twist, motion.vector, atol=1e-12)
 
 
-@pytest.mark.parametrize("choice", ["redistribute", "scale"])
+@pytest.mark.parametrize("choice", ["enforce", "scale"])
 @pytest.mark.parametrize("frame", FRAMES)
 def test_no_joint_is_too_fast_or_leaves_its_range_within_the_time(nao: nk.NaoModel, frame: str, choice: str) -> None:
     rng = np.random.default_rng(4)
@@ -87,11 +87,11 @@ def test_from_the_edges_of_ranges_none_is_left(nao: nk.NaoModel, frame: str, dt:
     rng = np.random.default_rng(1)
     q = nao.clamp(nao.random(rng, 4000) + rng.normal(size=(4000, 25)))
     twist = rng.normal(size=(4000, 6)) * [1.0, 1.0, 1.0, 8.0, 8.0, 8.0]
-    for choice in ("redistribute", "scale"):
+    for choice in ("enforce", "scale"):
         found = velocity(nao, q, twist, frame, limits=choice, dt=dt)  # type: ignore[arg-type]
         assert (np.abs(found.v) <= nao.velocity_limits + 1e-9).all()
         assert nao.within_limits(q + dt * found.v).all()
-        if (frame, choice, dt) == ("LLeg", "redistribute", 0.002):  # the edge of a coupled range stops no other joint
+        if (frame, choice, dt) == ("LLeg", "enforce", 0.002):  # the edge of a coupled range stops no other joint
             assert np.any(found.v, axis=-1).all()
         assert np.any(found.v, axis=-1).mean() > 0.1
 
@@ -239,7 +239,7 @@ def test_configurations_and_twists_broadcast(nao: nk.NaoModel) -> None:
         ({"frame": "LLag"}, UnknownName, "LLeg"),
         ({"frame": "torso"}, BadArgument, "no joint moves"),
         ({"expressed_in": "world"}, UnknownName, "mixed"),
-        ({"limits": "clamp"}, UnknownName, "redistribute"),
+        ({"limits": "clamp"}, UnknownName, "enforce"),
         ({"damping": -1.0}, BadArgument, "damping"),
         ({"dt": 0.0}, BadArgument, "dt"),
         ({"length": np.inf}, BadArgument, "length"),

@@ -13,31 +13,19 @@ import weakref
 import numpy as np
 import pytest
 from ik_checks import pose_errors
-from loops import first_now
+from loops import full
 from numpy.typing import NDArray
 from whole_body_samples import Standing, is_above, sensors, standing_poses
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Reason, WholeBodyResult, whole_body
-from nao_kin.ik.body import place_all
-from nao_kin.ik.body_errors import (
-    COM,
-    GAZE,
-    PLACE,
-    POSE,
-    Plan,
-    errors_at,
-    new_state,
-    stand_on_both,
-)
+from nao_kin.ik.body_errors import COM, GAZE, PLACE, POSE, Plan, errors_at, new_state, place_all, stand_on_both
 from nao_kin.ik.body_targets import BodyTarget, feet_beyond, margin_beyond, prepared, target_beyond
 from nao_kin.ik.limit_regions import TABLE, limit_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.ik.targets import inside_limits
 from nao_kin.robot import SupportPolygon
-
-pytestmark = pytest.mark.slow
 
 Floats = NDArray[np.float64]
 FEET = ("LLeg", "RLeg")
@@ -91,7 +79,7 @@ def test_every_feasible_pose_is_found_from_neutral(nao: nk.NaoModel, both: bool)
     assert np.mean(found.starts == 1) > 0.7
 
 
-@pytest.mark.parametrize("version", first_now(["v3.2", "v3.3", "v4", "v5"]))
+@pytest.mark.parametrize("version", ["v3.2", *full("v3.3", "v4", "v5")])
 def test_every_version_stands(version: str) -> None:
     nao = nk.load_nao(version)
     found, _ = feasible(nao, standing_poses(nao, 20, both=True, seed=3), both=True)
@@ -102,7 +90,7 @@ def test_the_right_foot_may_stand_alone(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     lifted = feet["L"].copy()
     lifted[2, 3] += 0.03
-    found = whole_body(nao, {"LLeg": lifted}, feet={"R": feet["R"]}, com="support", margin=0.01, reference=q)
+    found = whole_body(nao, {"LLeg": lifted}, feet={"R": feet["R"]}, com="support", margin=0.01, near=q)
     assert found.success, found
     assert_stands(nao, found, {"R": feet["R"]})
     assert found.margin >= 0.01 - 1e-8
@@ -112,7 +100,7 @@ def test_the_right_foot_may_stand_alone(nao: nk.NaoModel) -> None:
 
 def test_without_targets_the_robot_stands_as_it_was(nao: nk.NaoModel) -> None:
     for q in (nao.posture("StandInit"), nao.clamp(nao.neutral())):
-        found = whole_body(nao, {}, reference=q)
+        found = whole_body(nao, {}, near=q)
         assert found.success
         np.testing.assert_allclose(found.q, q, atol=1e-12)
         assert found.iterations == 0
@@ -131,7 +119,7 @@ def test_a_straight_robot_crouches(nao: nk.NaoModel) -> None:
 def test_a_crouching_robot_stretches(nao: nk.NaoModel) -> None:
     q, _ = crouching(nao)
     feet = dict(zip("LR", nao.fk(nao.neutral(), FEET), strict=True))
-    found = whole_body(nao, {}, feet=feet, torso=np.eye(4), reference=q, tolerance=1e-6)
+    found = whole_body(nao, {}, feet=feet, torso=np.eye(4), near=q, tolerance=1e-6)
     assert found.success, found
     assert_stands(nao, found, feet)
 
@@ -139,7 +127,7 @@ def test_a_crouching_robot_stretches(nao: nk.NaoModel) -> None:
 def test_hands_stay_where_they_are_while_the_robot_crouches(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     hands = {hand: nao.fk(q, hand)[:3, 3] for hand in ("LArm", "RArm")}
-    found = whole_body(nao, hands, feet=feet, com="support", margin=0.02, torso=[-0.02, 0.0, -0.03], reference=q)
+    found = whole_body(nao, hands, feet=feet, com="support", margin=0.02, torso=[-0.02, 0.0, -0.03], near=q)
     assert found.success, found
     assert_stands(nao, found, feet)
     for hand, place in hands.items():
@@ -153,9 +141,9 @@ def test_the_world_may_be_anywhere(nao: nk.NaoModel) -> None:
     away[:3, 3] = 30.0, -20.0, 1.0
     hand = nao.fk(q, "LArm")
     hand[:3, 3] += 0.02
-    here = whole_body(nao, {"LArm": hand}, feet=feet, com="support", reference=q)
+    here = whole_body(nao, {"LArm": hand}, feet=feet, com="support", near=q)
     there = whole_body(
-        nao, {"LArm": away @ hand}, feet={side: away @ T for side, T in feet.items()}, com="support", reference=q
+        nao, {"LArm": away @ hand}, feet={side: away @ T for side, T in feet.items()}, com="support", near=q
     )
     assert here.success, here
     assert there.success, there
@@ -169,7 +157,7 @@ def test_a_floating_base_is_part_of_the_answer() -> None:
     q[:7] = 1.0, 2.0, 0.3, 0.0, 0.0, math.sin(0.4), math.cos(0.4)
     hand = nao.fk(q, "LArm")
     hand[2, 3] += 0.02
-    found = whole_body(nao, {"LArm": hand}, reference=q, com="support")
+    found = whole_body(nao, {"LArm": hand}, near=q, com="support")
     assert found.success, found
     np.testing.assert_allclose(nao.fk(found.q, FEET), nao.fk(q, FEET), atol=1e-10)
     np.testing.assert_allclose(nao.fk(found.q, "LArm"), hand, atol=1e-7)
@@ -180,11 +168,11 @@ def test_a_batch_is_the_single_calls(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     places = nao.fk(q, "RArm")[:3, 3] + 0.02 * np.random.default_rng(0).normal(size=(2, 3, 3))
     references = q + np.zeros((3, 25))
-    found = whole_body(nao, {"RArm": places}, feet=feet, com="support", reference=references, threads=2)
+    found = whole_body(nao, {"RArm": places}, feet=feet, com="support", near=references, threads=2)
     assert found.q.shape == (2, 3, 25)
     assert found.residuals["RArm"].shape == (2, 3, 2)
     for index in np.ndindex(2, 3):
-        one = whole_body(nao, {"RArm": places[index]}, feet=feet, com="support", reference=q)
+        one = whole_body(nao, {"RArm": places[index]}, feet=feet, com="support", near=q)
         np.testing.assert_array_equal(one.q, found.q[index])
         assert one.message == np.asarray(found.message)[index]
     none = whole_body(nao, {"RArm": places[:0]}, feet=feet)
@@ -196,11 +184,11 @@ def test_feet_of_a_batch_have_polygons_of_their_own(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     right = np.repeat(feet["R"][None], 3, axis=0)
     right[:, 0, 3] += [-0.03, 0.0, 0.03]
-    found = whole_body(nao, {}, feet={"L": feet["L"], "R": right}, com="support", margin=0.02, reference=q)
+    found = whole_body(nao, {}, feet={"L": feet["L"], "R": right}, com="support", margin=0.02, near=q)
     assert np.all(found.success), found
     assert_stands(nao, found, {"L": feet["L"], "R": right})
     for i in range(3):
-        one = whole_body(nao, {}, feet={"L": feet["L"], "R": right[i]}, com="support", margin=0.02, reference=q)
+        one = whole_body(nao, {}, feet={"L": feet["L"], "R": right[i]}, com="support", margin=0.02, near=q)
         assert one.margin == pytest.approx(found.margin[i], abs=1e-12)
 
 
@@ -208,10 +196,10 @@ def test_what_is_left_open_stays_near_the_posture(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     hand = nao.fk(q, "LArm")[:3, 3] + [0.02, 0.0, 0.02]
     right = [nao.joint_names.index(name) for name in nao.chains["RArm"] if "Hand" not in name]
-    found = whole_body(nao, {"LArm": hand}, feet=feet, reference=q)
+    found = whole_body(nao, {"LArm": hand}, feet=feet, near=q)
     assert np.abs(found.q - q)[right].max() < 0.02
     other = nao.clamp(nao.configuration({"RShoulderPitch": 0.5}, limits="ignore"))
-    found = whole_body(nao, {"LArm": hand}, feet=feet, reference=q, posture=other)
+    found = whole_body(nao, {"LArm": hand}, feet=feet, near=q, posture=other)
     assert np.abs(found.q - other)[right].max() < 0.05
 
 
@@ -220,7 +208,7 @@ def test_what_is_left_open_stays_near_the_posture(nao: nk.NaoModel) -> None:
 
 def test_a_hand_out_of_reach_gives_way(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
-    found = whole_body(nao, {"LArm": [1.0, 0.0, 0.0]}, feet=feet, reference=q, restarts=3)
+    found = whole_body(nao, {"LArm": [1.0, 0.0, 0.0]}, feet=feet, near=q, restarts=3)
     assert not found.success
     assert found.reason is Reason.OUT_OF_REACH
     assert found.gives_way == "LArm"
@@ -235,7 +223,7 @@ def test_of_two_targets_that_disagree_the_lighter_gives_way(nao: nk.NaoModel) ->
     q, feet = crouching(nao)
     places = {"LArm": [0.13, 0.35, 0.1], "RArm": [0.13, -0.35, 0.1]}
     for heavy, light in (("LArm", "RArm"), ("RArm", "LArm")):
-        found = whole_body(nao, places, feet=feet, reference=q, weights={heavy: 30.0}, restarts=3)
+        found = whole_body(nao, places, feet=feet, near=q, weights={heavy: 30.0}, restarts=3)
         assert not found.success
         assert found.reason is Reason.TARGETS_DISAGREE
         assert found.residuals[heavy][0] < 0.1 * found.residuals[light][0]
@@ -247,19 +235,19 @@ def test_of_two_targets_that_disagree_the_lighter_gives_way(nao: nk.NaoModel) ->
 def test_a_target_that_is_met_does_not_give_way_however_heavy(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     places = {"LArm": [0.13, 0.3, 0.1], "RArm": [0.13, -0.3, 0.1]}
-    found = whole_body(nao, places, feet=feet, reference=q, weights={"LArm": 1e12}, restarts=2)
+    found = whole_body(nao, places, feet=feet, near=q, weights={"LArm": 1e12}, restarts=2)
     assert not found.success
     for name, residual in found.residuals.items():
         if (residual <= 1e-8).all():
             assert found.gives_way != name
     assert found.residuals[str(found.gives_way)].max() > 1e-8
-    exact = whole_body(nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, feet=feet, reference=q, tolerance=1e-30)
+    exact = whole_body(nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, feet=feet, near=q, tolerance=1e-30)
     assert "gives way by :" not in str(exact.message)
 
 
 def test_a_centre_of_mass_beyond_the_feet_gives_way(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
-    found = whole_body(nao, {}, feet=feet, reference=q, com=(0.5, 0.0), restarts=1)
+    found = whole_body(nao, {}, feet=feet, near=q, com=(0.5, 0.0), restarts=1)
     assert found.gives_way == "com"
     assert found.reason is Reason.OUT_OF_REACH
     assert found.residuals["com"][0] == pytest.approx(np.linalg.norm(found.com[:2] - [0.5, 0.0]))
@@ -269,7 +257,7 @@ def test_a_centre_of_mass_beyond_the_feet_gives_way(nao: nk.NaoModel) -> None:
 
 def test_a_margin_that_no_place_has_lacks(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
-    found = whole_body(nao, {}, feet=feet, reference=q, com="support", margin=0.2, restarts=1)
+    found = whole_body(nao, {}, feet=feet, near=q, com="support", margin=0.2, restarts=1)
     assert found.gives_way == "com"
     assert found.residuals["com"][0] == pytest.approx(0.2 - found.margin)
     assert_stands(nao, found, feet)
@@ -279,7 +267,7 @@ def test_feet_that_are_too_far_apart_are_said_so(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     far = feet["R"].copy()
     far[1, 3] -= 0.6
-    found = whole_body(nao, {}, feet={"L": feet["L"], "R": far}, reference=q, restarts=2)
+    found = whole_body(nao, {}, feet={"L": feet["L"], "R": far}, near=q, restarts=2)
     assert not found.success
     assert found.gives_way == "feet"
     assert np.isnan(found.q).all()
@@ -288,7 +276,7 @@ def test_feet_that_are_too_far_apart_are_said_so(nao: nk.NaoModel) -> None:
     assert 0.1 < found.beyond < 0.2
     assert found.message.startswith("the feet cannot both be stood on: too far apart by 1")
     assert "metres" not in found.message
-    both = whole_body(nao, {}, feet={"L": feet["L"], "R": np.array([feet["R"], far])}, reference=q, restarts=2)
+    both = whole_body(nao, {}, feet={"L": feet["L"], "R": np.array([feet["R"], far])}, near=q, restarts=2)
     assert both.success.tolist() == [True, False]  # type: ignore[union-attr]
     assert list(both.gives_way) == ["", "feet"]
 
@@ -314,7 +302,7 @@ def test_only_what_is_farther_than_the_stretched_robot_is_called_out_of_reach(na
     q, feet = crouching(nao)
     reachable = nao.fk(q, "LArm")[:3, 3] + [0.0, 0.1, 0.1]
     for targets in ({"LArm": reachable}, {"LArm": reachable, "RArm": nao.fk(q, "RArm")[:3, 3]}):
-        found = whole_body(nao, targets, feet=feet, reference=q, restarts=1, tolerance=1e-30)
+        found = whole_body(nao, targets, feet=feet, near=q, restarts=1, tolerance=1e-30)
         assert found.reason is Reason.NOT_CONVERGED
         assert "no pose found that meets it" in found.message
         assert found.beyond == 0.0
@@ -324,7 +312,7 @@ def test_feet_that_may_be_stood_on_somehow_are_not_called_out_of_reach(nao: nk.N
     q, feet = crouching(nao)
     turned = feet["R"].copy()
     turned[:3, :3] = turned[:3, :3] @ nk.rotations.rot_x(math.pi)
-    found = whole_body(nao, {}, feet={"L": feet["L"], "R": turned}, reference=q, restarts=1)
+    found = whole_body(nao, {}, feet={"L": feet["L"], "R": turned}, near=q, restarts=1)
     assert found.gives_way == "feet"
     assert found.reason is Reason.NOT_CONVERGED
     assert np.isnan(found.margin)
@@ -355,13 +343,13 @@ def test_no_pose_is_beyond_the_stretched_robot(nao: nk.NaoModel, both: bool) -> 
 def test_feet_that_cross_are_noted(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     swapped = {"L": feet["R"], "R": feet["L"]}
-    found = whole_body(nao, {}, feet=swapped, reference=q)
+    found = whole_body(nao, {}, feet=swapped, near=q)
     assert found.success
     assert found.notes == ("the feet cross: the left ankle is to the right of the right one",)
     several = {side: np.stack([feet[side], swapped[side]]) for side in "LR"}
-    (note,) = whole_body(nao, {}, feet=several, reference=q).notes
+    (note,) = whole_body(nao, {}, feet=several, near=q).notes
     assert note.endswith("in 1 of 2 poses, first at index [1]")
-    assert whole_body(nao, {}, feet=feet, reference=q).notes == ()
+    assert whole_body(nao, {}, feet=feet, near=q).notes == ()
 
 
 def test_feet_far_from_the_origin_are_stood_on_as_near_it(nao: nk.NaoModel) -> None:
@@ -369,8 +357,8 @@ def test_feet_far_from_the_origin_are_stood_on_as_near_it(nao: nk.NaoModel) -> N
     away = np.eye(4)
     away[:2, 3] = 1e7, 3.3e6
     far = {side: away @ T for side, T in feet.items()}
-    here = whole_body(nao, {}, feet=feet, com="support", margin=0.02, reference=q)
-    there = whole_body(nao, {}, feet=far, com="support", margin=0.02, reference=q)
+    here = whole_body(nao, {}, feet=feet, com="support", margin=0.02, near=q)
+    there = whole_body(nao, {}, feet=far, com="support", margin=0.02, near=q)
     assert there.success
     assert there.margin == pytest.approx(here.margin, abs=1e-7)
     square = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.05], [0.0, 0.05]]) + away[:2, 3]
@@ -381,7 +369,7 @@ def test_feet_far_from_the_origin_are_stood_on_as_near_it(nao: nk.NaoModel) -> N
 def test_a_reference_outside_the_limits_is_projected_and_noted(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     q[nao.joint_names.index("LElbowRoll")] = 1.0
-    found = whole_body(nao, {}, feet=feet, reference=q)
+    found = whole_body(nao, {}, feet=feet, near=q)
     assert found.success
     assert nao.within_limits(found.q)
     assert len(found.notes) == 1
@@ -398,9 +386,9 @@ def test_a_coupled_limit_is_left_by_the_shortest_way(nao: nk.NaoModel) -> None:
     (note,) = found.notes
     assert note.startswith("posture projected into the limits: HeadPitch = 0.5")
     np.testing.assert_allclose(found.q[:2], nearest[:2], atol=1e-3)
-    found = whole_body(nao, {}, feet=feet, reference=head)
+    found = whole_body(nao, {}, feet=feet, near=head)
     np.testing.assert_allclose(found.q[:2], nearest[:2], atol=1e-12)
-    assert found.notes[0].startswith("reference projected into the limits: HeadPitch = 0.5")
+    assert found.notes[0].startswith("near projected into the limits: HeadPitch = 0.5")
 
 
 def test_limits_may_be_ignored(nao: nk.NaoModel) -> None:
@@ -408,10 +396,10 @@ def test_limits_may_be_ignored(nao: nk.NaoModel) -> None:
     backwards = q.copy()
     backwards[nao.joint_names.index("HeadYaw")] = 2.5
     T = nao.fk(backwards, "CameraTop")
-    found = whole_body(nao, {"CameraTop": T}, feet=feet, torso=np.eye(4), reference=q, restarts=2)
+    found = whole_body(nao, {"CameraTop": T}, feet=feet, torso=np.eye(4), near=q, restarts=2)
     assert not found.success
     assert "at their limits: HeadYaw" in found.message
-    found = whole_body(nao, {"CameraTop": T}, feet=feet, torso=np.eye(4), reference=q, limits="ignore")
+    found = whole_body(nao, {"CameraTop": T}, feet=feet, torso=np.eye(4), near=q, limits="ignore")
     assert found.success, found
     assert found.q[nao.joint_names.index("HeadYaw")] == pytest.approx(2.5)
 
@@ -420,12 +408,12 @@ def test_ignored_limits_let_joints_go_round(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     head, wrist, pitch = (nao.joint_names.index(name) for name in ("HeadYaw", "LWristYaw", "HeadPitch"))
     q[head], q[wrist] = 4.0, -5.0
-    still = whole_body(nao, {}, feet=feet, reference=q, limits="ignore")
+    still = whole_body(nao, {}, feet=feet, near=q, limits="ignore")
     np.testing.assert_allclose(still.q, q, atol=1e-12)
     assert not still.at_limits.any()
     assert still.notes == ()
     hand = nao.fk(q, "LArm")[:3, 3] + [0.0, 0.01, 0.01]
-    moved = whole_body(nao, {"LArm": hand}, feet=feet, reference=q, limits="ignore")
+    moved = whole_body(nao, {"LArm": hand}, feet=feet, near=q, limits="ignore")
     assert moved.success
     np.testing.assert_allclose((moved.torso @ nao.fk(moved.q, "LArm"))[:3, 3], hand, atol=1e-7)
     np.testing.assert_allclose(moved.q[[head, wrist]], [4.0, -5.0], atol=0.2)
@@ -434,7 +422,7 @@ def test_ignored_limits_let_joints_go_round(nao: nk.NaoModel) -> None:
     turned = q.copy()
     turned[[head, pitch]] = 3.3, 0.1
     q[head] = 3.0
-    found = whole_body(nao, {"Head": nao.fk(turned, "Head")}, feet=feet, torso=np.eye(4), reference=q, limits="ignore")
+    found = whole_body(nao, {"Head": nao.fk(turned, "Head")}, feet=feet, torso=np.eye(4), near=q, limits="ignore")
     assert found.success
     np.testing.assert_allclose(found.q[[head, pitch]], [3.3, 0.1], atol=1e-6)
 
@@ -494,11 +482,11 @@ def test_numbers_whose_squares_overflow_are_refused_by_name(nao: nk.NaoModel) ->
     far = nao.configuration({"HeadYaw": 1e200}, limits="ignore")
     cases = [
         (lambda: whole_body(nao, {"LArm": [1e155, 0.0, 0.0]}), r"targets\[.*LArm.*must not exceed 1e\+150"),
-        (lambda: whole_body(nao, {}, gaze=[1e155, 0.0, 0.0], reference=q), "gaze must not exceed"),
+        (lambda: whole_body(nao, {}, gaze=[1e155, 0.0, 0.0], near=q), "gaze must not exceed"),
         (lambda: whole_body(nao, {}, com=[1e155, 0.0]), "com must not exceed"),
         (lambda: whole_body(nao, {}, torso=[0.0, 0.0, 1e308]), "torso must not exceed"),
         (lambda: whole_body(nao, {}, com="support", margin=1e200), "margin must not exceed"),
-        (lambda: whole_body(nao, {}, reference=far), "reference must not exceed"),
+        (lambda: whole_body(nao, {}, near=far), "near must not exceed"),
         (lambda: whole_body(nao, {}, posture=far), "posture must not exceed"),
         (lambda: whole_body(nao, {"LArm": [0.1, 0, 0]}, weights={"LArm": 1e200}), r"weights\[.*LArm.*exceed 1e\+12"),
         (
@@ -513,9 +501,7 @@ def test_numbers_whose_squares_overflow_are_refused_by_name(nao: nk.NaoModel) ->
     largest = whole_body(nao, {"LArm": [1e149, 0.0, 0.0]}, gaze=[0.0, 1e149, 0.0], com="support", restarts=1)
     assert largest.reason is Reason.OUT_OF_REACH
     assert largest.gives_way == "LArm"
-    heavy = whole_body(
-        nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, com="support", reference=q, weights={"LArm": 1e12}
-    )
+    heavy = whole_body(nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, com="support", near=q, weights={"LArm": 1e12})
     assert heavy.success
 
 
@@ -687,13 +673,13 @@ def test_without_the_compiler_the_answer_is_the_same(nao: nk.NaoModel) -> None:
     code = (
         "import sys, numpy as np, nao_kin as nk\n"
         "nao = nk.load_nao('v6'); q = nao.posture('StandInit')\n"
-        "found = nk.ik.whole_body(nao, {'LArm': nao.fk(q, 'LArm')[:3, 3] + 0.01}, com='support', reference=q)\n"
+        "found = nk.ik.whole_body(nao, {'LArm': nao.fk(q, 'LArm')[:3, 3] + 0.01}, com='support', near=q)\n"
         "assert found.success; print(found.q.tolist())"
     )
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True, text=True)
     q = nao.posture("StandInit")
-    compiled = whole_body(nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, com="support", reference=q)
+    compiled = whole_body(nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, com="support", near=q)
     np.testing.assert_allclose(compiled.q, np.array(eval(done.stdout)), atol=1e-9)
 
 

@@ -76,7 +76,6 @@ def test_concurrent_axes_make_the_shoulder_of_v32_spherical() -> None:
     assert groups.mobility == 25
 
 
-@pytest.mark.slow
 @for_all("rule", RULES)
 def test_axes_of_a_merged_joint_meet_in_every_configuration(each_nao, rule) -> None:
     q = np.random.default_rng(1).uniform(-3, 3, (200, 25))
@@ -174,7 +173,6 @@ def test_singular_configurations_and_how_far_the_limits_keep_off(version, rule, 
     assert singularity.reachable == (margin <= 0)
 
 
-@pytest.mark.slow
 @for_all("rule", RULES)
 def test_at_a_singular_value_the_axes_span_a_plane_and_beside_it_space(each_nao, rule) -> None:
     names = list(each_nao.joint_names)

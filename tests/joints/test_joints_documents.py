@@ -14,8 +14,6 @@ import nao_kin as nk
 from nao_kin.joints import ANATOMY, KINEMATIC_PAIRS, group_joints
 from nao_kin.joints.grouping import unmerged_joints
 
-pytestmark = pytest.mark.slow
-
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "joints.md").read_text(encoding="utf-8")
 SVG = "{http://www.w3.org/2000/svg}"

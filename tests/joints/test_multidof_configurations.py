@@ -211,7 +211,6 @@ def test_couplings_outweigh_limits_and_reference() -> None:
     assert np.allclose(NAO.fk(back, OUTSIDE), NAO.fk(q, OUTSIDE), rtol=0, atol=1e-14)
 
 
-@pytest.mark.slow
 @given(turn, turn, turn, turn, turn)
 def test_any_consistent_typed_configuration_has_a_way_back(yaw, left_roll, left_pitch, right_roll, right_pitch) -> None:
     q = nao(LHipYawPitch=yaw, LHipRoll=left_roll, LHipPitch=left_pitch, RHipRoll=right_roll, RHipPitch=right_pitch)
@@ -230,7 +229,6 @@ def test_inside_the_limits_means_inside_when_some_triple_is() -> None:
 # --- locks ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @given(turn, turn, turn, distance, distance, st.sampled_from([-1, 1]), st.booleans(), st.booleans())
 def test_at_a_lock_and_beside_it_every_frame_comes_back(yaw, left, right, d, e, sign, left_far, right_far) -> None:
     q = nao(

@@ -11,8 +11,6 @@ import nao_kin as nk
 from nao_kin.errors import DisagreeingJoints
 from nao_kin.joints import MultiDofModel
 
-pytestmark = pytest.mark.slow
-
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AWAY = (0.2, 0.0, 0.0)
 BALL = [J("j0", Z, limits=(-6.28, 6.28)), J("j1", X, limits=(-1.4, 1.4)), J("j2", Y, limits=(-1.4, 1.4))]

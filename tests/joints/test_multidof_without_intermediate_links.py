@@ -13,8 +13,6 @@ from nao_kin.errors import UnknownName
 from nao_kin.joints import MultiDofModel
 from nao_kin.joints.grouping import RULES
 
-pytestmark = pytest.mark.slow
-
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 BETWEEN = {"Neck", *(f"{side}{part}" for side in "LR" for part in ("Shoulder", "Elbow", "Pelvis", "Hip"))}
 

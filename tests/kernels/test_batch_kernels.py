@@ -9,12 +9,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import NaoKinError
-from nao_kin.robot.nao import VERSIONS
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy, quat_from_matrix
 
 EXPRESSIONS = {
@@ -22,7 +21,7 @@ EXPRESSIONS = {
     "root": pin.ReferenceFrame.WORLD,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
 }
-each_version = pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+each_version = pytest.mark.parametrize("version", EACH_VERSION)
 # Full tiles, a part of one, and one row; in double precision a tile holds 16 configurations.
 COUNTS = (37, 1)
 

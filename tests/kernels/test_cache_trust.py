@@ -20,8 +20,6 @@ from nao_kin._kernels import cache as kernel_cache
 from nao_kin._kernels.folder import lock_file
 from nao_kin.errors import NotCachedWarning
 
-pytestmark = pytest.mark.slow
-
 NOBODY = 65534
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can act as two users")
 

@@ -15,8 +15,6 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 
-pytestmark = pytest.mark.slow
-
 TARGETS = """
 import sys
 import numpy as np, nao_kin as nk
@@ -30,7 +28,7 @@ parts = [
     for solve, limb in ((nk.ik.leg, "Leg"), (nk.ik.arm, "Arm"))
 ]
 T = nao.fk(nao.posture("Crouch"), "LArm")
-parts += [nk.ik.numeric(nao, "LArm", T if one else T[None], reference=nao.posture("StandInit")).q.reshape(1, -1)]
+parts += [nk.ik.numeric(nao, "LArm", T if one else T[None], near=nao.posture("StandInit")).q.reshape(1, -1)]
 feet = nao.fk(q, ["LLeg", "RLeg"])
 if one:
     parts += [nk.ik.legs(nao, *pair).q[None] for pair in feet]
@@ -62,7 +60,7 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "nao = nk.load_nao('v6'); q = nao.posture('StandInit')\n"
         "assert nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg')).success\n"
         "assert nk.ik.arm(nao, 'L', nao.fk(q, 'LArm')).success\n"
-        "assert nk.ik.numeric(nao, 'LLeg', nao.fk(q, 'LLeg'), reference=q + 0.01).success\n"
+        "assert nk.ik.numeric(nao, 'LLeg', nao.fk(q, 'LLeg'), near=q + 0.01).success\n"
         "assert nk.ik.legs(nao, nao.fk(q, 'LLeg'), nao.fk(q, 'RLeg')).success\n"
         "assert nk.ik.look_at(nao, [1.0, 0.0, 0.3]).success\n"
         "assert 'numba' not in sys.modules"
@@ -185,11 +183,11 @@ def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
     q = nao.random(1, (3, 2))
     T = nao.fk(q, "LLeg")
     references = nao.random(2, (3, 1))
-    found = nk.ik.leg(nao, "L", T, reference=references)
+    found = nk.ik.leg(nao, "L", T, near=references)
     assert found.q.shape == (3, 2, 25)
     np.testing.assert_array_equal(found.q[:, 0, :2], references[:, 0, :2])
     for index in np.ndindex(3, 2):
-        one = nk.ik.leg(nao, "L", T[index], reference=references[index[0], 0])
+        one = nk.ik.leg(nao, "L", T[index], near=references[index[0], 0])
         np.testing.assert_array_equal(one.q, found.q[index])
 
 

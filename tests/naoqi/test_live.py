@@ -24,8 +24,6 @@ from nao_kin.motion import read_motion
 from nao_kin.naoqi import LolaSource, NaoqiSource, from_order, readings, recorded, vertical
 from nao_kin.rotations import matrix_from_rpy
 
-pytestmark = pytest.mark.slow
-
 # Sends frames in which HeadYaw grows by 0.001 each, to whoever connects, as often as it is told to.
 LOLA_ROBOT = """
     import os, socket, sys, time

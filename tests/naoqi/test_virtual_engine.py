@@ -11,7 +11,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
-from nao_kin.naoqi.virtual import Call, Event, MotionTask, NaoqiError, VirtualNao
+from nao_kin.naoqi.virtual import Call, Event, Machine, MotionTask, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 
 FAST_YAW = 8.26797  # rad/s, the maximum speed of HeadYaw in the published URDF
@@ -168,7 +168,6 @@ def test_without_stiffness_the_command_moves_and_the_joint_does_not(virtual: Vir
     assert _angle(virtual, "HeadYaw") == pytest.approx(0.5, abs=1e-9)
 
 
-@pytest.mark.slow  # the kernel of both legs
 def test_watchers_are_told_once_of_each_chain_that_a_command_does_not_move(nao: nk.NaoModel) -> None:
     told: list[str] = []
 
@@ -393,7 +392,7 @@ def test_waiting_for_a_task_ends_with_it_or_with_the_time(awake: VirtualNao) -> 
 class _Broken(MotionTask):
     ended = 0
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         raise RuntimeError("broken on purpose")
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from free_ports import free_port
-from loops import first_now
+from loops import full
 
 import nao_kin as nk
 from nao_kin._kernels.cache import compiles
@@ -32,7 +32,7 @@ from nao_kin.errors import BadArgument, MissingExtra
 from nao_kin.naoqi import OpenToOthersWarning, QiServer, VirtualNao
 
 pytest.importorskip("qi")
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals")]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 SECONDS = 60.0
@@ -378,7 +378,7 @@ def test_a_script_killed_in_the_middle_of_a_call_leaves_the_robot_to_the_others(
     assert found["angle"] == pytest.approx([-1.0], abs=1e-9)  # what was begun is finished
 
 
-@pytest.mark.parametrize(("number", "code"), first_now([(signal.SIGINT, 130), (signal.SIGTERM, 143)]))
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), *full((signal.SIGTERM, 143))])
 def test_a_signal_ends_it_and_whoever_waits_gets_an_error(
     serve: Callable[..., Served], number: signal.Signals, code: int
 ) -> None:

@@ -28,8 +28,6 @@ from nao_kin.naoqi.virtual.steps import (
 )
 from nao_kin.naoqi.virtual.walk import AtVelocity, ToTargets, Walker, WalkPlan
 
-pytestmark = pytest.mark.slow
-
 poses = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 STEPS = ("MaxStepX", "MaxStepY", "MaxStepTheta")
 ranges = zip(STEPS, LOWEST, HIGHEST, strict=False)

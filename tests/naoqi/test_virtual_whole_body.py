@@ -12,8 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
 
-pytestmark = pytest.mark.slow
-
 TORSO, WORLD, ROBOT = 0, 1, 2
 SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 

@@ -1,7 +1,7 @@
 """The default installation, compared with Pinocchio and finite differences, and its messages about missing extras.
 
 Needs pytest and nothing of the other tests, so that it runs where only the default dependencies are:
-`make test-light`. Where extras are installed their absence is left to test_without_extras.
+`.ci/light`. Where extras are installed their absence is left to test_without_extras.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def test_numeric_inverse_kinematics_meets_its_targets(robot: nk.NaoModel, q: np.
 def test_the_whole_body_reaches_and_stands(robot: nk.NaoModel) -> None:
     q = robot.posture("StandInit")
     target = robot.position(q, "LArm") + 0.01
-    found = nk.ik.whole_body(robot, {"LArm": target}, com="support", reference=q)
+    found = nk.ik.whole_body(robot, {"LArm": target}, com="support", near=q)
     assert found.success
     T_world_torso = robot.fk(q, "LLeg") @ np.linalg.inv(robot.fk(found.q, "LLeg"))
     np.testing.assert_allclose(T_world_torso @ robot.fk(found.q, "RLeg"), robot.fk(q, "RLeg"), atol=1e-7)

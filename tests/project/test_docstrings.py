@@ -24,21 +24,9 @@ MODULES = sorted(
     for path in PACKAGE.rglob("*.py")
     if _runs(path.read_text(encoding="utf-8"))
 )
-# Where kernels are compiled, all is compared, meshes are read, processes started or curves drawn: seconds, without
-# kernels on the disk minutes.
-LONG = (
-    "nao_kin.crosscheck",
-    "nao_kin.stream.distributed",
-    "nao_kin.ik",
-    "nao_kin.motion.plotting",
-    "nao_kin.reach",
-    "nao_kin.viewer",
-)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith(LONG)) for name in MODULES]
-)
+@pytest.mark.parametrize("name", MODULES)
 def test_the_examples_of_a_module_print_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,8 +17,6 @@ from doc_pages import PAGES, PRINTED, ROOT, blocks_of
 import nao_kin as nk
 from nao_kin.cli.app import run
 
-pytestmark = pytest.mark.slow
-
 # What these print is compared with the page, in tests/cli/test_printed_output.py.
 WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
 
@@ -142,6 +140,15 @@ def test_no_page_leads_outside_the_project() -> None:
     for page in PAGES:
         for target in re.findall(r"\]\((?!https?://|#)([^)]+)\)", page.read_text(encoding="utf-8")):
             assert (page.parent / target.split("#")[0]).exists(), f"{page.name}: {target}"
+
+
+def test_the_page_of_places_leads_to_files_that_are_here() -> None:
+    text = (ROOT / "docs" / "where_is.md").read_text(encoding="utf-8")
+    places = [*re.findall(r"`([^` ]*(?:/|\.py))`", text), "Makefile", "scripts/faults.tsv"]
+    assert len(places) > 40
+    outside = ("tests/", "web/", "scripts/", ".ci/", ".github/", "Makefile", "nao_kin/")
+    for place in places:
+        assert (ROOT / ("" if place.startswith(outside) else "nao_kin") / place).exists(), place
 
 
 def test_the_citation_names_this_version() -> None:

@@ -55,7 +55,7 @@ def test_a_dependency_without_a_lower_bound_is_refused() -> None:
 
 def test_the_workflows_run_on_pythons_that_the_metadata_names() -> None:
     named = set(re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"])))
-    for workflow in (ROOT / ".github" / "workflows").glob("*.yml"):
+    for workflow in WORKFLOWS:
         for line in re.findall(r"python(?:-version)?: (.*\d.*)", workflow.read_text(encoding="utf-8")):
             assert set(re.findall(r'"(3\.\d+)"', line)) <= named, f"{workflow.name}: {line}"
 
@@ -63,31 +63,47 @@ def test_the_workflows_run_on_pythons_that_the_metadata_names() -> None:
 def test_the_lowest_python_is_the_same_everywhere() -> None:
     assert PROJECT["requires-python"].startswith(">=3.10,")
     assert 'target-version = "py310"' in PYPROJECT
-    assert 'python_version = "3.10"' in PYPROJECT
+
+
+CI = sorted((ROOT / ".ci").iterdir())
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
 def test_make_and_the_hooks_call_what_is_there() -> None:
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
-    for path in re.findall(r"(?:scripts|benchmarks)/\w+\.py", makefile + hooks):
+    scripts = re.search(r"GENERATED := (.*)\nDRAWN := (.*)", MAKEFILE)
+    assert scripts is not None
+    named = [f"scripts/{name}.py" for name in " ".join(scripts.groups()).split()]
+    for path in [*named, *re.findall(r"(?:scripts|benchmarks)/\w+\.py", MAKEFILE + hooks)]:
         assert (ROOT / path).is_file(), path
-    targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
-    for page in (
-        *ROOT.glob("*.md"),
-        *(ROOT / "docs").glob("*.md"),
-        *(ROOT / ".github").rglob("*.*"),
-        ROOT / ".ci" / "run",
-        ROOT / ".ci" / "slow",
-    ):
-        for words in re.findall(r"(?:^|`|run: )make ((?:[a-z-]+ ?)+)", page.read_text(encoding="utf-8"), re.MULTILINE):
+    targets = set(re.findall(r"^([a-z-]+)(?: [a-z-]+)*:", MAKEFILE, re.MULTILINE))
+    pages = {*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / ".github").rglob("*.*"), *CI}
+    for page in pages - {ROOT / "CHANGELOG.md"}:  # which names earlier commands, too
+        text = page.read_text(encoding="utf-8")
+        for words in re.findall(r"(?:^|`|run: )make (?:-j\d )?((?:[a-z-]+ ?)+)", text, re.MULTILINE):
             assert set(words.split()) <= targets, f"{page.name}: make {words}"
+        for name in re.findall(r"(?<![\w/])\.ci/(\w+)", text):
+            assert ROOT / ".ci" / name in CI, f"{page.name}: .ci/{name}"
 
 
-@pytest.mark.parametrize("target", ["quick", "unit", "test-full", "test-lowest", "coverage"])
+def test_make_help_names_the_commands_for_people() -> None:
+    done = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True)
+    names = re.findall(r"^make ([a-z-]+) +\S", done.stdout, re.MULTILINE)
+    assert names == ["help", "demo", "test", "test-all", "docs", "generate", "bench", "clean"]
+
+
+@pytest.mark.parametrize("target", ["test", "test-all", "test ROOM=ik", "quick ROOM=ik"])
 def test_kernels_are_compiled_before_the_time_of_a_test_is_measured(target: str) -> None:
-    done = subprocess.run(["make", "-n", target], cwd=ROOT, capture_output=True, text=True, check=True)
-    kernels = min(done.stdout.find(words) % len(done.stdout) for words in ("warm_up(", "nao-kin warmup"))
-    assert kernels < done.stdout.index("pytest")
+    done = subprocess.run(["make", "-n", *target.split()], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.index("warm_up(") < done.stdout.index("pytest -n")
+
+
+def test_every_job_of_continuous_integration_is_run_by_another_or_by_a_workflow() -> None:
+    callers = [MAKEFILE, *(path.read_text(encoding="utf-8") for path in (*CI, *WORKFLOWS))]
+    for job in CI:
+        if job.name != "run":  # called from outside
+            assert any(f".ci/{job.name}" in text for text in callers) or f" {job.name}" in MAKEFILE, job.name
 
 
 def test_every_fault_can_be_planted() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import ModuleType
 
@@ -37,6 +39,8 @@ INNER_FACES = ("robot.nao", "robot.semantics", "robot.urdf", "rotations.rank_one
 # The machine rooms have no face that hides anything.
 OPEN = ("_core", "_kernels")
 MODULES = sorted(PACKAGE.rglob("*.py"))
+# Rooms whose modules import each other in a circle, for types only.
+WITH_CIRCLES = ("calibration", "cli", "robot")
 
 
 def _parts(module: Path) -> tuple[str, ...]:
@@ -77,6 +81,26 @@ def test_a_room_imports_only_lower_rooms() -> None:
     assert not upwards
 
 
+def test_a_product_imports_only_the_products_that_it_needs() -> None:
+    """The core imports no other product, and only the command line imports NAOqi."""
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = page.split("## Four products in one repository")[1].split("\n## ")[0]
+    rows = {
+        name: re.findall(r"`(\w+)`", rooms) for name, rooms in re.findall(r"^\| (\w[\w ]*) \| (`.*?) \|", table, re.M)
+    }
+    product = {room: name for name, rooms in rows.items() for room in rooms} | {"errors": "core"}
+    assert product.keys() == _rooms() - {"__init__", "__main__"}
+    outside = set[str]()
+    for module in MODULES:
+        room = _parts(module)[0]
+        for other, *_ in _imports(module):
+            if room in product and product.get(other, product[room]) not in (product[room], "core"):
+                outside.add(f"{room} imports {other}")
+    of_the_command_line = {line for line in outside if line.startswith("cli ")}
+    assert outside - of_the_command_line == {"viewer imports reach"}
+    assert "cli imports naoqi" in of_the_command_line
+
+
 def test_inside_the_robot_imports_go_downwards_too() -> None:
     upwards = []
     for module in (PACKAGE / "robot").rglob("*.py"):
@@ -101,6 +125,27 @@ def test_a_room_is_entered_through_its_face() -> None:
             if len(other) > 1 and not at_home and ".".join(other) not in INNER_FACES:
                 past.append(f"{module.relative_to(PACKAGE)} imports {'.'.join(other)}")
     assert not past
+
+
+def _modules_imported(module: Path) -> set[str]:
+    """Return the modules of the package that a module imports: at its top, inside functions, and for types."""
+    names = {".".join(("nao_kin", *_parts(other))): ".".join(_parts(other)) for other in MODULES}
+    found = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {names.get(alias.name) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {names.get(f"{node.module}.{alias.name}", names.get(node.module)) for alias in node.names}
+    return {name for name in found if name}
+
+
+@pytest.mark.parametrize("room", sorted({_parts(module)[0] for module in MODULES} - set(WITH_CIRCLES)))
+def test_the_modules_of_a_room_do_not_import_each_other_in_a_circle_even_for_types(room: str) -> None:
+    graph = {".".join(_parts(module)): _modules_imported(module) for module in MODULES if _parts(module)[0] == room}
+    try:
+        TopologicalSorter({name: imported & graph.keys() for name, imported in graph.items()}).prepare()
+    except CycleError as error:
+        pytest.fail(" ← ".join(error.args[1]))
 
 
 def test_the_mathematics_knows_no_robot_and_no_pinocchio() -> None:

@@ -38,7 +38,7 @@ off[:, :3, 3] += 0.03
 legs = nk.ik.legs(nao, feet[:, 0], feet[:, 1])
 numeric = nk.ik.numeric(nao, "RArm", hands[:4, 1])
 stand = nao.posture("StandInit")
-body = nk.ik.whole_body(nao, {"LArm": nao.position(stand, "LArm") + 0.01}, com="support", reference=stand)
+body = nk.ik.whole_body(nao, {"LArm": nao.position(stand, "LArm") + 0.01}, com="support", near=stand)
 reach = nk.reach.workspace(nao, "LArm", samples=400, voxel=0.02, seed=1)
 np.savez(
     sys.argv[1],

@@ -18,8 +18,6 @@ from public_names import called
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
-
 
 class Anything:
     """An object that no function takes."""
@@ -148,8 +146,8 @@ MADE: dict[str, Callable[[nk.NaoModel], Any]] = {
     "VirtualNao": lambda nao: nk.naoqi.VirtualNao(nao, stepped=True),
     "Packages": lambda nao: nao.tree.packages,
 }
-# Only for services, which hold the lock.
-WITH_THE_LOCK = ("after", "announce", "await_answer", "start_task")
+# Only for callers that hold the lock.
+WITH_THE_LOCK = ("start_task",)
 
 
 @pytest.mark.full

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 import yourdfpy
 
 import nao_kin as nk
-
-pytestmark = pytest.mark.slow
 
 
 def test_every_frame_agrees_on_many_configurations(each_nao: nk.NaoModel) -> None:

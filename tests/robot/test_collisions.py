@@ -16,17 +16,17 @@ import coal
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from loops import first_now
+from loops import EACH_VERSION
 from made_up_robots import J, made_up
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
 from nao_kin._kernels import hulls as kernels
 from nao_kin.errors import BadArgument, MissingShapeWarning, NaoKinError, UnknownName
-from nao_kin.robot import LinkContacts, LinkShapes, mesh_path, read_mesh
+from nao_kin.robot import LinkShapes, mesh_path, read_mesh
+from nao_kin.robot.collision_pairs import never_touch
 from nao_kin.robot.collisions import Shape, covering_capsule, hull_shape, round_shape, shapes_of
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.separation import never_touch
 from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.rotations import random_rotation
 
@@ -193,7 +193,7 @@ def _outside(shape: Shape, points: np.ndarray) -> np.ndarray:
     return np.asarray((points @ faces[:, :3].T + faces[:, 3]).max(axis=1))
 
 
-@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_every_vertex_of_a_mesh_is_inside_a_hull_and_inside_a_simple_shape_of_its_link(version: str) -> None:
     nao = nk.load_nao(version)
     assert set(nao.link_shapes.links) == {visual.link for visual in nao.tree.visuals if "_link" not in visual.link} | {
@@ -252,7 +252,7 @@ def _at_limits(robot: nk.RobotModel, n: int, seed: int) -> np.ndarray:
     return robot.clamp(np.where(rng.random((n, robot.nq)) < 0.6, limits, robot.random(rng, n)))
 
 
-@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_pairs_that_are_not_compared_do_not_overlap_at_the_limits(version: str) -> None:
     nao = nk.load_nao(version)
     never = {pair for pair, reason in nao.link_shapes.disabled.items() if reason == "Never"}
@@ -314,7 +314,7 @@ def _verdicts(version: str, n: int, seed: int) -> None:
         return link if link in nao.link_shapes.links else host(above[link])
 
     collisions = tuple(Collision(row.link, row.origin, row.geometry, row.name) for row in nao.tree.visuals)
-    meshes = LinkContacts(nk.RobotModel(replace(nao.tree, collisions=collisions), nao.semantics))
+    meshes = LinkShapes.exact(nk.RobotModel(replace(nao.tree, collisions=collisions), nao.semantics))
     skipped = {pair for pair, reason in nao.link_shapes.disabled.items() if reason != "Never"}
     hosts = {pair: tuple(sorted(map(host, pair))) for pair in meshes.pairs}
     pairs = {pair for pair, both in hosts.items() if both[0] != both[1] and both not in skipped}

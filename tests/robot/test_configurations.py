@@ -223,7 +223,6 @@ def test_a_follower_agrees_to_single_precision_of_its_own_value(tmp_path: Path, 
 _JOINTS = nk.load_nao().joint_names
 
 
-@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(
     st.dictionaries(

@@ -606,7 +606,6 @@ def test_a_pickle_carries_what_was_changed_in_the_model() -> None:
     assert other.position(other.neutral(), "Head")[2] == 0.2
 
 
-@pytest.mark.slow
 def test_a_pickle_lives_in_another_process(tmp_path) -> None:
     nao = nk.load_nao("v4")
     (tmp_path / "nao.pickle").write_bytes(pickle.dumps(nao))
@@ -632,7 +631,6 @@ def test_threads_do_not_disturb_each_other(nao: nk.NaoModel) -> None:
             assert np.array_equal(got, wanted)
 
 
-@pytest.mark.slow
 def test_importing_the_package_loads_nothing_heavy() -> None:
     code = (
         "import sys, nao_kin; nao_kin.rotations; nao_kin.screws.lines; print('pinocchio' in sys.modules); "
@@ -643,7 +641,6 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
     assert child.stdout.split("\n")[:2] == ["False", "[]"], child.stderr
 
 
-@pytest.mark.slow
 def test_importing_the_package_loads_no_module_that_few_calls_need() -> None:
     late = {"numpy.random", "secrets", "concurrent.futures", "logging", "subprocess", "tempfile", "shutil", "difflib"}
     code = (

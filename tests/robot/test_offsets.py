@@ -152,11 +152,10 @@ def test_closed_forms_hold_where_the_geometry_does_and_say_why_where_not(nao: nk
     with pytest.raises(BadArgument, match=r"no leg that the closed form fits: \w+ turns about .*nk\.ik\.numeric"):
         nk.ik.leg(knee, "L", knee.fk(q, "LLeg"))
     target = knee.fk(q, "LLeg")
-    numeric = nk.ik.numeric(knee, "LLeg", target, reference=nao.posture("Stand"))
+    numeric = nk.ik.numeric(knee, "LLeg", target, near=nao.posture("Stand"))
     assert np.abs(knee.fk(numeric.q, "LLeg") - target).max() < 1e-6
 
 
-@pytest.mark.slow  # the kernel of both legs
 def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.NaoModel) -> None:
     with VirtualNao(nao.with_offsets({"HeadYaw": 0.01}), stepped=True, posture="StandInit") as virtual:
         virtual.call("ALMotion", "wakeUp")

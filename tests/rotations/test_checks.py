@@ -136,7 +136,6 @@ def test_a_matrix_with_nan_is_no_rotation():
         check_rotation(M)
 
 
-@pytest.mark.slow
 @for_all("shape", [(3,), (9,), (2, 3), (3, 4), (4, 4), (5, 3, 2), ()])
 def test_other_shapes_are_refused(shape):
     for call in (is_rotation, check_rotation, nearest_rotation):

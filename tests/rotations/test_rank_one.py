@@ -81,7 +81,6 @@ def test_the_inverse_undoes_the_matrix(u, v) -> None:
     np.testing.assert_allclose(rank_one.inverse(u, v), np.linalg.inv(T), rtol=1e-9, atol=1e-12 * condition)
 
 
-@pytest.mark.slow
 @few
 @given(shears)
 def test_a_shear_is_defective_and_has_one_jordan_block(pair) -> None:
@@ -223,7 +222,6 @@ def near_length_one(w: np.ndarray) -> tuple[np.ndarray, int]:
     return np.ldexp(w, -exponent), exponent
 
 
-@pytest.mark.slow
 @few
 @given(nonzero, nonzero, st.integers(-1060, 930), st.integers(-561, 462))
 @example(np.array([0.0, 0, 1]), np.array([0.0, 1, 1]), -614, 462)  # v runs into the subnormal numbers,
@@ -242,7 +240,6 @@ def test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengt
     assert abs(np.linalg.det(eigen.jordan_basis)) == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.slow
 def test_the_identities_of_the_paper_hold_symbolically() -> None:
     u, v = (sympy.Matrix(sympy.symbols(f"{name}:3")) for name in "uv")
     T = sympy.eye(3) + u * v.T

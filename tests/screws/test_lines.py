@@ -500,7 +500,6 @@ def exactly_off(line: PluckerLine, p: np.ndarray) -> float:
         return float(mpmath.norm(arm - along * e))
 
 
-@pytest.mark.slow
 @for_all("sign", [1.0, -1.0])
 @for_all("angle", [0.0, 2e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 1.5])
 def test_the_second_foot_is_the_first_moved_along_the_normal_and_both_lie_on_their_lines(angle, sign) -> None:

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loops import first_now
+from loops import full
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
 from nao_kin.stream import run, sources
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs a POSIX file system")]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a POSIX file system")
 
 ROWS = 90
 _CALLS = ("replace", "rename", "unlink", "rmdir", "fsync")
@@ -105,7 +105,7 @@ def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
-@pytest.mark.parametrize("sink", first_now(["csv", "npy", "parquet", "arrow"]))
+@pytest.mark.parametrize("sink", ["csv", *full("npy", "parquet", "arrow")])
 def test_a_run_that_is_cut_at_any_write_leaves_the_old_file_and_goes_on_to_the_same_bytes(
     nao: nk.NaoModel, tmp_path: Path, small_parts: None, sink: str
 ) -> None:

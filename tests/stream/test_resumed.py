@@ -21,7 +21,7 @@ import pyarrow.feather
 import pyarrow.parquet
 import pytest
 from forked import Forks, forks
-from loops import first_now
+from loops import full
 from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
@@ -29,7 +29,7 @@ from nao_kin.cli import app, fk
 from nao_kin.errors import BadArgument, BadInputFile, StartedOverWarning
 from nao_kin.stream import parts, run, sources as csv_source, sources as table_sources
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals")]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 FEET = ("--frame", "LLeg", "--frame", "RLeg")
@@ -167,14 +167,15 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
 
 @pytest.mark.parametrize(
     ("source", "sink", "steps"),
-    first_now(
-        [
-            *(("walk.csv", "csv", steps) for steps in (5, 0, 2, 14)),
+    [
+        ("walk.csv", "csv", 5),
+        *full(
+            *(("walk.csv", "csv", steps) for steps in (0, 2, 14)),
             *(("walk.npy", sink, steps) for sink in SINKS[1:] for steps in (4, 15)),
             ("walk.parquet", "csv", 5),
             ("walk.arrow", "csv", 11),
-        ]
-    ),
+        ),
+    ],
 )
 def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     nao: nk.NaoModel,
@@ -205,7 +206,7 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     assert not list(tmp_path.glob("*.parts"))
 
 
-@pytest.mark.parametrize("number", first_now([signal.SIGINT, signal.SIGTERM, signal.SIGKILL]))
+@pytest.mark.parametrize("number", [signal.SIGINT, *full(signal.SIGTERM, signal.SIGKILL)])
 def test_a_signal_leaves_the_finished_parts_and_nothing_else(
     command: Callable[..., tuple[int, str, str]],
     nao: nk.NaoModel,
@@ -269,7 +270,7 @@ def test_a_full_disk_is_named_and_the_next_run_goes_on(
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("sink", first_now(SINKS))
+@pytest.mark.parametrize("sink", [SINKS[0], *full(*SINKS[1:])])
 def test_a_disk_that_is_full_at_once_leaves_the_old_file(
     programs: Forks, walk: Path, tmp_path: Path, sink: str
 ) -> None:
@@ -390,7 +391,8 @@ def test_starting_over_is_one_line_on_the_command_line(
     "damage",
     [
         *("a flipped bit", "zeros", "an empty record", "a record of a later version"),
-        *first_now(["truncated", "no record", "half a record", "a record of another part", "no run", "half a run"]),
+        "truncated",
+        *full("no record", "half a record", "a record of another part", "no run", "half a run"),
     ],
 )
 def test_damaged_parts_are_done_again(
@@ -479,7 +481,7 @@ def test_an_old_file_keeps_its_mode_and_a_link_stays(nao: nk.NaoModel, walk: Pat
     assert [path.name for path in target.parent.iterdir()] == ["poses"]
 
 
-@pytest.mark.parametrize("name", first_now(["pipe", "pipe.csv", "pipe.parquet"]))
+@pytest.mark.parametrize("name", ["pipe", *full("pipe.csv", "pipe.parquet")])
 def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, name: str) -> None:
     pipe, received = tmp_path / name, []
     os.mkfifo(pipe)

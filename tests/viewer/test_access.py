@@ -25,8 +25,6 @@ from nao_kin.errors import BadArgument
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.access import Access
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module")
 def viewer(nao: nk.NaoModel) -> Iterator[Viewer]:

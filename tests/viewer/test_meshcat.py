@@ -21,8 +21,6 @@ from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.viewer import MeshcatRobot
 from nao_kin.viewer.scene import link_paths
 
-pytestmark = pytest.mark.slow
-
 # Poses of nodes in the scene's own root, which has z up; null for a node that is not there.
 _POSES = """
     (paths) => {

@@ -75,7 +75,6 @@ def test_the_nested_nodes_compose_to_forward_kinematics(viewer: Viewer, nao: nk.
     _compare(viewer, made_of(nao), 1e-13)
 
 
-@pytest.mark.slow
 def test_every_version_composes(each_nao: nk.NaoModel) -> None:
     _compare(Viewer(each_nao), [each_nao.posture("Crouch"), each_nao.random(3)], 1e-13)
 
@@ -301,7 +300,6 @@ def test_the_nao_is_shown_whole(viewer: Viewer, nao: nk.NaoModel) -> None:
     assert len({drawable.rgba for drawable in drawables}) >= 5
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("collada") is None, reason="pycollada reads Romeo's meshes")
 def test_romeo_shows_too() -> None:
     try:
@@ -375,12 +373,10 @@ def test_the_page_is_one_small_file_that_asks_nobody(nao: nk.NaoModel) -> None:
     assert document.count("</script>") == 3
 
 
-@pytest.mark.slow
 def test_equal_robots_give_equal_pages(nao: nk.NaoModel) -> None:
     assert Viewer(nao).static_html() == Viewer(nao).static_html()
 
 
-@pytest.mark.slow
 def test_hundreds_of_displays_do_not_grow_the_page_or_the_memory(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
     qs = nao.random(1, 400)
@@ -463,7 +459,6 @@ def test_nan_is_refused_and_nothing_changes(viewer: Viewer, nao: nk.NaoModel) ->
     assert np.array_equal(viewer.q, before)
 
 
-@pytest.mark.slow
 def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
     for call in (
         lambda: viewer.display(np.zeros(24)),
@@ -504,7 +499,6 @@ def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
         viewer.show_targets({"a": np.diag([1.0, 1.0, -1.0, 1.0])})
 
 
-@pytest.mark.slow
 def test_a_link_without_a_shape_colours_what_it_is_fixed_to(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
     names = list(viewer._look.paths)
@@ -625,7 +619,6 @@ def test_nothing_given_is_aliased(viewer: Viewer, nao: nk.NaoModel) -> None:
     assert np.array_equal(viewer.q, nao.posture("Stand"))
 
 
-@pytest.mark.slow
 def test_the_library_loads_without_the_viewer() -> None:
     heavy = "tornado", "trimesh", "meshcat", "umsgpack", "IPython"
     code = f"import sys, nao_kin; nao_kin.load_nao(); print([m for m in {heavy!r} if m in sys.modules])"

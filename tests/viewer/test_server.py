@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 import umsgpack
 from free_ports import free_port
-from loops import first_now
+from loops import full
 from made_up_robots import J, made_up
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
@@ -34,8 +34,6 @@ from viewer_pages import PATIENCE, until
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
-
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
@@ -699,7 +697,7 @@ def test_configurations_of_absurd_size_are_refused_and_nothing_changes(
 
 @pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="process groups")
-@pytest.mark.parametrize("ending", first_now(["interrupt", "error", "kill"]))
+@pytest.mark.parametrize("ending", ["interrupt", *full("error", "kill")])
 def test_no_process_is_left_behind(tmp_path: Path, ending: str) -> None:
     program = tmp_path / "program.py"
     program.write_text(

@@ -12,9 +12,10 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
+from nao_kin._kernels.polygons import hulls, rows_of_hulls
 from nao_kin.errors import BadArgument, UnknownName, WrongShape, ZeroNorm
+from nao_kin.robot import SupportPolygon
 from nao_kin.robot.semantics import Semantics
-from nao_kin.world.balance import _hulls, _rows_of_hulls
 
 
 def _signed_distance(points: np.ndarray, centre: np.ndarray) -> float:
@@ -38,11 +39,12 @@ def test_margins_are_distances_from_scipys_hull(seed: int, spread: float) -> Non
     points[1] = np.round(points[1] / spread) * spread  # collinear ones
     points[2, 4:] = np.nan
     centres = spread * rng.normal(size=(3, 2))
-    interpreted = tuple(np.full(shape, np.nan) for shape in (points.shape, (3,))), np.full(3, -1)
-    _rows_of_hulls(points, centres, *interpreted[0], interpreted[1])
-    compiled = _hulls(points, centres)
-    assert np.array_equal(compiled[0], interpreted[0][0], equal_nan=True)
-    for own, centre, vertices, margin, nearest in zip(points, centres, *compiled, strict=True):
+    interpreted = np.full(points.shape, np.nan), np.full(points.shape[:2], np.nan), np.full(3, np.nan), np.full(3, -1)
+    rows_of_hulls(points, centres, *interpreted)
+    compiled = hulls(points, centres)
+    for one, other in zip(compiled, interpreted, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-14, atol=1e-15)
+    for own, centre, vertices, distances, margin, nearest in zip(points, centres, *compiled, strict=True):
         own = own[np.isfinite(own[:, 0])]
         rank = np.linalg.matrix_rank(own - own[0], tol=1e-9)
         if rank < 2:
@@ -51,6 +53,9 @@ def test_margins_are_distances_from_scipys_hull(seed: int, spread: float) -> Non
             continue
         assert margin == pytest.approx(_signed_distance(own, centre), abs=1e-6 * spread)
         corners = vertices[np.isfinite(vertices[:, 0])]
+        assert margin == pytest.approx(SupportPolygon.around(own).signed_distance(centre), rel=1e-14, abs=1e-15)
+        np.testing.assert_array_equal(corners, SupportPolygon.around(own).vertices)
+        assert distances[nearest] == pytest.approx(np.nanmin(distances)) or margin < 0.0
         assert ConvexHull(corners).volume == pytest.approx(ConvexHull(own).volume)
         assert len(ConvexHull(corners).vertices) == len(corners)
 

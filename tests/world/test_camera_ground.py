@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -36,6 +35,7 @@ def nao() -> nk.NaoModel:
 
 
 def test_pixels_of_points_in_the_world_are_those_of_opencv(nao: nk.NaoModel) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     rng = np.random.default_rng(5)
     for name in ("CameraTop", "CameraBottom"):
         camera = _lensed(nk.world.camera(nao, name))
@@ -53,6 +53,7 @@ def test_pixels_of_points_in_the_world_are_those_of_opencv(nao: nk.NaoModel) -> 
 
 
 def test_a_camera_mounted_at_its_optical_frame_sees_what_opencv_sees(nao: nk.NaoModel) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     q = nao.posture("StandInit", HeadYaw=0.3, HeadPitch=0.2)
     T_world_base = nao.set_down(q).T_world_base
     body, optical = (Camera.from_matrix(_K, _LENS, frame=f"CameraTop{end}", size=(640, 480)) for end in ENDS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
@@ -32,6 +31,7 @@ def _camera(distortion: tuple[float, ...] = ()) -> Camera:
 
 @pytest.mark.parametrize("lens", _LENSES)
 def test_points_are_projected_as_opencv_does(lens: str) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     camera = _camera(_LENSES[lens])
     rng = np.random.default_rng(3)
     points = rng.uniform(0.2, 5.0, (1000, 1)) * np.column_stack([np.ones(1000), rng.uniform(-0.55, 0.55, (1000, 2))])
@@ -42,6 +42,7 @@ def test_points_are_projected_as_opencv_does(lens: str) -> None:
 
 @pytest.mark.parametrize("lens", _LENSES)
 def test_rays_agree_with_opencv_and_lead_back_to_their_pixels(lens: str) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     camera = _camera(_LENSES[lens])
     pixels = np.stack(np.meshgrid(np.linspace(-0.5, 639.5, 33), np.linspace(-0.5, 479.5, 25)), axis=-1)
     rays = camera.ray(pixels)
@@ -101,6 +102,7 @@ def _middle(image: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("size", [(320, 240), (1280, 960), (160, 240)])
 def test_a_resized_camera_sees_a_light_where_opencv_s_resized_image_shows_it(size: tuple[int, int]) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     camera, point = _camera(_LENSES["five"]), np.array([1.0, 0.21, -0.17])
     u, v = camera.project(point)
     rows, columns = np.mgrid[:480, :640]

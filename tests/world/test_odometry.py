@@ -41,7 +41,6 @@ def _off(found: nk.world.Odometry, T: np.ndarray) -> tuple[float, float]:
     return float(np.linalg.norm(found.T_world_base[-1, :3, 3] - T[-1, :3, 3])), abs(float(turn.as_rotvec()[2]))
 
 
-@pytest.mark.slow  # compiles the kernel of walks
 def test_with_the_true_contacts_a_walk_is_exact(nao: nk.NaoModel, walk: Walk) -> None:
     contacts = np.arange(2) == walk.support[:, None]
     found = nk.world.odometry(nao, walk.times, walk.q, contacts=contacts, start=walk.T[0])
@@ -51,7 +50,6 @@ def test_with_the_true_contacts_a_walk_is_exact(nao: nk.NaoModel, walk: Walk) ->
     assert np.abs(feet - found.T_world_support).max() < 1e-9
 
 
-@pytest.mark.slow  # compiles the kernel of walks
 def test_from_the_joints_alone_it_drifts_by_a_thousandth(nao: nk.NaoModel, walk: Walk) -> None:
     found = nk.world.odometry(nao, walk.times, walk.q, start=walk.T[0])
     away, turned = _off(found, walk.T)
@@ -61,7 +59,6 @@ def test_from_the_joints_alone_it_drifts_by_a_thousandth(nao: nk.NaoModel, walk:
     assert np.count_nonzero(np.diff(found.support)) == steps > 6
 
 
-@pytest.mark.slow  # compiles the kernel of walks
 def test_noisy_encoders_do_not_make_the_support_switch_back_and_forth(nao: nk.NaoModel, walk: Walk) -> None:
     noisy = walk.q + np.random.default_rng(3).normal(0.0, np.radians(0.1), walk.q.shape)
     found = nk.world.odometry(nao, walk.times, noisy, start=walk.T[0])
@@ -69,7 +66,6 @@ def test_noisy_encoders_do_not_make_the_support_switch_back_and_forth(nao: nk.Na
     assert _off(found, walk.T)[0] < 0.02
 
 
-@pytest.mark.slow  # compiles the kernel of walks
 def test_forces_choose_the_support_with_hysteresis(nao: nk.NaoModel, walk: Walk) -> None:
     left = np.where(walk.support == 0, 30.0, 20.0)[:, None]  # 60 and 40 %: not yet enough to change
     still = nk.world.odometry(nao, walk.times, walk.q, forces=np.hstack([left, 50.0 - left]))
@@ -82,7 +78,6 @@ def test_forces_choose_the_support_with_hysteresis(nao: nk.NaoModel, walk: Walk)
     assert _off(found, walk.T)[0] < 1e-9
 
 
-@pytest.mark.slow  # compiles the kernel of walks
 def test_a_foot_that_turns_on_the_floor_is_seen_by_the_gyrometer(nao: nk.NaoModel, walk: Walk) -> None:
     contacts = np.arange(2) == walk.support[:, None]
     # The support turns about its origin by half a degree in each step, so the true walk differs from that of the legs.

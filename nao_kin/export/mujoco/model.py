@@ -20,7 +20,7 @@ from nao_kin.export.variants import joint_values, link_of
 from nao_kin.robot import RobotModel, capsules
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Sphere, UrdfTree, Visual
-from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
+from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix, rotation_between
 
 # The stiffest couplings that MuJoCo accepts: a time constant of two steps of the simulation, critically damped, and
 # constraint forces that yield by a ten-thousandth.
@@ -296,7 +296,8 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
             mujoco.mj_kinematics(model, data)
             rest = robot.semantics.postures[name].up if names else None
             up = _across_the_soles(data, robot, bodies) if rest is None else np.array(rest)
-            data.qpos[:7] = 0.0, 0.0, 0.0, *quat_from_matrix(upright(up))
+            R = rotation_between(up, [0.0, 0.0, 1.0], axis=[0.0, 1.0, 0.0])
+            data.qpos[:7] = 0.0, 0.0, 0.0, *quat_from_matrix(R)
             mujoco.mj_kinematics(model, data)
             data.qpos[2] = -lowest_point(model, data)
         spec.add_key(name=name, qpos=data.qpos.tolist(), ctrl=data.ctrl.tolist())
@@ -316,16 +317,6 @@ def _set_joint(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Flo
     value = data.qpos[place] = values[joint.name]
     if joint.rows[0].mimic is None:
         data.actuator(joint.name).ctrl = value
-
-
-def upright(up: Floats) -> Floats:
-    """Return the smallest rotation (3, 3) that makes the direction `up` the z axis; about y if it points down."""
-    up = up / np.linalg.norm(up)
-    axis = np.cross(up, [0.0, 0.0, 1.0])
-    sine = float(np.linalg.norm(axis))
-    if sine < 1e-12:
-        return np.eye(3) if up[2] > 0.0 else np.diag([-1.0, 1.0, -1.0])
-    return np.asarray(matrix_from_natural(axis / sine, np.arctan2(sine, up[2])))
 
 
 def _across_the_soles(data: Any, robot: RobotModel, bodies: Bodies) -> Floats:

@@ -81,10 +81,10 @@ def _refuse_other_robots(source: MotionSource) -> None:
     folder = Path(source.name).parent.name
     if folder in _BOOSTER:
         raise source.error(f"in the folder {folder}: key frames of Booster's {folder}, expected those of a NAO")
-    for found in _LEFT_ROLL.finditer(source.text):
-        roll = finite_decimal(found[1])
+    for match in _LEFT_ROLL.finditer(source.text):
+        roll = finite_decimal(match[1])
         if roll is not None and roll < _NO_NAO_ROLLS:
-            line = source.text.count("\n", 0, found.start()) + 1
+            line = source.text.count("\n", 0, match.start()) + 1
             raise source.error(
                 f"the left shoulder rolls to {roll:g}°, which no NAO's does; key frames of another robot, such as "
                 f"Booster's {' or '.join(_BOOSTER)}",
@@ -128,11 +128,11 @@ def _blocks(stream: ConfigStream, name: str) -> Fields:
     given = stream.fields.get(name)
     if not isinstance(given, Items):
         return cast(Fields, stream.get(stream.fields, name, Fields))
-    found = Fields()
-    found.at = given.at
+    blocks = Fields()
+    blocks.at = given.at
     for entry in stream.objects(given, ""):
-        found[stream.get(entry, "name", Word).text] = entry
-    return found
+        blocks[stream.get(entry, "name", Word).text] = entry
+    return blocks
 
 
 def _block_name(stream: ConfigStream, blocks: Fields, word: object) -> str:

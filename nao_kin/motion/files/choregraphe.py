@@ -288,11 +288,11 @@ def read(source: MotionSource) -> Motion:
 
     Timelines are named by their boxes, from the outermost inside the root: "Dance/wave".
     """
-    found = _TimelineReader(source)
-    full = [timeline for timeline in found.timelines if any(curve.keys for curve in timeline.curves)]
-    if not full and found.behaviours:
-        more = f" and {len(found.behaviours) - 1} more" if len(found.behaviours) > 1 else ""
-        first = abbreviated(found.behaviours[0], MAX_SHOWN)
+    reader = _TimelineReader(source)
+    full = [timeline for timeline in reader.timelines if any(curve.keys for curve in timeline.curves)]
+    if not full and reader.behaviours:
+        more = f" and {len(reader.behaviours) - 1} more" if len(reader.behaviours) > 1 else ""
+        first = abbreviated(reader.behaviours[0], MAX_SHOWN)
         raise source.error(f"a project of Choregraphe, with its motions in other files: {first}{more}")
     if not full:
         raise source.error("no timeline with keys")

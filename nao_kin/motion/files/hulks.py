@@ -66,11 +66,11 @@ def _read_hulks(source: MotionSource) -> Motion:
             raise source.error("a key frame without a duration", in_json(*path))
         durations.append(frame["duration"])
         frames.append(path)
-        where, found = _positions(source, [*path, "positions"])
-        if found.keys() != first.keys():
-            odd = ", ".join(sorted(found.keys() ^ first.keys())[:3])
+        where, positions = _positions(source, [*path, "positions"])
+        if positions.keys() != first.keys():
+            odd = ", ".join(sorted(positions.keys() ^ first.keys())[:3])
             raise source.error(f"names other joints than initial_positions: {odd}", in_json(*where))
-        rows.append([found[joint] for joint in first])
+        rows.append([positions[joint] for joint in first])
         paths.append(where)
     steps = source.floats(durations, "duration", lambda at: in_json(*frames[at], "duration"))
     times = np.concatenate([[0.0], np.cumsum(steps)])
@@ -117,14 +117,14 @@ def _positions(source: MotionSource, path: JsonPath) -> tuple[JsonPath, dict[str
     value = source.at(*path)
     if isinstance(value, dict) and _POSITIONS in value:
         path, value = [*path, _POSITIONS], value[_POSITIONS]
-    found = dict[str, Any]()
+    angles = dict[str, Any]()
     for part, joints in source.fields(value, (*PARTS, _STIFFNESSES), "joint", *path).items():
         if part != _STIFFNESSES:
             for joint, angle in source.fields(joints, PARTS[part], "joint", *path, part).items():
-                found[_JOINTS[part, joint]] = angle
-    if not found:
+                angles[_JOINTS[part, joint]] = angle
+    if not angles:
         raise source.error("no joint", in_json(*path))
-    return path, found
+    return path, angles
 
 
 def _write_hulks(motion: Motion, _: Motion) -> bytes:

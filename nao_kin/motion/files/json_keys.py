@@ -97,10 +97,10 @@ def _times_and_keys(source: MotionSource, joints: list[str]) -> tuple[list[Float
         raise source.error(f"{len(keys)} rows for {len(shared)} times", in_json("keys"))
     table = np.empty((len(keys), len(joints)))
     for row in range(len(keys)):
-        found = source.floats_at("key", "keys", row)
-        if len(found) != len(joints):
-            raise source.error(f"{len(found)} keys for {len(joints)} joints", in_json("keys", row))
-        table[row] = found
+        values = source.floats_at("key", "keys", row)
+        if len(values) != len(joints):
+            raise source.error(f"{len(values)} keys for {len(joints)} joints", in_json("keys", row))
+        table[row] = values
     return [shared] * len(joints), list(table.T)
 
 

@@ -256,30 +256,30 @@ class ConfigStream:
             return Word(text.strip('"'), at)
         if depth > _DEEPEST:
             raise self._source.error(f"values more than {_DEEPEST} deep", self._place(at))
-        found = self._fields("}", depth) if text == "{" else self._items(depth)
-        found.at = at
-        return found
+        value = self._fields("}", depth) if text == "{" else self._items(depth)
+        value.at = at
+        return value
 
     def _fields(self, end: str, depth: int) -> Fields:
-        found = Fields()
+        fields = Fields()
         while self._tokens[self._next][:2] != ("mark", end):
             _, name, at = self._take("a word", end)
-            if name in found and not self._last_counts:
+            if name in fields and not self._last_counts:
                 raise self._source.error(f"{quoted(name, MAX_SHOWN)} is given twice", self._place(at))
             self._take("=")
-            found[name] = self._value(depth + 1)
+            fields[name] = self._value(depth + 1)
             self._take(";")
         self._take(end)
-        return found
+        return fields
 
     def _items(self, depth: int) -> Items:
-        found = Items()
+        items = Items()
         while self._tokens[self._next][:2] != ("mark", "]"):
-            found.append(self._value(depth + 1))
+            items.append(self._value(depth + 1))
             if self._tokens[self._next][:2] != ("mark", "]"):
                 self._take(",", "]")
         self._take("]")
-        return found
+        return items
 
 
 def _kind(value: Any) -> str:

@@ -83,9 +83,9 @@ def _enter(functions: list[tuple[int, str]], statement: str) -> None:
     depth = len(statement[: -len(statement.lstrip())].expandtabs(8))
     while functions and functions[-1][0] >= depth:
         functions.pop()
-    found = _DEFINITION.match(statement)
-    if found:
-        functions.append((depth, found["name"]))
+    definition = _DEFINITION.match(statement)
+    if definition:
+        functions.append((depth, definition["name"]))
 
 
 # --- Choregraphe's Python export: lists of names, times and keys, with or without Bezier control points.
@@ -344,19 +344,19 @@ def _read_naoqi(source: MotionSource) -> Motion:
 
 def _places(source: MotionSource) -> dict[str, str | int]:
     """Return the keys or indices of names, angles and times in the JSON value."""
-    value, found = source.json, dict[str, str | int]()
+    value, places = source.json, dict[str, str | int]()
     if isinstance(value, dict):
         source.fields(value, ("names", *_ANGLES, *_TIMES, "isAbsolute"), "argument")
         for what, choices in (("names", ("names",)), ("angles", _ANGLES), ("times", _TIMES)):
             given = [name for name in choices if name in value]
             if len(given) != 1:
                 raise source.error(f"{len(given)} of {' and '.join(choices)}, expected one")
-            found[what] = given[0]
+            places[what] = given[0]
         absolute, where = value.get("isAbsolute", True), in_json("isAbsolute")
     elif isinstance(value, list) and len(value) == 3:
         return {"names": 0, "times": 1, "angles": 2}
     elif isinstance(value, list) and len(value) == 4:
-        found, absolute, where = {"names": 0, "angles": 1, "times": 2}, value[3], in_json(3)
+        places, absolute, where = {"names": 0, "angles": 1, "times": 2}, value[3], in_json(3)
     else:
         raise source.error(
             f"expected [names, angles, times, isAbsolute] or [names, times, keys], got {described(value)}"
@@ -365,7 +365,7 @@ def _places(source: MotionSource) -> dict[str, str | int]:
         raise source.error("relative angles: the file does not hold the angles that they are relative to", where)
     if absolute is not True and absolute != 1:
         raise source.error(f"isAbsolute is {described(absolute)}, expected true", where)
-    return found
+    return places
 
 
 def _names(source: MotionSource, at: str | int) -> tuple[list[str], bool]:

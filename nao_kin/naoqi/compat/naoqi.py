@@ -58,8 +58,8 @@ class ALProxy:
         try:
             self._service = session.service(name)
         except RuntimeError:
-            there = ", ".join(_services(session))
-            raise RuntimeError(f"ALProxy::ALProxy\n\tCan't find service: {name}; there are: {there}") from None
+            services = ", ".join(_services(session))
+            raise RuntimeError(f"ALProxy::ALProxy\n\tCan't find service: {name}; there are: {services}") from None
         self._tasks: dict[int, Any] = {}
         self._numbers = itertools.count(1)
         self.post = _Post(self)
@@ -121,8 +121,8 @@ class ALProxy:
 
     def _check(self, method: str) -> None:
         if not hasattr(self._service, method):
-            there = ", ".join(name for name in dir(self._service) if not name.startswith("_"))
-            raise RuntimeError(f"ALProxy::{method}\n\t{self._name} has no method {method}; it has: {there}")
+            methods = ", ".join(name for name in dir(self._service) if not name.startswith("_"))
+            raise RuntimeError(f"ALProxy::{method}\n\t{self._name} has no method {method}; it has: {methods}")
 
     def _over(self, number: int, done: Any) -> None:
         self._tasks.pop(number, None)

@@ -18,13 +18,12 @@ arguments. The names of its internal methods begin with an underscore:
             columns = self.nao.joints.columns(self.joints(names))
             ...
 
-A method runs with the lock held, on any thread, and therefore must not wait or sleep. The module `arguments` reads its
+`self.nao` is the `Machine` that a `VirtualNao` owns: its robot, clock, joints, base, tasks, log and other services. A
+method runs with the lock held, on any thread, and therefore must not wait or sleep. The module `arguments` reads its
 arguments (`number`, `fraction`, `flag`, `one_each`, `list_each` …), and `self.joints` reads names of joints. Every
 `NaoKinError` reaches the script as `Service::method`, a line break, a tab and the error's line. A method that takes
-time returns a `Call`: that of a task or of `nao.after(seconds)`, or a new one. Decorators make simple methods:
-`@settings(Setting(...))` for a value that is stored without effect, `@constant_answers` for a constant result,
-`@former_names(walkTo="moveTo")` for former names, and `@variants` for methods that differ only in their arguments.
-`absent_methods.json` lists NAOqi's other methods.
+time returns a `Call`: that of a task or of `nao.after(seconds)`, or a new one. A second name of a method is an
+assignment in its class, `walkTo = moveTo`. `absent_methods.json` lists NAOqi's other methods.
 
 ## How to write a task
 
@@ -43,7 +42,7 @@ A `MotionTask` moves joints over time. It has a name, resources, and an action f
             nao.joints.set(self.columns, angle, self.notes)
             return time - self.begin >= 1.0         # True: the task is done, and its call ends
 
-    return self.nao.start_task(Nod())               # in a method of a service: the task's Call
+    return self.nao.tasks.add(Nod())                # in a method of a service: the task's Call
 
 A task with `reactive = True` reserves nothing; later tasks take its joints (`give_up`). `end` is called exactly one
 time, when the task is done or killed; `value` is the result of its call. A method that changes a running task, such as
@@ -54,8 +53,9 @@ FRAME_ROBOT stays in place while both soles are down.
 """
 
 from nao_kin.naoqi.virtual.body import Base
-from nao_kin.naoqi.virtual.engine import Call, Event, MotionTask, NaoqiError
+from nao_kin.naoqi.virtual.engine import Call, Event, NaoqiError
 from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
@@ -66,6 +66,7 @@ __all__ = [
     "Call",
     "Event",
     "Interpolation",
+    "Machine",
     "MotionTask",
     "NaoqiError",
     "OpenToOthersWarning",

@@ -91,10 +91,10 @@ def length(value: Any) -> str:
 
 def three(value: Any, what: str) -> Floats:
     """Return three numbers, shape (3,)."""
-    found = as_floats(value, (3,), what)
-    if found.shape != (3,):
-        raise BadArgument(f"{what} must be three numbers, got {found.size}")
-    return np.array(found)
+    vector = as_floats(value, (3,), what)
+    if vector.shape != (3,):
+        raise BadArgument(f"{what} must be three numbers, got {vector.size}")
+    return np.array(vector)
 
 
 def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:

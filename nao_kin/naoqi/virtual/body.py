@@ -10,14 +10,13 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import chain_names, joint_names
-from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
+from nao_kin.naoqi.names import LEFT_HIP, LEGS, RIGHT_HIP, chain_names, joint_names
+from nao_kin.naoqi.spaces import TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between
 from nao_kin.world import LOWER, on_floor, sole_heights, standing_sole
 
-LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # The difference below which a clipped command or a late joint counts as rounding.
 _NOTEWORTHY = 1e-9
 

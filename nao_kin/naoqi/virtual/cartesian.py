@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,18 +13,15 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi import spaces as frames
-from nao_kin.naoqi.names import as_names
-from nao_kin.naoqi.spaces import EFFECTORS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO
+from nao_kin.naoqi.names import LEGS, as_names
+from nao_kin.naoqi.spaces import EFFECTORS, FRAME_ROBOT, FRAME_TORSO, TORSO
 from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
-from nao_kin.naoqi.virtual.engine import Call, MotionTask
+from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
 from nao_kin.naoqi.virtual.limb_solvers import LimbSolution, LimbTarget
-from nao_kin.naoqi.virtual.service import Service, variants
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.rotations import exp, log
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The arguments of Cartesian calls: effectors, spaces, masks, poses and times, in NAOqi's forms.
 
@@ -88,10 +85,10 @@ def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list
         lists = list(times)
     else:
         raise BadArgument(f"times must be a list for each of {count} effectors, got {len(times)}")
-    found = [arguments.list_each([row], [name], "times")[0] for row, name in zip(lists, effectors, strict=True)]
-    arguments.check_lengths(rows, found, effectors, "poses")
-    arguments.check_times(found, effectors)
-    return found
+    times_of_each = [arguments.list_each([row], [name], "times")[0] for row, name in zip(lists, effectors, strict=True)]
+    arguments.check_lengths(rows, times_of_each, effectors, "poses")
+    arguments.check_times(times_of_each, effectors)
+    return times_of_each
 
 
 # --- The path of one effector: poses at times, and the curve through them.
@@ -141,7 +138,7 @@ _FIRST = (TORSO, *LEGS)
 class CartesianState:
     """The commanded q with torso, FRAME_ROBOT and feet in the world; a task keeps the FRAME_ROBOT of its beginning."""
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         self.robot = nao.robot
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
@@ -179,7 +176,7 @@ class CartesianState:
         return LimbTarget(effector, T_reference_world @ T, request.mask, R, reference)
 
 
-def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+def hold_still(nao: Machine, requests: Sequence[EffectorRequest]) -> None:
     """Stand on the other foot if the requests move the standing foot alone."""
     moved = [request.effector for request in requests if request.effector in LEGS]
     if len(moved) == 1 and nao.base.support == moved[0]:
@@ -212,38 +209,38 @@ class _LimbFollower:
             return limbs.descend(self._initial.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
-        found = q.copy()
-        found[self._columns] = start + share * share * (3.0 - 2.0 * share) * (goal - start)
-        return np.asarray(found)
+        result = q.copy()
+        result[self._columns] = start + share * share * (3.0 - 2.0 * share) * (goal - start)
+        return np.asarray(result)
 
     def _target(self, time: float, T_world_torso: Floats) -> LimbTarget:
         return self._initial.target(self.request, self.path.pose(time), T_world_torso)
 
     def _look_ahead(self, begin: float, end: float, q: Floats, T_world_torso: Floats) -> None:
         """Follow the segment in a few steps; if that misses its key, search for other joint values that reach it."""
-        found = LimbSolution(q, 0.0)
+        solution = LimbSolution(q, 0.0)
         for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
             target = self._target(float(time), T_world_torso)
-            found = limbs.descend(self._initial.robot, target, found.q)
+            solution = limbs.descend(self._initial.robot, target, solution.q)
         self._straight = None
-        if found.missing > limbs.MET:
+        if solution.missing > limbs.MET:
             other = limbs.anywhere(self._initial.robot, target, q)
-            if other.missing < found.missing - limbs.MET:
+            if other.missing < solution.missing - limbs.MET:
                 self._straight = q[self._columns].copy(), other.q[self._columns]
-                found = other
-        self.missing = found.missing
+                solution = other
+        self.missing = solution.missing
 
 
 class PathTask(MotionTask):
     """Effectors follow paths: positionInterpolations and transformInterpolations."""
 
-    def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest]) -> None:
         by_name = {request.effector: request for request in requests}
         super().__init__(name, limbs.joints_of(nao.robot, tuple(by_name)))
         self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
         self._requests = by_name
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
         super().start(nao, time)
         hold_still(nao, tuple(self._requests.values()))
@@ -254,7 +251,7 @@ class PathTask(MotionTask):
         self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
         self._others = list(by_name.values())
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Solve for this tick: torso and legs first, then the effectors that depend on the torso."""
         t = time - self.begin
         q = nao.joints.q(sensor=False)
@@ -282,17 +279,17 @@ class PathTask(MotionTask):
             T = leg.path.pose(t)
             T_world_foot = self._initial.T_world_torso @ T if leg.request.space == FRAME_TORSO else T
             feet[LEGS.index(leg.request.effector)] = T_world_foot
-        found = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
-        if found.missing > NOTEWORTHY:
+        solution = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
+        if solution.missing > NOTEWORTHY:
             limits = "feet in place, the joints' limits and the one motor of both hips"
             self.notes.once("torso", f"Torso goes as near to its target as {limits} allow")
-        return found.q
+        return solution.q
 
 
 class SynchronizedApproach(Approach):
     """Joints move to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Slow the joints down so that all arrive with the slowest."""
         super().start(nao, time)
         ways = np.abs(self._targets - self._at)
@@ -303,26 +300,7 @@ class SynchronizedApproach(Approach):
 
 # --- The methods.
 
-_ONE = "The same as the method with a final s in its name, for one effector."
-_CHANGED = "Change an effector's {0} from its commanded one; otherwise the same as set{1}."
 
-
-@variants(
-    "positionInterpolations",
-    "_follow",
-    positionInterpolation=("chainName space path axisMask durations", _ONE),
-    transformInterpolations=("", "The same as positionInterpolations, with transforms."),
-    transformInterpolation=("chainName space path axisMask duration", _ONE),
-)
-@variants(
-    "setPositions",
-    "_send",
-    setPosition=("chainName", _ONE),
-    changePosition=("effectorName space positionChange", _CHANGED.format("position", "Position")),
-    setTransforms=("effectorNames space transform", "The same as setPositions, with transforms."),
-    setTransform=("chainName space transform", _ONE),
-    changeTransform=("chainName space transform", _CHANGED.format("transform", "Transform")),
-)
 class CartesianControl(Service):
     """The methods of ALMotion that move effectors by poses.
 
@@ -360,12 +338,54 @@ class CartesianControl(Service):
         """
         return self._follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
 
+    def positionInterpolation(
+        self, chainName: Any, space: Any, path: Any, axisMask: Any, durations: Any, isAbsolute: Any = True
+    ) -> Call:
+        """The same as positionInterpolations, for one effector."""
+        return self._follow("positionInterpolation", chainName, space, path, axisMask, durations, isAbsolute)
+
+    def transformInterpolations(
+        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
+    ) -> Call:
+        """The same as positionInterpolations, with transforms."""
+        return self._follow("transformInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
+
+    def transformInterpolation(
+        self, chainName: Any, space: Any, path: Any, axisMask: Any, duration: Any, isAbsolute: Any = True
+    ) -> Call:
+        """The same as transformInterpolations, for one effector."""
+        return self._follow("transformInterpolation", chainName, space, path, axisMask, duration, isAbsolute)
+
     def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
         """Send effectors to positions at a fraction of the joints' maximum speeds, above 0; returns immediately.
 
         space, position and axisMask are one value for all effectors, or a list of one for each.
         """
         self._send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
+
+    def setPosition(self, chainName: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+        """The same as setPositions, for one effector."""
+        self._send("setPosition", chainName, space, position, fractionMaxSpeed, axisMask)
+
+    def changePosition(
+        self, effectorName: Any, space: Any, positionChange: Any, fractionMaxSpeed: Any, axisMask: Any
+    ) -> None:
+        """Change an effector's position from its commanded one; otherwise the same as setPosition."""
+        self._send("changePosition", effectorName, space, positionChange, fractionMaxSpeed, axisMask)
+
+    def setTransforms(
+        self, effectorNames: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any
+    ) -> None:
+        """The same as setPositions, with transforms."""
+        self._send("setTransforms", effectorNames, space, transform, fractionMaxSpeed, axisMask)
+
+    def setTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+        """The same as setTransforms, for one effector."""
+        self._send("setTransform", chainName, space, transform, fractionMaxSpeed, axisMask)
+
+    def changeTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+        """Change an effector's transform from its commanded one; otherwise the same as setTransform."""
+        self._send("changeTransform", chainName, space, transform, fractionMaxSpeed, axisMask)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -400,32 +420,32 @@ class CartesianControl(Service):
         when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
         if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
             raise BadArgument("Torso does not move in FRAME_TORSO, the torso itself; use FRAME_WORLD or FRAME_ROBOT")
-        found = zip(effectors, numbers, chosen, rows, when, strict=True)
-        return tuple(EffectorRequest(*fields, relative) for fields in found)
+        columns = zip(effectors, numbers, chosen, rows, when, strict=True)
+        return tuple(EffectorRequest(*fields, relative) for fields in columns)
 
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
     ) -> Call:
         """Make effectors follow paths over time: the interpolation methods."""
         relative = not arguments.flag(is_absolute, "isAbsolute")
-        found = self._requests(name, names, spaces, paths, masks, times, relative=relative)
-        return self.nao.start_task(self._path_task(name, found))
+        requests = self._requests(name, names, spaces, paths, masks, times, relative=relative)
+        return self.nao.tasks.add(self._path_task(name, requests))
 
-    def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
-        return PathTask(name, self.nao, found)
+    def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
+        return PathTask(name, self.nao, requests)
 
     def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
         """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions etc."""
-        found = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
-        for request in found:
+        requests = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
+        for request in requests:
             if len(request.poses) != 1:
                 raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
-        hold_still(self.nao, found)
+        hold_still(self.nao, requests)
         state = CartesianState(self.nao)
         q, T_world_torso = state.q, state.T_world_torso
         missed: list[str] = []
-        for request in sorted(found, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
+        for request in sorted(requests, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
             T = state.path(request)[-1]
             if request.effector == TORSO:
                 solution = limbs.torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
@@ -437,9 +457,9 @@ class CartesianControl(Service):
                 T_world_torso = self.nao.base.torso(q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
-        effectors = [request.effector for request in found]
+        effectors = [request.effector for request in requests]
         joints = limbs.joints_of(self.nao.robot, effectors)
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
         task = SynchronizedApproach(name, joints, targets, share)
         task.keeps_feet = not set(effectors).isdisjoint(_FIRST)
-        self.nao.start_task(task)
+        self.nao.tasks.add(task)

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin.motion import Motion
 from nao_kin.naoqi.virtual.arguments import check_duration
-from nao_kin.naoqi.virtual.engine import TICK, MotionTask
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
+from nao_kin.naoqi.virtual.engine import TICK
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 
 # The number of ticks for which a motion is sampled in one call, which takes little longer than sampling one tick.
 _TICKS_AHEAD = 64
@@ -35,7 +32,7 @@ class Interpolation(MotionTask):
         super().__init__(name, joints)
         self._plan = plan
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Make the motion from the commanded joint values."""
         super().start(nao, time)
         self._motion = self._plan(nao.joints.command[self.columns])
@@ -47,7 +44,7 @@ class Interpolation(MotionTask):
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
         nao.joints.note_outside(self.columns, extremes, self.notes)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Command the motion's values at this time."""
         t = time - self.begin
         if not self._ahead:
@@ -56,7 +53,7 @@ class Interpolation(MotionTask):
         nao.joints.set(self.columns, self._motion.sample(self._end) if done else values, self.notes)
         return done
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+    def end(self, nao: Machine, *, killed: bool) -> None:
         """Note the velocity of joints whose movement is killed."""
         if killed and self.started is not None:
             velocity = self._motion.speed(nao.clock.now - self.begin)
@@ -83,7 +80,7 @@ def _begun_moving(motion: Motion, velocity: Floats) -> Motion:
 class AtSpeed(Interpolation):
     """Joints move straight to targets and arrive together, after max |target − start| / (fraction · max_speed)."""
 
-    def __init__(self, name: str, nao: VirtualNao, joints: Sequence[str], targets: Floats, fraction: float) -> None:
+    def __init__(self, name: str, nao: Machine, joints: Sequence[str], targets: Floats, fraction: float) -> None:
         speeds = fraction * nao.joints.max_speed[nao.joints.columns(joints)]
 
         def plan(start: Floats) -> Motion:
@@ -99,12 +96,12 @@ class AtSpeed(Interpolation):
 class HandMove(AtSpeed):
     """A hand opens or closes with full stiffness, and then has none: openHand and closeHand."""
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Set full stiffness only now: a task that this one waited for may have removed it at its end."""
         nao.joints.set_stiffness(nao.joints.columns(self.joints), 1.0)
         super().start(nao, time)
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+    def end(self, nao: Machine, *, killed: bool) -> None:
         """Remove the stiffness."""
         super().end(nao, killed=killed)
         if self.started is None:
@@ -126,7 +123,7 @@ class Approach(MotionTask):
         super().__init__(name, joints)
         self._targets, self._fraction, self._relative = np.array(targets), fraction, relative
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
         super().start(nao, time)
         self._at = nao.joints.command[self.columns]
@@ -136,7 +133,7 @@ class Approach(MotionTask):
         nao.joints.note_outside(self.columns, self._targets[None], self.notes)
         self._targets = np.clip(self._targets, nao.joints.lower[self.columns], nao.joints.upper[self.columns])
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Move the joints towards the targets for one tick."""
         way = self._targets - self._at
         near = np.abs(way) <= self._step * (1.0 + ON_TIME)
@@ -160,12 +157,12 @@ class StiffnessRamp(MotionTask):
         super().__init__("stiffnessInterpolation", [f"{joint}/Stiffness" for joint in joints])
         self.joints, self._times, self._keys = tuple(joints), times, keys
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Begin at the current stiffnesses."""
         self.columns, self.begin = nao.joints.columns(self.joints), time
         self._motion = through(self.joints, self._times, self._keys, nao.joints.stiffness[self.columns], "linear")
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Set the motion's values at this time."""
         done = time - self.begin >= self._motion.end - ON_TIME
         nao.joints.set_stiffness(self.columns, self._motion.sample(self._motion.end if done else time - self.begin))

@@ -10,8 +10,8 @@ import numpy as np
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._kernels.chains import chain_of
-from nao_kin.naoqi.names import joint_names
-from nao_kin.naoqi.spaces import LEGS, TORSO, AxisMask, controlled_axes, pose, position6d
+from nao_kin.naoqi.names import ARMS, LEFT_HIP, LEGS, RIGHT_HIP, joint_names
+from nao_kin.naoqi.spaces import TORSO, AxisMask, controlled_axes, pose, position6d
 from nao_kin.robot import NaoModel, serial_chain
 from nao_kin.rotations import log
 
@@ -67,19 +67,18 @@ def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     links = chain.links.copy()
     last = links[-12:].reshape(3, 4)
     last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
-    still = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
-    chain = chain._replace(links=links, offset=chain.offset + still)
+    fixed = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
+    chain = chain._replace(links=links, offset=chain.offset + fixed)
     goal = ik.Goal(_WEIGHTS * controlled_axes(target.mask), _CONVERGED, _MAX_STEPS)
-    poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.still_values(q[None])
-    found = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
+    poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.fixed_values(q[None])
+    solution = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
     best = q.copy()
-    best[limb.columns] = found.q[0]
-    return LimbSolution(best, float(np.sqrt(2.0 * found.cost[0])))
+    best[limb.columns] = solution.q[0]
+    return LimbSolution(best, float(np.sqrt(2.0 * solution.cost[0])))
 
 
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
 
-ARMS = ("LArm", "RArm")
 # The residual below which a target counts as reached [m].
 MET = 1e-6
 # The largest number of corrections of the torso's position, and the position error that ends them [m].
@@ -96,7 +95,7 @@ def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
 
 def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
     """Return the columns of these joints in q; LHipYawPitch and RHipYawPitch share one."""
-    names = ["LHipYawPitch" if joint == "RHipYawPitch" else joint for joint in joints_of(robot, effectors)]
+    names = [LEFT_HIP if joint == RIGHT_HIP else joint for joint in joints_of(robot, effectors)]
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
@@ -106,9 +105,9 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     Poses of arms and legs, positions of hands and orientations of the head are solved in closed form, other masks by
     descents from the current joint values and from random ones.
     """
-    found = descend(robot, target, q)
-    if found.missing <= MET:
-        return found
+    near = descend(robot, target, q)
+    if near.missing <= MET:
+        return near
     columns = columns_of(robot, [target.frame])
     starts = np.tile(q, (_STARTS, 1))
     starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
@@ -121,7 +120,7 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     reached = [one for one in others if one.missing <= MET]
     if reached:
         return min(reached, key=lambda one: float(np.abs(one.q - q).max()))
-    return min(found, *others, key=lambda one: one.missing)
+    return min(near, *others, key=lambda one: one.missing)
 
 
 def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
@@ -135,10 +134,10 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
     if q_legs is None or not robot.within_limits(q_legs):
         # One descent with the feet as constraints.
         feet = dict(zip("LR", T_world_feet, strict=True))
-        found = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, reference=q, restarts=0)
-        if not np.isfinite(found.q).all():
+        solution = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, near=q, restarts=0)
+        if not np.isfinite(solution.q).all():
             return LimbSolution(np.array(q), np.inf)
-        q_legs, adapted = found.q, found.torso
+        q_legs, adapted = solution.q, solution.torso
     turn = log(T_world_torso[:3, :3].T @ adapted[:3, :3])
     away = T_world_torso[:3, 3] - adapted[:3, 3]
     return LimbSolution(q_legs, float(np.linalg.norm([away, RADIAN * turn])))
@@ -155,19 +154,17 @@ def _with_fitting_yaw(
     target = T_world_torso
     for _ in range(_MAX_CORRECTIONS):
         # A batch of one uses the compiled kernel: in Python, a tick of 10 ms would take longer than 10 ms to compute.
-        found = ik.legs(
-            robot, left[None], right, base="floating", torso=target, free="yaw", reference=q, limits="ignore"
-        )
-        if not np.all(found.success):
+        solution = ik.legs(robot, left[None], right, base="floating", torso=target, free="yaw", near=q, limits="ignore")
+        if not np.all(solution.success):
             return None, T_world_torso
-        torso = np.asarray(found.torso)[0]
+        torso = np.asarray(solution.torso)[0]
         # The solver adapts the yaw about the middle of the hips, which displaces a leaning torso: correct its position.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
         target = pose(six)
         if np.abs(target[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
             break
-    return found.q[0], torso
+    return solution.q[0], torso
 
 
 def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:
@@ -175,9 +172,9 @@ def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | Non
     if target.reference != TORSO:
         T = robot.fk(q, target.reference) @ T
     if frame in ARMS and axes in (AxisMask.ALL, AxisMask.VEL):
-        return ik.arm(robot, frame[0], T if axes == AxisMask.ALL else T[:3, 3], reference=q).q
+        return ik.arm(robot, frame[0], T if axes == AxisMask.ALL else T[:3, 3], near=q).q
     if frame in LEGS and axes == AxisMask.ALL:
-        return ik.leg(robot, frame[0], T, reference=q).q
+        return ik.leg(robot, frame[0], T, near=q).q
     if frame == "Head" and axes in (AxisMask.ROT, AxisMask.ALL):
-        return ik.head(robot, T[:3, :3], reference=q).q
+        return ik.head(robot, T[:3, :3], near=q).q
     return None

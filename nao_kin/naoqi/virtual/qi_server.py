@@ -14,12 +14,12 @@ from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
+from nao_kin.naoqi.live import PORT
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.memory import Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
-PORT = 9559
 HOST = "127.0.0.1"
 # If Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while the sessions of ended
 # scripts are being destroyed: half of the programs that ended right after 40 scripts crashed, and none of those that
@@ -79,7 +79,7 @@ class QiServer:
             raise BadArgument(f"cannot listen on {host}, port {number}: {reason}") from None
         endpoints = self._session.endpoints()
         self.endpoint = next((endpoint for endpoint in endpoints if host in endpoint), endpoints[0])
-        nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
+        nao.machine.services["ALMemory"].module_called = self._call_module
         strand = None
         for name, service in nao.services.items():
             # A missing method returns an error that says that it is missing.
@@ -110,19 +110,19 @@ class QiServer:
     def _check_address(self, host: str, port: int) -> None:
         """Refuse an address that is not available, and warn of one that other machines can reach."""
         try:
-            found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+            addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         except (OSError, ValueError):
             raise BadArgument(f"host {quoted(host)} is not an address of this machine") from None
-        if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
+        if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in addresses):
             warn_caller(
                 f"listening on {host}: qi has no passwords, and any client of port {port} can drive the robot",
                 OpenToOthersWarning,
             )
-        with socket.socket(found[0][0], socket.SOCK_STREAM) as probe:
+        with socket.socket(addresses[0][0], socket.SOCK_STREAM) as probe:
             # As in qi, a port that a server has just left may be reused.
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
-                probe.bind(found[0][4])
+                probe.bind(addresses[0][4])
             except OSError as error:
                 if error.errno == errno.EADDRINUSE:
                     raise BadArgument(f"port {port} on {host} is in use by another server; give another port") from None
@@ -139,10 +139,10 @@ class QiServer:
                 service.value().call(function, key, value, message, _async=True)
 
         # Events in quick succession share one look-up, because qi may fail one of several simultaneous look-ups.
-        found = self._looked_up.get(module)
-        if found is None or not found.isRunning():
-            found = self._looked_up[module] = session.service(module, _async=True)
-        found.addCallback(call)
+        service_future = self._looked_up.get(module)
+        if service_future is None or not service_future.isRunning():
+            service_future = self._looked_up[module] = session.service(module, _async=True)
+        service_future.addCallback(call)
 
 
 def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from functools import wraps
-from inspect import Parameter
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from typing import Any
 
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import compiles, warm_up
@@ -17,20 +14,13 @@ from nao_kin.errors import BadArgument, NaoKinError, nearest_names
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
-
-_S = TypeVar("_S", bound="Service")
-_P = ParamSpec("_P")
-
+from nao_kin.naoqi.virtual.machine import Machine
 
 # The methods of NAOqi 1.14 to 2.8 that are missing here, by service; and the missing services with their methods, by
 # reason. "*" stands for the methods of every extractor.
 ABSENT: dict[str, Any] = json.loads((Path(__file__).parent / "absent_methods.json").read_text(encoding="utf-8"))
 # Public methods of every service that are not offered to scripts.
-_INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for", "set_setting"))
+_INTERNAL = frozenset(("help", "invoke", "joints", "kernels_for"))
 
 
 class Service:
@@ -44,10 +34,9 @@ class Service:
 
     name: str
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         self.nao = nao
         self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
-        self._settings: dict[tuple[str, str], Any] = {}
         public = [name for name in dir(type(self)) if not name.startswith("_") and name not in _INTERNAL]
         offered = [name for name in public if callable(getattr(type(self), name))]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
@@ -59,8 +48,11 @@ class Service:
         return tuple(sorted(self._methods))
 
     def help(self, name: str) -> str:
-        """Return the description of a method; "" for an unknown one."""
-        return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
+        """Return the description of a method; "" for an unknown one, and a reference for a second name of a method."""
+        method = self._methods.get(name)
+        if method is None or method.__name__ == name:
+            return inspect.getdoc(method) or ""
+        return f"The same as {method.__name__}."
 
     def invoke(self, name: str, *given: Any) -> Any:
         """Call a method by name; a blocking method returns a `Call`. Every error is a `NaoqiError`."""
@@ -100,27 +92,13 @@ class Service:
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
         """Return the joints of a name, a chain or a list of names; reject an empty list and repeated joints."""
-        found = joint_names(self.nao.robot, names)
-        if not found:
+        joints = joint_names(self.nao.robot, names)
+        if not joints:
             raise BadArgument(f"{what} must name at least one joint")
-        if len(set(found)) < len(found):
-            twice = next(name for index, name in enumerate(found) if name in found[:index])
+        if len(set(joints)) < len(joints):
+            twice = next(name for index, name in enumerate(joints) if name in joints[:index])
             raise BadArgument(f"{what} has {twice} twice")
-        return found
-
-    def get_setting(self, row: Setting, *given: Any) -> Any:
-        """Return a setting, or the setting of the given name."""
-        return self._settings.get((row.name, row.owner(given)), row.default)
-
-    def set_setting(self, row: Setting, *given: Any) -> bool | None:
-        """Store a setting; "Arms" are both arms."""
-        of, value = row.owner(given), row.check(given[-1], row.what or row.takes[-1])
-        for each in (of, "LArm", "RArm") if of == "Arms" else (of,):
-            self._settings[row.name, each] = value
-        if row.log:
-            on = "on" if value else "off"
-            self.nao.log.write(f"{row.log}{f' of {of}' if of else ''} is {on}; it is not simulated")
-        return row.answer
+        return joints
 
     def _no_method(self, name: str) -> NaoqiError:
         methods = f"it has: {', '.join(self.method_names)}"
@@ -182,106 +160,11 @@ class Service:
         return waiting
 
 
-# --- Methods made from tables: settings without effect, constant results, former names and variants.
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A value that scripts set and read, without effect on the simulation."""
-
-    name: str  # the name after "set" and "get" in the two methods
-    note: str  # the help of the method that sets the value
-    default: Any
-    takes: tuple[str, ...]  # parameters of that method, the value last; the first of two is the value's owner
-    check: Callable[[Any, str], Any]  # called with an argument and its name in errors; returns the value
-    what: str = ""  # the argument's name in errors; "" for the parameter's
-    of: tuple[str, tuple[str, ...]] | None = None  # kind and valid names of the owner; None for any text
-    log: str = ""  # its name in the log, if setting it is logged
-    answer: bool | None = None  # of the method that sets the value
-
-    def owner(self, given: tuple[Any, ...]) -> str:
-        """Return the owner of the value in a call; "" if there is only one value."""
-        if len(self.takes) == 1:
-            return ""
-        return arguments.text(given[0], self.takes[0]) if self.of is None else arguments.choice(given[0], *self.of)
-
-
-def _decorator(offer: Callable[Concatenate[type[Service], _P], None]) -> Callable[_P, Callable[[type[_S]], type[_S]]]:
-    """Return a decorator of services, with arguments, from a function that offers methods of a service."""
-
-    @wraps(offer)
-    def given(*arguments: _P.args, **more: _P.kwargs) -> Callable[[type[_S]], type[_S]]:
-        def completed(kind: type[_S]) -> type[_S]:
-            offer(kind, *arguments, **more)
-            return kind
-
-        return completed
-
-    return given
-
-
-@_decorator
-def settings(kind: type[Service], /, *rows: Setting) -> None:
-    """Give a service the methods that set and read settings."""
-    for row in rows:
-        note = f"The stored value; initially {row.default!r}."
-        _offer(kind, f"set{row.name}", row.takes, row.note, Service.set_setting, row)
-        _offer(kind, f"get{row.name}", row.takes[:-1], note, Service.get_setting, row)
-
-
-@_decorator
-def former_names(kind: type[Service], /, note: str = "The same as {}.", **names: str) -> None:
-    """Offer methods of a service also under former names: former name → name; `note` is the help."""
-    for former, name in names.items():
-        _offer(kind, former, _taken(kind, name), note.format(name), _call, name)
-
-
-@_decorator
-def constant_answers(kind: type[Service], /, **rows: tuple[Any, str]) -> None:
-    """Give a service methods with constant answers: name → answer and help."""
-    for name, (answer, note) in rows.items():
-        _offer(kind, name, (), note, lambda _, same: same, answer)
-
-
-@_decorator
-def variants(kind: type[Service], /, of: str, does: str, **rows: tuple[str, str]) -> None:
-    """Offer variants of the method `of` that call `does`: name → new names of the first parameters, and the help."""
-    takes = _taken(kind, of)
-    for name, (called, note) in rows.items():
-        own = [each.replace(name=new) for new, each in zip(called.split(), takes, strict=False)]
-        _offer(kind, name, (*own, *takes[len(own) :]), note, _call, does, name)
-
-
-def _taken(kind: type[Service], name: str) -> list[Parameter]:
-    return list(inspect.signature(getattr(kind, name)).parameters.values())[1:]
-
-
-def _call(service: Service, name: str, *given: Any) -> Any:
-    return getattr(service, name)(*given)
-
-
-_PLACED = Parameter.POSITIONAL_OR_KEYWORD
-
-
-def _offer(
-    kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], *about: Any
-) -> None:
-    """Offer a method that calls `does` with the service, `about`, and the arguments."""
-
-    def offered(self: Service, *given: Any) -> Any:
-        return does(self, *about, *given)
-
-    order = [each if isinstance(each, Parameter) else Parameter(each, _PLACED) for each in ("self", *takes)]
-    offered.__name__, offered.__doc__ = name, note
-    offered.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
-    setattr(kind, name, offered)
-
-
 # The compiled kernels of `nk.ik` that calls have loaded.
 _ready: set[str] = set()
 
 
-def _make_ready(nao: VirtualNao, call: str, kernels: frozenset[str]) -> None:
+def _make_ready(nao: Machine, call: str, kernels: frozenset[str]) -> None:
     """Load compiled kernels from the disk, or compile them, while robot time stands still."""
     with nao.time_held():
         if compiles():

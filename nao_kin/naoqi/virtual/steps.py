@@ -29,10 +29,18 @@ from nao_kin.robot import RobotModel
 
 SIDES = {"L": "Left", "R": "Right"}
 
-
-# Aldebaran documentation 2.1, locomotion control, "Move config parameters" of NAO. getMoveConfig("Default") of a robot
-# prints the same defaults.
-PARAMETERS = tuple("MaxStepX MaxStepY MaxStepTheta MaxStepFrequency StepHeight TorsoWx TorsoWy".split())
+# Parameter of each foot → default, lowest and highest value [m, rad, share]; the torso's angles have no effect.
+# Source: Aldebaran documentation 2.1, locomotion control, "Move config parameters" of NAO; getMoveConfig("Default") of
+# a robot prints the same defaults.
+PARAMETERS = {
+    "MaxStepX": (0.04, 0.001, 0.08),
+    "MaxStepY": (0.14, 0.101, 0.16),
+    "MaxStepTheta": (0.349, 0.001, 0.524),
+    "MaxStepFrequency": (1.0, 0.0, 1.0),
+    "StepHeight": (0.02, 0.005, 0.04),
+    "TorsoWx": (0.0, -0.122, 0.122),
+    "TorsoWy": (0.0, -0.122, 0.122),
+}
 # The name of the frequency in moveToward.
 _OTHER_NAMES = {"Frequency": "MaxStepFrequency"}
 
@@ -41,15 +49,15 @@ _SHORTEST, _LONGEST = 0.42, 0.6
 
 
 class FootGait(NamedTuple):
-    """The move configuration of one foot, with its defaults [m, rad, share]; torso_wx and torso_wy have no effect."""
+    """The move configuration of one foot, in the order of `PARAMETERS`."""
 
-    max_step_x: float = 0.04
-    max_step_y: float = 0.14
-    max_step_theta: float = 0.349
-    frequency: float = 1.0
-    step_height: float = 0.02
-    torso_wx: float = 0.0
-    torso_wy: float = 0.0
+    max_step_x: float
+    max_step_y: float
+    max_step_theta: float
+    frequency: float
+    step_height: float
+    torso_wx: float
+    torso_wy: float
 
     @property
     def period(self) -> float:
@@ -57,16 +65,14 @@ class FootGait(NamedTuple):
         return _LONGEST + (_SHORTEST - _LONGEST) * self.frequency
 
 
-# The documented bounds.
-LOWEST = FootGait(0.001, 0.101, 0.001, 0.0, 0.005, -0.122, -0.122)
-HIGHEST = FootGait(0.08, 0.16, 0.524, 1.0, 0.04, 0.122, 0.122)
+DEFAULT, LOWEST, HIGHEST = (FootGait(*column) for column in zip(*PARAMETERS.values(), strict=True))
 
 
 class Gait(NamedTuple):
     """The move configuration of both feet."""
 
-    left: FootGait = FootGait()
-    right: FootGait = FootGait()
+    left: FootGait = DEFAULT
+    right: FootGait = DEFAULT
 
     def of(self, side: str) -> FootGait:
         """The configuration of one foot, "L" or "R"."""
@@ -78,25 +84,25 @@ def gait_of(config: Any, report: Callable[[str], object] = lambda change: None) 
 
     A name applies to both feet, or with the prefix "Left" or "Right" to one. Later pairs override earlier ones.
     """
-    values: dict[str, list[float]] = {side: list(FootGait()) for side in SIDES}
+    values = {side: dict(zip(PARAMETERS, DEFAULT, strict=True)) for side in SIDES}
     for name, value in [] if config is None else _pairs(config):
         sides = [side for side, prefix in SIDES.items() if name.startswith(prefix)]
         plain = name.removeprefix(SIDES[sides[0]]) if sides else name
         plain = _OTHER_NAMES.get(plain, plain)
         if plain not in PARAMETERS:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
-        place = PARAMETERS.index(plain)
-        inside = min(max(value, LOWEST[place]), HIGHEST[place])
+        _, lowest, highest = PARAMETERS[plain]
+        inside = min(max(value, lowest), highest)
         if inside != value:
             report(f"{name} = {value:g} is clipped to {inside:g}")
         for side in sides or SIDES:
-            values[side][place] = inside
-    return Gait(FootGait(*values["L"]), FootGait(*values["R"]))
+            values[side][plain] = inside
+    return Gait(*(FootGait(*row.values()) for row in values.values()))
 
 
 def move_config(which: str) -> list[list[object]]:
     """Return NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
-    gaits = {"Default": FootGait(), "Min": LOWEST, "Max": HIGHEST}
+    gaits = {"Default": DEFAULT, "Min": LOWEST, "Max": HIGHEST}
     return [list(row) for row in zip(PARAMETERS, gaits[choice(which, gaits, "move configuration")], strict=True)]
 
 
@@ -104,12 +110,12 @@ def _pairs(config: Any) -> list[tuple[str, float]]:
     pairs = list(config.items()) if isinstance(config, Mapping) else config
     if isinstance(pairs, str) or not isinstance(pairs, Sequence):
         raise BadArgument(f"a move configuration must be a list of [name, value] pairs, got {quoted(config, 60)}")
-    found = []
+    rows = []
     for pair in pairs:
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or not isinstance(pair[0], str):
             raise BadArgument(f"a move configuration must hold [name, value] pairs, got {quoted(pair, 60)}")
-        found.append((pair[0], arguments.number(pair[1], pair[0])))
-    return found
+        rows.append((pair[0], arguments.number(pair[1], pair[0])))
+    return rows
 
 
 # --- Footsteps: poses on the floor, and steps along a path that a NAO's legs can make.
@@ -207,9 +213,9 @@ def along(start: Floats, goal: Floats, share: Floats | float) -> Floats:
     """Return poses at fractions of the straight path between two, shape (..., 3), turning along the shorter arc."""
     way = goal - start
     way[2] = wrapped(float(way[2]))
-    found = np.asarray(start + np.multiply.outer(share, way))
-    found[np.equal(share, 1.0), :2] = goal[:2]
-    return found
+    poses = np.asarray(start + np.multiply.outer(share, way))
+    poses[np.equal(share, 1.0), :2] = goal[:2]
+    return poses
 
 
 def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Footstep, Floats]:
@@ -341,16 +347,16 @@ def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, tick
             raise StepImpossible(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
 
 
-def _all_of(found: ik.LegsResult) -> Floats:
-    missed = np.flatnonzero(~np.asarray(found.success))
+def _all_of(result: ik.LegsResult) -> Floats:
+    missed = np.flatnonzero(~np.asarray(result.success))
     if missed.size:
-        raise StepImpossible(found.describe((int(missed[0]),)))
-    return found.q
+        raise StepImpossible(result.describe((int(missed[0]),)))
+    return result.q
 
 
 def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:
     """Solve both legs in closed form; the torso's yaw is adapted so that the shared hip motor reaches both feet."""
-    return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", reference=q)
+    return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", near=q)
 
 
 def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 import time as wall
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -16,8 +16,8 @@ import numpy as np
 from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.virtual.body import Base, Joints
-from nao_kin.naoqi.virtual.engine import TICK, Call, Clock, Event, EventLog, Monitor, MotionTask, NaoqiError, Tasks
+from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.service import ABSENT, Service
 from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
@@ -51,7 +51,7 @@ SERVICES: tuple[type[Service], ...] = (
 class Missing(Service):
     """A service that this virtual NAO does not have."""
 
-    def __init__(self, nao: VirtualNao, name: str, why: str, methods: str) -> None:
+    def __init__(self, nao: Machine, name: str, why: str, methods: str) -> None:
         self.name, self._why = name, why
         super().__init__(nao)
         self._methods, self.absent = {}, tuple(dict.fromkeys(methods.replace("*", ABSENT["extractor"]).split()))
@@ -101,11 +101,11 @@ class VirtualNao:
             "limp" (a command to joints without stiffness).
 
     Attributes:
-        robot, clock, joints, tasks, base, log: the parts of the virtual NAO; hold `monitor` while you read or change
-            more than one of them.
+        machine: the parts of the virtual NAO, which its services and tasks use.
+        robot, clock, joints, tasks, base, log: these parts; hold `monitor`, the lock, while you read or change more
+            than one of them.
         services: name → service.
         behaviors: the folder of behaviours, or None.
-        monitor: the lock.
 
     Raises:
         BadArgument: robot is not a NAO with a fixed base, speed is not positive, or behaviors is not a folder.
@@ -128,28 +128,21 @@ class VirtualNao:
         behaviors: Path | str | None = None,
         on_change: Callable[[Event], object] | None = None,
     ) -> None:
-        self.robot = load_nao() if robot is None else robot
-        if not isinstance(self.robot, NaoModel) or self.robot.base != "fixed":
+        chosen = load_nao() if robot is None else robot
+        if not isinstance(chosen, NaoModel) or chosen.base != "fixed":
             raise BadArgument("robot must be a NAO with a fixed base, as load_nao gives it")
         self.stepped = flag(stepped, "stepped")
         if on_change is not None and not callable(on_change):
             raise BadArgument(f"on_change must be a function of a change, got {quoted(on_change)}")
-        self.monitor = Monitor()
-        self.clock = Clock(speed)
         self.behaviors = None if behaviors is None else _folder(behaviors)
-        self.log = EventLog(self.clock, self.monitor, on_change)
-        q = self.robot.clamp(self.robot.posture(posture))
-        self.joints = Joints(self.robot, q)
-        self.base = Base(self.robot, q, posture)
-        self.tasks = Tasks(self)
-        self._closed = False
-        self._holds = 0
-        self._pending: set[Call] = set()
-        services: dict[str, Service] = {kind.name: kind(self) for kind in SERVICES}
+        self.machine = machine = Machine(chosen, posture, speed, self.behaviors, on_change)
+        self.robot, self.monitor, self.clock, self.log = machine.robot, machine.monitor, machine.clock, machine.log
+        self.joints, self.base, self.tasks = machine.joints, machine.base, machine.tasks
+        services: dict[str, Service] = {kind.name: kind(machine) for kind in SERVICES}
         for why, methods_of in ABSENT["missing"].items():
-            services |= {name: Missing(self, name, why, methods) for name, methods in methods_of.items()}
+            services |= {name: Missing(machine, name, why, methods) for name, methods in methods_of.items()}
         self.services: Mapping[str, Service] = MappingProxyType(services)
-        self._ended = threading.Event()
+        machine.services = self.services
         self._thread: threading.Thread | None = None
         if not stepped:
             self._thread = threading.Thread(target=self._run, name="virtual NAO", daemon=True)
@@ -174,7 +167,7 @@ class VirtualNao:
             while not call.done():
                 if self.clock.now > end:
                     raise NaoqiError(service, method, f"no answer within {_MAX_SECONDS:g} s of robot time")
-                self._tick()
+                self.machine.tick()
         return call.result()
 
     def post(self, service: str, method: str, *arguments: Any) -> Call:
@@ -215,21 +208,9 @@ class VirtualNao:
             raise BadArgument("step needs a virtual NAO made with stepped=True; the time of this one runs by itself")
         self.check_open()
         for _ in range(self.clock.step(dt)):
-            self._tick()
+            self.machine.tick()
 
-    def after(self, seconds: float) -> Call:
-        """Return a call that ends after some seconds of robot time, or when it is cancelled. Needs the lock."""
-
-        def stop() -> None:
-            timer.cancel()
-            call.finish()
-
-        call = Call(stop)
-        timer = self.clock.after(seconds, lambda: self.monitor.later(call.finish))
-        return call
-
-    @contextmanager
-    def time_held(self) -> Iterator[None]:
+    def time_held(self) -> AbstractContextManager[None]:
         """Stop robot time inside the block, if it runs by itself; it does not catch up afterwards.
 
         Examples:
@@ -238,42 +219,21 @@ class VirtualNao:
             ...     nao.call("ALMotion", "ping"), nao.clock.now == before
             (True, True)
         """
-        with self.monitor:
-            self._holds += 1
-        try:
-            yield
-        finally:
-            with self.monitor:
-                self.clock.due(wall.monotonic())
-                self._holds -= 1
-
-    def _tick(self) -> None:
-        with self.monitor:
-            keeps_feet = any(task.keeps_feet for task in self.tasks.running)
-            before = self.joints.q()
-            for action in self.clock.tick():
-                try:
-                    action()
-                except Exception as error:  # one broken action must not stop the robot's time
-                    self.log.write(f"internal error: {error!r}")
-            self.tasks.tick()
-            if self.joints.advance():
-                self.base.update(self.joints.q(), None if keeps_feet else before)
-            self.tasks.start_waiting()
+        return self.machine.time_held()
 
     def _run(self) -> None:
         pause = max(0.5 * TICK / self.clock.speed, _SHORTEST_SLEEP)
         self.clock.due(wall.monotonic())
-        while not self._ended.wait(pause):
+        while not self.machine.ended.wait(pause):
             with self.monitor:
                 due = self.clock.due(wall.monotonic())
             for _ in range(due):
-                if self._ended.is_set():
+                if self.machine.ended.is_set():
                     return
                 with self.monitor:
-                    if self._holds:
+                    if self.machine.held:
                         break
-                    self._tick()
+                    self.machine.tick()
 
     # --- state ----------------------------------------------------------------------------------------------------
 
@@ -293,8 +253,8 @@ class VirtualNao:
                 self.joints.q(sensor=False),
                 self.joints.stiffness,
                 self.base.torso(q),
-                MappingProxyType(dict(self.services["ALLeds"].colours)),  # type: ignore[attr-defined]
-                self.services["ALTextToSpeech"].saying,  # type: ignore[attr-defined]
+                MappingProxyType(dict(self.machine.services["ALLeds"].colours)),
+                self.machine.services["ALTextToSpeech"].saying,
             )
 
     def torso_in_world(self, *, sensor: bool = True) -> Floats:
@@ -312,15 +272,6 @@ class VirtualNao:
         """Add a motion task. Needs the lock."""
         return self.tasks.add(task)
 
-    def await_answer(self, call: Call) -> None:
-        """Make a call fail if the virtual NAO is closed before the call is done."""
-        self._pending.add(call)
-        call.add_done_callback(self._pending.discard)
-
-    def announce(self, event: str, value: Any) -> None:
-        """Raise an event of the robot in ALMemory. Needs the lock."""
-        self.services["ALMemory"]._announce(event, value)  # type: ignore[attr-defined]
-
     def check_open(self) -> None:
         """Raise BadArgument if the virtual NAO is closed.
 
@@ -332,8 +283,7 @@ class VirtualNao:
                 ...
             nao_kin.errors.BadArgument: the virtual NAO is closed
         """
-        if self._closed:
-            raise BadArgument("the virtual NAO is closed")
+        self.machine.check_open()
 
     # --- the end --------------------------------------------------------------------------------------------------
 
@@ -344,16 +294,12 @@ class VirtualNao:
             >>> nk.naoqi.VirtualNao(stepped=True).close()
         """
         with self.monitor:
-            if self._closed:
+            if self.machine.ended.is_set():
                 return
-            self._closed = True
-        self._ended.set()
+            self.machine.ended.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
-        for call in tuple(self._pending):
-            call.fail(BadArgument("the virtual NAO was closed"))
-        with self.monitor:
-            self.tasks.kill()
+        self.machine.end_calls()
 
     def __enter__(self) -> VirtualNao:
         return self

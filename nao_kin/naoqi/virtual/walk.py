@@ -7,22 +7,19 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import joint_names
+from nao_kin.naoqi.names import ARMS, LEGS, joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments, steps
-from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
-from nao_kin.naoqi.virtual.service import Service, former_names
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
+from nao_kin.naoqi.virtual.engine import TICK, Call
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.service import Service
 
 # --- The plans of a walk: to targets, at a velocity, or by given footsteps.
 
@@ -126,7 +123,7 @@ class ByFootsteps(WalkPlan):
         support = walker.feet[steps.other(side)]
         end = steps.composed(support, relative)
         walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
-        height = steps.FootGait().step_height
+        height = steps.DEFAULT.step_height
         return steps.Footstep(side, support.copy(), walker.feet[side].copy(), end, height, period)
 
     def stop(self) -> None:
@@ -143,14 +140,14 @@ def _step_to(walker: Walker, goal: Floats, gait: steps.Gait) -> steps.Footstep:
 
 # --- The motion task of the walk.
 
-_FEET = {"L": "LLeg", "R": "RLeg"}
+_FEET = dict(zip("LR", LEGS, strict=True))
 _PLACE = [0, 1, 5]
 
 
 class Walk(MotionTask):
     """A kinematic walk: in each step, one foot stands, the other is lifted, and the torso moves between the feet."""
 
-    def __init__(self, name: str, nao: VirtualNao, plan: WalkPlan) -> None:
+    def __init__(self, name: str, nao: Machine, plan: WalkPlan) -> None:
         super().__init__(name, joint_names(nao.robot, "Legs"))
         self.plan = self._first = plan
         self._limp = False
@@ -159,7 +156,7 @@ class Walk(MotionTask):
         self.step: steps.Footstep | None = None
         self.walker: Walker | None = None
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Bring the torso over the feet, or reject a robot that cannot walk from its configuration."""
         nao.base.check_stands()
         super().start(nao, time)
@@ -167,7 +164,7 @@ class Walk(MotionTask):
         self.plan.begin(body_of(nao, q))
         self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Command the next configuration; after the last one of a step, plan the next step from there."""
         if self._at >= len(self.motion) and not self._next(nao, nao.joints.q(sensor=False)):
             return True
@@ -176,7 +173,7 @@ class Walk(MotionTask):
         nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
         return self._at == len(self.motion) and not self._next(nao, q)
 
-    def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
+    def take_over(self, nao: Machine, plan: WalkPlan) -> Call:
         """Continue with another plan after the current step; return a call that ends when the walk ends."""
         self.plan = plan
         if self.started is not None:
@@ -197,7 +194,7 @@ class Walk(MotionTask):
         self.call.add_done_callback(end)
         return call
 
-    def _next(self, nao: VirtualNao, q: Floats) -> bool:
+    def _next(self, nao: Machine, q: Floats) -> bool:
         """Plan a step from a configuration; return whether there is one."""
         feet = feet_of(nao, q)
         if self.walker is None:
@@ -211,7 +208,7 @@ class Walk(MotionTask):
         self.motion, self._at = steps.step_motion(nao.robot, self.step, q), 0
         return True
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+    def end(self, nao: Machine, *, killed: bool) -> None:
         """Set the result of the walk's call, which ends a moment later."""
         self._limp = self.started is not None and bool((nao.joints.stiffness[self.columns] == 0.0).any())
         self.value = self._answer(self._first)
@@ -221,36 +218,25 @@ class Walk(MotionTask):
         return None if plan.arrived is None else plan.arrived and not self._limp
 
 
-def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
+def feet_of(nao: Machine, q: Floats) -> dict[str, Floats]:
     """Return the poses of the feet on the floor, by "L" and "R", shape (3,)."""
     T_world_feet = nao.base.torso(q) @ nao.robot.fk(q, list(_FEET.values()))
     return dict(zip(_FEET, position6d(T_world_feet)[:, _PLACE], strict=True))
 
 
-def body_of(nao: VirtualNao, q: Floats) -> Floats:
+def body_of(nao: Machine, q: Floats) -> Floats:
     """Return the pose of FRAME_ROBOT on the floor, shape (3,)."""
     return position6d(robot_frame(nao.robot, q, torso_in_world=nao.base.torso(q)))[_PLACE]
 
 
 # --- The methods.
 
-_ARMS = ("LArm", "RArm")
 # The distance between the feet side by side, from which MaxStepY is measured [m].
 _STANCE = 0.1
 # The largest distance of a target [m], and the longest time of a step [s].
 _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
-@former_names(
-    walkInit="moveInit",
-    walkTo="moveTo",
-    stopWalk="stopMove",
-    killWalk="killMove",
-    waitUntilWalkIsFinished="waitUntilMoveIsFinished",
-    walkIsActive="moveIsActive",
-    setWalkArmsEnabled="setMoveArmsEnabled",
-    getFootGaitConfig="getMoveConfig",
-)
 class Locomotion(Service):
     """The methods of ALMotion that walk kinematically, without balance, sway or swinging arms.
 
@@ -354,7 +340,7 @@ class Locomotion(Service):
             raise BadArgument(f"footSteps must have as many entries as legName, {len(legs)}, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
-        durations = steps.Gait().left.period / shares
+        durations = steps.DEFAULT.period / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
@@ -402,10 +388,14 @@ class Locomotion(Service):
 
     def getMoveArmsEnabled(self, chainName: Any) -> bool:
         """The stored value of "LArm" or "RArm", or whether both are enabled for "Arms"; initially True."""
-        arm = arguments.choice(chainName, "chain", (*_ARMS, "Arms"))
-        return all(self._arms) if arm == "Arms" else self._arms[_ARMS.index(arm)]
+        arm = arguments.choice(chainName, "chain", (*ARMS, "Arms"))
+        return all(self._arms) if arm == "Arms" else self._arms[ARMS.index(arm)]
 
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
+
+    walkInit, walkTo, stopWalk, killWalk = moveInit, moveTo, stopMove, killMove
+    waitUntilWalkIsFinished, walkIsActive = waitUntilMoveIsFinished, moveIsActive
+    setWalkArmsEnabled, getFootGaitConfig = setMoveArmsEnabled, getMoveConfig
 
     def setWalkTargetVelocity(self, x: Any, y: Any, theta: Any, frequency: Any, moveConfig: Any = None) -> None:
         """The same as moveToward, with the frequency from 0 to 1."""
@@ -433,7 +423,7 @@ class Locomotion(Service):
         if walk is not None:
             return walk.take_over(self.nao, plan)
         self.nao.base.check_stands()
-        return self.nao.start_task(Walk(name, self.nao, plan))
+        return self.nao.tasks.add(Walk(name, self.nao, plan))
 
     def _make_steps(
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any
@@ -441,7 +431,7 @@ class Locomotion(Service):
         clears = arguments.flag(clear, "clearExisting")
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
-        shortest, changed = steps.FootGait().period, []
+        shortest, changed = steps.DEFAULT.period, []
         plan = ByFootsteps([])
         for leg, wanted, duration in zip(legs, poses, durations.tolist(), strict=True):
             made, period = steps.bounded(wanted, leg[0], steps.HIGHEST), max(duration, shortest)
@@ -460,21 +450,21 @@ class Locomotion(Service):
         return self._start(name, plan)
 
 
-def _motion(x: Any, y: Any, theta: Any, most: float = np.inf) -> Floats:
+def _motion(x: Any, y: Any, theta: Any, largest: float = np.inf) -> Floats:
     """Return x, y and theta, shape (3,), each at most `most` in magnitude."""
-    found = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
-    for what, number in found.items():
-        if abs(number) > most:
-            raise BadArgument(f"{what} must be from {-most:g} to {most:g}, got {number:g}")
-    return np.array(list(found.values()))
+    numbers = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
+    for what, number in numbers.items():
+        if abs(number) > largest:
+            raise BadArgument(f"{what} must be from {-largest:g} to {largest:g}, got {number:g}")
+    return np.array(list(numbers.values()))
 
 
 def _poses(value: Any) -> list[Floats]:
     """Return a list of poses [x, y, theta], at least one."""
-    found = as_floats(list(value) if isinstance(value, (list, tuple)) else value, (3,), "poses [x, y, theta]")
-    if found.ndim != 2 or not len(found):
+    poses = as_floats(list(value) if isinstance(value, (list, tuple)) else value, (3,), "poses [x, y, theta]")
+    if poses.ndim != 2 or not len(poses):
         raise BadArgument(f"expected a list of poses [x, y, theta], got {quoted(value, 60)}")
-    return [np.array(row) for row in found]
+    return [np.array(row) for row in poses]
 
 
 def _legs(value: Any) -> tuple[str, ...]:

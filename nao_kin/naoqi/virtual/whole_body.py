@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import joint_names
-from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
+from nao_kin.naoqi.names import ARMS, LEGS, joint_names
+from nao_kin.naoqi.spaces import FRAME_TORSO, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
-from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
+from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
 from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
+from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
 from nao_kin.world import LOWER
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The constraints of whole-body control, and joint values that satisfy them.
 
@@ -33,7 +30,7 @@ if TYPE_CHECKING:
 Targets = dict[str, tuple[Floats, tuple[float, float]]]
 
 FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
-SUPPORTS: tuple[str, ...] = ("Legs", "LLeg", "RLeg")
+SUPPORTS: tuple[str, ...] = ("Legs", *LEGS)
 _SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 # The weight of a lifted foot that must keep its pose, relative to other targets.
 _HELD = 100.0
@@ -66,18 +63,18 @@ class WholeBodyTask(MotionTask):
 
     keeps_feet = True
 
-    def __init__(self, nao: VirtualNao, name: str, balance: BalanceControl) -> None:
+    def __init__(self, nao: Machine, name: str, balance: BalanceControl) -> None:
         super().__init__(name, joint_names(nao.robot, "Joints"))
         self._robot, self._balance = nao.robot, balance
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Note the initial state and the joints without stiffness."""
         super().start(nao, time)
         self._initial = CartesianState(nao)
         # The largest movement of each joint in a tick; infinite for joints that another task takes.
         self._max_step = nao.robot.velocity_limits * TICK
 
-    def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
+    def command(self, nao: Machine, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
         """Command joint values for targets that can be reached in this tick, and return them; None as from `solve`.
 
         Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
@@ -95,13 +92,13 @@ class WholeBodyTask(MotionTask):
                     name: (_part(T_world_torso @ self._robot.fk(q, name), wanted, share), weights)
                     for name, (wanted, weights) in targets.items()
                 }
-            found = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
-            if found is None:
+            solution = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
+            if solution is None:
                 return None
             # Targets that were moved nearer count as missed.
-            missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else found.missing
-            if np.all(np.abs(found.q - q) <= self._max_step):
-                joints = found.q
+            missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else solution.missing
+            if np.all(np.abs(solution.q - q) <= self._max_step):
+                joints = solution.q
                 break
         if missing > NOTEWORTHY:
             self.notes.once("missed", missed)
@@ -125,7 +122,7 @@ class WholeBodyTask(MotionTask):
         weights = {"torso" if name == TORSO else name: weight for name, (_, weight) in rows.items()}
         torso, _ = rows.pop(TORSO, (None, None))
         supported = com is None and balance.support is not None
-        found = ik.whole_body(
+        result = ik.whole_body(
             self._robot,
             {name: T for name, (T, _) in rows.items()},
             feet={foot[0]: T for foot, T in standing.items()},
@@ -133,14 +130,14 @@ class WholeBodyTask(MotionTask):
             margin=_MARGIN if supported else 0.0,
             torso=torso,
             weights=weights,
-            reference=q,
+            near=q,
             posture=self._initial.q,
             restarts=0,
         )
-        if not np.isfinite(found.q).all():
+        if not np.isfinite(result.q).all():
             return LimbSolution(np.array(q), np.inf)
-        errors = [np.hypot(away, RADIAN * turn) for away, turn in found.residuals.values()]
-        return LimbSolution(found.q, float(np.linalg.norm(errors)))
+        errors = [np.hypot(away, RADIAN * turn) for away, turn in result.residuals.values()]
+        return LimbSolution(result.q, float(np.linalg.norm(errors)))
 
 
 def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
@@ -158,7 +155,7 @@ def _part(now: Floats, wanted: Floats, share: float) -> Floats:
 
 # --- The motion tasks of whole-body control: to balance, along paths, and effectors held in FRAME_ROBOT.
 
-HELD: tuple[str, ...] = ("Head", "LArm", "RArm")
+HELD: tuple[str, ...] = ("Head", *ARMS)
 # The speeds at which targets of held effectors move [m/s, rad/s].
 _PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
 # The shortest time of a movement at a fraction of the joints' speeds [s].
@@ -170,7 +167,7 @@ class GoToBalance(WholeBodyTask):
 
     def __init__(
         self,
-        nao: VirtualNao,
+        nao: Machine,
         name: str,
         control: BalanceControl,
         support: Any,
@@ -184,7 +181,7 @@ class GoToBalance(WholeBodyTask):
         nao.base.check_stands()
         self.value = False
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Find the path of the centre of mass, which ends above the middle of the feet's pressure sensors."""
         super().start(nao, time)
         state = self._initial
@@ -199,7 +196,7 @@ class GoToBalance(WholeBodyTask):
             self._duration = max(self._duration, 1.875 * float(ways.max()))
             arguments.check_duration(self._duration, "the time to balance")
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's position of the centre of mass."""
         share = min((time - self.begin) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
@@ -223,20 +220,18 @@ class GoToBalance(WholeBodyTask):
 class WholeBodyPathTask(WholeBodyTask):
     """Effectors follow paths with the whole robot, with the masks of `MASKS`: positionInterpolations."""
 
-    def __init__(
-        self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest], balance: BalanceControl
-    ) -> None:
+    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
         super().__init__(nao, name, balance)
         self._requests = tuple(requests)
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
         hold_still(nao, self._requests)
         super().start(nao, time)
         self._paths = [self._initial.curve(request) for request in self._requests]
         self._end = max(float(path.times[-1]) for path in self._paths)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's poses."""
         t = time - self.begin
         T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
@@ -246,8 +241,8 @@ class WholeBodyPathTask(WholeBodyTask):
             T_world = T_world_torso @ T if request.space == FRAME_TORSO else T
             weights = MASKS[AxisMask.ALL if request.effector == TORSO else request.mask]
             targets[request.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
-        found = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
-        if found is None:
+        q = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
+        if q is None:
             self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
         return t >= self._end - ON_TIME
 
@@ -260,18 +255,18 @@ class EffectorControl(WholeBodyTask):
 
     reactive = True
 
-    def __init__(self, nao: VirtualNao, balance: BalanceControl) -> None:
+    def __init__(self, nao: Machine, balance: BalanceControl) -> None:
         super().__init__(nao, "wbEnableEffectorControl", balance)
         self.goals: dict[str, Floats] = {}
         self._now: dict[str, Floats] = {}
 
-    def hold(self, nao: VirtualNao, effector: str) -> None:
+    def hold(self, nao: Machine, effector: str) -> None:
         """Hold an effector at its current pose."""
         state = CartesianState(nao)
         T_world = state.T_world_torso @ nao.robot.fk(state.q, effector)
         self._now[effector] = self.goals[effector] = T_world[:3, :3] if effector == "Head" else T_world[:3, 3]
 
-    def send(self, nao: VirtualNao, effector: str, target: Floats) -> None:
+    def send(self, nao: Machine, effector: str, target: Floats) -> None:
         """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] for the head."""
         T_world_robot = CartesianState(nao).T_world_robot
         if effector == "Head":
@@ -279,7 +274,7 @@ class EffectorControl(WholeBodyTask):
         else:
             self.goals[effector] = T_world_robot[:3, :3] @ target + T_world_robot[:3, 3]
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Move the targets towards their goals, and the whole robot with them."""
         targets: Targets = {}
         for effector, goal in self.goals.items():
@@ -313,7 +308,7 @@ def _towards(now: Floats, goal: Floats) -> Floats:
 # --- The methods.
 
 # The effectors that NAOqi accepts in wbEnableEffectorOptimization.
-_OPTIMIZED = ("All", "Arms", "Legs", "Head", "LArm", "RArm", "LLeg", "RLeg", "Torso", "Com")
+_OPTIMIZED = ("All", "Arms", "Legs", "Head", *ARMS, *LEGS, "Torso", "Com")
 
 
 class WholeBodyControl(CartesianControl):
@@ -329,15 +324,15 @@ class WholeBodyControl(CartesianControl):
     - "Plane" is treated as "Fixed": a foot does not slide. wbEnableEffectorOptimization has no effect.
     """
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self.balance = BalanceControl()
 
-    def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
+    def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
         """Return a task of the whole robot if whole-body control is on and supports the masks of the paths."""
-        if self.balance.enabled and all(request.mask in MASKS for request in found):
-            return WholeBodyPathTask(name, self.nao, found, self.balance)
-        return super()._path_task(name, found)
+        if self.balance.enabled and all(request.mask in MASKS for request in requests):
+            return WholeBodyPathTask(name, self.nao, requests, self.balance)
+        return super()._path_task(name, requests)
 
     def wbEnable(self, isEnabled: Any) -> None:
         """Switch whole-body control on or off; switching it off removes all constraints."""
@@ -366,13 +361,13 @@ class WholeBodyControl(CartesianControl):
         The robot then stands on these feet: they become "Fixed". A foot in the air does not support the robot.
         """
         seconds = arguments.duration(duration, "duration")
-        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, seconds))
+        return self.nao.tasks.add(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
         task = GoToBalance(self.nao, "wbGoToBalanceWithSpeed", self.balance, supportLeg, _MIN_DURATION, share)
-        return self.nao.start_task(task)
+        return self.nao.tasks.add(task)
 
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
@@ -392,7 +387,7 @@ class WholeBodyControl(CartesianControl):
             self.balance.enabled, self.balance.support = True, "Legs"
         if control is None:
             control = EffectorControl(self.nao, self.balance)
-            self.nao.start_task(control)
+            self.nao.tasks.add(control)
         control.hold(self.nao, effector)
 
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:

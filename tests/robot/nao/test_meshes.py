@@ -16,7 +16,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 import yourdfpy
-from loops import first_now, for_all
+from loops import EACH_VERSION, for_all
 from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
@@ -26,8 +26,6 @@ from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import VISUALS
 from nao_kin.robot.nao.rows import ShapeRow
 from nao_kin.robot.nao.v6 import COLLISION_SHAPES, colours_of
-
-pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"
@@ -98,7 +96,7 @@ def test_the_check_names_files_that_are_changed_missing_or_left_over(
 ) -> None:
     monkeypatch.syspath_prepend(SCRIPT.parent)
     generate_meshes = importlib.import_module("generate_meshes")
-    # Drawing them takes seconds, and `make check-generated` compares these files with what is drawn.
+    # Drawing them takes seconds, and `make check-drawn` compares these files with what is drawn.
     monkeypatch.setattr(generate_meshes, "mesh_texts", lambda: [(path.stem, path.read_text()) for path in FILES])
     folder = tmp_path / "meshes"
     shutil.copytree(MESHES, folder)
@@ -376,7 +374,7 @@ def distance_to(shape: ShapeRow, points: np.ndarray) -> np.ndarray:
 # --- in the hands of URDF readers ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_pinocchio_loads_every_mesh_in_its_colour(
     version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -525,7 +525,7 @@ def test_a_speed_of_0_is_no_limit_to_any_function(write: Write) -> None:
     assert turn.v[yaw] == pytest.approx(50.0)
     q = np.tile(robot.posture("StandInit"), (5, 1))
     q[:, yaw] = np.linspace(-0.5, 0.5, 5)
-    along = nk.ik.follow(robot, {"Head": robot.rotation(q, "Head")}, times=np.linspace(0.0, 1e-3, 5), reference=q[0])
+    along = nk.ik.follow(robot, {"Head": robot.rotation(q, "Head")}, times=np.linspace(0.0, 1e-3, 5), near=q[0])
     np.testing.assert_allclose(along.q, q, atol=1e-6)
     assert not along.stretched
 

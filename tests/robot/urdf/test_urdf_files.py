@@ -12,10 +12,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
-from loops import first_now
+from loops import EACH_VERSION
 
 import nao_kin as nk
-from nao_kin.robot.nao import VERSIONS, nao_parameters
+from nao_kin.robot.nao import nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -40,7 +40,7 @@ NAOQI_NAMES = (
 ).split()
 
 
-@pytest.fixture(params=first_now(reversed(VERSIONS)))
+@pytest.fixture(params=EACH_VERSION)
 def version(request: pytest.FixtureRequest) -> str:
     return request.param
 
@@ -98,7 +98,6 @@ def test_without_the_mimic_flag_the_hips_would_come_apart(version: str) -> None:
     assert pin.buildModelFromUrdf(str(nao_urdf_path(version))).nq == 25 + 1 + 16
 
 
-@pytest.mark.slow
 def test_pinocchio_reads_the_shapes(version: str, capfd: pytest.CaptureFixture) -> None:
     path = nao_urdf_path(version)
     model = pin.buildModelFromUrdf(str(path), mimic=True)
@@ -109,7 +108,6 @@ def test_pinocchio_reads_the_shapes(version: str, capfd: pytest.CaptureFixture) 
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.slow
 def test_yourdfpy_reads_it_without_a_warning(version: str, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
         robot = yourdfpy.URDF.load(str(nao_urdf_path(version)))
@@ -117,7 +115,6 @@ def test_yourdfpy_reads_it_without_a_warning(version: str, caplog: pytest.LogCap
     assert caplog.records == []
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("check_urdf") is None, reason="check_urdf (Debian: liburdfdom-tools) is not installed")
 def test_check_urdf_accepts_it(version: str) -> None:
     check = subprocess.run(["check_urdf", nao_urdf_path(version)], capture_output=True, text=True)

@@ -17,8 +17,6 @@ from nao_kin.rotations import rpy_from_matrix
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 from nao_kin.viewer.browser import pictures
 
-pytestmark = pytest.mark.slow
-
 FPS = 20.0
 
 

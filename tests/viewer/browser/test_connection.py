@@ -19,8 +19,6 @@ import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.access import PageHandler
 
-pytestmark = pytest.mark.slow
-
 
 def _live(page: Page, state: str) -> None:
     page.tab.wait_for_selector(f'body[data-live="{state}"]', timeout=15_000)

@@ -20,8 +20,6 @@ from nao_kin.errors import BadArgument, DisagreeingJoints, NotARotation, NotFini
 from nao_kin.joints import TypedModel
 from nao_kin.viewer import Viewer, handles
 
-pytestmark = pytest.mark.slow
-
 HOSTILE = ("__proto__", "</script><script>window.hacked = 1</script>", "a/b", "toString", "Ω" * 200)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loops import first_now, for_all
+from loops import for_all, full
 from viewer_pages import OPTIONS, Page, opened, until, visitor
 
 import nao_kin as nk
@@ -20,8 +20,6 @@ from nao_kin.motion import mirror
 from nao_kin.stream.tables import read_configurations
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
-
-pytestmark = pytest.mark.slow
 
 SIZE = (1100, 760)
 STEP = math.radians(1.0)
@@ -534,7 +532,7 @@ class Recorder:
         self.setAngles(names, angles, times)
 
 
-@pytest.mark.parametrize("title", first_now(["setAngles", "angleInterpolation"]))
+@pytest.mark.parametrize("title", ["setAngles", *full("angleInterpolation")])
 def test_calls_name_all_of_naoqis_joints_in_its_order(page: Page, nao: nk.NaoModel, title: str) -> None:
     q = nao.random(4)
     page.set(q)
@@ -544,7 +542,7 @@ def test_calls_name_all_of_naoqis_joints_in_its_order(page: Page, nao: nk.NaoMod
     assert list(motion.given.values()) == nao.to_body(q).tolist()
 
 
-@pytest.mark.parametrize("title", first_now(["JSON", "CSV", "Python", "setAngles", "angleInterpolation"]))
+@pytest.mark.parametrize("title", ["JSON", *full("CSV", "Python", "setAngles", "angleInterpolation")])
 def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel, title: str) -> None:
     q = nao.random(5)
     page.set(q)
@@ -941,16 +939,16 @@ def of_kind(request: pytest.FixtureRequest, kind: str, size: tuple[int, int]) ->
 
 @pytest.mark.parametrize(
     ("kind", "size"),
-    first_now(
-        [
-            ("phone", (320, 568)),
+    [
+        ("phone", (320, 568)),
+        *full(
             ("phone", (844, 390)),
             ("desk", (1400, 300)),
             ("phone", (390, 844)),
             ("desk", (760, 420)),
             ("desk", (3840, 2160)),
-        ]
-    ),
+        ),
+    ],
 )
 def test_every_joint_can_be_reached_in_every_window(
     request: pytest.FixtureRequest, kind: str, size: tuple[int, int]
@@ -981,7 +979,7 @@ def test_every_joint_can_be_reached_in_every_window(
     assert tab.locator("#panel").is_visible()
 
 
-@pytest.mark.parametrize(("kind", "size"), first_now([("desk", (1400, 900)), ("phone", (390, 844))]))
+@pytest.mark.parametrize(("kind", "size"), [("desk", (1400, 900)), *full(("phone", (390, 844)))])
 def test_what_has_the_focus_or_is_read_is_in_sight(
     request: pytest.FixtureRequest, kind: str, size: tuple[int, int]
 ) -> None:
@@ -1064,7 +1062,7 @@ def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(ph
         assert (abs(scrolled) > 20) == (way[1] != 0)
 
 
-@pytest.mark.parametrize("phone", first_now([False, True]))
+@pytest.mark.parametrize("phone", [False, *full(True)])
 def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document: Path, phone: bool) -> None:
     size, options = ((390, 844), PHONE) if phone else (SIZE, {})
     with another(browser, document, size, **options) as tab:

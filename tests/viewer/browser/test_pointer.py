@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loops import later
+from loops import full
 from made_up_robots import J, made_up
 from viewer_pages import Page, opened
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
-
-pytestmark = pytest.mark.slow
 
 SIZE = (1100, 640)
 
@@ -212,7 +210,7 @@ LINKS = [
     ("side", "LBicep", "LShoulderRoll", 0.2),
     ("front", "Head", "HeadPitch", 0.25),
     ("three-quarter", "RTibia", "RKneePitch", 0.6),
-    *later(
+    *full(
         ("side", "LTibia", "LKneePitch", 0.4),
         ("front", "RBicep", "RShoulderRoll", -0.3),
         ("three-quarter", "LForeArm", "LElbowRoll", -0.25),
@@ -676,7 +674,7 @@ def test_escape_puts_a_hand_back_that_keys_have_moved(page: Page) -> None:
     assert page.run("() => window.gestures") == [True, False]
 
 
-@pytest.mark.parametrize(("frame", "key", "axis"), [("LLeg", "x", 0), ("LArm", "y", 1), *later(("RLeg", "z", 2))])
+@pytest.mark.parametrize(("frame", "key", "axis"), [("LLeg", "x", 0), ("LArm", "y", 1), *full(("RLeg", "z", 2))])
 def test_letters_turn_a_handle_about_the_axes_of_its_frame(
     page: Page, nao: nk.NaoModel, frame: str, key: str, axis: int
 ) -> None:

@@ -16,8 +16,6 @@ from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.reach import ReachMap, workspace
 from nao_kin.viewer import Viewer
 
-pytestmark = pytest.mark.slow
-
 # Middles of the voxels that are drawn, in the frame of the robot's root; one after another.
 DRAWN = """() => {
     const { Matrix4, Vector3 } = MeshCat.THREE;

@@ -16,8 +16,6 @@ from nao_kin.errors import BadArgument
 from nao_kin.robot.semantics import Semantics
 from nao_kin.viewer import Viewer
 
-pytestmark = pytest.mark.slow
-
 # Count what is drawn from now on: pictures at their best, and pictures of a movement.
 COUNT = """() => {
     window.pictures = { fine: 0, fast: 0 };

@@ -16,8 +16,6 @@ from nao_kin.errors import BadArgument, NotFinite, WrongShape, ZeroNorm
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.scene import robot_drawables
 
-pytestmark = pytest.mark.slow
-
 
 def _set_down(page: Page, q: np.ndarray) -> np.ndarray:
     """Return the pose of the root relative to the floor for a configuration shown as if it were the first."""

@@ -12,8 +12,6 @@ from viewer_pages import Page, opened, until
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
-
 DESK, PHONE = (1400, 900), (390, 844)
 # Place on the screen of a point in the frame of a target [px].
 PLACE = """([name, point]) => {
@@ -66,7 +64,7 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
 
     def follow(T: np.ndarray) -> None:
         moves.append(T)
-        live.display(nk.ik.arm(nao, "L", T, reference=live.q).q)
+        live.display(nk.ik.arm(nao, "L", T, near=live.q).q)
 
     before = nao.position(live.q, "LArm")
     ball = live.add_target("ball", before, on_move=follow)
@@ -161,7 +159,7 @@ def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
     page: Visit, live: nk.Viewer, nao: nk.NaoModel, browser: Any, tmp_path: Path
 ) -> None:
     start = nao.position(live.q, "LArm")
-    ball = live.add_target("ball", start, on_move=lambda T: live.display(nk.ik.arm(nao, "L", T, reference=live.q).q))
+    ball = live.add_target("ball", start, on_move=lambda T: live.display(nk.ik.arm(nao, "L", T, near=live.q).q))
     page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
 
     def follows(place: np.ndarray) -> bool:

@@ -16,8 +16,6 @@ from nao_kin.cli.app import run
 from nao_kin.motion import check, read_motion, write_motion
 from nao_kin.viewer import Viewer
 
-pytestmark = pytest.mark.slow
-
 SIZE = (1100, 760)
 POSTURES = ("StandInit", "Crouch", "StandZero")
 

@@ -1,9 +1,9 @@
 import type { PageWith } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import type { Viewport } from "../pick/pick.ts";
-import { flatMaterial } from "../scene/extras.ts";
+import { flatMaterial } from "../scene/shapes.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
-import { asMark, dispose } from "../scene/marks.ts";
+import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import type { Grip, Handle, Limb } from "./follow.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";

@@ -2,7 +2,7 @@ import "./tip.css";
 import type { PageWith } from "../app.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
-import { asMark } from "../scene/marks.ts";
+import { asMark } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
 import type { Picker } from "./pick.ts";

@@ -1,6 +1,6 @@
 import type { PageWith } from "../app.ts";
-import { flatMaterial } from "../scene/extras.ts";
-import { asMark } from "../scene/marks.ts";
+import { flatMaterial } from "../scene/shapes.ts";
+import { asMark } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
 

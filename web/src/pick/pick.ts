@@ -1,7 +1,7 @@
 import type { PageWith } from "../app.ts";
 import type { Robot } from "../robot/robot.ts";
-import { makeTriad } from "../scene/extras.ts";
-import { asMark, dispose } from "../scene/marks.ts";
+import { makeTriad } from "../scene/shapes.ts";
+import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE, sphereOf } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 import { frameOf } from "./facts.ts";

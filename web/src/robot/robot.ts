@@ -5,30 +5,10 @@ import type { Studio } from "../scene/studio.ts";
 import { THREE, boxOf, sphereOf } from "../three.ts";
 import type { About, Coordinate, Shape } from "../types.ts";
 import { rangeOf } from "../values/configurations.ts";
+import { between } from "./nodes.ts";
 import type { Parts } from "./parts.ts";
 import { Skeleton } from "./skeleton.ts";
 import { Standing } from "./standing.ts";
-
-/** The child of a node with a given name; it is made if it does not exist. */
-export function childNamed(node: THREE.Object3D, name: string): THREE.Object3D {
-  const found = node.children.find((child) => child.name === name);
-  if (found) return found;
-  const made = new THREE.Group();
-  made.name = name;
-  node.add(made);
-  return made;
-}
-
-/** Whether a node is the holder or one of its descendants. */
-export const isInside = (node: THREE.Object3D, holder: THREE.Object3D): boolean =>
-  node === holder || (node.parent !== null && isInside(node.parent, holder));
-
-/** Pose of one node in another's frame. */
-export function between(node: THREE.Object3D, other: THREE.Object3D) {
-  node.updateWorldMatrix(true, false);
-  other.updateWorldMatrix(true, false);
-  return new THREE.Matrix4().copy(other.matrixWorld).invert().multiply(node.matrixWorld);
-}
 
 // How far a joint may be outside its limits [rad, m]: the values of a clip are rounded to 32 bits.
 const SLACK = 1e-6;

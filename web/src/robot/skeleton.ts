@@ -1,7 +1,8 @@
 import { THREE } from "../three.ts";
 import type { Motion } from "../timeline/motion.ts";
 import type { About } from "../types.ts";
-import { childNamed, type Robot } from "./robot.ts";
+import { childNamed } from "./nodes.ts";
+import type { Robot } from "./robot.ts";
 
 /** The robot's tree of nodes, which turns joint values into poses. */
 export class Skeleton {

@@ -2,7 +2,8 @@ import { convexHull, inside } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
 import { depth, directions, extremes, nearestPosture, settled, touching } from "./settling.ts";
-import { between, type Robot } from "./robot.ts";
+import { between } from "./nodes.ts";
+import type { Robot } from "./robot.ts";
 
 interface Pose {
   q: number[];

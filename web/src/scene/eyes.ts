@@ -5,7 +5,7 @@ import { THREE } from "../three.ts";
 import type { Eye } from "../types.ts";
 import type { Received } from "../received.ts";
 import { Footprint, groundInView } from "./footprint.ts";
-import { asMark, dispose } from "./marks.ts";
+import { asMark, dispose } from "../robot/nodes.ts";
 import type { Studio } from "./studio.ts";
 
 type Page = PageWith<"eyes" | "pane" | "robot" | "viewer">;

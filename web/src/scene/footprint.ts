@@ -1,5 +1,5 @@
 import { THREE } from "../three.ts";
-import { asMark } from "./marks.ts";
+import { asMark } from "../robot/nodes.ts";
 
 /** The distance forwards at which ground that reaches the horizon is cut off [m]. */
 const REACH = 10;

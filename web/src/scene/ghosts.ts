@@ -1,9 +1,9 @@
 import type { PageWith } from "../app.ts";
-import { between, isInside, type Robot } from "../robot/robot.ts";
+import { asMark, between, isInside } from "../robot/nodes.ts";
+import type { Robot } from "../robot/robot.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";
-import { asMark } from "./marks.ts";
 import type { Received } from "../received.ts";
 
 type Page = PageWith<"ghosts" | "show" | "stance" | "toggles">;

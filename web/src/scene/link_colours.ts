@@ -1,22 +1,9 @@
 import { makeInk } from "../panel/element.ts";
 import { clamp } from "../math/numbers.ts";
-import { between, type Robot } from "../robot/robot.ts";
+import { asMark, between } from "../robot/nodes.ts";
+import type { Robot } from "../robot/robot.ts";
 import { THREE, sphereOf } from "../three.ts";
 import type { About, RobotMesh, Shape, Vector } from "../types.ts";
-import { asMark } from "./marks.ts";
-
-/** Colours of the lower pairs. */
-export const PAIR_COLOURS: Record<string, string> = {
-  revolute: "#e8590c",
-  prismatic: "#1c7ed6",
-  helical: "#c2255c",
-  cylindrical: "#5f3dc4",
-  universal: "#7c4ddb",
-  condyloid: "#9c36b5",
-  spherical: "#099268",
-  planar: "#846358",
-  other: "#5c6678",
-};
 
 /** Colours of chains, which colour-blind people can tell apart (Okabe and Ito), without orange and red. */
 const CHAIN_COLOURS = ["#56b4e9", "#009e73", "#f0e442", "#0072b2", "#cc79a7", "#8f9aa8", "#7c4ddb", "#b08900"];

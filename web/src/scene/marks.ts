@@ -1,31 +1,10 @@
-import type { Group, Object3D } from "three";
+import type { Group } from "three";
+import { asMark, dispose } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import { makeScrew, makeTriad } from "./extras.ts";
 import type { Labels } from "./labels.ts";
-import { PAIR_COLOURS } from "./link_colours.ts";
+import { makeScrew, makeTriad } from "./shapes.ts";
 import type { Studio } from "./studio.ts";
-
-/** Mark a node as an overlay, not part of the robot: copies of the robot leave it out. */
-export function asMark<Node extends Object3D>(node: Node): Node {
-  node.userData.mark = true;
-  return node;
-}
-
-/** Remove a node from the scene and free its resources on the graphics card. */
-export function dispose(node: Object3D) {
-  disposeChildren(node);
-  const { geometry, material } = node as any;
-  geometry?.dispose();
-  material?.map?.dispose();
-  material?.alphaMap?.dispose();
-  material?.dispose();
-  node.removeFromParent();
-}
-
-function disposeChildren(node: Object3D) {
-  for (const child of [...node.children]) dispose(child);
-}
 
 /** Triads of chosen frames, with their names. */
 export class Frames {
@@ -60,6 +39,19 @@ export class Frames {
     );
   }
 }
+
+/** Colours of the lower pairs. */
+const PAIR_COLOURS: Record<string, string> = {
+  revolute: "#e8590c",
+  prismatic: "#1c7ed6",
+  helical: "#c2255c",
+  cylindrical: "#5f3dc4",
+  universal: "#7c4ddb",
+  condyloid: "#9c36b5",
+  spherical: "#099268",
+  planar: "#846358",
+  other: "#5c6678",
+};
 
 const LENGTH = 0.07;
 

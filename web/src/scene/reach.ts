@@ -5,7 +5,7 @@ import type { Received } from "../received.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
 import { onScale, scaleBar } from "./legend.ts";
-import { asMark, dispose } from "./marks.ts";
+import { asMark, dispose } from "../robot/nodes.ts";
 
 type Page = PageWith<"legend" | "robot" | "viewer">;
 

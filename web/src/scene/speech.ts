@@ -1,4 +1,5 @@
-import { isInside, type Robot } from "../robot/robot.ts";
+import { isInside } from "../robot/nodes.ts";
+import type { Robot } from "../robot/robot.ts";
 import { THREE, cornersOf } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 

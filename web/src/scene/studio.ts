@@ -1,5 +1,4 @@
 import { clamp } from "../math/numbers.ts";
-import { Smoothing } from "../meshcat_viewer.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE, cornersOf } from "../three.ts";
 import type { Camera, MeshcatViewer, Shape } from "../types.ts";
@@ -8,6 +7,7 @@ import { FastLook } from "./fast_look.ts";
 import { Contact, Floor, ROBOT_LAYER } from "./floor.ts";
 import { makeEnvironment } from "./materials.ts";
 import { LEVELS, Quality, REST } from "./quality.ts";
+import { Smoothing } from "./smoothing.ts";
 
 /**
  * Move the camera so that a box just fills the view, seen from the direction of a preset, below a bar that takes a share of

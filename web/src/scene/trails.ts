@@ -5,7 +5,7 @@ import { THREE } from "../three.ts";
 import type { Player } from "../timeline/player.ts";
 import { GHOST_COLOURS } from "./ghosts.ts";
 import { entry } from "./legend.ts";
-import { asMark } from "./marks.ts";
+import { asMark } from "../robot/nodes.ts";
 
 type Page = PageWith<"legend" | "robot" | "studio" | "viewer">;
 

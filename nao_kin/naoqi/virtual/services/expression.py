@@ -6,20 +6,16 @@ import itertools
 import math
 import re
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
+from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.service import Service
 
 # --- Names of a NAO's LEDs and of their groups.
 #
@@ -50,7 +46,7 @@ Part = tuple[str, int | None]
 def groups() -> dict[str, tuple[Part, ...]]:
     """Return NAOqi's groups and alternative names of LEDs, with their LEDs."""
     eyes, ears = LEFT_EYE + RIGHT_EYE, LEFT_EAR + RIGHT_EAR
-    found: dict[str, tuple[str, ...]] = {
+    leds_of: dict[str, tuple[str, ...]] = {
         "FaceLeds": eyes,
         "LeftFaceLeds": LEFT_EYE,
         "RightFaceLeds": RIGHT_EYE,
@@ -63,31 +59,56 @@ def groups() -> dict[str, tuple[Part, ...]]:
     }
     # The eyes' LEDs in pairs, and by their alternative names, which count backwards in the right eye.
     for number, (left, right) in enumerate(zip(LEFT_EYE, RIGHT_EYE, strict=True)):
-        found |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
-        found[f"RightFaceLed{8 - number}"] = (right,)
-    return {name: tuple((led, None) for led in leds) for name, leds in found.items()}
+        leds_of |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
+        leds_of[f"RightFaceLed{8 - number}"] = (right,)
+    return {name: tuple((led, None) for led in leds) for name, leds in leds_of.items()}
 
 
 def actuators() -> dict[str, Part]:
     """Return the LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
-    found: dict[str, Part] = {}
+    parts: dict[str, Part] = {}
     for channel, colour in enumerate(CHANNELS):
         for number in range(8):
-            found[f"Face/Led/{colour}/Left/{(45 - 45 * number) % 360}Deg"] = LEFT_EYE[number], channel
-            found[f"Face/Led/{colour}/Right/{315 - 45 * number}Deg"] = RIGHT_EYE[number], channel
+            parts[f"Face/Led/{colour}/Left/{(45 - 45 * number) % 360}Deg"] = LEFT_EYE[number], channel
+            parts[f"Face/Led/{colour}/Right/{315 - 45 * number}Deg"] = RIGHT_EYE[number], channel
         for place, led in zip(("ChestBoard", "LFoot", "RFoot"), (CHEST, *FEET), strict=True):
-            found[f"{place}/Led/{colour}"] = led, channel
+            parts[f"{place}/Led/{colour}"] = led, channel
     for number in range(10):
-        found[f"Ears/Led/Left/{36 * number}Deg"] = LEFT_EAR[number], None
-        found[f"Ears/Led/Right/{36 * number}Deg"] = RIGHT_EAR[number], None
+        parts[f"Ears/Led/Left/{36 * number}Deg"] = LEFT_EAR[number], None
+        parts[f"Ears/Led/Right/{36 * number}Deg"] = RIGHT_EAR[number], None
     for place, led in zip(_HEAD, BRAIN, strict=True):
-        found[f"Head/Led/{place}"] = led, None
-    return found
+        parts[f"Head/Led/{place}"] = led, None
+    return parts
+
+
+# NAOqi's name of each LED with a shape in the viewer → the viewer's name; ears and head have none.
+_LIGHTS: Mapping[str, str] = {
+    **{f"FaceLed{side}{number}": f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)},
+    "ChestLeds": "Chest",
+    "LeftFootLeds": "LeftFoot",
+    "RightFootLeds": "RightFoot",
+}
+Colour = tuple[float, float, float]
+
+
+def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
+    """Return colours of LEDs for `Viewer.show_lights`, without the LEDs in the ears and on the head.
+
+        viewer.show_lights(nk.naoqi.light_colours(robot.state().leds))
+
+    Args:
+        leds: name of each LED in ALLeds → red, green, blue from 0 to 1.
+
+    Examples:
+        >>> nk.naoqi.light_colours({"FaceLedRight0": (1.0, 0.0, 0.0)})
+        {'RightEye0': (1.0, 0.0, 0.0)}
+    """
+    if not isinstance(leds, Mapping):
+        raise BadArgument(f"leds must be a mapping, got {type(leds).__name__}")
+    return {_LIGHTS[led]: colour for led, colour in leds.items() if led in _LIGHTS}
 
 
 # --- ALLeds: the lamps of eyes, ears, chest, feet and head.
-
-Colour = tuple[float, float, float]
 
 _SUFFIX = "/Actuator/Value"
 _PREFIX = "Device/SubDeviceList/"
@@ -100,7 +121,6 @@ _STEPS_PER_SECOND = 20
 _MAX_FRAMES = 10_000
 
 
-@former_names(listLED="listLEDs")
 class ALLeds(Service):
     """The LEDs. The watcher gets an `Event` of kind "leds" (name → r, g, b from 0 to 1) for new colours.
 
@@ -116,7 +136,7 @@ class ALLeds(Service):
 
     name = "ALLeds"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._groups = groups()
         self._actuators = actuators()
@@ -137,6 +157,8 @@ class ALLeds(Service):
     def listLEDs(self) -> list[str]:
         """Names of all LEDs."""
         return list(self.colours)
+
+    listLED = listLEDs
 
     def createGroup(self, groupName: Any, ledNames: Any) -> None:
         """Make a group of LEDs or groups."""
@@ -234,18 +256,18 @@ class ALLeds(Service):
 
     def _with(self, parts: tuple[Part, ...], colour: Colour) -> dict[str, Colour]:
         """Return the colours of LEDs after some or all of their channels are set to those of a colour."""
-        found: dict[str, Colour] = {}
+        colours: dict[str, Colour] = {}
         for led, channel in parts:
-            mixed = list(found.get(led, self.colours[led]))
+            mixed = list(colours.get(led, self.colours[led]))
             for index in range(3) if channel is None else (channel,):
                 mixed[index] = colour[index]
-            found[led] = (mixed[0], mixed[1], mixed[2])
-        return found
+            colours[led] = (mixed[0], mixed[1], mixed[2])
+        return colours
 
     def _write(self, colours: dict[str, Colour]) -> None:
         for led, colour in colours.items():
-            most = max(colour)
-            self.colours[led] = (0.0, 0.0, most) if led in BLUE else (most, most, most) if led in WHITE else colour
+            light = max(colour)
+            self.colours[led] = (0.0, 0.0, light) if led in BLUE else (light,) * 3 if led in WHITE else colour
         self.nao.log.change("leds", {led: self.colours[led] for led in colours})
 
     def _fade(self, parts: tuple[Part, ...], colour: Colour, seconds: float = 0.0) -> Call:
@@ -322,17 +344,21 @@ BEFORE_SPEAKING = 0.3
 CHARACTERS_PER_SECOND = 14.0
 _LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "Chinese")
 _PAUSE = re.compile(r"\\pau=(\d{1,6})\\")
+_TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\([^)]*\)")
 
 
-def _language(value: Any, _: str) -> str:
-    return arguments.choice(value, "language", _LANGUAGES)
+def spoken_words(text: str) -> str:
+    r"""Return the spoken words of a text for ALTextToSpeech, without tags such as `\rspd=80\` and `^start(animation)`.
+
+    Examples:
+        >>> nk.naoqi.spoken_words("^start(animations/Stand/Gestures/Hey_1) Hello")
+        'Hello'
+    """
+    if not isinstance(text, str):
+        raise BadArgument(f"text must be a string, got {type(text).__name__}")
+    return _TAG.sub("", text).strip()
 
 
-@settings(
-    Setting("Language", "Set the language; without effect.", "English", ("pLanguage",), _language),
-    Setting("Voice", "Set the voice; without effect.", "naoenu", ("pVoiceID",), arguments.text),
-    Setting("Volume", "Set the volume, from 0 to 1; without effect.", 1.0, ("volume",), arguments.fraction),
-)
 class ALTextToSpeech(Service):
     r"""Speaks texts one after the other, without sound: they go to the log and to the watcher.
 
@@ -343,7 +369,9 @@ class ALTextToSpeech(Service):
 
     name = "ALTextToSpeech"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    _language, _voice, _volume = "English", "naoenu", 1.0
+
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()
@@ -372,6 +400,30 @@ class ALTextToSpeech(Service):
         for _, call in waiting:
             self.nao.monitor.later(call.finish)
         self._tell("")
+
+    def setLanguage(self, pLanguage: Any) -> None:
+        """Set the language; without effect."""
+        self._language = arguments.choice(pLanguage, "language", _LANGUAGES)
+
+    def getLanguage(self) -> str:
+        """The stored value; initially 'English'."""
+        return self._language
+
+    def setVoice(self, pVoiceID: Any) -> None:
+        """Set the voice; without effect."""
+        self._voice = arguments.text(pVoiceID, "pVoiceID")
+
+    def getVoice(self) -> str:
+        """The stored value; initially 'naoenu'."""
+        return self._voice
+
+    def setVolume(self, volume: Any) -> None:
+        """Set the volume, from 0 to 1; without effect."""
+        self._volume = arguments.fraction(volume, "volume")
+
+    def getVolume(self) -> float:
+        """The stored value; initially 1.0."""
+        return self._volume
 
     def getAvailableLanguages(self) -> list[str]:
         """The languages that setLanguage accepts."""

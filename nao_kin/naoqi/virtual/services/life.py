@@ -4,34 +4,18 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, Setting, constant_answers, settings
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
+from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.service import Service
 
 _STATES = ("solitary", "interactive", "disabled", "safeguard")
 _ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
-_ABILITY = Setting(
-    "AutonomousAbilityEnabled",
-    "Stored; no ability does anything here.",
-    True,
-    ("autonomousAbility", "enabled"),
-    arguments.flag,
-    of=("ability", _ABILITIES),
-)
 
 
-@constant_answers(
-    focusedActivity=("", "The activity in focus: none here."),
-    stopAll=(None, "End all activities: there are none here."),
-)
-@settings(_ABILITY, Setting("RobotOffsetFromFloor", "Stored [m].", 0.0, ("offset",), arguments.number))
 class ALAutonomousLife(Service):
     """The state of autonomous life, which is stored; the robot does nothing by itself.
 
@@ -40,7 +24,10 @@ class ALAutonomousLife(Service):
 
     name = "ALAutonomousLife"
 
-    _state = "disabled"
+    def __init__(self, nao: Machine) -> None:
+        super().__init__(nao)
+        self._state, self._offset = "disabled", 0.0
+        self._enabled = dict.fromkeys(_ABILITIES, True)
 
     def getState(self) -> str:
         """One of "solitary", "interactive", "safeguard" and, initially, "disabled"."""
@@ -62,14 +49,33 @@ class ALAutonomousLife(Service):
 
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
-        return [[ability, self.get_setting(_ABILITY, ability), False] for ability in _ABILITIES]
+        return [[ability, enabled, False] for ability, enabled in self._enabled.items()]
+
+    def setAutonomousAbilityEnabled(self, autonomousAbility: Any, enabled: Any) -> None:
+        """Stored; no ability does anything here."""
+        ability = arguments.choice(autonomousAbility, "ability", _ABILITIES)
+        self._enabled[ability] = arguments.flag(enabled, "enabled")
+
+    def getAutonomousAbilityEnabled(self, autonomousAbility: Any) -> bool:
+        """The stored value; initially True."""
+        return self._enabled[arguments.choice(autonomousAbility, "ability", _ABILITIES)]
+
+    def setRobotOffsetFromFloor(self, offset: Any) -> None:
+        """Stored [m]."""
+        self._offset = arguments.number(offset, "offset")
+
+    def getRobotOffsetFromFloor(self) -> float:
+        """The stored value; initially 0.0."""
+        return self._offset
+
+    def focusedActivity(self) -> str:
+        """The activity in focus: none here."""
+        return ""
+
+    def stopAll(self) -> None:
+        """End all activities: there are none here."""
 
 
-@constant_answers(
-    systemVersion=("2.8", "The version of NAOqi whose documentation this follows: 2.8."),
-    freeMemory=(0, "Always 0: not measured here."),
-    totalMemory=(0, "Always 0: not measured here."),
-)
 class ALSystem(Service):
     """The robot's name, model and versions."""
 
@@ -90,6 +96,18 @@ class ALSystem(Service):
         """The robot's model and the version of Python."""
         return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
 
+    def systemVersion(self) -> str:
+        """The version of NAOqi whose documentation this follows: 2.8."""
+        return "2.8"
+
+    def freeMemory(self) -> int:
+        """Always 0: not measured here."""
+        return 0
+
+    def totalMemory(self) -> int:
+        """Always 0: not measured here."""
+        return 0
+
 
 class ALBattery(Service):
     """A full battery, unless a script inserts another charge in ALMemory."""
@@ -102,12 +120,6 @@ class ALBattery(Service):
         return round(100.0 * arguments.number(value, "the battery's charge"))
 
 
-@constant_answers(
-    getRobotType=("Nao", 'The kind of robot: "Nao".'),
-    hasArms=(True, "Whether it has arms: True."),
-    hasHands=(True, "Whether it has hands that open: True."),
-    hasLegs=(True, "Whether it has legs: True."),
-)
 class ALRobotModel(Service):
     """The robot's type and parts."""
 
@@ -117,13 +129,29 @@ class ALRobotModel(Service):
         """The robot's URDF; NAOqi has an XML format of its own."""
         return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
 
+    def getRobotType(self) -> str:
+        """The kind of robot: "Nao"."""
+        return "Nao"
+
+    def hasArms(self) -> bool:
+        """Whether it has arms: True."""
+        return True
+
+    def hasHands(self) -> bool:
+        """Whether it has hands that open: True."""
+        return True
+
+    def hasLegs(self) -> bool:
+        """Whether it has legs: True."""
+        return True
+
 
 class ALPreferenceManager(Service):
     """Preferences by domain and name, stored until the virtual NAO ends."""
 
     name = "ALPreferenceManager"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._domains: dict[str, dict[str, Any]] = {}
 
@@ -179,7 +207,6 @@ class _Ability(Service):
         return False if id is None else super().isRunning(id)
 
 
-@constant_answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
 class ALBasicAwareness(_Ability):
     """The ability to look at people; there are none here."""
 
@@ -193,19 +220,33 @@ class ALBasicAwareness(_Ability):
         """The same as setEnabled(False), under its name before NAOqi 2.5."""
         self.setEnabled(False)
 
+    def isAwarenessRunning(self) -> bool:
+        """The same as isRunning, under its name before NAOqi 2.5."""
+        return False
 
-def _strategy(value: Any, what: str) -> str:
-    return arguments.choice(value, what, ("none", "backToNeutral"))
 
-
-@settings(
-    Setting("ExpressiveListeningEnabled", "Stored; the robot does not listen here.", True, ("enable",), arguments.flag),
-    Setting("BackgroundStrategy", 'Stored: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
-)
 class ALAutonomousMoves(Service):
     """The service for autonomous movements before NAOqi 2.5; the robot makes none here."""
 
     name = "ALAutonomousMoves"
+
+    _listens, _strategy = True, "backToNeutral"
+
+    def setExpressiveListeningEnabled(self, enable: Any) -> None:
+        """Stored; the robot does not listen here."""
+        self._listens = arguments.flag(enable, "enable")
+
+    def getExpressiveListeningEnabled(self) -> bool:
+        """The stored value; initially True."""
+        return self._listens
+
+    def setBackgroundStrategy(self, strategy: Any) -> None:
+        """Stored: "none" or "backToNeutral"."""
+        self._strategy = arguments.choice(strategy, "strategy", ("none", "backToNeutral"))
+
+    def getBackgroundStrategy(self) -> str:
+        """The stored value; initially 'backToNeutral'."""
+        return self._strategy
 
 
 ABILITIES: tuple[type[Service], ...] = (

@@ -6,18 +6,15 @@ import itertools
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, former_names
+from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- The robot's own keys in ALMemory: switches with their events, sonars, and constants.
 #
@@ -63,15 +60,15 @@ def sonar_key(side: str) -> str:
 
 def constants(joints: Iterable[str]) -> dict[str, Any]:
     """Return the keys with constant values: nothing has weight, uses current or warms up."""
-    found: dict[str, Any] = {f"{DEVICE}{switch}{SENSOR}": 0.0 for switch in SWITCHES}
-    found |= {f"{sonar_key(side)}{echo}": _NO_ECHO for side in SONARS for echo in _ECHOES}
-    found |= {f"{DEVICE}{foot}/FSR/{place}{SENSOR}": 0.0 for foot in ("LFoot", "RFoot") for place in _PER_FOOT}
-    found |= {f"{DEVICE}InertialSensor/{name}{SENSOR}": 0.0 for name in _GYROSCOPES}
+    values: dict[str, Any] = {f"{DEVICE}{switch}{SENSOR}": 0.0 for switch in SWITCHES}
+    values |= {f"{sonar_key(side)}{echo}": _NO_ECHO for side in SONARS for echo in _ECHOES}
+    values |= {f"{DEVICE}{foot}/FSR/{place}{SENSOR}": 0.0 for foot in ("LFoot", "RFoot") for place in _PER_FOOT}
+    values |= {f"{DEVICE}InertialSensor/{name}{SENSOR}": 0.0 for name in _GYROSCOPES}
     for joint in joints:
-        found[f"{DEVICE}{joint}/Temperature{SENSOR}"] = _IDLE_TEMPERATURE
-        found[f"{DEVICE}{joint}/Temperature/Sensor/Status"] = 0
-        found[f"{DEVICE}{joint}/ElectricCurrent{SENSOR}"] = 0.0
-    return found | {
+        values[f"{DEVICE}{joint}/Temperature{SENSOR}"] = _IDLE_TEMPERATURE
+        values[f"{DEVICE}{joint}/Temperature/Sensor/Status"] = 0
+        values[f"{DEVICE}{joint}/ElectricCurrent{SENSOR}"] = 0.0
+    return values | {
         f"{DEVICE}US/Actuator/Value": 0.0,
         f"{DEVICE}Head/Temperature{SENSOR}": _IDLE_TEMPERATURE,
         f"{DEVICE}Battery/Charge{SENSOR}": 1.0,
@@ -109,14 +106,12 @@ class Subscriber:
         """Remove a callback; return whether there was one with this number."""
         with self._memory.nao.monitor:
             listening = self._memory.listening.get(self.key, {})
-            found = listening.pop(number, None) is not None
+            known = listening.pop(number, None) is not None
             if not listening:
                 self._memory.listening.pop(self.key, None)
-        return found
+        return known
 
 
-@former_names(unsubscribeToMicroEvent="unsubscribeToEvent")
-@former_names("The same as {} here.", raiseMicroEvent="raiseEvent")
 class ALMemory(Service):
     """Values by key, and events.
 
@@ -132,7 +127,7 @@ class ALMemory(Service):
 
     name = "ALMemory"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
@@ -242,6 +237,8 @@ class ALMemory(Service):
         self._keep(key, value)
         self._raise(key, value)
 
+    raiseMicroEvent = raiseEvent
+
     def subscriber(self, eventName: Any) -> Subscriber:
         """An object with a `signal` to connect to."""
         return Subscriber(self, _key(eventName))
@@ -264,6 +261,8 @@ class ALMemory(Service):
         module = arguments.text(callbackModule, "callbackModule")
         if self._modules.get(_key(name), {}).pop(module, None) is None:
             raise BadArgument(f"{module} has not subscribed to {name}")
+
+    unsubscribeToMicroEvent = unsubscribeToEvent
 
     def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
         """The same as subscribeToEvent with a message."""
@@ -292,7 +291,7 @@ class ALMemory(Service):
         """Notify the sensors of a new value under a key of the robot."""
         if key in self._own:
             for service in ("ALTouch", "ALSonar"):
-                self.nao.services[service]._sensed(key, self._value(key))  # type: ignore[attr-defined]
+                self.nao.services[service]._sensed(key, self._value(key))
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
@@ -316,20 +315,25 @@ class ALMemory(Service):
 
     def _own_keys(self) -> dict[str, Any]:
         """Return the robot's own keys, each with a constant or with a function that returns its value."""
-        joints = self.nao.joints.column
-        own = constants(joints)
-        for joint in joints:
+        joints, base = self.nao.joints, self.nao.base
+        own = constants(joints.column)
+        for joint, column in joints.column.items():
             for quantity, place in _QUANTITIES.items():
-                own[f"{DEVICE}{joint}/{place}/Value"] = partial(self._joint, quantity, joint)
+                own[f"{DEVICE}{joint}/{place}/Value"] = lambda of=quantity, at=column: float(getattr(joints, of)[at])
         for name, (led, channel) in led_actuators().items():
             own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, led, channel)
         for event in SWITCH_EVENTS:
-            own[event] = partial(self._switched, event)
+            own[event] = lambda event=event: self.nao.services["ALTouch"]._is_raised(event)
+        # The inertial sensor at rest: the torso's roll, pitch and yaw in the world [rad], and gravity, upwards [m/s²].
         for axis, letter in enumerate("XYZ"):
             place = f"{DEVICE}InertialSensor"
-            own[f"{place}/Angle{letter}/Sensor/Value"] = partial(self._torso_angle, axis)
+            own[f"{place}/Angle{letter}/Sensor/Value"] = lambda at=axis: float(
+                position6d(base.torso(joints.q()))[3 + at]
+            )
             for quantity in ("Accelerometer", "Acc"):
-                own[f"{place}/{quantity}{letter}/Sensor/Value"] = partial(self._acceleration, axis)
+                own[f"{place}/{quantity}{letter}/Sensor/Value"] = lambda at=axis: (
+                    _GRAVITY * float(base.vertical(joints.q())[at])
+                )
         return own | {
             "footContact": lambda: self._contact("LLeg") or self._contact("RLeg"),
             "leftFootContact": partial(self._contact, "LLeg"),
@@ -341,31 +345,14 @@ class ALMemory(Service):
             "DCM/Time": lambda: int(1000.0 * self.nao.clock.now),
         }
 
-    def _joint(self, quantity: str, joint: str) -> float:
-        joints = self.nao.joints
-        return float(getattr(joints, quantity)[joints.column[joint]])
-
     def _led(self, led: str, channel: int | None) -> float:
         """Return the brightness of a channel of an LED, from 0 to 1; for an LED of one colour, its brightness."""
-        colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
+        colour = self.nao.services["ALLeds"].colours[led]
         return float(max(colour) if channel is None else colour[channel])
-
-    def _switched(self, event: str) -> float:
-        """Return 1.0 while a switch that raises this event is pressed, else 0.0."""
-        touch = self.nao.services["ALTouch"]
-        return float(touch._is_raised(event))  # type: ignore[attr-defined]
 
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""
         return self.nao.base.is_down(foot, self.nao.joints.q())
-
-    def _torso_angle(self, axis: int) -> float:
-        """Return roll, pitch or yaw of the torso in the world, as its inertial sensor measures it at rest [rad]."""
-        return float(position6d(self.nao.base.torso(self.nao.joints.q()))[3 + axis])
-
-    def _acceleration(self, axis: int) -> float:
-        """Return the acceleration that the torso's accelerometer measures at rest: gravity, upwards [m/s²]."""
-        return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
 
 
 def _stamped(value: Any, time: float) -> list[Any]:
@@ -395,7 +382,7 @@ class ALTouch(Service):
 
     name = "ALTouch"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._pressed = dict.fromkeys(SWITCHES, False)
 
@@ -434,7 +421,7 @@ class ALSonar(Service):
 
     name = "ALSonar"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._subscribers: list[str] = []
 

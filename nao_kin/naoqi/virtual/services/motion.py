@@ -12,13 +12,14 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi import names as language
-from nao_kin.naoqi.names import limits
-from nao_kin.naoqi.spaces import LEGS, torso_in
+from nao_kin.naoqi.names import ARMS, HANDS, LEGS, limits
+from nao_kin.naoqi.spaces import torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings, variants
+from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
@@ -26,14 +27,9 @@ from nao_kin.robot import polygon_below, sole_corners
 
 # --- ALMotion's joint control: angles read, set, and interpolated.
 
-_HANDS = ("LHand", "RHand")
 _THIRD = 1.0 / 3.0
-_CHANGE = "Change the commanded angles; otherwise the same as setAngles."
-_CLOSE = "Close a hand at its maximum speed, and remove its stiffness."
 
 
-@variants("setAngles", "_approach", changeAngles=("names changes", _CHANGE))
-@variants("openHand", "_hand", closeHand=("", _CLOSE))
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
@@ -46,8 +42,7 @@ class JointControl(Service):
         """Measured or commanded angles of a joint, chain or group, or of a list of these [rad; 0 to 1 for hands]."""
         columns = self.nao.joints.columns(language.joint_names(self.nao.robot, names))
         sensor = arguments.flag(useSensors, "useSensors")
-        values: Floats = (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]
-        return [float(value) for value in values]
+        return list(map(float, (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]))
 
     def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Any) -> None:
         """Send joints to angles at a fraction of their maximum speeds, above 0; returns immediately.
@@ -55,6 +50,10 @@ class JointControl(Service):
         angles is one angle for all joints, or a list of one angle for each [rad].
         """
         self._approach("setAngles", names, angles, fractionMaxSpeed)
+
+    def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: Any) -> None:
+        """Change the commanded angles; otherwise the same as setAngles."""
+        self._approach("changeAngles", names, changes, fractionMaxSpeed)
 
     def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
         """Move joints through angles at times; returns when the last angle is reached.
@@ -71,7 +70,7 @@ class JointControl(Service):
             keys = angles if absolute else [row + first for row, first in zip(angles, start, strict=True)]
             return through(joints, times, keys, start)
 
-        return self.nao.start_task(Interpolation("angleInterpolation", joints, plan))
+        return self.nao.tasks.add(Interpolation("angleInterpolation", joints, plan))
 
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
         """Move joints to angles, the slowest at a fraction of its maximum speed; returns at the end.
@@ -81,7 +80,7 @@ class JointControl(Service):
         joints = self.joints(names)
         targets = arguments.one_each(targetAngles, joints, "targetAngles")
         fraction = arguments.fraction(maxSpeedFraction, "maxSpeedFraction", positive=True)
-        return self.nao.start_task(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
+        return self.nao.tasks.add(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
 
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
@@ -103,11 +102,15 @@ class JointControl(Service):
             return through(joints, rows, keys, start, "bezier", handles)
 
         plan(np.array([row[0] for row in keys]))  # rejects handles outside their segments, before any joint moves
-        return self.nao.start_task(Interpolation("angleInterpolationBezier", joints, plan))
+        return self.nao.tasks.add(Interpolation("angleInterpolationBezier", joints, plan))
 
     def openHand(self, handName: Any) -> Call:
         """Open a hand at its maximum speed, and remove its stiffness."""
         return self._hand("openHand", handName)
+
+    def closeHand(self, handName: Any) -> Call:
+        """Close a hand at its maximum speed, and remove its stiffness."""
+        return self._hand("closeHand", handName)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -115,11 +118,11 @@ class JointControl(Service):
         joints, relative = self.joints(names), name == "changeAngles"
         targets = arguments.one_each(values, joints, "changes" if relative else "angles")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
-        self.nao.start_task(Approach(name, joints, targets, share, relative=relative))
+        self.nao.tasks.add(Approach(name, joints, targets, share, relative=relative))
 
     def _hand(self, name: str, hand: Any) -> Call:
-        chosen, opening = arguments.choice(hand, "hand", _HANDS), np.array([float(name == "openHand")])
-        return self.nao.start_task(HandMove(name, self.nao, (chosen,), opening, 1.0))
+        chosen, opening = arguments.choice(hand, "hand", HANDS), np.array([float(name == "openHand")])
+        return self.nao.tasks.add(HandMove(name, self.nao, (chosen,), opening, 1.0))
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
@@ -169,7 +172,7 @@ class StiffnessControl(Service):
                 self._awake(False)
             done.finish()
 
-        crouching = self.nao.start_task(GoToPosture("rest", "Crouch", self.nao, REST_SPEED))
+        crouching = self.nao.tasks.add(GoToPosture("rest", "Crouch", self.nao, REST_SPEED))
         done = Call(crouching.cancel)
         crouching.add_done_callback(release)
         return done
@@ -204,7 +207,7 @@ class StiffnessControl(Service):
         joints = self.joints(names)
         keys, times = arguments.timed(stiffnessLists, timeLists, joints, "stiffnesses")
         _check_stiffnesses(joints, keys)
-        return self.nao.start_task(StiffnessRamp(joints, times, keys))
+        return self.nao.tasks.add(StiffnessRamp(joints, times, keys))
 
     def setMotionConfig(self, config: Any) -> None:
         """Accepted and logged, without effect."""
@@ -219,41 +222,18 @@ def _check_stiffnesses(joints: Sequence[str], rows: Iterable[Floats]) -> None:
 
 # --- General tools: names, limits, masses, tasks, and switches of reflexes, which are not simulated.
 
-_ARMS = ("Arms", "LArm", "RArm")
-_IDLE = ("Body", "Legs", "Arms", "LArm", "RArm", "Head")
+_ARMS = ("Arms", *ARMS)
+_IDLE = ("Body", "Legs", *_ARMS, "Head")
 
 
-def _switch(name: str, log: str, note: str, *of: str, **more: Any) -> Setting:
-    names = {"pChainName": ("chain", _ARMS), "pChain": ("chain", _IDLE)}.get("".join(of))
-    takes = (*of, "pIsEnabled" if of == ("pChain",) else "pEnable")
-    what = "the second argument" if of else "the argument"
-    return Setting(f"{name}Enabled", note, "pChain" not in of, takes, arguments.flag, what, names, log, **more)
-
-
-_COLLIDES = 'Stored for "Arms", "LArm" or "RArm"; nothing collides here.'
-_OUTSIDE = "ExternalCollisionProtection", "external collision protection"
-
-
-@former_names("The same as {}, under its name before NAOqi 1.14.", getJointNames="getBodyNames")
-@settings(
-    _switch("FallManager", "fall manager", "Stored; nothing falls here."),
-    _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is not adapted here. Always True.", answer=True),
-    _switch("DiagnosisEffect", "diagnosis effect", "Stored; nothing breaks here."),
-    _switch("CollisionProtection", "collision protection", _COLLIDES, "pChainName", answer=True),
-    _switch(*_OUTSIDE, "Stored; there is nothing to collide with here.", "pName"),
-    _switch("PushRecovery", "push recovery", "Stored; nothing pushes the robot here."),
-    _switch("Breath", "breath", "Stored; the robot does not breathe here.", "pChain"),
-    _switch("IdlePosture", "idle posture", "Stored; an idle robot does not move here.", "pChain"),
-    Setting("OrthogonalSecurityDistance", "Stored [m].", 0.4, ("securityDistance",), arguments.duration),
-    Setting("TangentialSecurityDistance", "Stored [m].", 0.1, ("securityDistance",), arguments.duration),
-)
 class GeneralTools(Service):
     """The methods of ALMotion about the robot and its tasks; switches of reflexes are only stored."""
 
-    def __init__(self, nao: Any) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._breath: dict[str, float] = {"Bpm": 12.0, "Amplitude": 0.5}
-        self._notifies = True
+        self._switches: dict[tuple[str, str], bool] = {}
+        self._notifies, self._orthogonal, self._tangential = True, 0.4, 0.1
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
@@ -262,6 +242,8 @@ class GeneralTools(Service):
         if name == "Chains":
             return list(language.chain_names(self.nao.robot))
         return list(language.joint_names(self.nao.robot, arguments.text(name, "name")))
+
+    getJointNames = getBodyNames  # the name before NAOqi 1.14
 
     def getSensorNames(self) -> list[str]:
         """Names of the sensors for getPosition."""
@@ -359,6 +341,96 @@ class GeneralTools(Service):
         return self._notifies
 
     # --- reflexes, which are not simulated ------------------------------------------------------------------------
+
+    def setFallManagerEnabled(self, pEnable: Any) -> None:
+        """Stored; nothing falls here."""
+        self._switch("fall manager", pEnable)
+
+    def getFallManagerEnabled(self) -> bool:
+        """The stored value; initially True."""
+        return self._is_on("fall manager")
+
+    def setSmartStiffnessEnabled(self, pEnable: Any) -> bool:
+        """Stored; stiffness is not adapted here. Always True."""
+        return self._switch("smart stiffness", pEnable)
+
+    def getSmartStiffnessEnabled(self) -> bool:
+        """The stored value; initially True."""
+        return self._is_on("smart stiffness")
+
+    def setDiagnosisEffectEnabled(self, pEnable: Any) -> None:
+        """Stored; nothing breaks here."""
+        self._switch("diagnosis effect", pEnable)
+
+    def getDiagnosisEffectEnabled(self) -> bool:
+        """The stored value; initially True."""
+        return self._is_on("diagnosis effect")
+
+    def setPushRecoveryEnabled(self, pEnable: Any) -> None:
+        """Stored; nothing pushes the robot here."""
+        self._switch("push recovery", pEnable)
+
+    def getPushRecoveryEnabled(self) -> bool:
+        """The stored value; initially True."""
+        return self._is_on("push recovery")
+
+    def setCollisionProtectionEnabled(self, pChainName: Any, pEnable: Any) -> bool:
+        """Stored for "Arms", "LArm" or "RArm"; nothing collides here."""
+        return self._switch("collision protection", pEnable, arguments.choice(pChainName, "chain", _ARMS))
+
+    def getCollisionProtectionEnabled(self, pChainName: Any) -> bool:
+        """The stored value; initially True."""
+        return self._is_on("collision protection", arguments.choice(pChainName, "chain", _ARMS))
+
+    def setExternalCollisionProtectionEnabled(self, pName: Any, pEnable: Any) -> None:
+        """Stored; there is nothing to collide with here."""
+        self._switch("external collision protection", pEnable, arguments.text(pName, "pName"))
+
+    def getExternalCollisionProtectionEnabled(self, pName: Any) -> bool:
+        """The stored value; initially True."""
+        return self._is_on("external collision protection", arguments.text(pName, "pName"))
+
+    def setBreathEnabled(self, pChain: Any, pIsEnabled: Any) -> None:
+        """Stored; the robot does not breathe here."""
+        self._switch("breath", pIsEnabled, arguments.choice(pChain, "chain", _IDLE))
+
+    def getBreathEnabled(self, pChain: Any) -> bool:
+        """The stored value; initially False."""
+        return self._is_on("breath", arguments.choice(pChain, "chain", _IDLE), initially=False)
+
+    def setIdlePostureEnabled(self, pChain: Any, pIsEnabled: Any) -> None:
+        """Stored; an idle robot does not move here."""
+        self._switch("idle posture", pIsEnabled, arguments.choice(pChain, "chain", _IDLE))
+
+    def getIdlePostureEnabled(self, pChain: Any) -> bool:
+        """The stored value; initially False."""
+        return self._is_on("idle posture", arguments.choice(pChain, "chain", _IDLE), initially=False)
+
+    def setOrthogonalSecurityDistance(self, securityDistance: Any) -> None:
+        """Stored [m]."""
+        self._orthogonal = arguments.duration(securityDistance, "securityDistance")
+
+    def getOrthogonalSecurityDistance(self) -> float:
+        """The stored value; initially 0.4."""
+        return self._orthogonal
+
+    def setTangentialSecurityDistance(self, securityDistance: Any) -> None:
+        """Stored [m]."""
+        self._tangential = arguments.duration(securityDistance, "securityDistance")
+
+    def getTangentialSecurityDistance(self) -> float:
+        """The stored value; initially 0.1."""
+        return self._tangential
+
+    def _switch(self, name: str, enable: Any, of: str = "") -> bool:
+        """Store and log whether something is on, for both arms if `of` is "Arms"; return True."""
+        on = arguments.flag(enable, "the second argument" if of else "the argument")
+        self._switches |= dict.fromkeys([(name, each) for each in ((of, *ARMS) if of == "Arms" else (of,))], on)
+        self.nao.log.write(f"{name}{f' of {of}' if of else ''} is {'on' if on else 'off'}; it is not simulated")
+        return True
+
+    def _is_on(self, name: str, of: str = "", *, initially: bool = True) -> bool:
+        return self._switches.get((name, of), initially)
 
     def isCollision(self, pChainName: Any) -> str:
         """Always "none": collisions are not detected here."""

@@ -6,7 +6,7 @@ import math
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,22 +14,19 @@ from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
+from nao_kin.naoqi.names import ARMS, HANDS
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
-from nao_kin.naoqi.virtual.service import Service, former_names, variants
+from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
-
 
 # --- ALRobotPosture: the robot moves to a posture.
 
 # The tolerance of a posture [rad]; NAOqi's own is not published.
 _NEAR = 0.1
-_HANDS = ("LHand", "RHand")
 _FAMILIES = {
     "Stand": "Standing",
     "StandInit": "Standing",
@@ -46,14 +43,14 @@ _BENT_KNEES = 1.5
 class GoToPosture(AtSpeed):
     """Joints move to a posture, while the robot stands up, sits or lies down."""
 
-    def __init__(self, name: str, posture: str, nao: VirtualNao, fraction: float) -> None:
+    def __init__(self, name: str, posture: str, nao: Machine, fraction: float) -> None:
         self._posture = posture
         self._q = nao.robot.clamp(nao.robot.posture(posture))
         self._target = nao.robot.to_body(self._q)
         super().__init__(name, nao, nao.joints.names, self._target, fraction)
         self.value = False
 
-    def start(self, nao: VirtualNao, time: float) -> None:
+    def start(self, nao: Machine, time: float) -> None:
         """Note whether the robot stands or lies."""
         super().start(nao, time)
         rest = nao.robot.semantics.postures[self._posture].up
@@ -63,7 +60,7 @@ class GoToPosture(AtSpeed):
         foot = nao.base.standing_foot(self._q)
         self._up_after = nao.robot.fk(self._q, foot)[:3, 2] if rest is None else np.array(rest)
 
-    def advance(self, nao: VirtualNao, time: float) -> bool:
+    def advance(self, nao: Machine, time: float) -> bool:
         """Move the joints, and turn the vertical with them."""
         done = super().advance(nao, time)
         if not (self._from_feet and self._to_feet) and nao.joints.stiffness.any():
@@ -71,7 +68,7 @@ class GoToPosture(AtSpeed):
             nao.base.rest(_between(self._up_before, self._up_after, share), nao.joints.q())
         return done
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+    def end(self, nao: Machine, *, killed: bool) -> None:
         """Set the result to whether the posture was reached; if it is a posture on the feet, stand on a foot."""
         super().end(nao, killed=killed)
         if killed or self.started is None:
@@ -80,7 +77,7 @@ class GoToPosture(AtSpeed):
         step = nao.joints.max_speed * TICK * (nao.joints.stiffness > 0.0)
         near = np.abs(nao.joints.sensor - self._target) <= step + 1e-6
         # Hands do not count, as for getPosture: openHand and closeHand leave them without stiffness.
-        near[nao.joints.columns(_HANDS)] = True
+        near[nao.joints.columns(HANDS)] = True
         self.value = bool(near.all())
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
             nao.base.stand_up(nao.base.standing_foot(self._q), self._q)
@@ -90,7 +87,6 @@ class GoToPosture(AtSpeed):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
-@variants("goToPosture", "_go", applyPosture=("", "The same as goToPosture; in NAOqi, without path planning."))
 class ALRobotPosture(Service):
     """Predefined postures, each reached on a straight line in joint space.
 
@@ -111,7 +107,7 @@ class ALRobotPosture(Service):
     def getPosture(self) -> str:
         """The predefined posture from which no joint differs by more than 0.1 rad, except the hands; or "Unknown"."""
         body = self.nao.joints.sensor
-        checked = [index for index, name in enumerate(self.nao.joints.names) if name not in _HANDS]
+        checked = [index for index, name in enumerate(self.nao.joints.names) if name not in HANDS]
         distances = {
             name: float(np.abs(self.nao.robot.to_body(self.nao.robot.posture(name)) - body)[checked].max())
             for name in self.nao.robot.posture_names
@@ -137,6 +133,10 @@ class ALRobotPosture(Service):
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
+    def applyPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
+        """The same as goToPosture; in NAOqi, without path planning."""
+        return self._go("applyPosture", postureName, maxSpeedFraction)
+
     def stopMove(self) -> None:
         """End the movements to postures, running and waiting."""
         self.nao.tasks.kill(lambda task: isinstance(task, GoToPosture))
@@ -154,7 +154,7 @@ class ALRobotPosture(Service):
         if wanted not in self.nao.robot.posture_names:
             self.nao.log.write(f"{name}: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
             return False
-        return self.nao.start_task(GoToPosture(name, wanted, self.nao, share))
+        return self.nao.tasks.add(GoToPosture(name, wanted, self.nao, share))
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
@@ -193,20 +193,20 @@ class ALTracker(Service):
         if not result.success:
             self.nao.log.write(f"lookAt: the head cannot look at the point: {result.reason}; it turns as far as it can")
         angles = self.nao.robot.to_body(result.q)[self.nao.joints.columns(_HEAD)]
-        return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
+        return self.nao.tasks.add(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
         """Stretch an arm towards a point [x, y, z] [m], so that shoulder, hand and point are in line, if limits allow.
 
         pEffector is "LArm", "RArm", or "Arms" for the one on the point's side.
         """
-        effector = arguments.choice(pEffector, "effector", ("LArm", "RArm", "Arms"))
+        effector = arguments.choice(pEffector, "effector", (*ARMS, "Arms"))
         point = self._in_torso(pPosition, pFrame)
         share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
         side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
         joints = tuple(f"{side}{joint}" for joint in _ARM)
         targets = pointing(self.nao.robot, side, point)
-        return self.nao.start_task(AtSpeed("pointAt", self.nao, joints, targets, share))
+        return self.nao.tasks.add(AtSpeed("pointAt", self.nao, joints, targets, share))
 
     def stopTracker(self) -> None:
         """End lookAt and pointAt."""
@@ -261,14 +261,6 @@ class Playing(Interpolation):
         self.behavior = behavior
 
 
-@former_names(
-    "The same as {}, under its name before NAOqi 1.22.",
-    getBehaviorNames="getInstalledBehaviors",
-    isBehaviorPresent="isBehaviorInstalled",
-)
-@former_names("The same as {}: behaviours are not preloaded here.", isBehaviorLoaded="isBehaviorRunning")
-@former_names("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
-@former_names("Without effect; returns whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
 class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
@@ -279,7 +271,7 @@ class ALBehaviorManager(Service):
 
     name = "ALBehaviorManager"
 
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._known: dict[tuple[Path, int], list[str]] = {}
 
@@ -321,11 +313,20 @@ class ALBehaviorManager(Service):
         """Names of the running behaviours."""
         return sorted(task.behavior for task in self.nao.tasks.all if isinstance(task, Playing))
 
+    def preloadBehavior(self, name: Any) -> bool:
+        """Without effect; returns whether there is such a behaviour."""
+        return self.isBehaviorInstalled(name)
+
+    # Behaviours are not preloaded here.
+    isBehaviorLoaded, getLoadedBehaviors = isBehaviorRunning, getRunningBehaviors
+    # The names before NAOqi 1.22.
+    getBehaviorNames, isBehaviorPresent = getInstalledBehaviors, isBehaviorInstalled
+
     def _play(self, task: str, name: Any) -> Call:
         """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
         if self.isBehaviorRunning(name):
             raise BadArgument(f"{name} is running already")
-        return self.nao.start_task(Playing(task, name, self._motion(name)))
+        return self.nao.tasks.add(Playing(task, name, self._motion(name)))
 
     def _motion(self, name: Any) -> Motion:
         """Return the motion of a behaviour; raise an error for one that is unknown or cannot be played."""
@@ -364,11 +365,11 @@ class ALBehaviorManager(Service):
         folder = self.nao.behaviors
         if folder is None:
             return {}
-        found = {}
+        files = {}
         for path in folder.rglob("*.xar"):
             name = path.relative_to(folder).with_suffix("")
-            found[(name.parent if name.name == _FILE and name.parent.name else name).as_posix()] = path
-        return found
+            files[(name.parent if name.name == _FILE and name.parent.name else name).as_posix()] = path
+        return files
 
 
 class ALAnimationPlayer(Service):
@@ -384,8 +385,7 @@ class ALAnimationPlayer(Service):
             if family not in _POSTURES:
                 raise BadArgument(f"[posture] stands for Stand or Sit, but the robot's family of postures is {family}")
             name = name.replace("[posture]", _POSTURES[family])
-        manager = self.nao.services["ALBehaviorManager"]
-        return manager._play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
+        return self.nao.services["ALBehaviorManager"]._play("ALAnimationPlayer.run", name)  # type: ignore[no-any-return]
 
 
 def led_in(motion: Motion, start: Floats) -> Motion:

@@ -252,7 +252,7 @@ class _Shape:
 def _strip_shapes(
     spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]
 ) -> list[_Shape]:
-    """Remove from a model the parts that only pictures need; return the geoms with meshes or without known shapes."""
+    """Remove textures, skins and unused meshes; return the geoms whose shape is a mesh or a height field."""
     mujoco = import_mujoco()
     for compiler in _compilers(spec):
         compiler.discardvisual = compiler.fusestatic = False

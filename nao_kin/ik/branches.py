@@ -1,9 +1,9 @@
-"""The parts that all closed forms share: limits, the order of branches, reports, and rotations of targets.
+"""The functions that all closed forms share: limits, the order of branches, reports, rotations of targets, searches.
 
 A solver is a function `solve(limb, target, selection, work) → count`: it writes the values of each branch into
 `work.q`, checks them with `check_limits`, computes their errors by its own forward kinematics, and calls `add_branch`.
 
-`work.found` has a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
+`work.branches` has a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
 errors in position and angle, and the family. `work.report` has the numbers that the constants below name, from `BEST`
 on the joint values of the nearest pose.
 """
@@ -11,8 +11,10 @@ on the joint values of the nearest pose.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
+from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.results import Reason
 from nao_kin.robot import LIMIT_TOLERANCE
@@ -25,7 +27,7 @@ REACHED, OUT_OF_REACH = float(Reason.REACHED), float(Reason.OUT_OF_REACH)
 NOT_ENOUGH_JOINTS, NOT_CONVERGED = float(Reason.NOT_ENOUGH_JOINTS), float(Reason.NOT_CONVERGED)
 JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIMIT)
 
-# Numbers after the joint values in a row of `found`.
+# Numbers after the joint values in a row of `branches`.
 EXTRAS = 4
 # Largest error of a solution [m, rad].
 VERIFIED = 1e-10
@@ -78,7 +80,7 @@ class Workspace(NamedTuple):
     """Arrays for a solver's results: the joint values of one branch, all branches, and the report."""
 
     q: Row
-    found: Row
+    branches: Row
     report: Row
 
 
@@ -269,38 +271,38 @@ def branch_cost(selection: Selection, q: Row) -> float:
 
 @both_ways
 def add_branch(selection: Selection, work: Workspace, errors: tuple[float, float], family: float, count: int) -> int:
-    """Insert the branch in `q` into `found`, sorted by the distance to the reference; return the new number.
+    """Insert the branch in `q` into `branches`, sorted by the distance to the reference; return the new number.
 
     Skip a branch whose errors in position and angle are too large. Without limits, turn each joint by whole turns to
     within half a turn of the reference.
     """
     if not (errors[0] <= VERIFIED and errors[1] <= VERIFIED):
         return count
-    reference, q, found = selection.reference, work.q, work.found
+    reference, q, branches = selection.reference, work.q, work.branches
     joints = len(reference)
     width = joints + EXTRAS
     last, away = count * width, 0.0
     for j in range(joints):
         value = q[j] if selection.enforce else turned_towards(q[j], reference[j])
-        found[last + j] = value
+        branches[last + j] = value
         away += (value - reference[j]) * (value - reference[j])
-    found[last + joints] = away
-    found[last + joints + 1] = errors[0]
-    found[last + joints + 2] = errors[1]
-    found[last + joints + 3] = family
-    while last > 0 and found[last - width + joints] > away:
+    branches[last + joints] = away
+    branches[last + joints + 1] = errors[0]
+    branches[last + joints + 2] = errors[1]
+    branches[last + joints + 3] = family
+    while last > 0 and branches[last - width + joints] > away:
         for j in range(last, last + width):
-            found[j], found[j - width] = found[j - width], found[j]
+            branches[j], branches[j - width] = branches[j - width], branches[j]
         last -= width
     return count + 1
 
 
 @both_ways
-def add_shortfall(found: Row, joints: int, count: int, short: float) -> None:
+def add_shortfall(branches: Row, joints: int, count: int, short: float) -> None:
     """Add the distance by which the target was moved into reach [m] to the branches' errors in position."""
     if short > 0.0:
         for k in range(count):
-            found[k * (joints + EXTRAS) + joints + 1] += short
+            branches[k * (joints + EXTRAS) + joints + 1] += short
 
 
 @both_ways
@@ -327,21 +329,21 @@ def start_report(report: Row) -> None:
 @both_ways
 def finish_report(work: Workspace, joints: int, count: int) -> None:
     """Report the best of the branches, if there is one."""
-    found, report = work.found, work.report
+    branches, report = work.branches, work.report
     if count > 0:
         write_reason(report, NO_OBSTACLE)
-        report[POSITION_ERROR], report[ANGLE_ERROR] = found[joints + 1], found[joints + 2]
+        report[POSITION_ERROR], report[ANGLE_ERROR] = branches[joints + 1], branches[joints + 2]
         for j in range(joints):
-            report[BEST + j] = found[j]
+            report[BEST + j] = branches[j]
 
 
 @both_ways
-def write_branches(found: Row, count: int, joints: int, out: Row) -> None:
+def write_branches(branches: Row, count: int, joints: int, out: Row) -> None:
     """Write the branches of one target into a row, as far as it has space, then nan."""
     width = joints + EXTRAS
     written = min(len(out), count * width)
     for j in range(written):
-        out[j] = found[j]
+        out[j] = branches[j]
     for first in range(written, len(out), width):
         for j in range(joints):
             out[first + j] = math.nan
@@ -352,7 +354,7 @@ def write_branches(found: Row, count: int, joints: int, out: Row) -> None:
 @both_ways
 def link_rotation(limb: Any, T: Row) -> tuple[bool, Rotation]:
     """Return whether the sixteen numbers of T are rigid, and the rotation of the link whose frame has pose T."""
-    is_rigid, R = _rigid_rotation(T)
+    is_rigid, R = rigid_rotation(T)
     if limb.turned == 0.0:
         return is_rigid, R
     a, b, c, d, e, f, g, h, i = R
@@ -365,7 +367,7 @@ def link_rotation(limb: Any, T: Row) -> tuple[bool, Rotation]:
 
 
 @both_ways
-def _rigid_rotation(T: Row) -> tuple[bool, Rotation]:
+def rigid_rotation(T: Row) -> tuple[bool, Rotation]:
     """Return whether the sixteen numbers of T are a rigid transform, and the nearest rotation.
 
     One step of R ← R (3 − RᵀR)/2 reduces a defect δ ≤ 1e-6 to less than δ².
@@ -392,3 +394,97 @@ def _rigid_rotation(T: Row) -> tuple[bool, Rotation]:
             i + 0.5 * (g * xz + h * yz + i * zz),
         )
     return is_rigid, (a, b, c, d, e, f, g, h, i)
+
+
+# --- Searches over one variable: the minimum of a function, and its roots.
+#
+# A function is called as `function(given, value)`; `given` are its other arguments.
+
+# Halvings of the steps of `least`; iterations of a bisection or golden-section search.
+_FINER, _HALVINGS = 48, 60
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+@both_ways
+def least(function: Callable[..., float], given: Any, low: float, high: float, near: float, steps: int) -> float:
+    """Return the minimiser of a function: the best of even steps and of `near`, refined by halved steps."""
+    step = (high - low) / steps
+    lowest, best = math.inf, low
+    for k in range(-1, steps + 1):
+        value = min(max(near, low), high) if k < 0 else low + step * k
+        result = function(given, value)
+        if result < lowest:
+            lowest, best = result, value
+    for _ in range(_FINER):
+        for value in (max(low, best - step), min(high, best + step)):
+            result = function(given, value)
+            if result < lowest:
+                lowest, best = result, value
+        step *= 0.5
+    return best
+
+
+@both_ways
+def crossing(function: Callable[..., float], given: Any, low: float, high: float, falls: bool) -> float:
+    """Return where a function falls, or rises, through zero between two values, by bisection."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if (function(given, middle) > 0.0) == falls:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@both_ways
+def nearest_to_zero(function: Callable[..., float], given: Any, low: float, high: float, sign: float) -> float:
+    """Return where a function of one sign is nearest to zero, or passes it farthest, by golden sections."""
+    one, two = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    first, second = sign * function(given, one), sign * function(given, two)
+    for _ in range(_HALVINGS):
+        if first <= second:
+            high, two, second = two, one, first
+            one = high - _GOLDEN * (high - low)
+            first = sign * function(given, one)
+        else:
+            low, one, first = one, two, second
+            two = low + _GOLDEN * (high - low)
+            second = sign * function(given, two)
+    return 0.5 * (low + high)
+
+
+@both_ways
+def add_roots(
+    function: Callable[..., float], given: Any, low: float, high: float, steps: int, roots: Floats, count: int
+) -> int:
+    """Add the roots of f between two values, and the minima of |f| between even steps; return the new number."""
+    step = (high - low) / steps
+    current = previous = function(given, low)
+    for k in range(steps + 1):
+        at = low + step * k
+        following = function(given, at + step) if k < steps else current
+        above = current > 0.0
+        if above != (following > 0.0):
+            count = _add(crossing(function, given, at, at + step, above), low, high, roots, count)
+        # A minimum of |f|: there may be a double root, or two roots.
+        elif (
+            above == (previous > 0.0)
+            and abs(current) <= min(abs(previous), abs(following))
+            and abs(current) <= abs(previous - current) + abs(following - current)
+        ):
+            left, right = max(low, at - step), min(high, at + step)
+            nearest = nearest_to_zero(function, given, left, right, 1.0 if above else -1.0)
+            if (function(given, nearest) > 0.0) != above:
+                count = _add(crossing(function, given, left, nearest, above), low, high, roots, count)
+                count = _add(crossing(function, given, nearest, right, not above), low, high, roots, count)
+            count = _add(nearest, low, high, roots, count)
+        previous, current = current, following
+    return count
+
+
+@both_ways
+def _add(root: float, low: float, high: float, roots: Floats, count: int) -> int:
+    if low < root < high and count < len(roots):
+        roots[count] = root
+        count += 1
+    return count

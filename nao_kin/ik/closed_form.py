@@ -15,17 +15,17 @@ import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import Floats1, Floats2, numba_type
+from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, numba_type
+from nao_kin._kernels.rows import borrowed, packed, register_borrowed, register_unpacking, run_rows
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import borrowed, cached_kernel, packed, register_borrowed, register_unpacking, run_rows
-from nao_kin.ik.ranges import (
+from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
     EXTRAS,
@@ -105,9 +105,9 @@ class ChainAtZero:
     def require_axis(self, index: int, axis: ArrayLike) -> None:
         """Raise if a joint turns about another axis."""
         if np.abs(self.axes[index] - axis).max() > _TOLERANCE:
-            found = ", ".join(f"{value:.6g}" for value in self.axes[index])
+            actual = ", ".join(f"{value:.6g}" for value in self.axes[index])
             wanted = "xyz"[int(np.argmax(axis))]
-            raise self.error(f"{self.joints[index]} turns about ({found}), not about {wanted}")
+            raise self.error(f"{self.joints[index]} turns about ({actual}), not about {wanted}")
 
     def require_axes(self, axes: str, first: int = 0) -> None:
         """Raise if joints from `first` on turn about other axes than these."""
@@ -130,7 +130,8 @@ class ChainAtZero:
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
         """Return 1 if the frame is rotated in its link, else 0; its rotation; and its position from `origin`."""
         turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
-        return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
+        rotation, point = self.rotation.ravel().tolist(), (self.point - origin).tolist()
+        return turned, cast(Rotation, tuple(rotation)), cast(Vector, tuple(point))
 
     def error(self, why: str) -> BadArgument:
         """Return the error for a limb that the closed form does not fit."""
@@ -176,12 +177,13 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
     The arguments are sides and frames. `make` may depend on the placements of all joints and of these frames, the torso
     and the root.
     """
-    check_robot(robot)
+    cache = _CACHES.get(robot) if isinstance(robot, RobotModel) else None
+    if cache is None:
+        check_robot(robot)
     for name in arguments:
         if not isinstance(name, str):
             raise UnknownName("frame", name, robot.frame_names)
     key = (make, *arguments)
-    cache = _CACHES.get(robot)
     limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
     if cache is None or cache.numbers.placements_changed(frames):
         # Two threads may do this at a time; each then uses its own.
@@ -308,16 +310,16 @@ class ClosedForm:
 
         def run(numbers: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
             joints = references.shape[1]
-            branches = REPORT + BEST + joints + more
+            first = REPORT + BEST + joints + more
             limb, ranges = unpacked(numbers)
             owner = np.empty(joints + scratch + max_branches * (joints + EXTRAS))
-            q, found = borrowed(owner[: joints + scratch]), borrowed(owner[joints + scratch :])
+            q, branches = borrowed(owner[: joints + scratch]), borrowed(owner[joints + scratch :])
             targets, references, out = borrowed(targets), borrowed(references), borrowed(out)
             for i in range(targets.shape[0]):
-                work = Workspace(q, found, out[i, REPORT:branches])
+                work = Workspace(q, branches, out[i, REPORT:first])
                 count = solve(limb, targets[i], Selection(ranges, references[i], enforce), work)
                 out[i, 0] = count
-                write_branches(found, count, joints, out[i, branches:])
+                write_branches(branches, count, joints, out[i, first:])
             owner[0] = 0.0  # used once more, as `borrowed` requires
 
         def signature() -> tuple[Any, ...]:
@@ -326,7 +328,9 @@ class ClosedForm:
             return tuple(map(numba_type, (Floats1, Floats2, Floats2, bool, Floats2)))
 
         run.__module__ = solve.__module__  # the module that a compiling process has to import
-        self.kernel = cached_kernel(name, seconds, signature)(run)
+        self.kernel = CachedKernel(
+            run, f"a kernel of inverse kinematics, {name}", f"ik kernel, {name}", signature, seconds
+        )
 
 
 def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
@@ -359,9 +363,9 @@ class KernelOutput(NamedTuple):
     @property
     def branches(self) -> Floats:
         """Joint values, distance, errors in position and angle, and family of each, shape (n, k, c + 4)."""
-        most = int(self.rows[0, 0] if len(self.rows) == 1 else self.rows[:, 0].max(initial=0.0))
+        count = int(self.rows[0, 0] if len(self.rows) == 1 else self.rows[:, 0].max(initial=0.0))
         width, first = self.joints + EXTRAS, REPORT + self.length
-        return self.rows[:, first : first + most * width].reshape(len(self.rows), most, width)
+        return self.rows[:, first : first + count * width].reshape(len(self.rows), count, width)
 
 
 def solve(
@@ -376,10 +380,10 @@ def solve_targets(
 ) -> KernelOutput:
     """Solve targets of shape (..., m) with a closed form; `refuse` raises for the first target that is not rigid."""
     enforce, batch, c = options.enforce, targets.shape[:-1], len(limb.joints)
-    if options.reference is limb.rest:
+    if options.near is limb.rest:
         joints = limb.at_rest
     else:
-        joints = options.reference[..., limb.index]
+        joints = options.near[..., limb.index]
         joints = joints * limb.multiplier + limb.offset if limb.is_scaled else joints
     if batch:
         # The kernel is compiled for one type of array.
@@ -468,7 +472,7 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
     return {
         "joints": limb.joints,
         "columns": limb.columns,
-        "reference": options.reference.copy() if options.reference is limb.rest else options.reference,
+        "near": options.near.copy() if options.near is limb.rest else options.near,
         "best": limb.coordinates(best),
         "branches": limb.coordinates(values),
         "families": branches[..., c + 3].astype(np.int8),
@@ -478,3 +482,42 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
         "obstacles": Obstacles(joint.astype(np.int64), needed, limit),
         "notes": options.notes,
     }
+
+
+# --- Targets without a solution: the nearest joint values.
+
+# Targets searched for at a time.
+_BLOCK = 2048
+
+
+def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_], Options]:
+    """Return which targets have neither solution nor joint values, shape (...), and the options for these n targets."""
+    missed = np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
+    reference = np.broadcast_to(options.near, (*missed.shape, options.near.shape[-1]))[missed]
+    return missed, options._replace(near=reference)
+
+
+def solve_or_nearest(
+    form: ClosedForm,
+    limb: Limb,
+    rows: Floats,
+    options: Options,
+    nearest: Callable[[Floats, Options], tuple[Floats, Floats]],
+    refuse: Callable[[], object] = lambda: None,
+) -> IKResult:
+    """Return the result for targets of shape (..., m); where there is no solution, with the values from `nearest`."""
+    output = solve_targets(form, limb, rows, options, refuse)
+    result = result_of(limb, rows.shape[:-1], output, options)
+    if not output.is_complete:
+        missed, options = missed_targets(result, options)
+        blocks = [slice(k, k + _BLOCK) for k in range(0, np.count_nonzero(missed), _BLOCK)]
+        values = [nearest(rows[missed][k], options._replace(near=options.near[k])) for k in blocks]
+        result.best[missed], result.residual[missed] = (np.concatenate(each) for each in zip(*values, strict=True))
+    return result
+
+
+def unlimited_branches(form: ClosedForm, limb: Limb, targets: Floats) -> list[Floats]:
+    """Return the coordinates (n, c) of each branch for targets (n, m) without limits; those at rest if missing."""
+    output = solve_targets(form, limb, targets if len(targets) > 1 else targets[0], Options(limb.rest, (), False, None))
+    branches = limb.coordinates(output.branches[..., : len(limb.joints)])
+    return list(np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1))

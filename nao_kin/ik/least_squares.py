@@ -18,6 +18,7 @@ import math
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -25,14 +26,13 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import Floats2, Row, both_ways
+from nao_kin._kernels.cache import CachedKernel, Floats2, Row, both_ways
 from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, rotation_vector, to_frame
+from nao_kin._kernels.rows import copied, in_lists, run_rows
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import cached_kernel, copied, in_lists, run_rows
-from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, result_of, solve_targets, torso_in_trunk
+from nao_kin.ik.branches import MAX_TURNED, Rotation
+from nao_kin.ik.closed_form import Limb, cached_limb, torso_in_trunk
 from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, nearest_corner, open_directions, project
-from nao_kin.ik.ranges import MAX_TURNED, Rotation
-from nao_kin.ik.results import IKResult
 from nao_kin.ik.targets import Options
 from nao_kin.robot import Expression, RobotModel, serial_chain
 from nao_kin.rotations import matrix_from_quat, nearest_rotation, quat_from_xyzw
@@ -104,7 +104,7 @@ def scratch_sizes(frames: int, joints: int, moving: int, tables: int) -> tuple[i
 
 @both_ways
 def descend(
-    chain: Chain, region: Region, goal: Goal, scratch: Scratch, target: Row, still: Row, values: Row, report: Row
+    chain: Chain, region: Region, goal: Goal, scratch: Scratch, target: Row, fixed: Row, values: Row, report: Row
 ) -> None:
     """Search from `values`, which are inside the limits; write the end into `values` and `report`."""
     m, rows = len(region.lower), len(scratch.e)
@@ -119,7 +119,7 @@ def descend(
             for i in range(rows):
                 slope += scratch.J[i * m + j] * scratch.e[i]
             scratch.wanted[j] = -slope
-        restrict(region, values, still, scratch)
+        restrict(region, values, fixed, scratch)
         # If the open directions gain no more than rounding, this is a minimum inside the limits.
         slopes, squares = 0.0, 0.0
         for j in range(m):
@@ -129,7 +129,7 @@ def descend(
                 squares += scratch.J[i * m + j] * scratch.J[i * m + j]
             slopes += slope * slope
         settled = slopes <= goal.flat * goal.flat * squares * 2.0 * cost
-        step_inside(region, values, still, 2.0 * damping * cost, scratch)
+        step_inside(region, values, fixed, 2.0 * damping * cost, scratch)
         # If the projection has changed the step, the model predicts the decrease of the changed step.
         promised = 0.0
         for i in range(rows):
@@ -279,13 +279,13 @@ def direction_error(T: Row, target: Row, at: int, turn: Row) -> None:
 
 
 @both_ways
-def restrict(region: Region, values: Row, still: Row, scratch: Scratch) -> None:
+def restrict(region: Region, values: Row, fixed: Row, scratch: Scratch) -> None:
     """Write the derivative along the directions that the limits leave open into `J_open`."""
     m, rows = len(region.lower), len(scratch.e)
     for i in range(rows * m):
         scratch.J_open[i] = scratch.J[i]
     wanted, ahead, inside, is_open = scratch.wanted, scratch.ahead, scratch.inside, scratch.is_open
-    if open_directions(region, values, still, wanted, ahead, inside, is_open, scratch.along):
+    if open_directions(region, values, fixed, wanted, ahead, inside, is_open, scratch.along):
         return
     for i in range(rows):
         for j in range(m):
@@ -300,7 +300,7 @@ def restrict(region: Region, values: Row, still: Row, scratch: Scratch) -> None:
 
 
 @both_ways
-def step_inside(region: Region, values: Row, still: Row, damping: float, scratch: Scratch) -> None:
+def step_inside(region: Region, values: Row, fixed: Row, damping: float, scratch: Scratch) -> None:
     """Write the joint values after a damped step into `inside`.
 
     Projecting a step that leaves the limits changes it to one that need not decrease the error. So the joints that the
@@ -323,7 +323,7 @@ def step_inside(region: Region, values: Row, still: Row, damping: float, scratch
         shorter = max(1.0, longest / MAX_STEP)
         for j in range(m):
             ahead[j] = values[j] + step[j] / shorter
-        project(region, ahead, still, scratch.inside)
+        project(region, ahead, fixed, scratch.inside)
         if count == MAX_HOLDS or not hold(region, values, held, scratch):
             break
 
@@ -497,36 +497,38 @@ class Minimum:
 
 
 def descended(
-    chain: Chain, region: LimitRegion, goal: Goal, targets: Floats, still: Floats, starts: Floats, threads: int | None
+    chain: Chain, region: LimitRegion, goal: Goal, targets: Floats, fixed: Floats, starts: Floats, threads: int | None
 ) -> Minimum:
     """Minimise ½‖e‖² from starts (n, m) inside the limits of a region; `q` of the result has shape (n, m).
 
-    `targets` (n, 16 F) are poses of F frames in the base, `still` as from `LimitRegion.still_values`.
+    `targets` (n, 16 F) are poses of F frames in the base, `fixed` as from `LimitRegion.fixed_values`.
     """
     limits, targets = region.numbers, np.array(targets, order="C")  # a copy: kernels take no read-only arrays
-    found, reports = np.array(starts, order="C"), np.empty((len(starts), ANGLE + 1))
+    ends, reports = np.array(starts, order="C"), np.empty((len(starts), ANGLE + 1))
 
     def one_in_lists(part: slice) -> None:
-        values, report = found[part.start].tolist(), [0.0] * (ANGLE + 1)
+        values, report = ends[part.start].tolist(), [0.0] * (ANGLE + 1)
         sizes = scratch_sizes(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
         lists = in_lists(chain), in_lists(limits), in_lists(goal), Scratch(*([0.0] * size for size in sizes))
-        descend(*lists, targets[part.start].tolist(), still[part.start].tolist(), values, report)
-        found[part], reports[part] = values, report
+        descend(*lists, targets[part.start].tolist(), fixed[part.start].tolist(), values, report)
+        ends[part], reports[part] = values, report
 
     def solve(function: Callable[..., object], part: slice) -> None:
         numbers = copied(chain), copied(limits), copied(goal)
-        function(*numbers, targets[part], still[part], found[part], reports[part])
+        function(*numbers, targets[part], fixed[part], ends[part], reports[part])
 
     if len(starts) == 1 and not _descents.in_memory:
         one_in_lists(slice(0, 1))
     else:
         run_rows(_descents, solve, len(starts), threads, _PER_THREAD, one_in_lists)
-    return Minimum(found, reports[:, COST], reports[:, POSITION:], reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
+    return Minimum(ends, reports[:, COST], reports[:, POSITION:], reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
 
 
-@cached_kernel("damped least squares")
+@partial(
+    CachedKernel, what="a kernel of inverse kinematics, damped least squares", name="ik kernel, damped least squares"
+)
 def _descents(
-    chain: Chain, region: Region, goal: Goal, targets: Floats2, still: Floats2, values: Floats2, reports: Floats2
+    chain: Chain, region: Region, goal: Goal, targets: Floats2, fixed: Floats2, values: Floats2, reports: Floats2
 ) -> None:
     sizes = scratch_sizes(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
     # Allocated in the kernel, so that the compiler knows that the arrays do not overlap.
@@ -537,7 +539,7 @@ def _descents(
         np.empty(sizes[15]), np.empty(sizes[16]),
     )  # fmt: skip
     for i in range(values.shape[0]):
-        descend(chain, region, goal, scratch, targets[i], still[i], values[i], reports[i])
+        descend(chain, region, goal, scratch, targets[i], fixed[i], values[i], reports[i])
 
 
 # --- The nearest joint values of a limb whose closed form has no solution, from several starts.
@@ -546,41 +548,6 @@ def _descents(
 ANGLE_WEIGHT = 0.1
 # Costs that differ by a smaller share than this are equal; its square is the cost of a target that is met [m²].
 _EQUAL = 1e-7
-# Targets searched for at a time.
-_BLOCK = 2048
-
-
-def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_], Options]:
-    """Return which targets have neither solution nor joint values, shape (...), and the options for these n targets."""
-    missed = np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
-    reference = np.broadcast_to(options.reference, (*missed.shape, options.reference.shape[-1]))[missed]
-    return missed, options._replace(reference=reference)
-
-
-def solve_or_nearest(
-    form: ClosedForm,
-    limb: Limb,
-    rows: Floats,
-    options: Options,
-    nearest: Callable[[Floats, Options], tuple[Floats, Floats]],
-    refuse: Callable[[], object] = lambda: None,
-) -> IKResult:
-    """Return the result for targets of shape (..., m); where there is no solution, with the values from `nearest`."""
-    output = solve_targets(form, limb, rows, options, refuse)
-    result = result_of(limb, rows.shape[:-1], output, options)
-    if not output.is_complete:
-        missed, options = missed_targets(result, options)
-        blocks = [slice(k, k + _BLOCK) for k in range(0, np.count_nonzero(missed), _BLOCK)]
-        found = [nearest(rows[missed][k], options._replace(reference=options.reference[k])) for k in blocks]
-        result.best[missed], result.residual[missed] = (np.concatenate(each) for each in zip(*found, strict=True))
-    return result
-
-
-def unlimited_branches(form: ClosedForm, limb: Limb, targets: Floats) -> list[Floats]:
-    """Return the coordinates (n, c) of each branch for targets (n, m) without limits; those at rest if missing."""
-    output = solve_targets(form, limb, targets if len(targets) > 1 else targets[0], Options(limb.rest, (), False, None))
-    branches = limb.coordinates(output.branches[..., : len(limb.joints)])
-    return list(np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1))
 
 
 def nearest_values(
@@ -611,19 +578,19 @@ def nearest_values(
     n, c = len(T), len(limb.columns)
     wanted = np.array(torso_in_trunk(robot) @ T)
     wanted[..., :3, :3] = nearest_rotation(wanted[..., :3, :3])
-    near = options.reference[:, limb.index]
+    near = options.near[:, limb.index]
     began = np.stack([np.broadcast_to(start, (n, c)) for start in (near, *starts)])
     values = robot.neutral()[None].repeat(len(began) * n, axis=0)
     values[:, limb.index] = began.reshape(-1, c)
     values = region.project(motion.joint_values(values))
     targets = np.broadcast_to(wanted.reshape(n, -1), (len(began), n, 16 * len(frames))).reshape(len(values), -1)
-    fixed, inside = region.still_values(values), values[:, region.moving]
+    fixed, inside = region.fixed_values(values), values[:, region.moving]
     weights = np.array([1.0, 1.0, 1.0, 0.0 if directed else weight, weight, weight])
     goal = Goal(weights, 0.0, 60 if weight == 0.0 else 200, directed)
     # A single search runs as Python where nothing is compiled yet.
     parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 and not _descents.in_memory else [slice(None)]
-    found = [descended(chain, region, goal, targets[k], fixed[k], inside[k], options.threads) for k in parts]
-    q, cost = (np.concatenate([getattr(part, name) for part in found]) for name in ("q", "cost"))
+    minima = [descended(chain, region, goal, targets[k], fixed[k], inside[k], options.threads) for k in parts]
+    q, cost = (np.concatenate([getattr(part, name) for part in minima]) for name in ("q", "cost"))
     rows = _nearest_of_the_best(cost.reshape(-1, n), (q.reshape(-1, n, c) - near) * limb.multiplier, options.enforce)
     # Only the best search goes on, to a minimum that rounding does not move.
     goal = goal._replace(steps=_LAST_STEPS, flat=_PRECISE)

@@ -1,4 +1,4 @@
-"""Run scalar code as Python for one target and compiled by Numba for many.
+"""Run scalar code on rows of arrays: as Python for one row, compiled by Numba for many.
 
 Functions marked with `both_ways` use floats and index flat sequences of floats: lists in Python, rows of arrays when
 compiled. Numba is imported for the first batch.
@@ -20,16 +20,8 @@ from nao_kin._kernels.cache import CachedKernel, first_rows
 
 _Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
 
-# Starting a thread is worthwhile only for this many targets.
+# Starting a thread is worthwhile only for this many rows.
 _PER_THREAD = 2000
-
-
-def cached_kernel(
-    name: str, seconds: float = 10.0, signature: Callable[[], Any] | None = None
-) -> Callable[[Callable[..., Any]], CachedKernel]:
-    """Return a decorator for a kernel cached on disk; the types of its arguments are those of `CachedKernel`."""
-    what = f"a kernel of inverse kinematics, {name}"
-    return lambda function: CachedKernel(function, what, f"ik kernel, {name}", signature, seconds)
 
 
 def borrowed(array: Any) -> Any:
