@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
-from nao_kin.cli.options import DEG, JSON, LIMITS, RobotOptions, command, option
+from nao_kin.cli.options import RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_json_list, print_note, print_table
-from nao_kin.cli.sources import CONFIGURATIONS, FileOptions, JointOptions, numbers_of
+from nao_kin.cli.shared import CONFIGURATIONS, DEG, JSON, LIMITS
+from nao_kin.cli.sources import FileOptions, JointOptions, numbers_of
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import FORCE, JSON, OUTPUT, SEED, RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written
+from nao_kin.cli.shared import FORCE, JSON, OUTPUT, SEED
 
 if TYPE_CHECKING:
     from nao_kin.calibration import Calibration, NextPosture

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy
-from nao_kin.cli.options import CSV, DEG, JSON, LIMITS, RobotOptions, argument, command, option
+from nao_kin.cli.options import RobotOptions, argument, command, option
 from nao_kin.cli.output import csv_text, fixed, print_json, print_note, print_table
+from nao_kin.cli.shared import CSV, DEG, JSON, LIMITS
 from nao_kin.cli.sources import JointOptions, numbers_of, read_columns
 from nao_kin.errors import BadArgument, BadInputFile
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nao_kin._core.arrays import Floats, LimitPolicy
-from nao_kin.cli.options import DEG, JSON, LIMITS, RobotOptions, command, option
+from nao_kin.cli.options import RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.sources import CONFIGURATIONS, FileOptions, JointOptions
+from nao_kin.cli.shared import CONFIGURATIONS, DEG, JSON, LIMITS
+from nao_kin.cli.sources import FileOptions, JointOptions
 
 if TYPE_CHECKING:
     from nao_kin.robot import Contact

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import FORCE, JSON, OUT, OUTPUT, RobotOptions, command, flag, one_output, option
+from nao_kin.cli.options import RobotOptions, command, flag, one_output, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.sources import TIMELINE, MotionFile
+from nao_kin.cli.shared import FORCE, JSON, OUT, OUTPUT, TIMELINE
+from nao_kin.cli.sources import MotionFile
 from nao_kin.errors import BadArgument
 
 # Ending of a file → its format; the other formats are folders.
@@ -37,7 +38,7 @@ class ExportOptions:
     license: str | None = option("NAME", "ros2: licence of the package.")
     posture: str | None = option("NAME", "gltf: the posture of the robot.")
     motion: str | None = option("FILE", "gltf: a motion for the animation.")
-    timeline: str | None = option(*TIMELINE)
+    timeline: str | None = TIMELINE
     fps: float | None = option("N", "gltf: poses per second in the animation.")
 
 

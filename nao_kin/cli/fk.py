@@ -13,22 +13,9 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    CSV,
-    DEG,
-    FORCE,
-    FRAME,
-    JSON,
-    LIMITS,
-    OUTPUT,
-    REFERENCE,
-    RobotOptions,
-    argument,
-    check_outputs,
-    command,
-    option,
-)
+from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
 from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
+from nao_kin.cli.shared import CSV, DEG, FORCE, FRAME, JSON, LIMITS, OUTPUT, REFERENCE
 from nao_kin.cli.sources import FileOptions, JointOptions, frame_names, is_motion
 from nao_kin.errors import BadArgument, BadInputFile
 

@@ -18,22 +18,10 @@ from numpy.typing import NDArray
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    CSV,
-    DEG,
-    FORCE,
-    JSON,
-    LIMITS,
-    OUTPUT,
-    RobotOptions,
-    argument,
-    check_outputs,
-    command,
-    flag,
-    option,
-)
+from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written
-from nao_kin.cli.sources import COLUMNS, HIPS, IGNORE_OTHER, FileOptions, joint_values, numbers_of
+from nao_kin.cli.shared import COLUMNS, CSV, DEG, FORCE, HIPS, IGNORE_OTHER, JSON, LIMITS, OUTPUT
+from nao_kin.cli.sources import FileOptions, joint_values, numbers_of
 from nao_kin.errors import BadArgument, NaoKinError, UnknownName
 
 if TYPE_CHECKING:
@@ -82,9 +70,9 @@ class Request:
     near: str | None = option(
         "POSTURE|FILE", "Prefer solutions near a posture or the configurations in a file. Default: all joints at zero."
     )
-    columns: list[str] | None = option(*COLUMNS)
-    ignore_other: bool = flag(IGNORE_OTHER)
-    hips: str | None = option(*HIPS)
+    columns: list[str] | None = COLUMNS
+    ignore_other: bool = IGNORE_OTHER
+    hips: str | None = HIPS
     every: bool = flag("Print every solution.", "--all")
     limits: Literal["enforce", "ignore"] = LIMITS
     numeric: bool = flag("Use the numeric solver even if there is a closed form.")

@@ -11,22 +11,10 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import (
-    FORCE,
-    JSON,
-    OUT,
-    OUTPUT,
-    OUTSIDE,
-    Group,
-    RobotOptions,
-    check_outputs,
-    command,
-    flag,
-    one_output,
-    option,
-)
+from nao_kin.cli.options import Group, RobotOptions, check_outputs, command, flag, one_output, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.sources import HIPS, MotionFile, check_posture
+from nao_kin.cli.shared import FORCE, HIPS, JSON, OUT, OUTPUT, OUTSIDE
+from nao_kin.cli.sources import MotionFile, check_posture
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -61,7 +49,7 @@ def convert(
     out: str | None = OUT,
     output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
-    hips: str | None = option(*HIPS),
+    hips: str | None = HIPS,
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
     mirror: bool = flag("Exchange left and right."),
     reverse: bool = flag("Play the motion backwards."),

@@ -12,8 +12,9 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, FORCE, JSON, OUTPUT, RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
 from nao_kin.cli.output import csv_text, print_json_list, print_written
+from nao_kin.cli.shared import DEG, FORCE, JSON, OUTPUT
 from nao_kin.cli.sources import FileOptions, JointOptions, read_columns
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 

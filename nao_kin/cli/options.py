@@ -56,20 +56,6 @@ def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
-# The names of the option for the file to write, and the argument for the same.
-OUTPUT = "--output", "-o"
-OUT = argument("OUT", "The file or folder to write, - for standard output.", None)
-
-JSON = flag("Print JSON.")
-CSV = flag("Print CSV.")
-DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
-FORCE = flag("Replace the output file if it exists.")
-OUTSIDE = "Treatment of joints outside their limits."
-LIMITS = option(None, OUTSIDE, default="enforce")
-FRAME = option("FRAME", "A frame; repeatable, or several with commas.")
-REFERENCE = option("FRAME", "Give poses in this frame. Default: the root link.")
-SEED = option("N", "Seed of random numbers.", default=0)
-
 # Name of a command → its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
 
@@ -166,7 +152,7 @@ class Command(TyperCommand):
             values, _, order = self.make_parser(ctx).parse_args(list(args))
         except UsageError as error:
             if hasattr(error, "possibilities"):  # an unknown option
-                raise _no_such_option(ctx, error.option_name, known) from None
+                raise _no_such_option(ctx, getattr(error, "option_name", ""), known) from None
             error.ctx = ctx  # type: ignore[attr-defined]  # absent if the argument of an option is missing
             raise
         if not any(parameter.is_eager for parameter in order):  # --help works with any other options

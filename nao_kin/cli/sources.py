@@ -15,22 +15,12 @@ from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import argument, flag, option
 from nao_kin.cli.output import print_note
+from nao_kin.cli.shared import COLUMNS, HIPS, IGNORE_OTHER, TIMELINE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
-
-TIMELINE = "NAME", "One of several motions in the file, by name or number."
-COLUMNS = (
-    "NAME=HEADING",
-    "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
-)
-IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
-HIPS = "RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right."
-
-
-CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
 
 
 @dataclass(frozen=True)
@@ -133,8 +123,8 @@ class MotionFile:
     file: str = argument("FILE", "A motion file of any format, - for standard input.")
     from_: str | None = option("FORMAT", "Format of FILE. Default: by its content.")
     deg: bool = flag("Use degrees for a FILE without units, and in messages.")
-    timeline: str | None = option(*TIMELINE)
-    ignore_other: bool = flag(IGNORE_OTHER)
+    timeline: str | None = TIMELINE
+    ignore_other: bool = IGNORE_OTHER
 
     def read(self, model: RobotModel) -> Motion:
         """Return the motion of a robot's joints."""
@@ -154,11 +144,11 @@ class MotionFile:
 class FileOptions:
     """The options of a file of whole configurations or of a motion."""
 
-    columns: list[str] | None = option(*COLUMNS)
-    ignore_other: bool = flag(IGNORE_OTHER)
+    columns: list[str] | None = COLUMNS
+    ignore_other: bool = IGNORE_OTHER
     rate: float | None = option("N", "For a motion: configurations per second.")
-    hips: str | None = option(*HIPS)
-    timeline: str | None = option(*TIMELINE)
+    hips: str | None = HIPS
+    timeline: str | None = TIMELINE
 
     def check(self, file: str | None, posture: str | None, *, moves: bool) -> None:
         """Refuse the options of a motion if there is no motion, and those of a file if there is no file."""

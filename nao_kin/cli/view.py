@@ -11,20 +11,9 @@ from typing import TYPE_CHECKING, ClassVar
 from nao_kin._core.arrays import Floats
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import (
-    DEG,
-    FORCE,
-    FRAME,
-    JSON,
-    OUTPUT,
-    RobotOptions,
-    argument,
-    check_outputs,
-    command,
-    flag,
-    option,
-)
+from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
+from nao_kin.cli.shared import DEG, FORCE, FRAME, JSON, OUTPUT
 from nao_kin.cli.sources import FileOptions, JointOptions, frame_names, is_motion, numbers_of
 from nao_kin.errors import BadArgument
 

@@ -1,0 +1,25 @@
+"""Options and arguments that several commands have: each with the same word, placeholder and help everywhere."""
+
+from nao_kin.cli.options import argument, flag, option
+
+# The names of the option for the file to write, and the argument for the same.
+OUTPUT = "--output", "-o"
+OUT = argument("OUT", "The file or folder to write, - for standard output.", None)
+
+JSON = flag("Print JSON.")
+CSV = flag("Print CSV.")
+DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
+FORCE = flag("Replace the output file if it exists.")
+OUTSIDE = "Treatment of joints outside their limits."
+LIMITS = option(None, OUTSIDE, default="enforce")
+FRAME = option("FRAME", "A frame; repeatable, or several with commas.")
+REFERENCE = option("FRAME", "Give poses in this frame. Default: the root link.")
+SEED = option("N", "Seed of random numbers.", default=0)
+TIMELINE = option("NAME", "One of several motions in the file, by name or number.")
+COLUMNS = option(
+    "NAME=HEADING",
+    "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
+)
+IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
+HIPS = option("RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right.")
+CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
