@@ -42,7 +42,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("row", "command"), CASES, ids=lambda value: str(getattr(value, "old", value)))
 def test_a_former_option_does_the_same_and_warns(
     row: FormerName, command: str, folder: Path, capsys: pytest.CaptureFixture
