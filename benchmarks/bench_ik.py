@@ -23,7 +23,6 @@ import numpy as np
 from ik_contenders import CONTENDERS, success_rate
 
 import nao_kin as nk
-from nao_kin.ik import IKResult
 
 # Limits [µs]: a limb in a batch, inside the limits and verified, on all cores; and one call with all checks.
 LIMIT_BATCH, LIMIT_ONE = 0.5, 10.0
@@ -43,7 +42,7 @@ def best_seconds(run: Callable[[], Any], rounds: int) -> float:
     return min(times)
 
 
-def figures(limb: str, solve: Callable[..., IKResult], targets: int, rounds: int) -> dict[str, Any]:
+def figures(limb: str, solve: Any, targets: int, rounds: int) -> dict[str, Any]:
     """Return times per target [µs], and the shares of solved targets."""
     nao = nk.load_nao("v6")
     side, frame = limb[0], limb

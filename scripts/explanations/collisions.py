@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 import nao_kin as nk
 from explanations.drawing import INK, ORANGE, Drawing, Floats
 from explanations.limits import FREE, Chart
-from nao_kin.robot.collisions import LinkPair, LinkShapes
+from nao_kin.robot.collision_pairs import LinkPair
+from nao_kin.robot.collisions import LinkShapes
 from nao_kin.robot.urdf import Collision
 
 Mask = NDArray[np.bool_]
