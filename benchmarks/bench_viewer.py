@@ -46,6 +46,14 @@ _MOVE = """([joints, seconds]) => new Promise((done) => {
     };
     requestAnimationFrame(step);
 })"""
+# Sets the robot down on the floor at each configuration; returns the milliseconds that each takes.
+_SET_DOWN = """(qs) => qs.map((q) => {
+    naoKin.robot.apply(q);
+    naoKin.shown.standing.forget();
+    const begin = performance.now();
+    naoKin.shown.standing.place(q, null);
+    return performance.now() - begin;
+})"""
 # The memory of the page: its heap after a garbage collection, and its objects on the graphics card.
 _HELD = """() => {
     gc();
@@ -180,6 +188,7 @@ def _drawn(browser: Any, viewer: Viewer, beside: Path | None, seconds: float) ->
                 tab.wait_for_selector("body[data-ready]")
                 row = {"ready_s": time.perf_counter() - start}
                 tab.wait_for_timeout(1000)
+                row["set_down_ms"] = statistics.median(tab.evaluate(_SET_DOWN, viewer.robot.random(8, 200).tolist()))
                 for what in ("robot_moves", "camera_moves"):
                     row[f"{what}_per_s"] = tab.evaluate(_MOVE, [what == "robot_moves", seconds])
                 tab.close()

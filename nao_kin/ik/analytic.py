@@ -127,7 +127,7 @@ def analytic(
     """
     if _former:
         reference = ROOT.argument(_former, reference)
-    if reference is not None and not isinstance(reference, str):
+    if isinstance(reference, (np.ndarray, list, tuple)):
         near, reference = NEAR.instead(reference, near), None  # type: ignore[unreachable]
     check_robot(robot)
     need_extra("nk.ik.analytic", "analytic")

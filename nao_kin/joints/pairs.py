@@ -244,7 +244,8 @@ class MultiDofJoint:
         lower: smallest value of each part, shape (n,) [rad or m].
         upper: largest value of each part, shape (n,) [rad or m].
         units: unit of each part's value.
-        singularity: of a joint of three axes.
+        singularity: of a joint of three axes: `joint` of the middle axis, its singular values `at` [rad], and the
+            smallest and largest value, `lower` and `upper`, that its limits allow [rad].
     """
 
     name: str

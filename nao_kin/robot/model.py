@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, choice, flag, limit_policy, shaped, whole_number
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, shaped, texts, whole_number
 from nao_kin._core.former import MOST, hides_former
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
@@ -530,7 +530,7 @@ class RobotModel:
             >>> nk.load_nao().joints_by_motor(["RHipYawPitch", "HeadYaw", "LHipYawPitch"])
             {'HeadYaw': ['HeadYaw'], 'LHipYawPitch': ['LHipYawPitch', 'RHipYawPitch']}
         """
-        return joints_by_motor(self, names)
+        return joints_by_motor(self, texts(names, "names"))
 
     def motor_values(self, values: Mapping[str, Floats], hips: Hips = "average") -> dict[str, Floats]:
         """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
@@ -546,7 +546,9 @@ class RobotModel:
             [-0.2, -0.35]
         """
         check_hips(hips)
-        return motor_values(self, values, hips)
+        if not isinstance(values, Mapping):
+            raise BadArgument(f"values must map joints to values, got {quoted(values)}")
+        return motor_values(self, {name: as_floats(each, (), name) for name, each in values.items()}, hips)
 
     def checked(self, q: ArrayLike) -> Floats:
         """Return `q` as an array of configurations of this robot; limits are not checked.

@@ -83,6 +83,10 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
     """Return the arguments of `RobotModel.with_offsets` from a mapping with "joints" and "frames", or from a TOML file.
 
     The file has a table `joints` of numbers, and a table `frames` of six numbers or four rows of four each.
+
+    Examples:
+        >>> nk.robot.read_offsets({"joints": {"LKneePitch": 0.01}})
+        {'joints': {'LKneePitch': 0.01}}
     """
     document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
     for kind, table in document.items():
@@ -98,13 +102,20 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
 
 
 def write_offsets(path: Path | str, offsets: Mapping[str, Any], *, overwrite: bool = False) -> Path:
-    """Write offsets of joints and frames, as `read_offsets` returns them, to a TOML file; return its path."""
-    lines = []
+    """Write offsets of joints and frames, as `read_offsets` returns them, to a TOML file; return its path.
+
+    Examples:
+        >>> path = nk.robot.write_offsets("mine.toml", {"joints": {"LKneePitch": 0.01}})
+        >>> nk.robot.read_offsets(path)["joints"]
+        {'LKneePitch': 0.01}
+    """
+    lines, tables = [], read_offsets(offsets)
     for kind in _KINDS:
         lines.append(f"[{kind}]  # {'rad, or m' if kind == 'joints' else 'dx, dy, dz [m], roll, pitch, yaw [rad]'}")
-        for name, value in offsets.get(kind, {}).items():
+        for name, value in tables.get(kind, {}).items():
             # A JSON string is also a TOML string, and a JSON list of numbers a TOML array.
-            lines.append(f"{json.dumps(name, ensure_ascii=False)} = {json.dumps(np.asarray(value, float).tolist())}")
+            numbers = as_floats(value, (), f"the offset of {name}").tolist()
+            lines.append(f"{json.dumps(name, ensure_ascii=False)} = {json.dumps(numbers)}")
     return write_document(path, "\n".join([*lines, ""]).encode(), overwrite=overwrite)[0]
 
 

@@ -62,7 +62,7 @@ class SupportPolygon:
             >>> T = nao.fk(nao.posture("StandInit"), ["LLeg", "RLeg"])
             >>> corners = [nao.sole_outline(sole, "sensors") for sole in ("LLeg", "RLeg")]
             >>> nk.robot.SupportPolygon.of_soles(zip(T, corners)).vertices.shape
-            (6, 2)
+            (5, 2)
         """
         return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))
 

@@ -290,7 +290,7 @@ def test_without_matplotlib_the_extra_is_named(
         (("convert", "{nod}", "{folder}/x.csv", "--stretch", "-1"), "--stretch must be a positive number, got -1"),
         (("convert", "{nod}", "{folder}/x.csv", "--hips", "both"), "valid: average, left, right"),
         (("convert", "{nod}", "/dev/stdout", "--to", "csv", "--json"), "both write to standard output"),
-        (("convert", "{nod}"), "Missing argument"),
+        (("convert", "{nod}"), "as OUT or with --output"),
         (
             ("info", "{nod}", "--timeline", "3"),
             "--timeline chooses one of several, in files of xar, xap, python, bhuman",

@@ -334,7 +334,7 @@ def near_a_singularity(name: str, frame: str, joint: str, lock: str, beside: flo
     if lock:
         q[:, robot.joint_names.index(lock)] = q[0, robot.joint_names.index(lock)]
     locked = {lock: float(q[0, robot.joint_names.index(lock)])} if lock else {}
-    return robot, q, poses_by_pinocchio(robot, frame, q), {"root": robot.tree.root, "locked": locked}
+    return robot, q, poses_by_pinocchio(robot, frame, q), {"reference": robot.tree.root, "locked": locked}
 
 
 def poses_by_pinocchio(robot: Any, frame: str, q: Floats) -> Floats:
@@ -520,10 +520,10 @@ def test_solutions_that_eaik_misses_are_searched_for(nao: nk.NaoModel, monkeypat
 SHOWN = {"robot": "nao", "frame": "LLeg", "T": np.eye(4)}
 BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"frame": "LLe"}, UnknownName, "LLeg"),
-    ({"root": "tors"}, UnknownName, "torso"),
+    ({"reference": "tors"}, UnknownName, "torso"),
     ({"frame": "torso"}, BadArgument, "no joint moves 'torso'"),
-    ({"frame": "RLeg", "root": "LLeg"}, BadArgument, "LHipYawPitch moves two of its joints.*numeric"),
-    ({"frame": "LArm", "root": "Head"}, BadArgument, "7 joints, and EAIK solves 6; lock .*numeric"),
+    ({"frame": "RLeg", "reference": "LLeg"}, BadArgument, "LHipYawPitch moves two of its joints.*numeric"),
+    ({"frame": "LArm", "reference": "Head"}, BadArgument, "7 joints, and EAIK solves 6; lock .*numeric"),
     ({"locked": {"HeadYaw": 0.1}}, UnknownName, "only joints between torso and LLeg"),
     ({"locked": {"LKneePich": 0.1}}, UnknownName, "LKneePitch"),
     ({"locked": {"LKneePitch": 9.0}}, OutsideLimits, "LKneePitch"),

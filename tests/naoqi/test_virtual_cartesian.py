@@ -465,7 +465,7 @@ REFUSED = [
     (("positionInterpolations", ["LArm", "RArm"], TORSO, [TARGET], 7, 1.0), "paths must be 2, one for each effector"),
     (("positionInterpolations", ["LArm", "RArm"], TORSO, [TARGET, TARGET], [7], 1.0), "axis masks must be one for all"),
     (("positionInterpolations", "Torso", TORSO, TARGET, 63, 1.0), "Torso does not move in FRAME_TORSO"),
-    (("transformInterpolations", "LArm", TORSO, [0.0] * 16, 7, 1.0), "its last row is 0, 0, 0, 0"),
+    (("transformInterpolations", "LArm", TORSO, [*np.eye(4).ravel()[:15], 2.0], 7, 1.0), "its last row is 0, 0, 0, 2"),
     (("transformInterpolations", "LArm", TORSO, [2.0, *[0.0] * 11], 7, 1.0), "not a rotation matrix"),
     (("positionInterpolation", ["LArm"], TORSO, TARGET, 7, 1.0, True), "chainName must be a text"),
     (("setPositions", "LArm", TORSO, TARGET, 0.0, 7), "fractionMaxSpeed must be above 0 and at most 1"),

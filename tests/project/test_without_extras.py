@@ -23,7 +23,7 @@ else:
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = PROJECT["optional-dependencies"]
-FOR_DEVELOPERS = {"test", "docs", "dev"}
+FOR_DEVELOPERS = {"test", "test-full", "docs", "dev", "dev-full"}
 EVERY = sorted({*(word for extra in EXTRAS.values() for word in (*extra.packages, *extra.modules)), "llvmlite"})
 
 # The same questions with Numba and without; what they give is written to a file.

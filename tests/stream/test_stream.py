@@ -542,7 +542,7 @@ def test_no_rows_give_no_poses_where_a_file_may_be_empty(nao: nk.NaoModel, tmp_p
         ({"as_": "euler"}, UnknownName, "unknown form of a pose 'euler'"),
         ({"dtype": "float16"}, BadArgument, "dtype must be float64 or float32, got 'float16'"),
         ({"dtype": "nonsense"}, BadArgument, "dtype must be float64 or float32, got 'nonsense'"),
-        ({"limits": "rais"}, UnknownName, "unknown limits policy 'rais' .nearest: raise"),
+        ({"limits": "rais"}, UnknownName, "unknown limits policy 'rais' .valid: enforce"),
         ({"on_error": "skipp"}, UnknownName, "unknown policy for bad rows 'skipp' .nearest: skip"),
         ({"sink": "poses.json"}, BadArgument, "the ending names the format; expected .parquet"),
         ({"sink": "poses"}, BadArgument, "the ending names the format; expected .parquet"),

@@ -275,17 +275,3 @@ def test_a_robot_without_soles_that_has_a_resting_posture_settles_in_it(browser:
     robot = _box_with_a_mass(tmp_path, "revolute", (0.9, 0.1, 0.2))
     with opened(browser, Viewer(robot).save_html(tmp_path / "box.html")) as page:
         assert np.allclose(_up(page), [1.0, 0.0, 0.0], atol=1e-9)
-
-
-def test_setting_down_takes_two_milliseconds_at_most(page: Page, nao: nk.NaoModel) -> None:
-    times = page.run(
-        """(qs) => qs.map((q) => {
-            naoKin.robot.apply(q);
-            naoKin.shown.standing.forget();
-            const begin = performance.now();
-            naoKin.shown.standing.place(q, null);
-            return performance.now() - begin;
-        })""",
-        nao.random(8, 200).tolist(),
-    )
-    assert np.median(times) < 2.0
