@@ -496,7 +496,8 @@ def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> No
             one.tab.wait_for_selector("#notice:not([hidden])")
             one.slide("HeadYaw", -0.3)
             assert one.q[0] == pytest.approx(-0.3)
-            assert one.errors == []
+            # The page may have tried to reconnect meanwhile, which the browser writes to the console.
+            assert [error for error in one.errors if "ERR_CONNECTION_REFUSED" not in error] == []
         finally:
             one.close()
 
