@@ -59,11 +59,8 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
     """
     check_robot(robot)
     table = robot.joints
-    (up, T_last_base), (down, T_last_frame) = (
-        (table.path(row), T) for row, T in (robot.frame_placement(base), robot.frame_placement(frame))
-    )
-    while up and down and up[0] == down[0]:  # joints that carry both
-        up, down = up[1:], down[1:]
+    (first, T_last_base), (last, T_last_frame) = robot.frame_placement(base), robot.frame_placement(frame)
+    up, down = table.paths(first, last)
     placements, fixed, drivers = [], np.linalg.inv(T_last_base), list[Mimic]()
     for k, sign in (*((k, -1.0) for k in reversed(up)), *((k, 1.0) for k in down)):
         T_parent_joint, turn = table.placements[k], _z_along(table.axes[k])
@@ -72,7 +69,7 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
         motor = robot.joint_names[table.coordinates[k] - robot.nq_base]
         drivers.append(Mimic(motor, sign * float(table.multipliers[k]), sign * float(table.offsets[k])))
     placements.append(fixed @ T_last_frame)
-    slides = tuple(table.kinds[k] == "prismatic" for k in (*reversed(up), *down))
+    slides = tuple(table.slides[[*reversed(up), *down]].tolist())
     return SerialChain(np.ascontiguousarray(np.array(placements)[:, :3]), slides, tuple(drivers))
 
 

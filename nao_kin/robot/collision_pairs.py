@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -165,19 +165,18 @@ class _Between:
     """The joints between two links, the ranges of their coordinates, and all combinations of the links' capsules."""
 
     def __init__(self, robot: RobotModel, capsules: Capsules, pair: tuple[str, str]) -> None:
-        a, b = (_moving(robot.tree, link) for link in pair)
-        while a and b and a[0] == b[0]:  # a joint that moves both
-            a, b = a[1:], b[1:]
-        self._robot, self._sides, joints = robot, (a, b), (*a, *b)
-        self._links = [*(joint.child for joint in joints), *pair]
-        self._names = list(dict.fromkeys(joint.coupling.joint for joint in joints))
+        joints = robot.joints
+        a, b = joints.paths(*(robot.frame_placement(link)[0] for link in pair))
+        rows = [*a, *b]
+        self._robot, self._sides = robot, [(~joints.slides[side], joints.axes[side]) for side in (a, b)]
+        self._links = [*(joints.links[row] for row in rows), *pair]
+        coordinates, multipliers = joints.coordinates[rows] - robot.nq_base, joints.multipliers[rows]
+        columns = list(dict.fromkeys(coordinates.tolist()))
+        self._names = [robot.joint_names[column] for column in columns]
         # Speed of each joint over that of each coordinate.
-        self._ratios = np.array(
-            [[joint.coupling.multiplier * (joint.coupling.joint == name) for name in self._names] for joint in joints]
-        ).reshape(len(joints), len(self._names))
-        columns = [robot.joint_names.index(name) for name in self._names]
+        self._ratios = multipliers[:, None] * (coordinates[:, None] == np.array(columns, dtype=np.intp))
         low, high = robot.lower[columns], robot.upper[columns]
-        turns = np.array([joint.kind == "revolute" and abs(joint.coupling.multiplier) == 1.0 for joint in joints], bool)
+        turns = ~joints.slides[rows] & (np.abs(multipliers) == 1.0)
         whole = ~np.isfinite(high - low) & ~(~turns @ (self._ratios != 0.0))  # all turns of joints without limits
         self.ranges = np.where(whole, -np.pi, low), np.where(whole, np.pi, high)
         both = list(product(*(capsules[link] for link in pair)))
@@ -204,47 +203,36 @@ class _Between:
             return None
         normals /= gaps[..., None]
         steps = half @ np.abs(self._ratios).T
-        count = len(self._sides[0])
-        to_a, motions_a = _motions(self._sides[0], T[:, :count], steps[:, :count], one, normals)
-        to_b, motions_b = _motions(self._sides[1], T[:, count:-2], steps[:, count:], other, normals)
+        count = len(self._sides[0][0])
+        to_a, motions_a = _motions(*self._sides[0], T[:, :count], steps[:, :count], one, normals)
+        to_b, motions_b = _motions(*self._sides[1], T[:, count:-2], steps[:, count:], other, normals)
         lowest = (dot(one, normals[:, :, None]) - to_a).min(axis=-1)
         highest = (dot(other, normals[:, :, None]) + to_b).max(axis=-1)
         near = (lowest - highest - self._radii <= _ROUNDING).any(axis=1)
         return near, np.concatenate([motions_a, motions_b], axis=1) @ (self._ratios != 0.0)
 
 
-def _moving(tree: UrdfTree, link: str) -> tuple[UrdfJoint, ...]:
-    """Return the joints that move a link, from the root outwards."""
-    above, joints = {joint.child: joint for joint in tree.joints}, []
-    while link in above:
-        joints.append(above[link])
-        link = above[link].parent
-    return tuple(joint for joint in reversed(joints) if joint.kind != "fixed")
-
-
 def _motions(
-    joints: Sequence[UrdfJoint], T: Floats, steps: Floats, ends: Floats, normals: Floats
+    turns: NDArray[np.bool_], axes: Floats, T: Floats, steps: Floats, ends: Floats, normals: Floats
 ) -> tuple[Floats, Floats]:
     """Return bounds of the motions of points p (n, m, 2, 3) along normals (n, m, 3), if joints move by up to steps.
 
-    Joints 1 … k are given from the first link outwards, with poses (n, k, 4, 4) of the links that they move. Joint j
-    turns by up to h_j about the axis a_j through o_j. Let g_j = a_j × (p − o_j), and c_j = 2 sin(h_j/2) the chord. The
-    distance of p from this axis is up to r_j = |g_j| + Σ_{i>j} c_i r_i, and p moves by up to Σ c_j r_j. Because
-    ∂²p/∂q_i∂q_j = a_i × g_j for i ≤ j, it moves along the normal n by up to
-    Σ |n · g_j| h_j + Σ r_j h_j (h_j/2 + Σ_{i<j} h_i). Sliding joints have g_j = a_j, c_j = h_j, r_j = 1, and they do
-    not change distances from their own axes.
+    Joints 1 … k are given from the first link outwards: whether they turn, their axes (k, 3) in the links that they
+    move, and the poses (n, k, 4, 4) of these links. Joint j turns by up to h_j about the axis a_j through o_j. Let
+    g_j = a_j × (p − o_j), and c_j = 2 sin(h_j/2) the chord. The distance of p from this axis is up to
+    r_j = |g_j| + Σ_{i>j} c_i r_i, and p moves by up to Σ c_j r_j. Because ∂²p/∂q_i∂q_j = a_i × g_j for i ≤ j, it moves
+    along the normal n by up to Σ |n · g_j| h_j + Σ r_j h_j (h_j/2 + Σ_{i<j} h_i). Sliding joints have g_j = a_j,
+    c_j = h_j, r_j = 1, and they do not change distances from their own axes.
 
     Returns:
         The smaller bound for each point, shape (n, m, 2), and the largest motion by each joint, shape (n, k) [m].
     """
-    turns = np.array([joint.kind == "revolute" for joint in joints], dtype=bool)
-    axes = np.einsum("nkij,kj->nki", T[..., :3, :3], np.array([joint.axis for joint in joints]).reshape(-1, 3))
-    axes = axes[:, :, None, None]
+    axes = np.einsum("nkij,kj->nki", T[..., :3, :3], axes)[:, :, None, None]
     levers = np.where(turns[:, None, None, None], cross(axes, ends[:, None] - T[:, :, None, None, :3, 3]), axes)
     reach, moved = norm(levers), np.zeros(ends.shape[:-1])
     angles = np.where(turns, np.minimum(steps, np.pi), steps)
     chords = np.where(turns, 2.0 * np.sin(0.5 * angles), steps)[:, :, None, None]
-    for j in reversed(range(len(joints))):
+    for j in reversed(range(len(turns))):
         reach[:, j] += moved * turns[j]
         moved = moved + chords[:, j] * reach[:, j]
     before = np.cumsum(angles * turns, axis=1) - 0.5 * angles * turns

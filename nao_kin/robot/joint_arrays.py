@@ -118,6 +118,20 @@ class JointArrays:
             row = int(self.parents[row])
         return path[::-1]
 
+    def paths(self, row: int, other: int) -> tuple[list[int], list[int]]:
+        """Return the paths to two joints, or to the root, without the joints that are on both.
+
+        Examples:
+            >>> joints = nk.load_nao().joints
+            >>> paths = joints.paths(joints.row("LShoulderRoll"), joints.row("LElbowRoll"))
+            >>> [[joints.names[k] for k in path] for path in paths]
+            [[], ['LElbowYaw', 'LElbowRoll']]
+        """
+        path, across = self.path(row), self.path(other)
+        while path and across and path[0] == across[0]:
+            path, across = path[1:], across[1:]
+        return path, across
+
     def values(self, q: ArrayLike) -> Floats:
         """Return the values of all joints at configurations (..., nq), shape (..., n) [rad, m].
 
