@@ -1,22 +1,28 @@
-"""What a calibration observes: pixels of known points, measured poses of frames, and soles that stand on one plane."""
+"""What a calibration observes: pixels of known points, measured poses of frames, and soles that stand on one plane.
+
+First estimates of the unknown poses are made from the observations and the nominal robot.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_pixels, cross_matrix, rigid_inverse, shaped
+from nao_kin._core.arrays import Floats, as_floats, as_pixels, cross_matrix, join_poses, rigid_inverse, shaped
+from nao_kin._core.files import described, read_json, read_text
 from nao_kin._core.text import quoted
 from nao_kin.calibration.unknowns import Moving, State
-from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import RobotModel, pose_of_body, rigid_poses
-from nao_kin.rotations import log, right_jacobian_inverse
-from nao_kin.world import Camera
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
+from nao_kin.robot import RobotModel, check_robot, pose_of, pose_of_body, rigid_poses
+from nao_kin.rotations import log, mean_rotation, nearest_rotation, right_jacobian_inverse
+from nao_kin.world import Camera, camera
 
 # Residual, in units of its noise, of a point that is behind the camera during the search.
 BEHIND = 1e4
@@ -253,3 +259,245 @@ def _noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
     if not (noise > 0.0).all():
         raise BadArgument(f"{what} must be positive, got {quoted(values)}")
     return noise
+
+
+# --- First estimates of unknown poses, from the nominal robot.
+
+# Postures from which a board's pose is estimated; the best estimate counts.
+_TRIED = 10
+# Ratio of the least to the greatest extent of points that lie in a plane, and of those on a line.
+_FLAT = 1e-6
+
+
+def add_starts(state: State, observation: Checked, starts: dict[str, Floats]) -> None:
+    """Estimate the poses that an observation needs and that have no start yet."""
+    if all(name in starts for name, _ in observation.poses):
+        return
+    given = observation.given
+    if isinstance(given, Pixels):
+        starts[str(given.board)] = _board(state, observation, given)
+    elif isinstance(given, Poses):
+        frames = state.frame(observation.q, given.reference).inverse() @ state.frame(observation.q, given.frame)
+        starts |= _markers(frames.T, np.reshape(given.poses, (-1, 4, 4)), given, starts)
+
+
+def _board(state: State, observation: Checked, given: Pixels) -> Floats:
+    """Return the pose of a board in its frame: of those estimated from single postures, the one that suits all best."""
+    points, mask = np.reshape(given.points, (-1, 3)), observation.mask
+    pixels = observation.measured * given.noise
+    T_frame_cameras = (
+        state.frame(observation.q, given.frame).inverse() @ camera_at(state, observation.q, given.camera)
+    ).T
+    found = list[tuple[float, Floats]]()
+    for n in np.argsort(-mask.sum(axis=1), kind="stable")[:_TRIED]:
+        rays = np.asarray(given.camera.ray(pixels[n]))
+        usable = np.isfinite(rays).all(axis=-1)
+        T_camera_board = _pose_of_points(points[usable], rays[usable])
+        if T_camera_board is None:
+            continue
+        T_frame_board = T_frame_cameras[n] @ T_camera_board
+        T = rigid_inverse(T_frame_cameras) @ T_frame_board
+        seen = T[:, None, :3, :3] @ points[:, :, None]
+        error = np.abs(given.camera.project(seen[..., 0] + T[:, None, :3, 3]) - pixels)[mask]
+        found.append((float(np.median(np.nan_to_num(error, nan=np.inf))), T_frame_board))
+    if not found:
+        raise BadArgument(
+            f"the pose of board {given.board} needs a posture that sees four of its points in a plane, or six; "
+            f"or give start={{{given.board!r}: pose}}"
+        )
+    return min(found, key=lambda pair: pair[0])[1]
+
+
+def _pose_of_points(points: Floats, rays: Floats) -> Floats | None:
+    """Return the pose of a body in the camera's frame from the rays to its points; None for too few of them.
+
+    The direct linear transform: ray × (R X + t) = 0 is linear in the columns of R that the points span, and in t. Its
+    solution is fixed up to a factor, which the lengths of the columns and the side of the camera give.
+    Source: Hartley and Zisserman, Multiple View Geometry, 7.1.
+    """
+    if len(points) < 4:
+        return None
+    centre = points.mean(axis=0)
+    _, spread, axes = np.linalg.svd(points - centre)
+    rank = int((spread > _FLAT * spread.max()).sum())
+    if rank < 2 or (rank == 3 and len(points) < 6):
+        return None
+    B = axes[:rank].T
+    size = spread[0] / np.sqrt(len(points))
+    local = np.concatenate(((points - centre) @ B / size, np.ones((len(points), 1))), axis=1)
+    x, y, z = rays.T
+    o = np.zeros_like(x)
+    skew = np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
+    rows = np.einsum("nij,nk->nijk", skew, local).reshape(3 * len(points), -1)
+    M = np.linalg.svd(rows)[2][-1].reshape(3, rank + 1)
+    M /= (
+        np.cbrt(np.linalg.norm(M[:, :rank], axis=0).prod())
+        if rank == 3
+        else np.sqrt(np.linalg.norm(M[:, :2], axis=0).prod())
+    )
+    M *= np.sign((rays * (local @ M.T)).sum())
+    columns = M[:, :rank] if rank == 3 else np.column_stack((M[:, :2], np.cross(M[:, 0], M[:, 1])))
+    full = B if rank == 3 else np.column_stack((B, np.cross(B[:, 0], B[:, 1])))
+    try:
+        R = nearest_rotation(columns @ full.T)
+    except BadArgument:  # the rays are in a plane, or nearly one ray
+        return None
+    return join_poses(R, size * M[:, rank] - R @ centre)
+
+
+def _markers(frames: Floats, poses: Floats, given: Poses, starts: dict[str, Floats]) -> dict[str, Floats]:
+    """Return the unknown of T_world_marker = T_world_reference · T_reference_frame · T_frame_marker."""
+    world = np.eye(4) if given.world is None else starts.get(given.world)
+    marker = np.eye(4) if given.marker is None else starts.get(given.marker)
+    if world is None and marker is not None:
+        return {str(given.world): _mean(poses @ rigid_inverse(frames @ marker))}
+    if world is None:
+        world = _world(frames, poses)
+    marker = _mean(rigid_inverse(world @ frames) @ poses)
+    return {name: T for name, T in ((given.world, world), (given.marker, marker)) if name is not None}
+
+
+def _world(frames: Floats, poses: Floats) -> Floats:
+    """Return T_world_reference if both ends are unknown: P N = W F with N = T_marker_frame is linear in W and N.
+
+    Source: Shah, Solving the robot-world/hand-eye calibration problem using the Kronecker product, 2013.
+    """
+    R_P, R_F, one = poses[:, :3, :3], frames[:, :3, :3], np.eye(3)
+    rows = np.concatenate([np.hstack((np.kron(P, one), -np.kron(one, F.T))) for P, F in zip(R_P, R_F, strict=True)])
+    W = np.linalg.svd(rows)[2][-1].reshape(2, 3, 3)[1]
+    R_W = nearest_rotation(W * np.sign(np.linalg.det(W)))
+    # R_P t_N + t_P = R_W t_F + t_W
+    A = np.concatenate([np.hstack((P, -one)) for P in R_P])
+    b = (frames[:, :3, 3] @ R_W.T - poses[:, :3, 3]).ravel()
+    return join_poses(R_W, np.linalg.lstsq(A, b, rcond=None)[0][3:])
+
+
+def _mean(T: Floats) -> Floats:
+    return join_poses(mean_rotation(T[:, :3, :3]).rotation, T[:, :3, 3].mean(axis=0))
+
+
+# --- Observations in a JSON file.
+
+_HEAD = {"joints", "frames", "start", "observations"}
+# Of each type of observation: the members that must be names, all others, and those of each posture.
+_MEMBERS = {
+    "pixels": (("camera",), {"resolution", "intrinsics", "distortion", "points", "frame", "board"}, {"pixels"}),
+    "poses": (("frame",), {"world", "marker", "reference"}, {"pose"}),
+    "contacts": (("frame", "reference"), {"height"}, set[str]()),
+}
+_COMMON = {"type", "noise", "posture", "seen"}
+# Members that are the attributes of the same names.
+_PASSED_ON = ("frame", "board", "world", "marker", "reference", "height", "noise")
+
+
+def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
+    """Return the arguments of `calibrate` from a JSON file.
+
+    The file has the members `observations` and, as for `calibrate`, `joints`, `frames` and `start`. An observation has
+    a `type`: "pixels", "poses" or "contacts"; the attributes of `Pixels`, `Poses` or `Contacts`; and `seen`, a list
+    with one object for each posture: `joints` (name → reported value [rad], joints not named as in the `posture` of
+    the observation, or zero) and `pixels` ([u, v] or null for each point) or `pose` (six numbers, or rows of four).
+    A camera is named, with a `resolution` and perhaps its own `intrinsics` [fx, fy, cx, cy] and `distortion`.
+
+    Args:
+        robot: the nominal robot.
+        path: the file, "-" for standard input.
+
+    Returns:
+        {"observations": […], "joints": …, "frames": …, "start": …}, all of them arguments of `calibrate`.
+
+    Raises:
+        BadInputFile: the file cannot be read or is not valid; the message names the observation and posture.
+
+    Examples:
+        >>> arguments = nk.calibration.read_observations(nk.load_nao(), "observations.json")  # doctest: +SKIP
+        >>> found = nk.calibration.calibrate(nk.load_nao(), **arguments)  # doctest: +SKIP
+    """
+    check_robot(robot)
+    name = str(path)
+    document = read_json(name, read_text(name))
+    try:
+        _check_members(document, _HEAD)
+        given = _list(document.get("observations"), "observations")
+        joints, frames = document.get("joints", []), document.get("frames", [])
+        if not isinstance(joints, list) or not isinstance(frames, list | dict):
+            raise BadArgument("joints must be a list of names, and frames too, or an object of lists")
+        start = {
+            board: pose_of(T, f"start of {board}") for board, T in _object(document.get("start", {}), "start").items()
+        }
+    except NaoKinError as error:
+        raise BadInputFile(name, str(error)) from None
+    observations = []
+    for number, one in enumerate(given):
+        try:
+            observations.append(_observation(robot, one))
+        except NaoKinError as error:
+            raise BadInputFile(name, f"observation {number}: {error}") from None
+    return {"observations": observations, "joints": joints, "frames": frames, "start": start}
+
+
+def _observation(robot: RobotModel, given: Any) -> AnyObservation:
+    kind = _object(given, "an observation").get("type")
+    if not isinstance(kind, str) or kind not in _MEMBERS:
+        raise UnknownName("type of observation", kind, tuple(_MEMBERS))
+    names, others, of_seen = _MEMBERS[kind]
+    _check_members(given, _COMMON | set(names) | others)
+    for key in names:
+        if not isinstance(given.get(key), str):
+            raise BadArgument(f"{key} must be given: the name of a frame")
+    seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
+    for number, one in enumerate(seen):
+        _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
+        joints = _object(one.get("joints", {}), f"joints of seen {number}")
+        with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
+        with errors_of(f"seen {number}"):
+            rows.append(with_posture(joints, limits="ignore"))
+    own = {key: given[key] for key in _PASSED_ON if key in given}
+    if kind == "contacts":
+        return Contacts(np.array(rows), **own)
+    if kind == "poses":
+        poses = [pose_of(one.get("pose"), f"pose of seen {number}") for number, one in enumerate(seen)]
+        return Poses(np.array(rows), poses=np.array(poses), **own)
+    points = as_floats(_list(given.get("points"), "points"), (3,), "points")
+    pixels = [_pixels(one.get("pixels"), len(points), f"pixels of seen {number}") for number, one in enumerate(seen)]
+    return Pixels(np.array(rows), _camera(robot, given), np.array(pixels), points, **own)
+
+
+def _camera(robot: RobotModel, given: Mapping[str, Any]) -> Any:
+    resolution = given.get("resolution", "VGA")
+    found = camera(robot, given["camera"], tuple(resolution) if isinstance(resolution, list) else resolution)
+    if "intrinsics" in given:
+        numbers = as_floats(given["intrinsics"], (4,), "intrinsics").tolist()
+        found = replace(found, **dict(zip(("fx", "fy", "cx", "cy"), numbers, strict=True)))
+    if "distortion" in given:
+        found = replace(found, distortion=tuple(as_floats(given["distortion"], (), "distortion").ravel().tolist()))
+    return found
+
+
+def _pixels(given: Any, count: int, what: str) -> Floats:
+    rows = [[np.nan, np.nan] if row is None else row for row in _list(given, what)]
+    try:
+        found = np.array(rows, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise BadArgument(f"{what} must be [u, v] or null for each point") from None
+    if found.shape != (count, 2):
+        raise BadArgument(f"{what} must be [u, v] or null for each of {count} points, got {len(rows)}")
+    return found
+
+
+def _list(value: Any, what: str) -> list[Any]:
+    if not isinstance(value, list) or not value:
+        raise BadArgument(f"{what} must be a list that is not empty, got {quoted(described(value))}")
+    return value
+
+
+def _object(value: Any, what: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise BadArgument(f"{what} must be an object, got {quoted(described(value))}")
+    return value
+
+
+def _check_members(value: Any, known: set[str], where: str = "") -> None:
+    for name in _object(value, f"{where}the document" if not where else where.rstrip(": ")):
+        if name not in known:
+            raise UnknownName(f"{where}member", name, sorted(known))

@@ -5,6 +5,7 @@ functions of names, orders, poses, spaces and limits are pure; configurations an
 """
 
 from nao_kin.naoqi import _qi  # noqa: F401  (loads qi before the other modules load Pinocchio)
+from nao_kin.naoqi.compat import run_script
 from nao_kin.naoqi.live import (
     LOLA_ENTRIES,
     JointReading,
@@ -28,7 +29,6 @@ from nao_kin.naoqi.names import (
     limits,
     to_order,
 )
-from nao_kin.naoqi.scripts import run_script
 from nao_kin.naoqi.spaces import (
     FRAME_ROBOT,
     FRAME_TORSO,

@@ -1,16 +1,22 @@
-"""The semantics of a robot: read from a file beside the robot's file, and checked against the robot's tree."""
+"""The semantics of a robot: read from a TOML or SRDF file beside the robot's file, and checked against its tree.
+
+SRDF is the file that MoveIt uses beside a URDF. Its groups, end effectors and group states are read.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
-from nao_kin._core.text import quoted
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
 from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.semantics import Posture, Semantics, read_semantics
-from nao_kin.robot.urdf import UrdfTree, read_srdf
+from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document
+from nao_kin.robot.urdf.tree import UrdfJoint, UrdfTree
 
 
 def find_semantics(
@@ -114,3 +120,132 @@ def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: s
             fixed = "is fixed" if kind == "joint" else "is a fixed joint"
             why = fixed if name in tree.fixed_joints else "does not exist"
             raise BadModel(f"semantics of {tree.name}: {where} names the {kind} {quoted(name)}, which {why}{advice}")
+
+
+# --- SRDF.
+
+
+def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
+    """Return the chains, end effectors, postures and disabled collisions of an SRDF.
+
+    A group is a chain if its moving joints follow one another on one branch. States of one name form one posture. One
+    SRDF often serves several variants of a robot: parts that this robot lacks are left out with a note.
+    """
+    document, _ = read_document(path, file_content(path), notes)
+    if document.tag != "robot":
+        raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
+    reader = _Groups(document, tree)
+    ends = [reader.link(element.get("parent_link", "")) for element in document.findall("end_effector")]
+    semantics = Semantics(
+        chains=reader.chains(),
+        end_effectors=tuple(dict.fromkeys(end for end in ends if end in tree.links)),
+        postures=_postures(document, tree, reader.missing, Path(path).name, notes),
+        disabled_collisions=tuple(_disabled(document, reader, tree.links)),
+    )
+    missing = dict.fromkeys([*reader.missing, *(end for end in ends if end not in tree.links)])
+    if missing:
+        names = abbreviated(", ".join(missing), 100)
+        notes.append(f"{Path(path).name} names {len(missing)} joints and links that the robot does not have: {names}")
+    return semantics
+
+
+class _Groups:
+    """The groups of joints of an SRDF; `missing` are joints and links that the robot does not have."""
+
+    def __init__(self, document: ET.Element, tree: UrdfTree) -> None:
+        self.missing: list[str] = []
+        self._elements: Mapping[str, ET.Element] = {
+            element.get("name", ""): element for element in document.findall("group")
+        }
+        self._joints = {joint.name: joint for joint in tree.joints}
+        self._above = {joint.child: joint for joint in tree.joints}
+        self._links = set(tree.links)
+        self._renamed = tree.shared_names
+        self._order = {joint.name: index for index, joint in enumerate(tree.joints)}
+
+    def chains(self) -> dict[str, tuple[str, ...]]:
+        """Return group → its moving joints from the root outwards, if they follow one another on one branch."""
+        found = {}
+        for name, element in self._elements.items():
+            members = {joint.name for joint in self._members(element, (name,)) if joint.kind != "fixed"}
+            ordered = sorted(members, key=self._order.__getitem__)
+            if ordered and members <= {joint.name for joint in self._path(self._joints[ordered[-1]].child, "")}:
+                found[name] = tuple(ordered)
+        return found
+
+    def link(self, name: str) -> str:
+        """Return a link's name in the tree, which differs from that in the files if a joint has the same name."""
+        return self._renamed.get(name, name)
+
+    def _members(self, group: ET.Element, inside: tuple[str, ...]) -> list[UrdfJoint]:
+        members: list[UrdfJoint] = []
+        for element in group:
+            name = element.get("name", "")
+            if element.tag == "joint":
+                members += self._known(name, self._joints)
+            elif element.tag == "link":
+                members += self._known(self.link(name), self._above)
+            elif element.tag == "chain":
+                members += self._path(self.link(element.get("tip_link", "")), self.link(element.get("base_link", "")))
+            elif element.tag == "group" and name in self._elements and name not in inside:
+                members += self._members(self._elements[name], (*inside, name))
+        return members
+
+    def _known(self, name: str, joints: Mapping[str, UrdfJoint]) -> list[UrdfJoint]:
+        if name in joints:
+            return [joints[name]]
+        if name not in self._links:  # the root link is known and has no joint
+            self.missing.append(name)
+        return []
+
+    def _path(self, tip: str, base: str) -> list[UrdfJoint]:
+        """Return the joints from the tip back to the base link, or to the root if the base does not carry the tip."""
+        self.missing += [name for name in (tip, base) if name and name not in self._links]
+        path = []
+        while tip in self._above and tip != base:
+            path.append(self._above[tip])
+            tip = self._above[tip].parent
+        return path
+
+
+def _disabled(document: ET.Element, reader: _Groups, links: Collection[str]) -> Iterator[tuple[str, str, str]]:
+    for element in document.findall("disable_collisions"):
+        pair = [reader.link(element.get(name, "")) for name in ("link1", "link2")]
+        unknown = [link for link in pair if link not in links]
+        reader.missing += unknown
+        if not unknown:
+            yield pair[0], pair[1], element.get("reason", "")
+
+
+def _postures(
+    document: ET.Element, tree: UrdfTree, missing: list[str], file: str, notes: list[str]
+) -> dict[str, Posture]:
+    """Return the group states; one with a value that is no number is left out, as are values of fixed joints."""
+    moving = {joint.name: joint for joint in tree.moving_joints}
+    angles: dict[str, dict[str, float]] = {}
+    wrong, fixed, motionless = dict[str, str](), dict[str, None](), tree.fixed_joints
+    for state in document.findall("group_state"):
+        values = angles.setdefault(state.get("name", ""), {})
+        for element in state.findall("joint"):
+            name, text = element.get("name", ""), element.get("value", "")
+            value = _value(text)
+            if name in moving and value is not None:
+                values[name] = value
+            elif name in moving:
+                wrong[state.get("name", "")] = f"{quoted(name)} is {quoted(text)}, expected a number"
+            elif name in motionless:
+                fixed |= {name: None} if value else {}
+            elif len(text.split()) == 1:
+                missing.append(name)
+    notes += [f"group state {quoted(name)} of {file} is left out: {reason}" for name, reason in wrong.items()]
+    if fixed:
+        notes.append(f"{file} gives values to {len(fixed)} fixed joints: {abbreviated(', '.join(fixed), 100)}")
+    return {name: Posture(values) for name, values in angles.items() if values and name not in wrong}
+
+
+def _value(text: str) -> float | None:
+    """Return a joint's value; two numbers are cosine and sine of an angle, as Pinocchio writes unlimited joints."""
+    numbers = finite_numbers(text)
+    if len(numbers) == 2:
+        return math.atan2(numbers[1], numbers[0])
+    return numbers[0] if len(numbers) == 1 else None

@@ -7,14 +7,6 @@ The Plücker coordinates of `nao_kin.screws.lines` are (direction; moment): a un
 
 from __future__ import annotations
 
-from nao_kin.screws._dual_quaternions import (
-    dual_quat_conjugate,
-    dual_quat_from_pose,
-    dual_quat_multiply,
-    dual_quat_transform_line,
-    dual_quat_transform_point,
-    pose_from_dual_quat,
-)
 from nao_kin.screws._exponential import (
     Screw,
     exp,
@@ -33,9 +25,15 @@ from nao_kin.screws._poses import (
     compose,
     dual_adjoint,
     dual_bracket,
+    dual_quat_conjugate,
+    dual_quat_from_pose,
+    dual_quat_multiply,
+    dual_quat_transform_line,
+    dual_quat_transform_point,
     inverse,
     nearest_pose,
     pose,
+    pose_from_dual_quat,
     transform_point,
     transform_twist,
     transform_wrench,

@@ -19,7 +19,7 @@ from nao_kin.rotations import check_rotation
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_transform, typed_array
-from nao_kin.viewer.streams import MAX_POINTS
+from nao_kin.viewer.panels import MAX_POINTS
 
 
 class ShownRobot:

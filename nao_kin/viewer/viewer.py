@@ -27,14 +27,13 @@ from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token
 from nao_kin.viewer.browser import pictures
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
-from nao_kin.viewer.images import Image, Images
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_animation, track, typed_array
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.overlays import Buttons, Extras
+from nao_kin.viewer.panels import Image, Images, Streams
 from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, Subscription, warn_outside
-from nao_kin.viewer.streams import Streams
 from nao_kin.viewer.targets import MoveCallback, Target, Targets
 
 # A page sends its name with its messages, and gets the name back.

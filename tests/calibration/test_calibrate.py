@@ -17,7 +17,7 @@ from scipy.stats import chi2, kstest
 
 import nao_kin as nk
 from nao_kin.calibration import Calibration, Contacts, Pixels, Poses, calibrate
-from nao_kin.calibration.starts import _pose_of_points
+from nao_kin.calibration.observations import _pose_of_points
 from nao_kin.errors import BadArgument, UnknownName
 
 HEAD_AND_ARM = ["HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]

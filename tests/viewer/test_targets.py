@@ -14,7 +14,7 @@ from viewer_pages import messages_of, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, UnknownName, WrongShape
-from nao_kin.viewer import Target, images, streams
+from nao_kin.viewer import Target, panels
 
 
 @pytest.fixture
@@ -115,8 +115,8 @@ def test_a_target_of_the_same_name_replaces_the_old_one_and_marks_are_apart(view
 @pytest.mark.parametrize("shape", [(3, 5), (4, 7, 3)])
 def test_an_array_becomes_a_png_of_the_same_pixels(shape: tuple[int, ...]) -> None:
     pixels = np.random.default_rng(0).integers(0, 256, shape, dtype=np.uint8)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(images._png(pixels)))), pixels)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(images._png(pixels[::-1, ::-1])))), pixels[::-1, ::-1])
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels._png(pixels)))), pixels)
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels._png(pixels[::-1, ::-1])))), pixels[::-1, ::-1])
 
 
 @pytest.mark.parametrize("options", [{"format": "PNG"}, {"format": "JPEG"}, {"format": "JPEG", "progressive": True}])
@@ -162,7 +162,7 @@ def test_points_of_a_plot_are_all_in_the_page_in_order(viewer: nk.Viewer) -> Non
 
 
 def test_the_newest_hundred_thousand_points_are_kept(viewer: nk.Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(streams, "MAX_POINTS", 2000)
+    monkeypatch.setattr(panels, "MAX_POINTS", 2000)
     for i in range(7001):
         viewer.plot("x", i, time=i)
     times, _ = _points(viewer, "x")

@@ -137,7 +137,7 @@ def mjcf(
     `<frame>_acceleration`, `<frame>_angular_velocity`, `<frame>_force`, and `<root>_orientation`.
 
     Gains, damping and rotor inertias are estimates from the published efforts and speeds, described in
-    `nao_kin.export.mujoco.devices`. docs/mujoco.md shows how to use the files.
+    `nao_kin.export.mujoco.model`. docs/mujoco.md shows how to use the files.
 
     Args:
         robot: any robot.
@@ -177,12 +177,13 @@ def mjcf(
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
-    from nao_kin.export.mujoco.devices import add_actuators, add_sites
     from nao_kin.export.mujoco.model import (
+        add_actuators,
         add_bodies,
         add_excludes,
         add_keyframes,
         add_shapes,
+        add_sites,
         floor_below,
         on_their_soles,
     )

@@ -3,17 +3,24 @@
     python nao_kin/naoqi/compat SCRIPT [ARGUMENT ...]
 
 If NAO_KIN_ENDPOINT is set, proxies of `naoqi` and sessions of `qi` connect there, whatever address the script gives.
-Scripts in Python 2 and modules in their folders are translated in memory.
+Scripts in Python 2 and modules in their folders are translated in memory; no file and no bytecode is written.
 """
 
 from __future__ import annotations
 
+import ast
 import atexit
-import importlib
+import builtins
+import io
 import os
+import re
 import sys
+import tokenize
 import traceback
 import types
+import warnings
+from collections.abc import Iterator
+from importlib import machinery
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +43,7 @@ def main() -> None:
     endpoint = os.environ.get(ENDPOINT_VARIABLE)
     if endpoint:
         _redirect_qi(endpoint)
-    code = compiled(script)
+    code = _code_of(script)
     module = types.ModuleType("__main__")
     module.__file__ = str(script)
     sys.modules["__main__"] = module
@@ -71,15 +78,14 @@ def _leave_qi(codes: list[int]) -> None:
         os._exit(codes[0] & 0xFF)
 
 
-def compiled(script: Path) -> Any:
+def _code_of(script: Path) -> Any:
     """Return the script's code; end the program with a one-line error if it has none."""
-    python2 = importlib.import_module("_python2")
     try:
         content = script.read_bytes()
     except OSError as error:
         sys.exit(f"nao-kin: {script}: cannot be read: {error.strerror or error}")
     try:
-        code, translated = python2.compiled(content, str(script))
+        code, translated = compiled(content, str(script))
     except SyntaxError as error:
         traceback.print_exception(error, limit=0)
         sys.exit(1)
@@ -87,7 +93,7 @@ def compiled(script: Path) -> Any:
         sys.exit(f"nao-kin: {script}: not valid Python: {error}")
     if translated:
         sys.stderr.write(f"nao-kin: {script.name} is Python 2, and runs translated\n")
-    python2.find_modules_in(script.resolve().parent, old=translated)
+    find_modules_in(script.resolve().parent, old=translated)
     return code
 
 
@@ -111,6 +117,161 @@ def _redirect_qi(endpoint: str) -> None:
         return make_application(kept, raw, autoExit, endpoint)
 
     qi.Session, qi.Application, qi.ApplicationSession = Session, Application, Application
+
+
+# --- Python 2 as Python 3: scripts, and the modules of their folders.
+#
+# lib2to3 translates code that Python 3 cannot parse or that uses names of Python 2; two integers are then divided as in
+# Python 2.
+
+_NAMES = frozenset("raw_input xrange unicode basestring unichr execfile long reduce".split())
+_METHODS = frozenset(("has_key", "iteritems", "itervalues"))
+_MODULES = frozenset(
+    "BaseHTTPServer ConfigParser Queue SocketServer StringIO Tkinter cPickle cStringIO commands httplib thread "
+    "tkFileDialog tkMessageBox urllib2 urlparse".split()
+)
+_DIVIDE = "__divide_as_python_2__"
+_TRUE_DIVISION = re.compile(rb"^\s*from\s+__future__\s+import\s.*\bdivision\b", re.MULTILINE)
+
+
+def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.CodeType, bool]:
+    """Return the code of a script or module, and whether it was translated; an `old` one belongs to Python 2."""
+    try:
+        tree = ast.parse(content, path)
+    except (SyntaxError, ValueError):
+        translated = _translated(content, path)
+        if translated is None:
+            raise
+        return translated, True
+    if old or _only_in_python_2(tree):
+        translated = _translated(content, path)
+        if translated is not None:
+            return translated, True
+    return compile(tree, path, "exec", dont_inherit=True), False
+
+
+def find_modules_in(folder: Path, *, old: bool) -> None:
+    """Translate modules of a script's folder when they are imported: those in Python 2, or all of an `old` script."""
+    _Loader.old = old
+
+    def finder(path: str) -> machinery.FileFinder:
+        inside = Path(path).resolve()
+        if folder not in (inside, *inside.parents) or "site-packages" in inside.parts:
+            raise ImportError(f"{path} is not the script's")
+        return machinery.FileFinder(
+            path,
+            (machinery.ExtensionFileLoader, machinery.EXTENSION_SUFFIXES),
+            (_Loader, machinery.SOURCE_SUFFIXES),
+        )
+
+    sys.path_hooks.insert(0, finder)
+    sys.path_importer_cache.clear()
+
+
+class _Loader(machinery.SourceFileLoader):
+    """Loads modules, and translates those in Python 2, or all if they belong to an `old` script."""
+
+    old = False
+
+    def path_stats(self, path: Any) -> Any:
+        """Prevent bytecode files of translated modules, which another Python would take for the original's."""
+        raise OSError
+
+    def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> Any:  # type: ignore[override]
+        """Return the code of a module."""
+        code, translated = compiled(bytes(data), str(path), old=self.old)
+        if translated and not self.old:
+            sys.stderr.write(f"nao-kin: {Path(path).name} is Python 2, and runs translated\n")
+        return code
+
+
+def _only_in_python_2(tree: ast.AST) -> bool:
+    """Return whether a tree uses names that Python 3 lacks, outside of a `try` that handles their absence."""
+    nodes = list(_untried(tree))
+    bound = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
+    bound |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    bound |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    for node in nodes:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            bound |= {alias.asname or alias.name for alias in node.names}
+    for node in nodes:
+        if isinstance(node, ast.Name) and node.id in _NAMES - bound:
+            return True
+        if isinstance(node, ast.Attribute) and node.attr in _METHODS:
+            return True
+        if isinstance(node, ast.Import) and any(alias.name in _MODULES for alias in node.names):
+            return True
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module in _MODULES:
+            return True
+    return False
+
+
+def _untried(node: ast.AST) -> Iterator[ast.AST]:
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Try) and any(_is_for_other_versions(handler) for handler in child.handlers):
+            continue
+        yield from _untried(child)
+
+
+def _is_for_other_versions(handler: ast.ExceptHandler) -> bool:
+    names = {node.id for node in ast.walk(handler.type) if isinstance(node, ast.Name)} if handler.type else set()
+    return bool(names & {"ImportError", "ModuleNotFoundError", "NameError", "AttributeError"})
+
+
+def _translated(content: bytes, path: str) -> types.CodeType | None:
+    """Return the code of a Python 2 script; None if it is not Python 2, or if there is no translator."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # deprecated, but part of every Python for which qi has wheels
+        try:
+            from lib2to3.refactor import RefactoringTool, get_fixers_from_package
+        except ImportError:
+            return None
+        try:
+            tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
+            text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", path))
+            tree = ast.parse(text, path)
+        except Exception:  # a script that the translator cannot parse is not Python 2
+            return None
+        if not _TRUE_DIVISION.search(content):
+            setattr(builtins, _DIVIDE, _divide)
+            tree = ast.fix_missing_locations(_Divisions().visit(tree))
+        return compile(tree, path, "exec", dont_inherit=True)
+
+
+def _text(content: bytes) -> str:
+    """Return a script's text in its declared encoding; Latin-1 if it declares none and is not UTF-8."""
+    try:
+        encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
+        text = content.decode(encoding)
+    except (SyntaxError, UnicodeDecodeError):
+        text = content.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _divide(one: Any, other: Any) -> Any:
+    """Divide as Python 2: two integers give the floor."""
+    return one // other if isinstance(one, int) and isinstance(other, int) else one / other
+
+
+class _Divisions(ast.NodeTransformer):
+    """Replaces every division with a call of `_divide`."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        return self._call(node, node.left, node.right) if isinstance(node.op, ast.Div) else node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Div):
+            return node
+        read = ast.parse(ast.unparse(node.target), mode="eval").body
+        divided = self._call(node, ast.copy_location(read, node), node.value)
+        return ast.copy_location(ast.Assign([node.target], divided), node)
+
+    def _call(self, node: ast.AST, one: ast.expr, other: ast.expr) -> ast.Call:
+        function = ast.copy_location(ast.Name(_DIVIDE, ast.Load()), node)
+        return ast.copy_location(ast.Call(function, [one, other], []), node)
 
 
 if __name__ == "__main__":
