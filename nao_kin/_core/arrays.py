@@ -12,8 +12,8 @@ from typing import Any, Literal, SupportsIndex, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.former import LIMITS_RAISE
 from nao_kin._core.text import quoted
+from nao_kin._core.warn import LIMITS_RAISE
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm, at_index
 
 Floats = NDArray[np.float64]
@@ -368,3 +368,21 @@ def as_pixels(pixels: ArrayLike) -> Floats:
     if np.isinf(uv).any():
         raise BadArgument(f"pixels must not be infinite{at_index(first_index(np.isinf(uv)))}")
     return uv
+
+
+# --- Tolerances and thresholds that several rooms share.
+
+# A value that exceeds a limit by no more than this [rad, m or ratio] is accepted unchanged: files have single precision
+# (1e-7 of a value) or six decimals (5e-7), and limits converted from degrees are rounded.
+LIMIT_TOLERANCE = 1e-6
+# Two values for one motor agree if they differ by less than the resolution of single precision.
+COUPLING_TOLERANCE = 1e-6
+# A quaternion whose norm differs from 1 by less than this is accepted, and divided by its norm.
+UNIT_TOLERANCE = 1e-6
+# How far above the floor a point may be and still touch it [m].
+TOUCHING = 0.005
+# How much lower the other sole must be to become the support [m].
+LOWER = 1e-3
+# From this number of configurations on, the kernels are used. When loaded, they are as fast as Pinocchio for 3 to 8
+# configurations, but loading them takes as long as tens of thousands of configurations, too long for a handful.
+CROSSOVER = 32

@@ -5,13 +5,15 @@ from nao_kin._kernels.folder import cache_folder
 from nao_kin._kernels.program import Program, aligned_empty
 from nao_kin._kernels.program_run import execute, kernel
 from nao_kin._kernels.robot_programs import (
+    JointTree,
+    TreeFrame,
+    TreeJoint,
     com_jacobian_program,
     com_program,
     jacobian_program,
     motion_program,
     poses_program,
 )
-from nao_kin._kernels.tree import JointTree, TreeFrame, TreeJoint
 
 __all__ = [
     "KERNELS",

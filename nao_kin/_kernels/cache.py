@@ -37,6 +37,7 @@ from nao_kin._kernels.folder import (
     NotTrusted,
     cache_folder,
     compile_lock,
+    fingerprint,
     folder_mode,
     lock_file,
     trusted,
@@ -363,8 +364,6 @@ class CachedKernel:
         if parent is None:
             return None
         try:
-            from nao_kin._kernels.fingerprint import fingerprint
-
             return Path(os.path.realpath(parent)) / fingerprint(self._function, self.name)
         except OSError:
             return None

@@ -1,4 +1,4 @@
-"""The functions of `lanes_numpy` as LLVM instructions: a vector is a Numba type, each function an intrinsic."""
+"""The functions of `lanes` as LLVM instructions: a vector is a Numba type, each function an intrinsic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
-from nao_kin._kernels.lanes_numpy import BITS, Array, Lanes  # noqa: F401
+from nao_kin._kernels.program import LINE
+
+_BITS = 8 * LINE
 
 # LLVM may fuse a product and a sum, but rearranges nothing else, so NaN stays NaN.
 _CONTRACT = ("contract",)
@@ -23,7 +25,7 @@ class LanesType(types.Type):
     """Numba's type of a vector with lanes of one kind of number."""
 
     def __init__(self, dtype: Any) -> None:
-        self.dtype, self.count = dtype, BITS // dtype.bitwidth
+        self.dtype, self.count = dtype, _BITS // dtype.bitwidth
         super().__init__(name=f"Lanes({dtype})")
 
 
@@ -39,7 +41,7 @@ class _LanesModel(models.PrimitiveModel):
 
 @intrinsic
 def lane_count(_: Any, m: Any) -> Any:
-    """As `lanes_numpy.lane_count`."""
+    """As `lanes.lane_count`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return context.get_constant(types.intp, LanesType(m.dtype).count)
@@ -49,7 +51,7 @@ def lane_count(_: Any, m: Any) -> Any:
 
 @intrinsic
 def load(_: Any, m: Any, at: Any) -> Any:
-    """As `lanes_numpy.load`."""
+    """As `lanes.load`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return _load(context, builder, signature.args[0], *values)
@@ -59,7 +61,7 @@ def load(_: Any, m: Any, at: Any) -> Any:
 
 @intrinsic
 def store(_: Any, m: Any, at: Any, v: Any) -> Any:
-    """As `lanes_numpy.store`."""
+    """As `lanes.store`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         _store(context, builder, signature.args[0], *values)
@@ -70,7 +72,7 @@ def store(_: Any, m: Any, at: Any, v: Any) -> Any:
 
 @intrinsic
 def spread(_: Any, m: Any, value: Any) -> Any:
-    """As `lanes_numpy.spread`."""
+    """As `lanes.spread`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         number = context.cast(builder, values[1], signature.args[1], m.dtype)
@@ -85,7 +87,7 @@ def spread(_: Any, m: Any, value: Any) -> Any:
 
 @intrinsic
 def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width: Any) -> Any:
-    """As `lanes_numpy.read_columns`."""
+    """As `lanes.read_columns`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         rows, at, stride, m, to, width = values
@@ -110,7 +112,7 @@ def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width
 def write_fours(
     _: Any, m: Any, sources: Any, first: Any, width: Any, shift: Any, out: Any, at: Any, stride: Any
 ) -> Any:
-    """As `lanes_numpy.write_fours`."""
+    """As `lanes.write_fours`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         m, sources, first, width, shift, out, at, stride = values
@@ -208,7 +210,7 @@ def _integers(lanes: LanesType) -> LanesType:
 
 
 def _integer_vector(vector: Any) -> Any:
-    return ir.VectorType(ir.IntType(BITS // vector.count), vector.count)
+    return ir.VectorType(ir.IntType(_BITS // vector.count), vector.count)
 
 
 def _same(vector: Any, value: int) -> Any:
@@ -219,7 +221,7 @@ def _call_llvm(builder: Any, name: str, *values: Any) -> Any:
     """Call an LLVM function that exists for vectors of every kind."""
     vector = values[0].type
     function = ir.FunctionType(vector, [value.type for value in values])
-    kind = f"v{vector.count}f{BITS // vector.count}"
+    kind = f"v{vector.count}f{_BITS // vector.count}"
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{kind}"), values)
 
 
@@ -229,14 +231,14 @@ def _where_even(builder: Any, k: Any, yes: Any, no: Any) -> Any:
 
 
 def _negated_by_bit(builder: Any, k: Any, v: Any) -> Any:
-    top = BITS // k.type.count - 1
+    top = _BITS // k.type.count - 1
     sign = builder.and_(builder.shl(k, _same(k.type, top - 1)), _same(k.type, 1 << top))
     return builder.bitcast(builder.xor(builder.bitcast(v, k.type), sign), v.type)
 
 
 def _magnitude_bits(builder: Any, v: Any) -> Any:
     vector = _integer_vector(v.type)
-    return builder.and_(builder.bitcast(v, vector), _same(vector, (1 << (BITS // vector.count - 1)) - 1))
+    return builder.and_(builder.bitcast(v, vector), _same(vector, (1 << (_BITS // vector.count - 1)) - 1))
 
 
 def _larger(builder: Any, a: Any, b: Any) -> Any:
@@ -257,7 +259,7 @@ larger = _elementwise(_larger)
 
 @intrinsic
 def largest(_: Any, k: Any) -> Any:
-    """As `lanes_numpy.largest`."""
+    """As `lanes.largest`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         vector, count = values[0], signature.args[0].count

@@ -19,8 +19,7 @@ from typing import Any
 import typer
 
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
-from nao_kin._core.process import before_ending, uninterrupted
-from nao_kin._core.supervisor import kill_group
+from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.cache import warm_up

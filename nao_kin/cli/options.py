@@ -15,8 +15,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from nao_kin._core import files as atomic
-from nao_kin._core.former import FORMER_NAMES
 from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import FORMER_NAMES
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 
 if TYPE_CHECKING:

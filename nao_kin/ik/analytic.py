@@ -16,11 +16,9 @@ from typing import Any, Literal, NamedTuple, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, check_tolerance, join_poses
-from nao_kin._core.former import NEAR, ROOT, hides_former
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy, check_tolerance, join_poses
 from nao_kin._core.text import quoted
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
-from nao_kin._core.warn import need_extra
+from nao_kin._core.warn import NEAR, ROOT, hides_former, need_extra
 from nao_kin._kernels.chains import Chain, chain_of
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.closed_form import cached_limb, torso_frame

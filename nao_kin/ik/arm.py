@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LARGEST, Floats, LimitPolicy, as_floats, as_vectors, check_tolerance, choice, unit
-from nao_kin._core.former import NEAR, hides_former
+from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.arm_equations import (

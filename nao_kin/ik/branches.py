@@ -14,8 +14,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
-from nao_kin._core.arrays import Floats
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.results import Reason
 

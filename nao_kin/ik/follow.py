@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag
-from nao_kin._core.former import NEAR, SAMPLED_FPS, hides_former
+from nao_kin._core.warn import NEAR, SAMPLED_FPS, hides_former
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of

@@ -9,9 +9,8 @@ from typing import NamedTuple, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import LimitPolicy, as_floats, as_vectors
-from nao_kin._core.former import NEAR, hides_former
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin._core.arrays import LIMIT_TOLERANCE, LimitPolicy, as_floats, as_vectors
+from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
 from nao_kin.ik.branches import (

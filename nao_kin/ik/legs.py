@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, LimitPolicy, choice, rigid_inverse
-from nao_kin._core.former import NEAR, hides_former
+from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.branches import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_roots, add_shortfall, least

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats
 from nao_kin._kernels.cache import CachedKernel, Floats2, IntRow, Row, both_ways
 from nao_kin._kernels.rows import copied, in_lists, run_rows
 from nao_kin.robot import RobotModel

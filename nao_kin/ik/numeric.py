@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
+    CROSSOVER,
     LARGEST,
     MAX_SEARCHES,
     Floats,
@@ -21,9 +22,7 @@ from nao_kin._core.arrays import (
     common_batch,
     whole_number,
 )
-from nao_kin._core.former import NEAR, hides_former
-from nao_kin._core.tolerances import CROSSOVER
-from nao_kin._core.warn import need_extra
+from nao_kin._core.warn import NEAR, hides_former, need_extra
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended

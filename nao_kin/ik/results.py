@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, first_index, flag
-from nao_kin._core.former import RESULT_REFERENCE
+from nao_kin._core.warn import RESULT_REFERENCE
 from nao_kin.robot import RobotModel
 
 Integers = NDArray[np.int64]

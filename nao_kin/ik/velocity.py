@@ -9,9 +9,8 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, common_batch
-from nao_kin._core.former import LIMITS_REDISTRIBUTE
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, check_tolerance, choice, common_batch
+from nao_kin._core.warn import LIMITS_REDISTRIBUTE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import cached_limb

@@ -20,8 +20,8 @@ from nao_kin._core.arrays import (
     flag,
     whole_number,
 )
-from nao_kin._core.former import NEAR, hides_former
 from nao_kin._core.process import usable_cores
+from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.rows import run_rows
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, SIDES, Plan
 from nao_kin.ik.body_search import (

@@ -12,20 +12,19 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, first_index
-from nao_kin._core.former import NEAR, hides_former
-from nao_kin._core.tolerances import UNIT_TOLERANCE
+from nao_kin._core.arrays import UNIT_TOLERANCE, Floats, as_floats, choice, common_batch, first_index
+from nao_kin._core.warn import NEAR, hides_former
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, at_index
 from nao_kin.joints._assembly import Assembly
 from nao_kin.joints._readings import (
     CouplingViolation,
     Mismatch,
+    TurnSelection,
     angular_velocity_axes,
     coupling_violations,
     quaternion_of_turns,
     turns_of_quaternion,
 )
-from nao_kin.joints._turn_selection import TurnSelection
 from nao_kin.joints.grouping import Rule, group_joints, read_joint_tree
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
 from nao_kin.robot import Expression, Kinematics, RobotModel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nao_kin._core.sides import Hips
-from nao_kin.motion.checking import MotionReport, MotionViolation, check
+from nao_kin.motion.checking import MotionReport, MotionViolation, check, plot
 from nao_kin.motion.editing import (
     complete,
     concatenate,
@@ -19,7 +19,6 @@ from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.mending import Change, MendedMotion, clamp, share_motors, slow_down
 from nao_kin.motion.motion import HOLD as HOLD, Motion, Trajectory
-from nao_kin.motion.plotting import plot
 
 __all__ = [
     "FORMATS",

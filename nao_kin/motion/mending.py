@@ -9,9 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, choice
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
 from nao_kin.errors import BadArgument
 from nao_kin.motion.checking import bends, check, interval
 from nao_kin.motion.curves import JointCurves, pieces_of

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch
-from nao_kin._core.former import HIPS_AGREE, NEAR, hides_former
 from nao_kin._core.sides import Hips, check_hips
+from nao_kin._core.warn import HIPS_AGREE, NEAR, hides_former
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
 from nao_kin._core.files import check_replaceable, write_document
-from nao_kin._core.former import COLOUR_BY, hides_former
 from nao_kin._core.text import abbreviated
+from nao_kin._core.warn import COLOUR_BY, hides_former
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.reach import files
 from nao_kin.reach._kernels import DIRECTION_COUNT, Integers

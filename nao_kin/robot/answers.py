@@ -13,9 +13,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin import _kernels as kernels
-from nao_kin._core.arrays import MAX_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
+from nao_kin._core.arrays import CROSSOVER, MAX_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
 from nao_kin._core.text import quoted
-from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.build import ModelNumbers

@@ -15,9 +15,8 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, finite_or_none, generator
+from nao_kin._core.arrays import CROSSOVER, Floats, finite_or_none, generator
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName

@@ -10,9 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, first_index, generator, limit_policy
+from nao_kin._core.arrays import (
+    COUPLING_TOLERANCE,
+    LIMIT_TOLERANCE,
+    UNIT_TOLERANCE,
+    Floats,
+    LimitPolicy,
+    as_floats,
+    choice,
+    first_index,
+    generator,
+    limit_policy,
+)
+from nao_kin._core.sides import Hips, joints_of_side
 from nao_kin._core.text import quoted
-from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE, UNIT_TOLERANCE
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.limits import JointLimits
@@ -318,3 +329,38 @@ class ConfigurationSpace:
     def _named(self, error: NotFinite) -> NotFinite:
         column = error.index[-1] - self._offset
         return NotFinite("q", error.index, error.value, self._coordinates.names[column] if column >= 0 else "base")
+
+
+# --- Joints and the motors that move them; one motor may move several joints, such as the two HipYawPitch of a NAO.
+
+
+def joints_by_motor(mimics: Mapping[str, Mimic], names: Iterable[str]) -> dict[str, list[str]]:
+    """Return driving joint → the joints among `names` that its motor moves, the driving joint first."""
+    motors: dict[str, list[str]] = {}
+    for name in sorted(names, key=mimics.__contains__):
+        mimic = mimics.get(name)
+        if mimic is None or mimic.multiplier != 0.0:
+            motors.setdefault(name if mimic is None else mimic.joint, []).append(name)
+    return motors
+
+
+def motor_values(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
+    """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
+
+    Several joints of one motor give the mean of their values, or of those on the side `hips` if there are any.
+    """
+    found = {}
+    for motor, joints in joints_by_motor(mimics, values).items():
+        columns = [
+            mimics[name].driver_value(values[name]) if name in mimics else values[name]
+            for name in joints_of_side(joints, hips)
+        ]
+        found[motor] = columns[0] if len(columns) == 1 else np.mean(columns, axis=0)
+    return found
+
+
+def with_shared_motors(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
+    """Return joint → values with one value for each motor of which several joints are given, as in `motor_values`."""
+    several = [name for joints in joints_by_motor(mimics, values).values() if len(joints) > 1 for name in joints]
+    alone = {name: value for name, value in values.items() if name not in several}
+    return alone | motor_values(mimics, {name: values[name] for name in several}, hips)

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
+    TOUCHING,
     Floats,
     check_tolerance,
     choice,
     join_poses,
     rows_with_gravity,
 )
-from nao_kin._core.tolerances import TOUCHING
 from nao_kin.errors import BadArgument
 from nao_kin.robot.geometry import shape_geometry
 from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners

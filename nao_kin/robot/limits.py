@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy as LimitPolicy
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy as LimitPolicy
 from nao_kin.robot.semantics import CoupledLimit
 
 _MIN_DIGITS, _MAX_DIGITS = 6, 17

@@ -11,16 +11,32 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, shaped, texts, whole_number
-from nao_kin._core.former import MOST, hides_former
+from nao_kin._core.arrays import (
+    TOUCHING,
+    Floats,
+    LimitPolicy,
+    as_floats,
+    choice,
+    flag,
+    limit_policy,
+    shaped,
+    texts,
+    whole_number,
+)
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin._core.tolerances import TOUCHING
+from nao_kin._core.warn import MOST, hides_former
 from nao_kin.errors import BadArgument
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
-from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
+from nao_kin.robot.configurations import (
+    ConfigurationSpace,
+    Coordinates,
+    joints_by_motor,
+    motor_values,
+    with_shared_motors,
+)
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
 from nao_kin.robot.joint_arrays import JointArrays
@@ -35,7 +51,6 @@ from nao_kin.robot.kinematics import (
     Question,
 )
 from nao_kin.robot.limits import JointLimits, LimitViolation
-from nao_kin.robot.motors import joints_by_motor, motor_values, with_shared_motors
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
@@ -500,7 +515,7 @@ class RobotModel:
         """
         if hips is not None:
             check_hips(hips)
-            angles = with_shared_motors(self, self._configurations.by_joint(angles, degrees), hips)
+            angles = with_shared_motors(self.mimics, self._configurations.by_joint(angles, degrees), hips)
             degrees = False
         return self._configurations.configuration(angles, limits, degrees)
 
@@ -530,7 +545,7 @@ class RobotModel:
             >>> nk.load_nao().joints_by_motor(["RHipYawPitch", "HeadYaw", "LHipYawPitch"])
             {'HeadYaw': ['HeadYaw'], 'LHipYawPitch': ['LHipYawPitch', 'RHipYawPitch']}
         """
-        return joints_by_motor(self, texts(names, "names"))
+        return joints_by_motor(self.mimics, texts(names, "names"))
 
     def motor_values(self, values: Mapping[str, Floats], hips: Hips = "average") -> dict[str, Floats]:
         """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
@@ -548,7 +563,7 @@ class RobotModel:
         check_hips(hips)
         if not isinstance(values, Mapping):
             raise BadArgument(f"values must map joints to values, got {quoted(values)}")
-        return motor_values(self, {name: as_floats(each, (), name) for name, each in values.items()}, hips)
+        return motor_values(self.mimics, {name: as_floats(each, (), name) for name, each in values.items()}, hips)
 
     def checked(self, q: ArrayLike) -> Floats:
         """Return `q` as an array of configurations of this robot; limits are not checked.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_numbers, as_vectors
-from nao_kin._kernels.polygons import from_edge, hull_of
+from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
 
 if TYPE_CHECKING:

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
-from nao_kin._core.former import CLAMPED_MOST
-from nao_kin._core.tolerances import LIMIT_TOLERANCE
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats
+from nao_kin._core.warn import CLAMPED_MOST
 from nao_kin.robot import RobotModel, check_robot
 
 # Bad rows that are listed; the others are only counted.

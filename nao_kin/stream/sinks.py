@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import CROSSOVER, Floats, choice
 from nao_kin._core.csv_numbers import float_texts, has_pyarrow
 from nao_kin._core.text import abbreviated
-from nao_kin._core.tolerances import CROSSOVER
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, flag, limit_policy, texts
+from nao_kin._core.arrays import COUPLING_TOLERANCE, UNIT_TOLERANCE, Floats, LimitPolicy, flag, limit_policy, texts
 from nao_kin._core.csv_numbers import CsvHead, Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
 from nao_kin._core.headings import (
@@ -34,7 +34,6 @@ from nao_kin._core.headings import (
 )
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin._core.tolerances import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
 from nao_kin.robot import RobotModel, check_robot, with_shared_motors
 from nao_kin.robot.nao import BODY_ORDER
@@ -319,7 +318,7 @@ def log_columns(
 def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
     """Return joint → values (n,) of the columns (n, columns); with a rule `hips`, one value for each shared motor."""
     columns = dict(zip(names, values.T, strict=True))
-    return columns if hips is None else with_shared_motors(robot, columns, hips)
+    return columns if hips is None else with_shared_motors(robot.mimics, columns, hips)
 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:

@@ -2,8 +2,7 @@
 
 from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
-from nao_kin.viewer.shown_scene import OutsideLimitsWarning
-from nao_kin.viewer.targets import Target
+from nao_kin.viewer.shown_scene import OutsideLimitsWarning, Target
 from nao_kin.viewer.viewer import Viewer
 
 __all__ = [

@@ -43,7 +43,7 @@ _OPTIONS = """
     --disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup,WebUIOmniboxFullPopup
     --hide-scrollbars --mute-audio --no-default-browser-check --no-first-run --password-store=basic
 """.split()
-_SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")
+_SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "process.py")
 # Killing the browser and removing its files take less time than this; if the disk is slow, the supervisor continues
 # alone.
 _END_SECONDS = 0.7
@@ -223,7 +223,7 @@ class Browser:
 def start_browser(url: str) -> Browser:
     """Open `url` in a headless browser, which ends with `Browser.close`, or if this process ends or is killed.
 
-    All that the browser writes is in a temporary folder, which is removed too (`nao_kin._core.supervisor`).
+    All that the browser writes is in a temporary folder, which is removed too (`nao_kin._core.process`).
     """
     program = find_browser()
     python = _python()

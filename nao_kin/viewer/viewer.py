@@ -33,8 +33,16 @@ from nao_kin.viewer.overlays import Buttons, Extras
 from nao_kin.viewer.panels import Image, Images, Streams
 from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
-from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, Subscription, warn_outside
-from nao_kin.viewer.targets import MoveCallback, Target, Targets
+from nao_kin.viewer.shown_scene import (
+    ChangeCallback,
+    Changes,
+    Lead,
+    MoveCallback,
+    Subscription,
+    Target,
+    Targets,
+    warn_outside,
+)
 
 # A page sends its name with its messages, and gets the name back.
 _MAX_SOURCE = 64

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, rigid_inverse, rows_with_gravity
-from nao_kin._core.tolerances import TOUCHING
+from nao_kin._core.arrays import TOUCHING, Floats, as_batch, rigid_inverse, rows_with_gravity
 from nao_kin._kernels.cache import Ints1
-from nao_kin._kernels.polygons import hulls
+from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import (
     Feet,

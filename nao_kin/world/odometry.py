@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_numbers, check_tolerance, join_poses, rigid_inverse, shaped
-from nao_kin._core.tolerances import LOWER
+from nao_kin._core.arrays import LOWER, Floats, as_numbers, check_tolerance, join_poses, rigid_inverse, shaped
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot, named_soles, rigid_poses
 from nao_kin.rotations import log, rot_z

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin._core.former import FORMER_NAMES, FormerName
+from nao_kin._core.warn import FORMER_NAMES, FormerName
 from nao_kin.cli import options
 from nao_kin.cli.app import run
 

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import pytest
 
-from nao_kin._core.former import FormerName, hides_former
+from nao_kin._core.warn import FormerName, hides_former
 from nao_kin.errors import BadArgument, FormerNameWarning
 
 NEAR = FormerName("reference=", "near=", "nk.ik")

@@ -18,7 +18,7 @@ from loops import full
 from viewer_pages import PATIENCE, processes, until
 
 import nao_kin as nk
-from nao_kin._core import supervisor
+from nao_kin._core.process import _locked, kill_group
 from nao_kin.cli.app import run
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
@@ -102,7 +102,7 @@ def test_what_a_program_has_started_is_killed_with_it() -> None:
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as program:
         assert program.stdout is not None
         assert program.stdout.readline() == "started\n"
-        supervisor.kill_group(program)
+        kill_group(program)
         # The pipe ends with the last of those that hold it.
         assert select.select([program.stdout], [], [], 10.0)[0]
         assert program.stdout.read() == ""
@@ -233,10 +233,10 @@ def test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run(
 
 def test_a_folder_is_in_use_by_one_supervisor_at_a_time(tmp_path: Path) -> None:
     path = str(tmp_path / "in_use")
-    first = supervisor._locked(path)
+    first = _locked(path)
     assert first is not None
-    assert supervisor._locked(path) is None  # whoever tidies up leaves it alone
+    assert _locked(path) is None  # whoever tidies up leaves it alone
     os.close(first)
-    second = supervisor._locked(path)
+    second = _locked(path)
     assert second is not None
     os.close(second)

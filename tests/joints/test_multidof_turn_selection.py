@@ -8,8 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from nao_kin.joints._readings import Reading
-from nao_kin.joints._turn_selection import Angle, Motor, _Assignment, _Input, _TurnRange
+from nao_kin.joints._readings import Angle, Motor, Reading, _Assignment, _Input, _TurnRange
 from nao_kin.joints.grouping import JointNode
 from nao_kin.robot.semantics import Mimic
 

@@ -275,13 +275,13 @@ CHAIN = {
 }
 FINGERPRINTS = """
 import importlib, sys
-from nao_kin._kernels import fingerprint
-for folder in sys.argv[1:]:
+from nao_kin._kernels import folder
+for path in sys.argv[1:]:
     for name in [name for name in sys.modules if name.startswith("made_up")]:
         del sys.modules[name]
-    fingerprint._tree.cache_clear()
-    sys.path.insert(0, folder)
-    print(fingerprint.fingerprint(importlib.import_module("made_up.first").kernel, "kernel"))
+    folder._tree.cache_clear()
+    sys.path.insert(0, path)
+    print(folder.fingerprint(importlib.import_module("made_up.first").kernel, "kernel"))
 """
 CHANGES = [
     ("first.py", "", "", False),
@@ -502,7 +502,7 @@ def test_a_fork_after_use_works(nao: nk.NaoModel) -> None:
 
 def test_a_small_batch_does_not_load_the_compiler() -> None:
     code = (
-        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk._core.tolerances.CROSSOVER - 1)); "
+        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk._core.arrays.CROSSOVER - 1)); "
         "print('numba' in sys.modules)"
     )
     assert outcome(start(code)) == ("False\n", "")

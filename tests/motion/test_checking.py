@@ -15,8 +15,7 @@ from made_up_robots import J, made_up
 from test_motion import random_motion
 
 import nao_kin as nk
-from nao_kin._core.arrays import Floats
-from nao_kin._core.tolerances import COUPLING_TOLERANCE
+from nao_kin._core.arrays import COUPLING_TOLERANCE, Floats
 from nao_kin.motion import MotionReport, check, share_motors, slow_down
 from nao_kin.motion.interpolation import INTERPOLATIONS
 

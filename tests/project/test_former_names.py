@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin._core.former import FORMER_NAMES
+from nao_kin._core.warn import FORMER_NAMES
 from nao_kin.errors import BadArgument, FormerNameWarning
 from nao_kin.stream.results import Clamped
 

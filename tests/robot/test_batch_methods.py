@@ -13,7 +13,7 @@ import pytest
 from loops import for_all
 
 import nao_kin as nk
-from nao_kin._core.tolerances import CROSSOVER
+from nao_kin._core.arrays import CROSSOVER
 from nao_kin._kernels import program_run
 from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName, WrongShape
 

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin._kernels.polygons import hulls, rows_of_hulls
+from nao_kin._kernels.hulls import hulls, rows_of_hulls
 from nao_kin.errors import BadArgument, UnknownName, WrongShape, ZeroNorm
 from nao_kin.robot import SupportPolygon
 from nao_kin.robot.semantics import Semantics

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
-from nao_kin._core.tolerances import LOWER
+from nao_kin._core.arrays import LOWER, Floats, join_poses, rigid_inverse
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import LEFT_HIP, LEGS, RIGHT_HIP, chain_names, joint_names
 from nao_kin.naoqi.spaces import TORSO, robot_frame

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin import ik
-from nao_kin._core.arrays import Floats, join_poses
-from nao_kin._core.tolerances import LOWER
+from nao_kin._core.arrays import LOWER, Floats, join_poses
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import ARMS, LEGS, joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, TORSO, AxisMask
