@@ -143,10 +143,11 @@ MOST = FormerName("most=", "max_configurations=", "robot.limit_violations")
 COLOUR_BY = FormerName("colour_by=", "by=", "nk.reach.ReachMap.save_ply")
 CLAMPED_MOST = FormerName("clamped.most", "clamped.largest", "nk.stream.StreamResult")
 HIPS_AGREE = FormerName('hips="agree"', "hips=None", "nk.naoqi.from_order")
+START_TASK = FormerName(".start_task", ".tasks.add", "nk.naoqi.VirtualNao")
 
 FORMER_NAMES = (
     *(LIMITS_RAISE, LIMITS_REDISTRIBUTE, NEAR, RESULT_REFERENCE, ROOT, SAMPLED_FPS),
-    *(MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE),
+    *(MOST, COLOUR_BY, CLAMPED_MOST, HIPS_AGREE, START_TASK),
     # Options, and the commands that had them; "nao-kin" for all.
     FormerName("--clamp", "--limits clamp", "nao-kin fk, balance, motion convert"),
     FormerName("--ignore-limits", "--limits ignore", "nao-kin fk, ik, balance, collisions, camera"),

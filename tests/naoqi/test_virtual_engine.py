@@ -403,7 +403,7 @@ class _Broken(MotionTask):
 def test_a_broken_task_fails_alone(awake: VirtualNao) -> None:
     with awake.monitor:
         broken = _Broken("nod", ["HeadPitch"])
-        call = awake.start_task(broken)
+        call = awake.tasks.add(broken)
     other = awake.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
     awake.step(1.0)
     assert other.done()

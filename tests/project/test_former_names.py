@@ -3,6 +3,7 @@
 import re
 import warnings
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 import nao_kin as nk
 from nao_kin._core.warn import FORMER_NAMES
 from nao_kin.errors import BadArgument, FormerNameWarning
+from nao_kin.naoqi.virtual import Machine, MotionTask
 from nao_kin.stream.results import Clamped
 
 PAGE = Path(__file__).parents[2] / "docs" / "former_names.md"
@@ -21,6 +23,16 @@ Q = NAO.posture("Stand")
 
 def nodding() -> nk.ik.FollowedPath:
     return nk.ik.follow(NAO, {"Head": nk.rotations.rot_y([0.0, 0.1, 0.2])})
+
+
+class Nod(MotionTask):
+    def advance(self, nao: Machine, time: float) -> bool:
+        return True
+
+
+def begun(add: Callable[[nk.naoqi.VirtualNao, MotionTask], Future[Any]]) -> bool:
+    with nk.naoqi.VirtualNao(NAO, stepped=True) as robot, robot.monitor:
+        return add(robot, Nod("nod", ["HeadPitch"])).done()
 
 
 # Two calls for each former name outside the command line: with it, and with the new one.
@@ -50,6 +62,10 @@ CALLS: dict[tuple[str, str], tuple[Callable[[], Any], Callable[[], Any]]] = {
     ("reference=", "near="): (
         lambda: nk.naoqi.from_order(NAO, np.zeros(22), "H21", reference=Q),
         lambda: nk.naoqi.from_order(NAO, np.zeros(22), "H21", near=Q),
+    ),
+    (".start_task", ".tasks.add"): (
+        lambda: begun(lambda robot, task: robot.start_task(task)),
+        lambda: begun(lambda robot, task: robot.tasks.add(task)),
     ),
     ("clamped.most", "clamped.largest"): (lambda: Clamped(1, 0.25, "a").most, lambda: Clamped(1, 0.25, "a").largest),
     ("colour_by=", "by="): (

@@ -15,6 +15,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import quoted
+from nao_kin._core.warn import START_TASK
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine, MotionTask
@@ -269,7 +270,8 @@ class VirtualNao:
             return np.array(self.base.torso(self.joints.q(sensor=flag(sensor, "sensor"))))
 
     def start_task(self, task: MotionTask) -> Call:
-        """Add a motion task. Needs the lock."""
+        """The former name of `tasks.add`."""
+        START_TASK.warn()
         return self.tasks.add(task)
 
     def check_open(self) -> None:
