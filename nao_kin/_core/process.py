@@ -112,7 +112,7 @@ def usable_cores() -> int:
 
 # --- The supervisor runs a program that must end with the process that needs it, and removes its folder.
 #
-# It is started by path and without site packages (`python -I -S`), which takes some 20 ms. The end of the process that
+# It is started by path and without site packages (`python -I -S`), which takes some 25 ms. The end of the process that
 # needs the program closes a pipe. Unlike the parent-death signal of Linux, this works on macOS too, and for any thread
 # that starts the program.
 #
