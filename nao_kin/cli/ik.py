@@ -19,7 +19,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
-from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written
+from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written, units
 from nao_kin.cli.shared import COLUMNS, CSV, DEG, FORCE, HIPS, IGNORE_OTHER, JSON, LIMITS, OUTPUT
 from nao_kin.cli.sources import FileOptions, joint_values, numbers_of
 from nao_kin.errors import BadArgument, NaoKinError, UnknownName
@@ -118,8 +118,8 @@ class Request:
         if self.near != "-" and path.suffix.lower() not in (".csv", ".json") and not path.exists():
             hint = "or a CSV or JSON file of configurations"
             raise UnknownName("posture", self.near, model.posture_names, hint)
-        given = FileOptions(self.columns, self.ignore_other)
-        q: Floats = given.log(model, self.near, deg=self.deg, hips=self.hips).q
+        given = FileOptions(deg=self.deg, columns=self.columns, ignore_other=self.ignore_other)
+        q: Floats = given.log(model, self.near, hips=self.hips).q
         if len(q) not in (1, targets):
             found = f"{len(q)} configurations for {targets} targets"
             raise BadArgument(f"--near {self.near}: {found}; give one for all, or one for each")
@@ -333,7 +333,7 @@ class _Answers:
             "frame": self.request.frame,
             "target": self.kind,
             "limits": self.request.limits,
-            "units": {"length": "m", "angle": "deg" if self.request.deg else "rad"},
+            "units": units(self.request.deg),
             "notes": list(self.found.notes),
         }
         return head | ({"targets": [self._answer((row,)) for row in range(targets)]} if self.many else self._answer(()))

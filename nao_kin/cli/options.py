@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -22,6 +22,7 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
+_Function = TypeVar("_Function", bound=Callable[..., None])
 
 # Pairs of contradicting options, by the names of their parameters, and the error.
 _CONTRADICTIONS = (
@@ -56,13 +57,11 @@ def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
-# Name of a command → its function and its example.
-COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
+# Name of a command → its function, its example, and the options of its groups that it does not have.
+COMMANDS: dict[str, tuple[Callable[..., None], str, Sequence[str]]] = {}
 
 
-def command(
-    name: str, example: str, without: Sequence[str] = ()
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def command(name: str, example: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
     """Make a function a command of the program; `name` is "motion check" for a command in a group.
 
     Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a
@@ -70,32 +69,41 @@ def command(
     help.
     """
 
-    def entered(function: Callable[..., None]) -> Callable[..., None]:
-        parameters, groups = [], dict[str, tuple[Any, list[str]]]()
-        for parameter in inspect.signature(function, eval_str=True).parameters.values():
-            kind = parameter.annotation
-            if not is_dataclass(kind):
-                parameters.append(_parameter(parameter.name, kind, parameter.default))
-                continue
-            types = get_type_hints(kind)
-            options = [option for option in fields(kind) if option.name not in without]
-            groups[parameter.name] = kind, [option.name for option in options]
-            parameters += [_parameter(option.name, types[option.name], option) for option in options]
-
-        @wraps(function)
-        def run(**given: Any) -> None:
-            together = {
-                parameter: kind(**{option: given.pop(option) for option in options})
-                for parameter, (kind, options) in groups.items()
-            }
-            function(**given, **together)
-
-        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        COMMANDS[name] = run, example
-        return run
+    def entered(function: _Function) -> _Function:
+        COMMANDS[name] = function, example, without
+        return function
 
     return entered
+
+
+def with_options(name: str) -> Callable[..., None]:
+    """Return the function of a command for typer, with an argument for each of its options.
+
+    The annotations of the function are evaluated now and not before, because one of them may import a library.
+    """
+    function, _, without = COMMANDS[name]
+    parameters, groups = [], dict[str, tuple[Any, list[str]]]()
+    for parameter in inspect.signature(function, eval_str=True).parameters.values():
+        kind = parameter.annotation
+        if not is_dataclass(kind):
+            parameters.append(_parameter(parameter.name, kind, parameter.default))
+            continue
+        types = get_type_hints(kind)
+        options = [option for option in fields(kind) if option.name not in without]
+        groups[parameter.name] = kind, [option.name for option in options]
+        parameters += [_parameter(option.name, types[option.name], option) for option in options]
+
+    @wraps(function)
+    def run(**given: Any) -> None:
+        together = {
+            parameter: kind(**{option: given.pop(option) for option in options})
+            for parameter, (kind, options) in groups.items()
+        }
+        function(**given, **together)
+
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
 
 
 def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
@@ -129,11 +137,16 @@ class Group(TyperGroup):
     """A group of commands that names the nearest ones for an unknown command."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the first argument names."""
+        """Return the command that the first argument names; its options are made now, those of the others never."""
         if args[0] not in self.commands:
             near = (_MEANT[args[0].lower()],) if args[0].lower() in _MEANT else nearest_names(args[0], self.commands)
             advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
             raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
+        name = " ".join([*ctx.command_path.split()[1:], args[0]])
+        if name in COMMANDS:
+            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+            alone.command(args[0], cls=Command, epilog=COMMANDS[name][1])(with_options(name))
+            self.commands[args[0]] = typer.main.get_command(alone)  # type: ignore[assignment]
         return super().resolve_command(ctx, args)
 
 
