@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import RobotOptions, command, flag, one_output, option
+from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.shared import FORCE, JSON, OUT, OUTPUT, TIMELINE
+from nao_kin.cli.shared import TIMELINE
 from nao_kin.cli.sources import MotionFile
 from nao_kin.errors import BadArgument
 
@@ -63,27 +63,25 @@ def _field(name: str) -> tuple[str, Any, Any]:
 )
 def export(
     *,
-    out: str | None = OUT,
-    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
+    target: OutOptions,
     format_: str | None = option(
         "FORMAT",
         "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUT, if that is .urdf, .srdf or .glb.",
     ),
     options: export_options(),  # type: ignore[valid-type]  # evaluated when the command is called
     timeline: str | None = TIMELINE,
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Write a robot for another tool. Every difference between the file and the robot is reported."""
     from nao_kin import export as exports
 
-    path = one_output(out, output)
+    path = target.path
     if format_ is None:
         format_ = _FORMATS.get(Path(path).suffix.lower())
     if format_ is None:
         raise BadArgument(f"--format is missing: give one of {', '.join(exports.FORMATS)}")
-    if atomic.leads_to_standard_output(path) and json:
+    if atomic.leads_to_standard_output(path) and written.json:
         raise BadArgument(f"{path} and --json both write to standard output; give one")
     chosen = {name: value for name, value in vars(options).items() if value is not None}
     exports.check_options(format_, chosen)
@@ -92,9 +90,9 @@ def export(
     model = robot.load()
     if timeline is not None:
         chosen["motion"] = MotionFile(chosen["motion"], timeline=timeline).read(model)
-    done = exports.write(model, path, format_, overwrite=force, **chosen)
+    done = exports.write(model, path, format_, overwrite=written.force, **chosen)
     print_note(*done.changes)
-    if json:
+    if written.json:
         files = [str(file) for file in done.files]
         print_json({"path": str(done.path), "format": format_, "files": files, "changes": list(done.changes)})
     else:

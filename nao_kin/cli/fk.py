@@ -12,7 +12,7 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
     fixed,
     print_json,
@@ -23,7 +23,7 @@ from nao_kin.cli.output import (
     progress,
     units,
 )
-from nao_kin.cli.shared import CSV, FORCE, FRAME, JSON, LIMITS, OUTPUT, REFERENCE
+from nao_kin.cli.shared import CSV, FRAME, LIMITS, REFERENCE
 from nao_kin.cli.sources import FileOptions, frame_names, note_clamped
 from nao_kin.errors import BadArgument
 
@@ -157,9 +157,8 @@ class StreamOptions:
     output: str | None = option("FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", *OUTPUT)
     on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: treatment of bad rows. Default: stop.")
     dtype: Literal["float32", "float64"] | None = option(None, "With -o: type of the numbers. Default: float64.")
-    force: bool = FORCE
 
-    def check(self, files: list[str], json: bool) -> None:
+    def check(self, files: list[str], written: OutputOptions) -> None:
         """Refuse contradictory options, and a file that may not be written, before anything is loaded."""
         for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
             if self.output is None and value is not None:
@@ -168,8 +167,7 @@ class StreamOptions:
             raise BadArgument(f"{len(files)} files; several files need --output")
         if self.output is not None and not files:
             raise BadArgument("--output is for the rows of a file; name the FILE to read")
-        outputs, printed = {"--output": self.sink}, "--json" if json else None
-        check_outputs(outputs, force=self.force, printed=printed, continued=self._continued)
+        written.check({"--output": self.sink}, continued=self._continued)
 
     @property
     def sink(self) -> str | None:
@@ -193,8 +191,8 @@ def fk(
     wanted: PoseOptions,
     limits: LimitPolicy = LIMITS,
     csv: bool = CSV,
-    written: StreamOptions,
-    json: bool = JSON,
+    streamed: StreamOptions,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Print poses of frames at given joint values: of one configuration, or of every row of a file.
@@ -209,10 +207,10 @@ def fk(
     the same command again to continue an interrupted run.
     """
     files = file or []
-    written.check(files, json)
-    if written.sink is not None:
-        model, result = _stream(files, given, wanted, written, limits, robot)
-        _report(model, result, json)
+    streamed.check(files, written)
+    if streamed.sink is not None:
+        model, result = _stream(files, given, wanted, streamed, limits, robot)
+        _report(model, result, written.json)
         return
     from nao_kin.stream import PoseColumns
 
@@ -222,7 +220,7 @@ def fk(
     model.frame_ids(frames if reference is None else [*frames, reference])
     printer = PosePrinter(frames, wanted.as_, PoseColumns(wanted.style, given.deg), times)
     poses = _poses(model, q, frames, reference, printer.columns)
-    if json:
+    if written.json:
         printer.print_json(poses, model.name, reference, many=many)
     elif csv:
         printer.print_csv(poses)
@@ -236,7 +234,7 @@ def _stream(
     files: list[str],
     given: FileOptions,
     wanted: PoseOptions,
-    written: StreamOptions,
+    streamed: StreamOptions,
     limits: LimitPolicy,
     robot: RobotOptions,
 ) -> tuple[RobotModel, StreamResult]:
@@ -251,13 +249,13 @@ def _stream(
         model,
         files if path is None else stream.Configurations(path.q, path.times, str(one)),
         wanted.frames(model),
-        str(written.sink),
+        str(streamed.sink),
         reference=wanted.reference,
         as_=wanted.style,
-        dtype=written.dtype or "float64",
+        dtype=streamed.dtype or "float64",
         limits=limits if path is None else "ignore",
         degrees=given.deg,
-        on_error=written.on_error or "stop",
+        on_error=streamed.on_error or "stop",
         columns=given.renamed,
         ignore_other=given.ignore_other,
         hips=hips,  # type: ignore[arg-type]

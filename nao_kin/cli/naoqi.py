@@ -19,9 +19,9 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
-from nao_kin.cli.shared import FORCE, JSON, OUTPUT
+from nao_kin.cli.shared import JSON
 from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
@@ -205,9 +205,8 @@ def live(
     seconds: float | None = option("S", "End after this many seconds of readings, or as many without one."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
-    force: bool = FORCE,
+    written: OutputOptions,
     robot: RobotOptions,
-    json: bool = JSON,
 ) -> None:
     """Show a robot's current joints in a live page, or record them, until Ctrl-C or for some seconds.
 
@@ -225,7 +224,7 @@ def live(
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(output).suffix.lower() not in suffixes:  # refuse it now, not after the recording
             raise BadArgument(f"no motion format for {abbreviated(output)}; end it in one of: {', '.join(suffixes)}")
-        atomic.check_replaceable(output, overwrite=force)
+        atomic.check_replaceable(output, overwrite=written.force)
     model = robot.load()
     from nao_kin.naoqi import LolaSource, Lost, NaoqiSource, readings, recorded
 
@@ -258,8 +257,8 @@ def live(
         if output is not None and found:
             from nao_kin.motion import write_motion
 
-            write_motion(recorded(found, model), output, overwrite=force)
-        _report(model.joint_names, found, output, json)
+            write_motion(recorded(found, model), output, overwrite=written.force)
+        _report(model.joint_names, found, output, written.json)
 
 
 def _report(names: tuple[str, ...], found: list[JointReading], output: str | None, json: bool) -> None:

@@ -11,9 +11,8 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import csv_text, degrees_per, print_json_list, print_written, units
-from nao_kin.cli.shared import FORCE, JSON, OUTPUT
 from nao_kin.cli.sources import FileOptions, read_columns
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 
@@ -35,8 +34,7 @@ def odometry(
     gyro: str | None = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s]."),
     output: str | None = option("FILE", "Write the CSV here.", *OUTPUT),
     given: FileOptions,
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
@@ -44,7 +42,7 @@ def odometry(
     The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of FILE gives a
     row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
     """
-    check_outputs({"--output": output}, force=force, printed="--json" if json else None, kind="csv")
+    written.check({"--output": output}, kind="csv")
     named = (("contacts", contacts), ("forces", forces), ("gyro", gyro))
     headings = {what: [name.strip() for name in text.split(",")] for what, text in named if text is not None}
     if headings and file == "-":
@@ -63,14 +61,14 @@ def odometry(
     angles = rpy_from_matrix(T[:, :3, :3]) * degrees_per("rad", given.deg)
     numbers = np.column_stack([path.times, T[:, :3, 3], angles]).tolist()
     rows = [[*row, path.soles[k]] for row, k in zip(numbers, path.support.tolist(), strict=True)]
-    if output is not None or not json:
+    if output is not None or not written.json:
         names = [f"{name}_deg" if given.deg and name in _ANGLES else name for name in _COLUMNS]
         text = csv_text(names, rows)
         if output is None:
             sys.stdout.write(text)
         else:
             atomic.write_text(output, text)
-    if json:
+    if written.json:
         head = {"robot": model.name, "units": units(given.deg)}
         print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
     elif output is not None:

@@ -57,6 +57,9 @@ def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
+# The names of the option for the file to write.
+OUTPUT = "--output", "-o"
+
 # Name of a command → its function, its example, and the options of its groups that it does not have.
 COMMANDS: dict[str, tuple[Callable[..., None], str, Sequence[str]]] = {}
 
@@ -208,37 +211,48 @@ def _no_such_option(ctx: Any, name: str, known: Sequence[str]) -> BadArgument:
     return BadArgument(f"no such option: {abbreviated(name)} ({_MEANT_OPTIONS.get((ctx.info_name, name), advice)})")
 
 
-def one_output(out: str | None, output: str | None) -> str:
-    """Return the path to write, given as an argument or with --output; "-" is standard output."""
-    path = output if out is None else out
-    if path is None or None not in (out, output):
-        raise BadArgument("give one file or folder to write, as OUT or with --output")
-    return "/dev/stdout" if path == "-" else path
+@dataclass(frozen=True)
+class OutOptions:
+    """The file or folder to write, as an argument or an option."""
+
+    out: str | None = argument("OUT", "The file or folder to write, - for standard output.", None)
+    output: str | None = option("FILE", "The same as OUT.", *OUTPUT)
+
+    @property
+    def path(self) -> str:
+        """The path to write; "-" is standard output."""
+        path = self.output if self.out is None else self.out
+        if path is None or None not in (self.out, self.output):
+            raise BadArgument("give one file or folder to write, as OUT or with --output")
+        return "/dev/stdout" if path == "-" else path
 
 
-def check_outputs(
-    outputs: Mapping[str, str | None],
-    *,
-    force: bool,
-    printed: str | None = None,
-    continued: bool = False,
-    kind: str = "",
-) -> None:
-    """Refuse files that may not or cannot be written, before anything is loaded or drawn.
+@dataclass(frozen=True)
+class OutputOptions:
+    """The options of a command that writes files."""
 
-    `outputs` maps each option ("" for an argument) to its file (None if not given); `printed` is the option that uses
-    standard output. An existing file of --output that the command continues needs no `force`. `kind` is the format of
-    --output, if there is only one.
-    """
-    given = {option: path for option, path in outputs.items() if path is not None}
-    for option, path in given.items():
-        atomic.check_writable(path, kind=kind if option == "--output" else option.removeprefix("--"))
-        atomic.check_replaceable(path, overwrite=force or (continued and option == "--output"))
-    for option, path in given.items():
-        if printed is not None and atomic.leads_to_standard_output(path):
-            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
-    if len({os.path.realpath(path) for path in given.values()}) < len(given):
-        raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
+    force: bool = flag("Replace the output file if it exists.")
+    json: bool = flag("Print JSON.")
+
+    def check(
+        self, outputs: Mapping[str, str | None], *, csv: bool = False, continued: bool = False, kind: str = ""
+    ) -> None:
+        """Refuse files that may not or cannot be written, before anything is loaded or drawn.
+
+        `outputs` maps each option ("" for an argument) to its file (None if not given); with `csv` the option --csv
+        uses standard output. An existing file of --output that the command continues is not refused. `kind` is the
+        format of --output, if there is only one.
+        """
+        given = {option: path for option, path in outputs.items() if path is not None}
+        for option, path in given.items():
+            atomic.check_writable(path, kind=kind if option == "--output" else option.removeprefix("--"))
+            atomic.check_replaceable(path, overwrite=self.force or (continued and option == "--output"))
+        for option, path in given.items():
+            if (self.json or csv) and atomic.leads_to_standard_output(path):
+                printed = "--json" if self.json else "--csv"
+                raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
+        if len({os.path.realpath(path) for path in given.values()}) < len(given):
+            raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
 
 
 @dataclass(frozen=True)

@@ -212,6 +212,8 @@ class FileOptions(JointOptions):
         if not moves or log is not None:
             return None, "average" if self.hips is None and log is not None and log.timed else self.hips
         if self.columns:
+            if not as_motion and replace(self, columns=None)._log_columns(model, file) is not None:
+                return None, self.hips  # what is wrong with --columns is said where the table is read
             raise BadArgument(f"--columns is for whole configurations; {quoted(file)} is read as a motion")
         motion = MotionFile(file, None, self.deg, self.timeline, self.ignore_other).read(model)
         check_posture(model, self.posture)

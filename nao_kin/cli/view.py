@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.shared import FORCE, FRAME, JSON, OUTPUT
+from nao_kin.cli.shared import FRAME
 from nao_kin.cli.sources import FileOptions, frame_names, numbers_of
 from nao_kin.errors import BadArgument
 
@@ -119,8 +119,7 @@ def view(
     ),
     page: LivePage,
     robot: RobotOptions,
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
 ) -> None:
     """Show the robot in a browser, as a live page until Ctrl-C, or write it to files with --html and --png.
 
@@ -146,7 +145,7 @@ def view(
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    check_outputs({"--html": html, "--png": png}, force=force, printed="--json" if json else None)
+    written.check({"--html": html, "--png": png})
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
     model, q, _, many = given.configurations(robot, file, limits="ignore", sampling=speed)
@@ -169,13 +168,13 @@ def view(
         print_note(*viewer.notes)
         done: dict[str, str] = {}
         if html is not None:
-            done["html"] = str(viewer.save_html(html, overwrite=force))
+            done["html"] = str(viewer.save_html(html, overwrite=written.force))
         if png is not None:
-            done["png"] = str(viewer.save_png(png, camera=camera, overwrite=force))
+            done["png"] = str(viewer.save_png(png, camera=camera, overwrite=written.force))
         if live:
             done["url"] = page.address(viewer)
         serving = live and wait is not False
-        if json:
+        if written.json:
             print_json(done)
         else:
             print_written(*(where for what, where in done.items() if what != "url"))
