@@ -47,7 +47,8 @@ def balance(
     if elsewhere:
         soles = ", ".join(model.semantics.soles)
         print_note(f"{', '.join(elsewhere)}: not on the links of the robot's soles, {soles}")
-    deg, options = given.deg, {"soles": sole, "gravity": down, "outline": outline}
+    deg = given.deg
+    options: Any = {"soles": sole, "gravity": down, "outline": outline}
     head = {"robot": model.name, "outline": outline, "units": units(deg)}
     if not many:
         found = balance(model, q[0], **options)

@@ -137,7 +137,7 @@ _MEANT_OPTIONS = {
 
 
 class Group(TyperGroup):
-    """A group of commands that names the nearest ones for an unknown command."""
+    """A group of commands that makes the options of a command when it is called, and names the nearest commands."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names; its options are made now, those of the others never."""
@@ -149,7 +149,7 @@ class Group(TyperGroup):
         if name in COMMANDS:
             alone = typer.Typer(add_completion=False, rich_markup_mode=None)
             alone.command(args[0], cls=Command, epilog=COMMANDS[name][1])(with_options(name))
-            self.commands[args[0]] = typer.main.get_command(alone)  # type: ignore[assignment]
+            self.commands[args[0]] = typer.main.get_command(alone)
         return super().resolve_command(ctx, args)
 
 
