@@ -33,7 +33,7 @@ from nao_kin.cli import (  # noqa: F401
     robots,
     view,
 )
-from nao_kin.cli.options import COMMANDS, Command, Group, UsageError
+from nao_kin.cli.options import COMMANDS, Group, UsageError
 from nao_kin.cli.output import print_note
 from nao_kin.errors import DegreesWarning, NaoKinError, NaoKinWarning
 
@@ -62,9 +62,9 @@ _WORLD = ("balance", "odometry", "collisions", "camera", "calibrate")
 _SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
 for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):
-    _function, _example = COMMANDS[_name]
+    # Listed in the help without its options, which `Group` makes when the command is called.
     _group = motion.app if _name in _OF_MOTIONS else app
-    _group.command(_name.removeprefix("motion "), cls=Command, epilog=_example)(_function)
+    _group.command(_name.removeprefix("motion "), help=COMMANDS[_name][0].__doc__)(lambda: None)
 app.add_typer(motion.app)
 
 

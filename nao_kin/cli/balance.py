@@ -9,9 +9,9 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
 from nao_kin.cli.options import RobotOptions, command, option
-from nao_kin.cli.output import print_json, print_json_list, print_note, print_table
-from nao_kin.cli.shared import CONFIGURATIONS, DEG, JSON, LIMITS
-from nao_kin.cli.sources import FileOptions, JointOptions, numbers_of
+from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_note, print_table, units
+from nao_kin.cli.shared import CONFIGURATIONS, JSON, LIMITS
+from nao_kin.cli.sources import FileOptions, numbers_of
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
@@ -25,13 +25,11 @@ _CHUNK = 8192
 def balance(
     *,
     file: str | None = CONFIGURATIONS,
-    joints: JointOptions,
+    given: FileOptions,
     sole: list[str] | None = option("NAME", "A sole on the floor; repeatable. Default: what is lowest."),
     gravity: str | None = option("X,Y,Z", "Direction of gravity in the root link. Default: normal to the soles."),
     outline: Literal["sole", "sensors"] = option(None, "Outline of a sole.", default="sole"),
-    deg: bool = DEG,
     limits: LimitPolicy = LIMITS,
-    given: FileOptions,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -42,16 +40,16 @@ def balance(
     whose contacts span no area has no margin.
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
-    model = robot.load()
-    q, times, many = given.configurations(model, file, joints, deg=deg, limits=limits)
+    model, q, times, many = given.configurations(robot, file, limits=limits)
     from nao_kin.world import balance
 
     elsewhere = [name for name in sole or () if not _on_a_foot(model, name)]
     if elsewhere:
         soles = ", ".join(model.semantics.soles)
         print_note(f"{', '.join(elsewhere)}: not on the links of the robot's soles, {soles}")
+    deg = given.deg
     options: Any = {"soles": sole, "gravity": down, "outline": outline}
-    head = {"robot": model.name, "outline": outline, "units": {"length": "m", "angle": "deg" if deg else "rad"}}
+    head = {"robot": model.name, "outline": outline, "units": units(deg)}
     if not many:
         found = balance(model, q[0], **options)
         if json:
@@ -80,7 +78,7 @@ def balance(
 
 def _document(model: RobotModel, found: Balance, deg: bool) -> dict[str, Any]:
     """Return the balance of one configuration for JSON."""
-    unit = math.degrees(1.0) if deg else 1.0
+    unit = degrees_per("rad", deg)
     edges = zip(found.vertices.tolist(), found.distances.tolist(), (unit * found.tilts).tolist(), strict=True)
     return {
         "margin": float(found.margin),
@@ -122,7 +120,7 @@ def _print_one(model: RobotModel, found: Balance) -> None:
 
 def _rows(found: Balance, start: int, times: Floats | None, deg: bool) -> list[dict[str, Any]]:
     """Return the balance of a batch for JSON, one row for each configuration."""
-    unit = math.degrees(1.0) if deg else 1.0
+    unit = degrees_per("rad", deg)
     tilts = np.where(
         found.nearest < 0, np.nan, unit * np.min(found.tilts, axis=-1, initial=np.inf, where=~np.isnan(found.tilts))
     )

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import FORCE, JSON, OUTPUT, SEED
+from nao_kin.cli.shared import SEED
 
 if TYPE_CHECKING:
     from nao_kin.calibration import Calibration, NextPosture
@@ -24,12 +24,11 @@ def calibrate(
     next_: bool = flag("Print the posture to observe next.", "--next"),
     seed: int = SEED,
     deg: bool = flag("Print angles in degrees."),
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Find joint offsets and camera mountings from pixels of known points, measured poses and contacts of soles."""
-    check_outputs({"--output": output}, force=force, printed="--json" if json else None, kind="toml")
+    written.check({"--output": output}, kind="toml")
     model = robot.load()
     from nao_kin import calibration as room
 
@@ -38,8 +37,8 @@ def calibrate(
     following = room.next_posture(found, rng=seed) if next_ else None
     print_note(*found.notes)
     if output is not None:
-        found.save(output, overwrite=force)
-    if json:
+        found.save(output, overwrite=written.force)
+    if written.json:
         print_json(_document(found, following, output))
     elif output is None or not atomic.leads_to_standard_output(output):
         _print(found, following, deg)

@@ -11,8 +11,8 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin.cli.options import RobotOptions, argument, command, option
-from nao_kin.cli.output import csv_text, fixed, print_json, print_note, print_table
-from nao_kin.cli.shared import CSV, DEG, JSON, LIMITS
+from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, units
+from nao_kin.cli.shared import CSV, JSON, LIMITS
 from nao_kin.cli.sources import JointOptions, numbers_of, read_columns
 from nao_kin.errors import BadArgument, BadInputFile
 
@@ -39,7 +39,6 @@ def camera(
     point: str | None = option("X,Y,Z", "Print the pixel of a point [m]; z is its height above the floor."),
     resolution: str = option("NAME", "VGA, another name, or width and height as in 640x480.", default="VGA"),
     height: float = option("M", "Height above the floor of the points at pixels [m].", default=0.0),
-    deg: bool = DEG,
     limits: LimitPolicy = LIMITS,
     csv: bool = CSV,
     json: bool = JSON,
@@ -67,13 +66,13 @@ def camera(
     elif csv:
         raise BadArgument("--csv is for pixels and points; give a FILE, --pixel or --point")
     model = robot.load()
-    q = joints.configuration(model, deg=deg, limits=limits)
+    q = joints.configuration(model, limits=limits)
     from nao_kin import world
 
     size = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", resolution)
     found = world.camera(model, name, resolution if size is None else (int(size[1]), int(size[2])))
     if rows is None:
-        _print_numbers(model, q, found, deg, json)
+        _print_numbers(model, q, found, joints.deg, json)
         return
     if headings == _PIXEL:
         ground = world.pixel_to_ground(model, q, rows, found, height=height)
@@ -126,7 +125,7 @@ def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json:
     across, high = model.semantics.fields_of_view[found.name]
     rpy = rpy_from_matrix(T[:3, :3])
     if json:
-        unit = math.degrees(1.0) if deg else 1.0
+        unit = degrees_per("rad", deg)
         document = {
             "robot": model.name,
             "camera": found.name,
@@ -137,7 +136,7 @@ def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json:
             "T_world_camera": T.tolist(),
             "horizon": {"line": line.line.tolist(), "visible": bool(line.visible)},
             "visible_ground": polygon.tolist(),
-            "units": {"length": "m", "angle": "deg" if deg else "rad"},
+            "units": units(deg),
         }
         print_json(document)
         return

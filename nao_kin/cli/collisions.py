@@ -10,8 +10,8 @@ import typer
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin.cli.options import RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.shared import CONFIGURATIONS, DEG, JSON, LIMITS
-from nao_kin.cli.sources import FileOptions, JointOptions
+from nao_kin.cli.shared import CONFIGURATIONS, JSON, LIMITS
+from nao_kin.cli.sources import FileOptions
 
 if TYPE_CHECKING:
     from nao_kin.robot import Contact
@@ -23,13 +23,11 @@ if TYPE_CHECKING:
 def collisions(
     *,
     file: str | None = CONFIGURATIONS,
-    joints: JointOptions,
+    given: FileOptions,
     margin: float | None = option(
         "M", "List links nearer than this [m]; negative: only those that overlap by more. Default: 0."
     ),
-    deg: bool = DEG,
     limits: LimitPolicy = LIMITS,
-    given: FileOptions,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -38,8 +36,7 @@ def collisions(
     Input is as for nao-kin fk. Links that a joint connects, or that always or never touch, are not compared. A motion
     gives one row for each of its key times, or --rate rows per second. Exit code 1 if links overlap.
     """
-    model = robot.load()
-    q, times, _ = given.configurations(model, file, joints, deg=deg, limits=limits)
+    model, q, times, _ = given.configurations(robot, file, limits=limits)
     q = q[0] if file is None else q
     clearance = model.clearance(q)
     contacts = model.collisions(q, margin=margin or 0.0)

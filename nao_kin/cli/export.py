@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import inspect
+import re
+from dataclasses import make_dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import RobotOptions, command, flag, one_output, option
+from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.shared import FORCE, JSON, OUT, OUTPUT, TIMELINE
+from nao_kin.cli.shared import TIMELINE
 from nao_kin.cli.sources import MotionFile
 from nao_kin.errors import BadArgument
 
@@ -16,30 +20,40 @@ from nao_kin.errors import BadArgument
 _FORMATS = {".urdf": "urdf", ".srdf": "srdf", ".glb": "gltf"}
 
 
-@dataclass(frozen=True)
-class ExportOptions:
-    """The options of all formats; None means the default of the format."""
+@cache
+def export_options() -> type:
+    """Return the class of the options of all formats, as the signatures and docstrings of their functions state them.
 
-    frames: str | None = option("WHICH", "Links on fixed joints: all, effectors or none.")
-    names: str | None = option("WHOSE", "Names of links and joints: naoqi or ros.")
-    meshes: str | None = option(
-        "HOW", "Paths of meshes: relative (copied), absolute, package://NAME or none; for ros2 package or none."
-    )
-    coupling: str | None = option("HOW", "Mimic joints: mimic, locked or independent.")
-    inertia: str | None = option("WHICH", "Inertias: published, or physical (corrected for simulators).")
-    typed: bool | None = flag("Merge three joints with one centre into a spherical joint.", default=None)
-    axes: str | None = option("HOW", "Joint axes: published, or aligned (without oblique axes).")
-    base: str | None = option("HOW", "The root: floating or fixed.")
-    samples: int | None = option("N", "srdf, ros2: largest number of configurations examined for each pair of links.")
-    seed: int | None = option("N", "srdf, ros2: seed of these configurations.")
-    package: str | None = option("NAME", "ros2: name of the package.")
-    package_version: str | None = option("X.Y.Z", "ros2: version of the package.")
-    maintainer: str | None = option("WHO", "ros2: maintainer of the package, as 'Name <name@example.org>'.")
-    license: str | None = option("NAME", "ros2: licence of the package.")
-    posture: str | None = option("NAME", "gltf: the posture of the robot.")
-    motion: str | None = option("FILE", "gltf: a motion for the animation.")
-    timeline: str | None = TIMELINE
-    fps: float | None = option("N", "gltf: poses per second in the animation.")
+    None means the default of the format.
+    """
+    from nao_kin.export import FORMATS, options
+
+    names = dict.fromkeys(name for key in FORMATS for name in options(key))
+    return make_dataclass("ExportOptions", [_field(name) for name in names], frozen=True)
+
+
+def _field(name: str) -> tuple[str, Any, Any]:
+    """Return the field of an option of one or several formats: its name, its type and the `option`."""
+    from nao_kin.export import FORMATS, options
+
+    texts, defaults = dict[str, list[str]](), dict[str, list[str]]()  # text → formats
+    for key in (key for key in FORMATS if name in options(key)):
+        entry = re.search(rf"^    {name}: (.+?)\.(\s|$)", str(inspect.getdoc(FORMATS[key])), re.MULTILINE | re.DOTALL)
+        text = (
+            "" if entry is None else re.sub(r'["`]', "", " ".join(entry[1].split())).replace("None for", "by default")
+        )
+        # A reference to the description in another format does not stand in the help.
+        texts.setdefault(next(iter(texts), text) if "as in" in text else text, []).append(key)
+        defaults.setdefault(str(options(key)[name]), []).append(key)
+    places = {text: "" if len(keys) == len(FORMATS) else f"{', '.join(keys)}: " for text, keys in texts.items()}
+    help = " ".join(f"{place}{text}." for text, place in places.items())
+    known = {value: keys for value, keys in defaults.items() if value not in ("None", "False")}
+    usual = "; ".join(f"{value} ({', '.join(keys)})" if n else value for n, (value, keys) in enumerate(known.items()))
+    help += f" Default: {usual}." if usual else ""
+    annotation = inspect.signature(FORMATS[next(iter(texts.values()))[0]]).parameters[name].annotation
+    kind: Any = {"bool": bool, "int": int, "float": float}.get(annotation, str)
+    metavar = "FILE" if "Path" in annotation else "NAME" if kind is str else "N"
+    return name, kind | None, flag(help, default=None) if kind is bool else option(metavar, help)
 
 
 @command(
@@ -49,38 +63,36 @@ class ExportOptions:
 )
 def export(
     *,
-    out: str | None = OUT,
-    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
+    target: OutOptions,
     format_: str | None = option(
         "FORMAT",
         "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUT, if that is .urdf, .srdf or .glb.",
     ),
-    options: ExportOptions,
-    force: bool = FORCE,
-    json: bool = JSON,
+    options: export_options(),  # type: ignore[valid-type]  # evaluated when the command is called
+    timeline: str | None = TIMELINE,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Write a robot for another tool. Every difference between the file and the robot is reported."""
     from nao_kin import export as exports
 
-    path = one_output(out, output)
+    path = target.path
     if format_ is None:
         format_ = _FORMATS.get(Path(path).suffix.lower())
     if format_ is None:
         raise BadArgument(f"--format is missing: give one of {', '.join(exports.FORMATS)}")
-    if atomic.leads_to_standard_output(path) and json:
+    if atomic.leads_to_standard_output(path) and written.json:
         raise BadArgument(f"{path} and --json both write to standard output; give one")
     chosen = {name: value for name, value in vars(options).items() if value is not None}
-    timeline = chosen.pop("timeline", None)
     exports.check_options(format_, chosen)
-    if timeline is not None and options.motion is None:
+    if timeline is not None and "motion" not in chosen:
         raise BadArgument("--timeline chooses a motion in the file of --motion; give both")
     model = robot.load()
-    if options.motion is not None and timeline is not None:
-        chosen["motion"] = MotionFile(options.motion, timeline=timeline).read(model)
-    done = exports.write(model, path, format_, overwrite=force, **chosen)
+    if timeline is not None:
+        chosen["motion"] = MotionFile(chosen["motion"], timeline=timeline).read(model)
+    done = exports.write(model, path, format_, overwrite=written.force, **chosen)
     print_note(*done.changes)
-    if json:
+    if written.json:
         files = [str(file) for file in done.files]
         print_json({"path": str(done.path), "format": format_, "files": files, "changes": list(done.changes)})
     else:

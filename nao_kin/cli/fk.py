@@ -12,17 +12,24 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
-from nao_kin._core.text import quoted
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
-from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
-from nao_kin.cli.shared import CSV, DEG, FORCE, FRAME, JSON, LIMITS, OUTPUT, REFERENCE
-from nao_kin.cli.sources import FileOptions, JointOptions, frame_names, is_motion
-from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
+from nao_kin.cli.output import (
+    fixed,
+    print_json,
+    print_json_list,
+    print_note,
+    print_table,
+    print_written,
+    progress,
+    units,
+)
+from nao_kin.cli.shared import CSV, FRAME, LIMITS, REFERENCE
+from nao_kin.cli.sources import FileOptions, frame_names, note_clamped
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.motion import Trajectory
     from nao_kin.robot import RobotModel
-    from nao_kin.stream import Clamped, Configurations, PoseColumns, StreamResult
+    from nao_kin.stream import PoseColumns, PoseStyle, StreamResult
 
 
 # --- Output of poses: JSON, CSV, a table, or lines as they come.
@@ -51,7 +58,7 @@ class PosePrinter:
             "robot": robot,
             "reference": reference or "root",
             "as": self.style,
-            "units": {"length": "m", "angle": "deg" if self.columns.degrees else "rad"},
+            "units": units(self.columns.degrees),
         }
         if self.times is not None:
             head["times"] = self.times.tolist()
@@ -125,15 +132,33 @@ _EXAMPLES = (
 
 
 @dataclass(frozen=True)
+class PoseOptions:
+    """The options of the poses of a configuration."""
+
+    frame: list[str] | None = FRAME
+    reference: str | None = REFERENCE
+    as_: PoseFormat = option(None, "Format of a pose.", default="rpy")
+
+    def frames(self, model: RobotModel) -> list[str]:
+        """Return the frames of --frame, by default the effectors and the cameras."""
+        effectors = [*model.semantics.end_effectors, *model.semantics.cameras]
+        return frame_names(model, self.frame) or effectors or list(model.link_names)
+
+    @property
+    def style(self) -> PoseStyle:
+        """The format of --as, as `nao_kin.stream.fk` calls it."""
+        return "position_quaternion" if self.as_ == "quaternion" else self.as_
+
+
+@dataclass(frozen=True)
 class StreamOptions:
     """The options of poses that are written to a file."""
 
     output: str | None = option("FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", *OUTPUT)
     on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: treatment of bad rows. Default: stop.")
     dtype: Literal["float32", "float64"] | None = option(None, "With -o: type of the numbers. Default: float64.")
-    force: bool = FORCE
 
-    def check(self, files: list[str], json: bool) -> None:
+    def check(self, files: list[str], written: OutputOptions) -> None:
         """Refuse contradictory options, and a file that may not be written, before anything is loaded."""
         for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
             if self.output is None and value is not None:
@@ -142,8 +167,7 @@ class StreamOptions:
             raise BadArgument(f"{len(files)} files; several files need --output")
         if self.output is not None and not files:
             raise BadArgument("--output is for the rows of a file; name the FILE to read")
-        outputs, printed = {"--output": self.sink}, "--json" if json else None
-        check_outputs(outputs, force=self.force, printed=printed, continued=self._continued)
+        written.check({"--output": self.sink}, continued=self._continued)
 
     @property
     def sink(self) -> str | None:
@@ -163,16 +187,12 @@ def fk(
     file: list[str] | None = argument(
         "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several files.", None
     ),
-    joints: JointOptions,
-    frame: list[str] | None = FRAME,
-    reference: str | None = REFERENCE,
-    as_: PoseFormat = option(None, "Format of a pose.", default="rpy"),
-    deg: bool = DEG,
+    given: FileOptions,
+    wanted: PoseOptions,
     limits: LimitPolicy = LIMITS,
     csv: bool = CSV,
-    written: StreamOptions,
-    given: FileOptions,
-    json: bool = JSON,
+    streamed: StreamOptions,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Print poses of frames at given joint values: of one configuration, or of every row of a file.
@@ -187,65 +207,20 @@ def fk(
     the same command again to continue an interrupted run.
     """
     files = file or []
-    written.check(files, json)
-    first = files[0] if files else None
-    one = first if len(files) == 1 else None
-    # With -o, standard input may be larger than memory, and is not read here.
-    unseen = one == "-" and written.output is not None
-    moves = one is not None and not unseen and is_motion(one)
-    given.check(first, joints.posture, moves=moves)
-    from nao_kin import stream
-
-    model = robot.load()
-    clamp = limits == "clamp"
-    as_motion = joints.posture is not None or given.rate is not None or given.timeline is not None
-    log = None if one is None or as_motion else given.log_columns(model, one)
-    moves = moves and log is None
-    timed = log is not None and log.timed
-    if moves and given.renamed:
-        raise BadArgument(f"--columns is for whole configurations; {quoted(one)} is read as a motion")
-    rule: Any = "average" if given.hips is None and timed else given.hips  # as for a motion
-    rows: Configurations | None = None
-    if moves and one is not None:
-        path = given.trajectory(model, one, deg=deg, posture=joints.posture, rate=given.rate)
-        rows = stream.Configurations(_within_limits(model, one, path, limits, deg=deg), path.times, one)
-    chosen = frame_names(model, frame)
-    chosen = chosen or [*model.semantics.end_effectors, *model.semantics.cameras] or list(model.link_names)
-    style: Any = "position_quaternion" if as_ == "quaternion" else as_
-    if written.sink is not None:
-        result = stream.fk(
-            model,
-            files if rows is None else rows,
-            chosen,
-            written.sink,
-            reference=reference,
-            as_=style,
-            dtype=written.dtype or "float64",
-            limits=limits if rows is None else "ignore",
-            degrees=deg,
-            on_error=written.on_error or "stop",
-            columns=given.renamed,
-            ignore_other=given.ignore_other,
-            hips=rule if rows is None else None,
-            progress=True,
-            overwrite=True,  # checked above, where a continued file is recognised
-        )
-        _report(model, result, json)
+    streamed.check(files, written)
+    if streamed.sink is not None:
+        model, result = _stream(files, given, wanted, streamed, limits, robot)
+        _report(model, result, written.json)
         return
-    times: Floats | None = None
-    if rows is not None:
-        q, times, many = rows.q, rows.times, True
-    elif one is not None:
-        found = given.log(model, one, deg=deg, limits="ignore" if clamp else limits, hips=rule)
-        q, times, many = _clamped(model, found.q) if clamp else found.q, found.times, found.many
-        print_note(*found.notes)
-    else:
-        q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
+    from nao_kin.stream import PoseColumns
+
+    model, q, times, many = given.configurations(robot, next(iter(files), None), limits=limits)
+    frames, reference = wanted.frames(model), wanted.reference
     # Refuse unknown frames before anything is printed.
-    model.frame_ids(chosen if reference is None else [*chosen, reference])
-    printer = PosePrinter(chosen, as_, stream.PoseColumns(style, deg), times)
-    poses = _poses(model, q, chosen, reference, printer.columns)
-    if json:
+    model.frame_ids(frames if reference is None else [*frames, reference])
+    printer = PosePrinter(frames, wanted.as_, PoseColumns(wanted.style, given.deg), times)
+    poses = _poses(model, q, frames, reference, printer.columns)
+    if written.json:
         printer.print_json(poses, model.name, reference, many=many)
     elif csv:
         printer.print_csv(poses)
@@ -255,6 +230,41 @@ def fk(
         printer.print_table(poses)
 
 
+def _stream(
+    files: list[str],
+    given: FileOptions,
+    wanted: PoseOptions,
+    streamed: StreamOptions,
+    limits: LimitPolicy,
+    robot: RobotOptions,
+) -> tuple[RobotModel, StreamResult]:
+    """Write the poses of files, which may be larger than memory; return the robot and the summary."""
+    from nao_kin import stream
+
+    one = files[0] if len(files) == 1 else None
+    moves = given.check(files[0], unread=one in (None, "-"))
+    model = robot.load()
+    path, hips = (None, given.hips) if one is None else given.motion(model, one, moves=moves, limits=limits)
+    result = stream.fk(
+        model,
+        files if path is None else stream.Configurations(path.q, path.times, str(one)),
+        wanted.frames(model),
+        str(streamed.sink),
+        reference=wanted.reference,
+        as_=wanted.style,
+        dtype=streamed.dtype or "float64",
+        limits=limits if path is None else "ignore",
+        degrees=given.deg,
+        on_error=streamed.on_error or "stop",
+        columns=given.renamed,
+        ignore_other=given.ignore_other,
+        hips=hips,  # type: ignore[arg-type]
+        progress=True,
+        overwrite=True,  # checked before, where a continued file is recognised
+    )
+    return model, result
+
+
 def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
     """Print a summary of the output, and on standard error the omitted and changed rows."""
     if json:
@@ -262,7 +272,7 @@ def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
     else:
         print_written(result.sink)
     print_note(*result.notes)
-    _note_clamped(model, result.clamped, result.rows_read)
+    note_clamped(model, result.clamped, result.rows_read)
     if result.rows_resumed:
         print_note(f"the first {result.rows_resumed} rows had been done by an earlier run")
     if result.bad_rows:
@@ -272,42 +282,6 @@ def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
             print_note(f"  {bad}")
         if result.bad_rows > len(result.first_bad_rows):
             print_note(f"  and {result.bad_rows - len(result.first_bad_rows)} more")
-
-
-def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, deg: bool) -> Floats:
-    """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
-    if limits == "clamp":
-        return _clamped(model, path.q)
-    violations = model.limit_violations(path.q, max_configurations=1) if limits == "enforce" else ()
-    if violations:
-        from nao_kin.stream import look_like_degrees
-
-        first = violations[0]
-        when = f"{path.times[first.index[0]]:.6g} s"
-        reason = f"at {when} outside the joint limits: {first.describe(degrees=deg, index=False)}"
-        advice = "nao-kin motion check lists all, --limits clamp or --limits ignore accepts them"
-        if not deg and look_like_degrees(model, model.joint_names, path.q[first.index[0], model.nq_base :]):
-            advice = "are these degrees (--deg)?"
-        raise BadInputFile(file, f"{reason}; {advice}")
-    return path.q
-
-
-def _clamped(model: RobotModel, q: Floats) -> Floats:
-    """Return configurations moved inside the limits, and print a note on their number and the largest change."""
-    from nao_kin import stream
-
-    inside, changes = stream.clamp(model, q)
-    _note_clamped(model, changes, len(q))
-    return inside
-
-
-def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
-    """Print a note on the changes of --limits clamp."""
-    if changes.rows:
-        unit = model.unit(changes.joint)
-        largest = f"{changes.largest:.3g}{'' if unit == '1' else f' {unit}'}"
-        moved = f"{changes.rows} of {rows} rows to the limits, by at most {largest} ({changes.joint})"
-        print_note(f"--limits clamp moved {moved}")
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:

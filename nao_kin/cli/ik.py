@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
-from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import COLUMNS, CSV, DEG, FORCE, HIPS, IGNORE_OTHER, JSON, LIMITS, OUTPUT
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written, units
+from nao_kin.cli.shared import COLUMNS, CSV, DEG, HIPS, IGNORE_OTHER, LIMITS
 from nao_kin.cli.sources import FileOptions, joint_values, numbers_of
 from nao_kin.errors import BadArgument, NaoKinError, UnknownName
 
@@ -82,8 +82,6 @@ class Request:
     csv: bool = CSV
     output: str | None = option("FILE", "Write the CSV here.", *OUTPUT)
     html: str | None = option("FILE", "Write a page with the robot in the best solution, and the other ones as ghosts.")
-    force: bool = FORCE
-    json: bool = JSON
 
     @property
     def towards(self) -> list[float] | None:
@@ -118,8 +116,8 @@ class Request:
         if self.near != "-" and path.suffix.lower() not in (".csv", ".json") and not path.exists():
             hint = "or a CSV or JSON file of configurations"
             raise UnknownName("posture", self.near, model.posture_names, hint)
-        given = FileOptions(self.columns, self.ignore_other)
-        q: Floats = given.log(model, self.near, deg=self.deg, hips=self.hips).q
+        given = FileOptions(deg=self.deg, columns=self.columns, ignore_other=self.ignore_other)
+        q: Floats = given.log(model, self.near, hips=self.hips).q
         if len(q) not in (1, targets):
             found = f"{len(q)} configurations for {targets} targets"
             raise BadArgument(f"--near {self.near}: {found}; give one for all, or one for each")
@@ -127,7 +125,7 @@ class Request:
 
 
 @command("ik", _EXAMPLES)
-def ik(request: Request, robot: RobotOptions) -> None:
+def ik(request: Request, written: OutputOptions, robot: RobotOptions) -> None:
     """Find joint values for a pose: all solutions inside the limits, or the reason why there is none.
 
     The number of values determines the kind of target: 3 are a position, 4 (quaternion, scalar first) or 9 (rows) an
@@ -139,11 +137,10 @@ def ik(request: Request, robot: RobotOptions) -> None:
 
     The exit code is 1 if a target is not reached; the nearest pose is then printed if there is one.
     """
-    html, json, output = request.html, request.json, request.output
+    html, output, json = request.html, request.output, written.json
     if (request.file is None) == (request.target is None):
         raise BadArgument('give one target with --target "NUMBERS", or the FILE of a list of them')
-    printed = "--json" if json else "--csv" if request.csv else None
-    check_outputs({"--output": output, "--html": html}, force=request.force, printed=printed, kind="csv")
+    written.check({"--output": output, "--html": html}, csv=request.csv, kind="csv")
     if request.near is None and (request.columns or request.ignore_other or request.hips):
         raise BadArgument("--columns, --ignore-other and --hips are for a file of configurations; name it with --near")
     model = robot.load()
@@ -151,14 +148,14 @@ def ik(request: Request, robot: RobotOptions) -> None:
     found = _solved(model, request, targets, request.preferred(model, len(targets.values)))
     answers = _Answers(model, request, targets.many, targets.kind, found)
     print_note(*targets.notes, *found.notes)
-    written = None if html is None else answers.write_page(html)
-    if written is not None and not atomic.leads_to_standard_output(written) and not json:
+    page = None if html is None else answers.write_page(html, overwrite=written.force)
+    if page is not None and not atomic.leads_to_standard_output(page) and not json:
         # With --csv, standard output is a file, which must not contain this line.
-        print(written, file=sys.stderr if request.csv else sys.stdout)
+        print(page, file=sys.stderr if request.csv else sys.stdout)
     if output is not None:
         atomic.write_text(output, answers.as_csv())
     if json:
-        print_json(answers.document(len(targets.values)) | ({} if written is None else {"html": written}))
+        print_json(answers.document(len(targets.values)) | ({} if page is None else {"html": page}))
     elif request.csv:
         sys.stdout.write(answers.as_csv())
     elif output is not None:
@@ -333,7 +330,7 @@ class _Answers:
             "frame": self.request.frame,
             "target": self.kind,
             "limits": self.request.limits,
-            "units": {"length": "m", "angle": "deg" if self.request.deg else "rad"},
+            "units": units(self.request.deg),
             "notes": list(self.found.notes),
         }
         return head | ({"targets": [self._answer((row,)) for row in range(targets)]} if self.many else self._answer(()))
@@ -364,7 +361,7 @@ class _Answers:
             ]
         return answer
 
-    def write_page(self, html: str) -> str | None:
+    def write_page(self, html: str, *, overwrite: bool) -> str | None:
         """Write the best configuration with the other solutions as ghosts, or a clip; return the file."""
         from nao_kin.viewer import Viewer
 
@@ -381,7 +378,7 @@ class _Answers:
                 viewer.display(shown[0])
                 if int(found.count) > 1:
                     viewer.show_ghosts(found.solutions[1 : int(found.count)], first=2)
-            return str(viewer.save_html(html, overwrite=self.request.force))
+            return str(viewer.save_html(html, overwrite=overwrite))
 
 
 def _ranges(rows: NDArray[np.intp]) -> str:

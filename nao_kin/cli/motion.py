@@ -11,9 +11,9 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import Group, RobotOptions, check_outputs, command, flag, one_output, option
+from nao_kin.cli.options import Group, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import FORCE, HIPS, JSON, OUT, OUTPUT, OUTSIDE
+from nao_kin.cli.shared import HIPS, JSON, OUTSIDE
 from nao_kin.cli.sources import MotionFile, check_posture
 from nao_kin.errors import BadArgument
 
@@ -46,8 +46,7 @@ def _motion(context: typer.Context) -> None:
 def convert(
     *,
     source: MotionFile,
-    out: str | None = OUT,
-    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
+    target: OutOptions,
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
     hips: str | None = HIPS,
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
@@ -59,8 +58,7 @@ def convert(
     limits: Literal["clamp", "ignore"] = option(None, OUTSIDE, default="ignore"),
     slow_down: bool = flag("Slow down where a joint would be too fast."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Write a motion in another format, with optional changes, which are reported.
@@ -76,8 +74,8 @@ def convert(
         raise BadArgument(f"--stretch must be a positive number, got {stretch:g}")
     if loop is not None and loop < 1:
         raise BadArgument(f"--loop must be at least 1, got {loop}")
-    sink = one_output(out, output)
-    check_outputs({"": sink}, force=force, printed="--json" if json else None)
+    sink = target.path
+    written.check({"": sink})
     model = robot.load()
     check_posture(model, posture)
     motion = source.read(model)
@@ -99,7 +97,7 @@ def convert(
     motion = mended(motions.clamp(model, motion)) if limits == "clamp" else motion
     motion = mended(motions.slow_down(model, motion)) if slow_down else motion
     motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
-    if json:
+    if written.json:
         print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
         return
     print_note(*(change.describe(degrees=source.deg) for change in changes))
@@ -152,28 +150,26 @@ def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
 def plot(
     *,
     source: MotionFile,
-    out: str | None = OUT,
-    output: str | None = option("FILE", "The same as OUT.", *OUTPUT),
+    target: OutOptions,
     joints: list[str] | None = option("NAME", "Draw this joint; repeatable. Default: all.", "--joint"),
     speed: bool = flag("Draw speeds instead of values."),
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Draw every joint over time, in degrees, with its limits, as .png or .svg; values outside are red."""
     from nao_kin.motion import plot as draw
 
-    picture = one_output(out, output)
+    picture = target.path
     kind = Path(picture).suffix.lower().removeprefix(".")
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
-    check_outputs({"": picture}, force=force, printed="--json" if json else None)
+    written.check({"": picture})
     model = robot.load()
     motion = source.read(model)
     content = io.BytesIO()
     draw(model, motion, joints=joints, speed=speed).savefig(content, format=kind, dpi=120)
     atomic.write_bytes(picture, content.getvalue())
-    if json:
+    if written.json:
         print_json({"picture": picture, "joints": list(joints or motion.joint_names)})
     else:
         print(picture)

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,9 +19,9 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
-from nao_kin.cli.shared import FORCE, JSON, OUTPUT
+from nao_kin.cli.shared import JSON
 from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
@@ -32,12 +33,28 @@ if TYPE_CHECKING:
 _FRAMES_PER_SECOND = 25.0
 
 _HOST, _PORT = "127.0.0.1", 9559
-# Options of the virtual NAO of `serve` and `run`.
-_BEHAVIORS = option("FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to play.")
-_SPEED = option("X", "Seconds of robot time in each second.", default=1.0)
-_POSTURE = option("NAME", "Initial posture.", default="Crouch")
-_VIEW = flag("Show the robot in a live page.")
-_LOG = flag("Print what the virtual NAO says, and its log.")
+
+
+@dataclass(frozen=True)
+class VirtualOptions(ExtraPage):
+    """The options of the virtual NAO of `serve` and `run`, and of its page."""
+
+    speed: float | None = option("X", "Seconds of robot time in each second. Default: 1.")
+    posture: str | None = option("NAME", "Initial posture. Default: Crouch.")
+    behaviors: str | None = option("FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to play.")
+    view: bool = flag("Show the robot in a live page.")
+    log: bool = flag("Print what the virtual NAO says, and its log.")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.view:
+            self.refuse("add --view")
+
+    @property
+    def begin(self) -> dict[str, Any]:
+        """The arguments of the virtual NAO that are given."""
+        given = {"speed": self.speed, "posture": self.posture, "behaviors": self.behaviors}
+        return {name: value for name, value in given.items() if value is not None}
 
 
 @command("serve", "Example: nao-kin serve --speed 10 --log", without=OTHER_ROBOTS)
@@ -46,13 +63,8 @@ def serve(
     port: int = option("N", "Port to listen on; 0 for a free one.", default=_PORT),
     host: str = option("ADDRESS", "Address to listen on. Caution: qi has no passwords.", default=_HOST),
     robot: RobotOptions,
-    speed: float = _SPEED,
-    posture: str = _POSTURE,
-    view: bool = _VIEW,
-    page: ExtraPage,
+    virtual: VirtualOptions,
     awake: bool = flag("Start with stiffness, as after wakeUp."),
-    behaviors: str | None = _BEHAVIORS,
-    log: bool = _LOG,
     json: bool = JSON,
 ) -> None:
     """Serve a virtual NAO to NAOqi scripts, until Ctrl-C.
@@ -65,11 +77,7 @@ def serve(
         raise BadArgument(
             "--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let other machines in"
         )
-    if not view:
-        page.refuse("add --view")
-    begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
-    shown, kinds = page if view else None, ("log",) if log else ("limp", "kernels")
-    with served(robot, host=host, port=port, awake=awake, page=shown, kinds=kinds, **begin) as done:
+    with served(robot, virtual, host=host, port=port, awake=awake, kinds=("limp", "kernels")) as done:
         if json:
             print(dumps(done))  # one line: the reader waits for its end
         else:
@@ -81,19 +89,12 @@ def serve(
 
 @contextmanager
 def served(
-    options: RobotOptions,
-    *,
-    host: str,
-    port: int,
-    awake: bool,
-    page: LivePage | None,
-    kinds: tuple[str, ...],
-    **begin: Any,
+    options: RobotOptions, virtual: VirtualOptions, *, host: str, port: int, awake: bool, kinds: tuple[str, ...]
 ) -> Iterator[dict[str, str]]:
-    """Serve a virtual NAO over qi, and in `page`, until the end of the context; yield "endpoint" and the page's "url".
+    """Serve a virtual NAO over qi until the end of the context; yield "endpoint", and "url" if it has a page.
 
-    Changes of these `kinds` are printed on standard error: "log" for all messages and remarks, "limp" for commands to
-    joints without stiffness, "kernels" for remarks on compiled kernels. `begin` has speed, posture and behaviors.
+    Changes of these `kinds` are printed on standard error: "limp" for commands to joints without stiffness, "kernels"
+    for remarks on compiled kernels; with --log all messages and remarks.
     """
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
@@ -102,18 +103,18 @@ def served(
     with ExitStack() as running:
 
         def watcher(change: Event) -> None:
-            if change.kind in kinds:
+            if change.kind in (("log",) if virtual.log else kinds):
                 print_note(f"{change.time:.2f} s: {change.value}")
 
-        nao = running.enter_context(VirtualNao(robot, on_change=watcher, **begin))
+        nao = running.enter_context(VirtualNao(robot, on_change=watcher, **virtual.begin))
         if awake:
             nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
-        if page is not None:
+        if virtual.view:
             moving = load_nao(options.nao, base="floating", offsets=options.offsets)
-            viewer = running.enter_context(closing(page.viewer(moving)))
-            done["url"] = page.address(viewer)
+            viewer = running.enter_context(closing(virtual.viewer(moving)))
+            done["url"] = virtual.address(viewer)
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
             follower.start()
@@ -160,13 +161,8 @@ def run(
     port: int | None = option("N", "Port of a running server, such as that of nao-kin serve."),
     host: str | None = option("ADDRESS", f"Address of that server. Default: {_HOST}."),
     robot: RobotOptions,
-    speed: float | None = option("X", "Seconds of robot time in each second. Default: 1."),
-    posture: str | None = option("NAME", "Initial posture. Default: Crouch."),
+    virtual: VirtualOptions,
     asleep: bool = flag("Start without stiffness, until the script sets it."),
-    behaviors: str | None = _BEHAVIORS,
-    view: bool = _VIEW,
-    page: ExtraPage,
-    log: bool = _LOG,
 ) -> None:
     """Run a script for NAOqi, which imports naoqi or qi, without a robot.
 
@@ -176,20 +172,15 @@ def run(
     """
     from nao_kin.naoqi import run_script
 
-    if not view:
-        page.refuse("add --view")
-    begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
-    begin = {name: value for name, value in begin.items() if value is not None}
     if port is None and host is None:
-        shown, kinds = page if view else None, ("log",) if log else ("limp",)
-        with served(robot, host=_HOST, port=0, awake=not asleep, page=shown, kinds=kinds, **begin) as done:
+        with served(robot, virtual, host=_HOST, port=0, awake=not asleep, kinds=("limp",)) as done:
             if "url" in done:
                 print_note(f"the virtual NAO is at {done['url']}")
             code = run_script(script, arguments or [], endpoint=done["endpoint"])
     else:
-        others = {"offsets": robot.offsets is not None, "asleep": asleep, "view": view, "log": log}
-        for name in ("offsets", "speed", "posture", "asleep", "behaviors", "view", "log"):
-            if others.get(name, name in begin):
+        own = {"offsets": robot.offsets, "asleep": asleep, "view": virtual.view, "log": virtual.log} | virtual.begin
+        for name, value in own.items():
+            if value not in (None, False):
                 raise BadArgument(f"--{name} is for a virtual NAO of the script's own; leave out --port and --host")
         where = _HOST if host is None else host.strip()
         if not where:
@@ -214,9 +205,8 @@ def live(
     seconds: float | None = option("S", "End after this many seconds of readings, or as many without one."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
-    force: bool = FORCE,
+    written: OutputOptions,
     robot: RobotOptions,
-    json: bool = JSON,
 ) -> None:
     """Show a robot's current joints in a live page, or record them, until Ctrl-C or for some seconds.
 
@@ -234,7 +224,7 @@ def live(
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(output).suffix.lower() not in suffixes:  # refuse it now, not after the recording
             raise BadArgument(f"no motion format for {abbreviated(output)}; end it in one of: {', '.join(suffixes)}")
-        atomic.check_replaceable(output, overwrite=force)
+        atomic.check_replaceable(output, overwrite=written.force)
     model = robot.load()
     from nao_kin.naoqi import LolaSource, Lost, NaoqiSource, readings, recorded
 
@@ -267,8 +257,8 @@ def live(
         if output is not None and found:
             from nao_kin.motion import write_motion
 
-            write_motion(recorded(found, model), output, overwrite=force)
-        _report(model.joint_names, found, output, json)
+            write_motion(recorded(found, model), output, overwrite=written.force)
+        _report(model.joint_names, found, output, written.json)
 
 
 def _report(names: tuple[str, ...], found: list[JointReading], output: str | None, json: bool) -> None:

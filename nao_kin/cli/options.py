@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -22,6 +22,7 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
+_Function = TypeVar("_Function", bound=Callable[..., None])
 
 # Pairs of contradicting options, by the names of their parameters, and the error.
 _CONTRADICTIONS = (
@@ -56,13 +57,14 @@ def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
-# Name of a command → its function and its example.
-COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
+# The names of the option for the file to write.
+OUTPUT = "--output", "-o"
+
+# Name of a command → its function, its example, and the options of its groups that it does not have.
+COMMANDS: dict[str, tuple[Callable[..., None], str, Sequence[str]]] = {}
 
 
-def command(
-    name: str, example: str, without: Sequence[str] = ()
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def command(name: str, example: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
     """Make a function a command of the program; `name` is "motion check" for a command in a group.
 
     Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a
@@ -70,32 +72,41 @@ def command(
     help.
     """
 
-    def entered(function: Callable[..., None]) -> Callable[..., None]:
-        parameters, groups = [], dict[str, tuple[Any, list[str]]]()
-        for parameter in inspect.signature(function, eval_str=True).parameters.values():
-            kind = parameter.annotation
-            if not is_dataclass(kind):
-                parameters.append(_parameter(parameter.name, kind, parameter.default))
-                continue
-            types = get_type_hints(kind)
-            options = [option for option in fields(kind) if option.name not in without]
-            groups[parameter.name] = kind, [option.name for option in options]
-            parameters += [_parameter(option.name, types[option.name], option) for option in options]
-
-        @wraps(function)
-        def run(**given: Any) -> None:
-            together = {
-                parameter: kind(**{option: given.pop(option) for option in options})
-                for parameter, (kind, options) in groups.items()
-            }
-            function(**given, **together)
-
-        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        COMMANDS[name] = run, example
-        return run
+    def entered(function: _Function) -> _Function:
+        COMMANDS[name] = function, example, without
+        return function
 
     return entered
+
+
+def with_options(name: str) -> Callable[..., None]:
+    """Return the function of a command for typer, with an argument for each of its options.
+
+    The annotations of the function are evaluated now and not before, because one of them may import a library.
+    """
+    function, _, without = COMMANDS[name]
+    parameters, groups = [], dict[str, tuple[Any, list[str]]]()
+    for parameter in inspect.signature(function, eval_str=True).parameters.values():
+        kind = parameter.annotation
+        if not is_dataclass(kind):
+            parameters.append(_parameter(parameter.name, kind, parameter.default))
+            continue
+        types = get_type_hints(kind)
+        options = [option for option in fields(kind) if option.name not in without]
+        groups[parameter.name] = kind, [option.name for option in options]
+        parameters += [_parameter(option.name, types[option.name], option) for option in options]
+
+    @wraps(function)
+    def run(**given: Any) -> None:
+        together = {
+            parameter: kind(**{option: given.pop(option) for option in options})
+            for parameter, (kind, options) in groups.items()
+        }
+        function(**given, **together)
+
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
 
 
 def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
@@ -126,14 +137,19 @@ _MEANT_OPTIONS = {
 
 
 class Group(TyperGroup):
-    """A group of commands that names the nearest ones for an unknown command."""
+    """A group of commands that makes the options of a command when it is called, and names the nearest commands."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the first argument names."""
+        """Return the command that the first argument names; its options are made now, those of the others never."""
         if args[0] not in self.commands:
             near = (_MEANT[args[0].lower()],) if args[0].lower() in _MEANT else nearest_names(args[0], self.commands)
             advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
             raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
+        name = " ".join([*ctx.command_path.split()[1:], args[0]])
+        if name in COMMANDS:
+            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+            alone.command(args[0], cls=Command, epilog=COMMANDS[name][1])(with_options(name))
+            self.commands[args[0]] = typer.main.get_command(alone)
         return super().resolve_command(ctx, args)
 
 
@@ -195,37 +211,48 @@ def _no_such_option(ctx: Any, name: str, known: Sequence[str]) -> BadArgument:
     return BadArgument(f"no such option: {abbreviated(name)} ({_MEANT_OPTIONS.get((ctx.info_name, name), advice)})")
 
 
-def one_output(out: str | None, output: str | None) -> str:
-    """Return the path to write, given as an argument or with --output; "-" is standard output."""
-    path = output if out is None else out
-    if path is None or None not in (out, output):
-        raise BadArgument("give one file or folder to write, as OUT or with --output")
-    return "/dev/stdout" if path == "-" else path
+@dataclass(frozen=True)
+class OutOptions:
+    """The file or folder to write, as an argument or an option."""
+
+    out: str | None = argument("OUT", "The file or folder to write, - for standard output.", None)
+    output: str | None = option("FILE", "The same as OUT.", *OUTPUT)
+
+    @property
+    def path(self) -> str:
+        """The path to write; "-" is standard output."""
+        path = self.output if self.out is None else self.out
+        if path is None or None not in (self.out, self.output):
+            raise BadArgument("give one file or folder to write, as OUT or with --output")
+        return "/dev/stdout" if path == "-" else path
 
 
-def check_outputs(
-    outputs: Mapping[str, str | None],
-    *,
-    force: bool,
-    printed: str | None = None,
-    continued: bool = False,
-    kind: str = "",
-) -> None:
-    """Refuse files that may not or cannot be written, before anything is loaded or drawn.
+@dataclass(frozen=True)
+class OutputOptions:
+    """The options of a command that writes files."""
 
-    `outputs` maps each option ("" for an argument) to its file (None if not given); `printed` is the option that uses
-    standard output. An existing file of --output that the command continues needs no `force`. `kind` is the format of
-    --output, if there is only one.
-    """
-    given = {option: path for option, path in outputs.items() if path is not None}
-    for option, path in given.items():
-        atomic.check_writable(path, kind=kind if option == "--output" else option.removeprefix("--"))
-        atomic.check_replaceable(path, overwrite=force or (continued and option == "--output"))
-    for option, path in given.items():
-        if printed is not None and atomic.leads_to_standard_output(path):
-            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
-    if len({os.path.realpath(path) for path in given.values()}) < len(given):
-        raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
+    force: bool = flag("Replace the output file if it exists.")
+    json: bool = flag("Print JSON.")
+
+    def check(
+        self, outputs: Mapping[str, str | None], *, csv: bool = False, continued: bool = False, kind: str = ""
+    ) -> None:
+        """Refuse files that may not or cannot be written, before anything is loaded or drawn.
+
+        `outputs` maps each option ("" for an argument) to its file (None if not given); with `csv` the option --csv
+        uses standard output. An existing file of --output that the command continues is not refused. `kind` is the
+        format of --output, if there is only one.
+        """
+        given = {option: path for option, path in outputs.items() if path is not None}
+        for option, path in given.items():
+            atomic.check_writable(path, kind=kind if option == "--output" else option.removeprefix("--"))
+            atomic.check_replaceable(path, overwrite=self.force or (continued and option == "--output"))
+        for option, path in given.items():
+            if (self.json or csv) and atomic.leads_to_standard_output(path):
+                printed = "--json" if self.json else "--csv"
+                raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
+        if len({os.path.realpath(path) for path in given.values()}) < len(given):
+            raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,11 @@ def fixed(value: float) -> str:
     return f"{round(value, 5) + 0.0:.5f}"
 
 
+def units(deg: bool) -> dict[str, str]:
+    """Return the units of lengths and angles in a JSON document."""
+    return {"length": "m", "angle": "deg" if deg else "rad"}
+
+
 def degrees_per(unit: str, deg: bool) -> float:
     """Return the factor of values of this unit in the output: with --deg, radians become degrees."""
     return math.degrees(1.0) if deg and unit == "rad" else 1.0

@@ -12,9 +12,9 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import print_json, print_note, progress
-from nao_kin.cli.shared import FORCE, JSON, OUTPUT, REFERENCE, SEED
+from nao_kin.cli.shared import REFERENCE, SEED
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -39,8 +39,7 @@ def reach(
         "NAME", "Quantity of the colours in --html and .ply: best (default), mean, count or coverage."
     ),
     threads: int | None = option("N", "Number of threads. Default: one per core."),
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
     """Compute a voxel map of a hand's positions at random joint values, with manipulability and directions.
@@ -56,8 +55,7 @@ def reach(
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
     continued = output is not None and Path(output).suffix.lower() == ".npz"
-    outputs = {"--output": output, "--html": html}
-    check_outputs(outputs, force=force, printed="--json" if json else None, continued=continued)
+    written.check({"--output": output, "--html": html}, continued=continued)
     model = robot.load()
     from nao_kin import reach as room
     from nao_kin._kernels import KERNELS, warm_up
@@ -89,12 +87,12 @@ def reach(
                 progress=say,
                 stop=ending,
             )
-        files = _written(model, found, output, html, by, force=force) if found.samples else []
+        files = _written(model, found, output, html, by, force=written.force) if found.samples else []
         if found.samples < requested:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
             print_note(f"ended after {found.samples} of {requested} samples; {kept}")
         else:
-            _report(found, files, json)
+            _report(found, files, written.json)
         sys.stdout.flush()
 
 

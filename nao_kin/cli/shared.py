@@ -2,14 +2,9 @@
 
 from nao_kin.cli.options import argument, flag, option
 
-# The names of the option for the file to write, and the argument for the same.
-OUTPUT = "--output", "-o"
-OUT = argument("OUT", "The file or folder to write, - for standard output.", None)
-
 JSON = flag("Print JSON.")
 CSV = flag("Print CSV.")
 DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
-FORCE = flag("Replace the output file if it exists.")
 OUTSIDE = "Treatment of joints outside their limits."
 LIMITS = option(None, OUTSIDE, default="enforce")
 FRAME = option("FRAME", "A frame; repeatable, or several with commas.")

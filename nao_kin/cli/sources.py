@@ -6,21 +6,22 @@ import io
 import math
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
 from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import argument, flag, option
+from nao_kin.cli.options import RobotOptions, argument, flag, option
 from nao_kin.cli.output import print_note
-from nao_kin.cli.shared import COLUMNS, HIPS, IGNORE_OTHER, TIMELINE
+from nao_kin.cli.shared import COLUMNS, DEG, HIPS, IGNORE_OTHER, TIMELINE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
+    from nao_kin.stream import Clamped
 
 
 @dataclass(frozen=True)
@@ -31,9 +32,11 @@ class JointOptions:
         "NAME", "Start from a predefined posture; for a motion, the values of joints that it does not name."
     )
     joint: list[str] | None = option("NAME=VALUE", "Set a joint; repeatable. Other joints are at zero.")
+    deg: bool = DEG
 
-    def configuration(self, model: RobotModel, *, deg: bool, limits: LimitPolicy) -> Floats:
+    def configuration(self, model: RobotModel, *, limits: LimitPolicy) -> Floats:
         """Return the configuration; without a posture only the named joints must be inside their limits."""
+        deg = self.deg
         values = joint_values(self.joint, "--joint", model, deg)
         check_posture(model, self.posture)
         try:
@@ -140,9 +143,18 @@ class MotionFile:
         )
 
 
+class Input(NamedTuple):
+    """A robot, configurations (n, nq), their times (n,) [s] if they have any, and whether they are a list."""
+
+    model: RobotModel
+    q: Floats
+    times: Floats | None
+    many: bool
+
+
 @dataclass(frozen=True)
-class FileOptions:
-    """The options of a file of whole configurations or of a motion."""
+class FileOptions(JointOptions):
+    """The options of a file of whole configurations or of a motion, and of one configuration without a file."""
 
     columns: list[str] | None = COLUMNS
     ignore_other: bool = IGNORE_OTHER
@@ -150,13 +162,68 @@ class FileOptions:
     hips: str | None = HIPS
     timeline: str | None = TIMELINE
 
-    def check(self, file: str | None, posture: str | None, *, moves: bool) -> None:
-        """Refuse the options of a motion if there is no motion, and those of a file if there is no file."""
-        if not moves:
-            posture = None if file is None else posture
-            refuse_for_motions(file, posture=posture, rate=self.rate, timeline=self.timeline)
+    def configurations(
+        self, robot: RobotOptions, file: str | None, *, limits: LimitPolicy, sampling: float | None = None
+    ) -> Input:
+        """Load the robot, and return it with the configurations of a file or of the options.
+
+        With `sampling`, a table that can be read as a motion is one, and so many configurations per second are its
+        --rate unless that is given.
+        """
+        moves = self.check(file)
+        model = robot.load()
+        if file is None:
+            return Input(model, self.configuration(model, limits=limits)[None], None, False)
+        path, hips = self.motion(model, file, moves=moves, limits=limits, sampling=sampling)
+        if path is not None:
+            return Input(model, path.q, path.times, True)
+        log = self.log(model, file, limits="ignore" if limits == "clamp" else limits, hips=hips)
+        q = _clamped(model, log.q) if limits == "clamp" else log.q
+        print_note(*log.notes)
+        return Input(model, q, log.times, log.many)
+
+    def check(self, file: str | None, *, unread: bool = False) -> bool:
+        """Refuse options that do not fit the input; return whether it is a motion, False for `unread` input."""
         if file is None and (self.columns or self.ignore_other or self.hips):
             raise BadArgument("--columns, --ignore-other and --hips are for a file; name it")
+        moves = file is not None and not unread and is_motion(file)
+        for name, value in (("--rate", self.rate), ("--timeline", self.timeline)):
+            if file is None and value is not None:
+                raise BadArgument(f"{name} is for a motion; name its FILE")
+            if not moves and value is not None:
+                reason = f"{quoted(file)} has no times: it gives whole configurations"
+                raise BadArgument(f"{name} is for a motion, and {reason}")
+        if file is not None and not moves and self.posture is not None:
+            raise BadArgument("a file gives whole configurations; leave out --posture and --joint")
+        return moves
+
+    def motion(
+        self, model: RobotModel, file: str, *, moves: bool, limits: LimitPolicy, sampling: float | None = None
+    ) -> tuple[Trajectory | None, str | None]:
+        """Return the configurations of a motion; for another file None, and the rule for its hips.
+
+        A motion is a file that `check` calls one, except a table of whole configurations without options of motions.
+        """
+        from nao_kin.motion import HOLD
+
+        as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
+        as_motion |= sampling is not None and not self.columns and not self.ignore_other
+        log = None if as_motion else self._log_columns(model, file)
+        if not moves or log is not None:
+            return None, "average" if self.hips is None and log is not None and log.timed else self.hips
+        if self.columns:
+            if not as_motion and replace(self, columns=None)._log_columns(model, file) is not None:
+                return None, self.hips  # what is wrong with --columns is said where the table is read
+            raise BadArgument(f"--columns is for whole configurations; {quoted(file)} is read as a motion")
+        motion = MotionFile(file, None, self.deg, self.timeline, self.ignore_other).read(model)
+        check_posture(model, self.posture)
+        path = motion.configurations(
+            model,
+            rate=sampling if self.rate is None else self.rate,
+            fill=HOLD if self.posture is None else self.posture,
+            hips="average" if self.hips is None else self.hips,  # type: ignore[arg-type]
+        )
+        return replace(path, q=self._within_limits(model, file, path, limits)), None
 
     @property
     def renamed(self) -> dict[str, str | None] | None:
@@ -170,35 +237,17 @@ class FileOptions:
             columns[name.strip()] = heading.strip() or None
         return columns or None
 
-    def log(
-        self, model: RobotModel, file: str, *, deg: bool, limits: LimitPolicy = "ignore", hips: str | None = None
-    ) -> Any:
+    def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: str | None = None) -> Any:
         """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
         from nao_kin.stream import read_log
 
         rule: Any = hips
+        columns = self.renamed
         return read_log(
-            model, file, limits=limits, degrees=deg, columns=self.renamed, ignore_other=self.ignore_other, hips=rule
+            model, file, limits=limits, degrees=self.deg, columns=columns, ignore_other=self.ignore_other, hips=rule
         )
 
-    def configurations(
-        self, model: RobotModel, file: str | None, joints: JointOptions, *, deg: bool, limits: LimitPolicy
-    ) -> tuple[Floats, Floats | None, bool]:
-        """Return configurations (n, nq) of a file or of the options, their times, and whether they are a list."""
-        moves = file is not None and is_motion(file)
-        self.check(file, joints.posture, moves=moves)
-        if file is None:
-            return joints.configuration(model, deg=deg, limits=limits)[None], None, False
-        as_motion = joints.posture is not None or self.rate is not None or self.timeline is not None
-        log = None if as_motion else self.log_columns(model, file)
-        if moves and log is None:
-            path = self.trajectory(model, file, deg=deg, posture=joints.posture, rate=self.rate)
-            return model.clamp(path.q) if limits == "clamp" else path.q, path.times, True
-        found = self.log(model, file, deg=deg, limits=limits, hips=self.hips)
-        print_note(*found.notes)
-        return found.q, found.times, found.many
-
-    def log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
+    def _log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
         """Return the columns of a file of whole configurations; None for other files, and unread standard input."""
         from nao_kin.stream import log_columns
 
@@ -210,28 +259,40 @@ class FileOptions:
             data = buffer.getvalue()
         return log_columns(model, file, columns=self.renamed, data=data)
 
-    def trajectory(
-        self, model: RobotModel, file: str, *, deg: bool, posture: str | None, rate: float | None
-    ) -> Trajectory:
-        """Return the configurations of a motion."""
-        from nao_kin.motion import HOLD
+    def _within_limits(self, model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy) -> Floats:
+        """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
+        if limits == "clamp":
+            return _clamped(model, path.q)
+        violations = model.limit_violations(path.q, max_configurations=1) if limits == "enforce" else ()
+        if violations:
+            from nao_kin.stream import look_like_degrees
 
-        motion = MotionFile(file, None, deg, self.timeline, self.ignore_other).read(model)
-        check_posture(model, posture)
-        rule: Any = "average" if self.hips is None else self.hips
-        return motion.configurations(model, rate=rate, fill=HOLD if posture is None else posture, hips=rule)
+            first = violations[0]
+            when = f"{path.times[first.index[0]]:.6g} s"
+            reason = f"at {when} outside the joint limits: {first.describe(degrees=self.deg, index=False)}"
+            advice = "nao-kin motion check lists all, --limits clamp or --limits ignore accepts them"
+            if not self.deg and look_like_degrees(model, model.joint_names, path.q[first.index[0], model.nq_base :]):
+                advice = "are these degrees (--deg)?"
+            raise BadInputFile(file, f"{reason}; {advice}")
+        return path.q
 
 
-def refuse_for_motions(file: str | None, **given: object) -> None:
-    """Refuse options of motions for another file, or without a file (None)."""
-    for name, value in given.items():
-        if value is None:
-            continue
-        if file is None:
-            raise BadArgument(f"--{name} is for a motion; name its FILE")
-        if name == "posture":
-            raise BadArgument("a file gives whole configurations; leave out --posture and --joint")
-        raise BadArgument(f"--{name} is for a motion, and {quoted(file)} has no times: it gives whole configurations")
+def _clamped(model: RobotModel, q: Floats) -> Floats:
+    """Return configurations moved inside the limits, and print a note on their number and the largest change."""
+    from nao_kin.stream import clamp
+
+    inside, changes = clamp(model, q)
+    note_clamped(model, changes, len(q))
+    return inside
+
+
+def note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
+    """Print a note on the changes of --limits clamp."""
+    if changes.rows:
+        unit = model.unit(changes.joint)
+        largest = f"{changes.largest:.3g}{'' if unit == '1' else f' {unit}'}"
+        moved = f"{changes.rows} of {rows} rows to the limits, by at most {largest} ({changes.joint})"
+        print_note(f"--limits clamp moved {moved}")
 
 
 def is_motion(file: str) -> bool:

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from nao_kin._core.arrays import Floats
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, flag, option
+from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.shared import DEG, FORCE, FRAME, JSON, OUTPUT
-from nao_kin.cli.sources import FileOptions, JointOptions, frame_names, is_motion, numbers_of
+from nao_kin.cli.shared import FRAME
+from nao_kin.cli.sources import FileOptions, frame_names, numbers_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -102,13 +101,11 @@ _BROWSER_SECONDS = 30.0
 def view(
     *,
     file: str | None = argument("[FILE]", "CSV or JSON trajectory or motion to play, - for standard input.", None),
-    joints: JointOptions,
+    given: FileOptions,
     up: str | None = option(
         "X,Y,Z|NAME", "The vertical in the root's frame, or a posture's name. Default: found from the joint values."
     ),
-    deg: bool = DEG,
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
-    given: FileOptions,
     frame: list[str] | None = FRAME,
     output: str | None = option("FILE", "The same as --html or --png, by the ending of FILE.", *OUTPUT),
     html: str | None = option("FILE", "Write the page with everything in it, and end."),
@@ -122,8 +119,7 @@ def view(
     ),
     page: LivePage,
     robot: RobotOptions,
-    force: bool = FORCE,
-    json: bool = JSON,
+    written: OutputOptions,
 ) -> None:
     """Show the robot in a browser, as a live page until Ctrl-C, or write it to files with --html and --png.
 
@@ -149,48 +145,36 @@ def view(
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    check_outputs({"--html": html, "--png": png}, force=force, printed="--json" if json else None)
-    moves = file is not None and is_motion(file)
-    given.check(file, joints.posture, moves=moves)
-
-    model = robot.load()
+    written.check({"--html": html, "--png": png})
     # The file is read before any mesh, so that its errors are reported without delay.
-    q: Floats | None = None
-    many, speed = False, _FPS if fps is None else fps
-    if file is not None and moves and not given.renamed and not (given.ignore_other and given.log_columns(model, file)):
-        sampling = speed if given.rate is None else given.rate
-        q, many = given.trajectory(model, file, deg=deg, posture=joints.posture, rate=sampling).q, True
-        speed = sampling if fps is None else fps
-    elif file is not None:
-        log = given.log(model, file, deg=deg, hips=given.hips)
-        q, many = log.q, log.many
-        print_note(*log.notes)
-    elif joints.posture is not None or joints.joint:
-        q = joints.configuration(model, deg=deg, limits="ignore")[None]
-    if file is not None and q is not None and len(q) and not deg:
+    speed = _FPS if fps is None else fps
+    model, q, _, many = given.configurations(robot, file, limits="ignore", sampling=speed)
+    speed = given.rate if fps is None and given.rate is not None else speed
+    if file is not None and len(q) and not given.deg:
         from nao_kin.stream import look_like_degrees
 
         if look_like_degrees(model, model.joint_names, q[0, model.nq_base :]):
             print_note(f"{file}: are these degrees (--deg)?")
+    chosen = file is not None or given.posture is not None or bool(given.joint)
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
-        if many and q is not None:
+        if many:
             viewer.animate(q, speed, up=vertical)
-        elif q is not None or vertical is not None:
-            viewer.display(viewer.q if q is None else q[0], up=vertical)
+        elif chosen or vertical is not None:
+            viewer.display(q[0] if chosen else viewer.q, up=vertical)
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))
         viewer.camera(camera)
         print_note(*viewer.notes)
         done: dict[str, str] = {}
         if html is not None:
-            done["html"] = str(viewer.save_html(html, overwrite=force))
+            done["html"] = str(viewer.save_html(html, overwrite=written.force))
         if png is not None:
-            done["png"] = str(viewer.save_png(png, camera=camera, overwrite=force))
+            done["png"] = str(viewer.save_png(png, camera=camera, overwrite=written.force))
         if live:
             done["url"] = page.address(viewer)
         serving = live and wait is not False
-        if json:
+        if written.json:
             print_json(done)
         else:
             print_written(*(where for what, where in done.items() if what != "url"))

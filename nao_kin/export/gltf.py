@@ -245,7 +245,7 @@ def gltf(
     Args:
         robot: any robot.
         path: the file; its name ends in .glb.
-        posture: a posture of the robot; None for its start posture, or for the first configuration of the motion.
+        posture: a posture of the robot; None for its start posture, or the first configuration of the motion.
         motion: a motion, or a motion file, which becomes the animation.
         fps: poses per second in the animation; between them, glTF interpolates linearly.
         frames: as in `urdf`; frames are empty nodes.

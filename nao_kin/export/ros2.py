@@ -112,10 +112,10 @@ def ros2(
         path: the folder, best named as the package.
         package: name of the package: lower-case letters, digits and single underscores, a letter first; None for the
             robot's name and "_description".
-        package_version: three numbers.
-        maintainer: "Name <mail address>".
-        license: license of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or
-            for a placeholder if the robot is from elsewhere.
+        package_version: version of the package, three numbers.
+        maintainer: maintainer of the package, "Name <mail address>".
+        license: license of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or a
+            placeholder if the robot is from elsewhere.
         names: "naoqi" or "ros", as in `urdf`; None for "ros" if the robot has such names.
         frames: as in `urdf`.
         meshes: "package", or "none" to leave them out.

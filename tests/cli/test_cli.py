@@ -49,8 +49,9 @@ def test_all_commands_name_a_robot_by_the_same_options() -> None:
     of_robots = tuple(field.name for field in dataclasses.fields(RobotOptions))
     fewer = dict.fromkeys(("doctor", "warmup"), ()) | dict.fromkeys(("serve", "run", "live"), ("nao", "offsets"))
     fewer["export"] = tuple(name for name in of_robots if name != "package_dir")
-    for name, (function, _) in options.COMMANDS.items():
-        taken = [parameter for parameter in inspect.signature(function).parameters if parameter in of_robots]
+    for name in options.COMMANDS:
+        parameters = inspect.signature(options.with_options(name)).parameters
+        taken = [parameter for parameter in parameters if parameter in of_robots]
         assert tuple(taken) == fewer.get(name, of_robots), name
 
 

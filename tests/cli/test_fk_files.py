@@ -1,13 +1,16 @@
-"""`nao-kin fk FILE`: what it prints and what it writes to a file are the same, and right, for every kind of file."""
+"""Files of configurations: the output of `nao-kin fk FILE`, printed and written, and what all commands do alike."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import itertools
 import json
+from collections.abc import Callable
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -141,3 +144,63 @@ def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
     assert "are these degrees" in err
     assert "--deg" in err
     assert "clamp" not in err
+
+
+READERS = (("fk",), ("balance",), ("collisions",), ("odometry",), ("view", "--html", "page.html", "--force"))
+
+
+@pytest.fixture
+def refused(tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
+    """Run a command, which must refuse its input, in a folder of its own; return the line that it prints."""
+    monkeypatch.chdir(tmp_path)
+    return lambda command, *arguments: command_line.refused(command, capsys, *arguments)
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader[0])
+def test_every_command_refuses_columns_for_a_motion_and_names_unknown_ones(
+    nao: nk.NaoModel, refused: Callable[..., str], reader: tuple[str, ...]
+) -> None:
+    nk.motion.write_motion(nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]]), "wave.json")
+    command, *more = reader
+    said = refused(command, "wave.json", *more, "--columns", "HeadYaw=HeadPitch")
+    assert "--columns is for whole configurations; 'wave.json' is read as a motion" in said
+    Path("log.csv").write_text(",".join(("time", *nao.joint_names)) + "\n0" + 25 * ",0.1" + "\n")
+    assert "unknown column of log.csv 'yaw'" in refused(command, "log.csv", *more, "--columns", "yaw=HeadYaw")
+    said = refused(command, "log.csv", *more, "--columns", "yaw=HeadYaw", "--rate", "5")
+    assert "'log.csv' is read as a motion" in said
+
+
+@pytest.mark.parametrize("reader", READERS[:3], ids=lambda reader: reader[0])
+def test_every_command_with_limits_applies_them_to_a_motion(
+    refused: Callable[..., str], capsys: pytest.CaptureFixture, reader: tuple[str, ...]
+) -> None:
+    nk.motion.write_motion(nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [2.5]]), "over.json")
+    said = refused(reader[0], "over.json")
+    assert "over.json: at 1 s outside the joint limits: HeadYaw = 2.5 not in [-2.08567, 2.08567] rad" in said
+    assert "--limits clamp or --limits ignore accepts them" in said
+    assert run([reader[0], "over.json", "--limits", "clamp"]) in (0, 1)
+    moved = "nao-kin: --limits clamp moved 1 of 2 rows to the limits, by at most 0.414 rad (HeadYaw)\n"
+    assert capsys.readouterr().err == moved
+    assert run([reader[0], "over.json", "--limits", "ignore"]) in (0, 1)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader[0])
+def test_every_command_takes_the_average_of_the_hips_of_a_log_with_times(
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reader: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    body = nao.to_body(_q(nao, inside=True))
+    body[:, nao.body_order.index("RHipYawPitch")] += 0.02
+    rows = np.column_stack([np.divide(TIMES, 5.0), body]).tolist()
+    text = "".join(",".join(map(str, row)) + "\n" for row in (("time", *nao.body_order), *rows))
+    Path("log.csv").write_text(text)
+    printed = []
+    for hips in ((), ("--hips", "average"), ("--hips", "left")):
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            assert run([reader[0], "log.csv", *reader[1:], *hips, "--json"]) in (0, 1), hips
+        printed.append(out.getvalue())
+        if reader[0] == "view":
+            printed[-1] = Path("page.html").read_text()
+    assert printed[0] == printed[1] != printed[2]

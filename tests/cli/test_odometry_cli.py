@@ -68,6 +68,20 @@ def test_a_log_of_joints_gives_the_trajectory(capsys: pytest.CaptureFixture, tmp
     assert document["rows"][-1]["support"] == found.soles[found.support[-1]]
 
 
+def test_a_posture_gives_the_joints_that_a_motion_does_not_name(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    motion = nk.Motion([0.0, 1.0, 2.0], ["LKneePitch", "RKneePitch"], [[0.7, 0.7], [0.9, 0.7], [0.7, 0.9]])
+    file = str(tmp_path / "steps.json")
+    nk.motion.write_motion(motion, file)
+    trajectory = motion.configurations(nao, rate=10.0, fill="Crouch")
+    assert_is(
+        said(capsys, file, "--posture", "Crouch", "--rate", "10"),
+        nk.world.odometry(nao, trajectory.times, trajectory.q),
+    )
+    assert said(capsys, file, "--rate", "10") != said(capsys, file, "--rate", "10", "--posture", "Crouch")
+
+
 def test_forces_contacts_and_gyrometer_are_columns_of_the_log(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:

@@ -11,8 +11,8 @@ import pytest
 from mjcf_samples import BOX, write
 
 import nao_kin as nk
-from nao_kin.cli import motion
-from nao_kin.cli.app import app, run
+from nao_kin.cli.app import run
+from nao_kin.cli.options import COMMANDS, with_options
 
 ARM = f"""<worldbody><body name="base">{BOX}<body name="hand" pos="0 0 .5"><joint name="J" axis="0 1 0" range="-1 1"/>
   {BOX}</body></body></worldbody>"""
@@ -59,8 +59,7 @@ def test_a_plain_file_is_expanded_when_that_is_asked_for(tmp_path: Path, capsys:
 
 
 def test_every_command_that_reads_a_robot_can_be_asked_to_expand_it() -> None:
-    commands = [*app.registered_commands, *motion.app.registered_commands]
-    parameters = [inspect.signature(command.callback).parameters for command in commands if command.callback]
+    parameters = [inspect.signature(with_options(name)).parameters for name in COMMANDS]
     reading = [names for names in parameters if "urdf" in names]
     assert len(reading) > 10
     assert all("xacro" in names for names in reading)

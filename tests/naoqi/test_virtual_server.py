@@ -25,7 +25,7 @@ from loops import full
 import nao_kin as nk
 from nao_kin._kernels.cache import compiles
 from nao_kin.cli.app import run
-from nao_kin.cli.naoqi import follow, served as served_nao
+from nao_kin.cli.naoqi import VirtualOptions, follow, served as served_nao
 from nao_kin.cli.options import RobotOptions
 from nao_kin.cli.view import LivePage
 from nao_kin.errors import BadArgument, MissingExtra
@@ -450,9 +450,9 @@ def test_a_calibrated_robot_is_served_and_shown(tmp_path: Path, monkeypatch: pyt
     shown: list[nk.RobotModel] = []
     true_viewer = LivePage.viewer
     monkeypatch.setattr(LivePage, "viewer", lambda page, robot: shown.append(robot) or true_viewer(page, robot))
-    page = LivePage(page_port=0)
-    given = {"host": "127.0.0.1", "port": 0, "speed": 1.0, "posture": "StandInit", "awake": False, "behaviors": None}
-    with served_nao(RobotOptions(offsets=str(path)), page=page, kinds=(), **given) as served:
+    virtual = VirtualOptions(page_port=0, posture="StandInit", view=True)
+    given = {"host": "127.0.0.1", "port": 0, "awake": False}
+    with served_nao(RobotOptions(offsets=str(path)), virtual, kinds=(), **given) as served:
         found = _found(served["endpoint"], "found['camera'] = motion.getTransform('CameraTop', 0, True)")
         assert np.allclose(np.reshape(found["camera"], (4, 4)), T_torso_camera, atol=1e-6)
         assert shown[0].base == "floating"
