@@ -23,13 +23,16 @@ Vector = tuple[float, float, float]
 _SMALL = 2000
 
 
-def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
-    """Return `value` as a finite float64 array of shape (..., *tail); not copied if it is one already."""
+def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str, *, gaps: bool = False) -> Floats:
+    """Return `value` as a finite float64 array of shape (..., *tail); not copied if it is one already.
+
+    With `gaps`, NaN is accepted.
+    """
     array = as_numbers(value, what)
     if array.shape[array.ndim - len(tail) :] != tail or array.ndim < len(tail):
         raise WrongShape(what, f"(..., {', '.join(map(str, tail))})" if tail else "(...)", array.shape)
     if not all_finite(array):
-        refuse_non_finite(array, what)
+        refuse_non_finite(np.where(np.isnan(array), 0.0, array) if gaps else array, what)
     return array
 
 
@@ -320,7 +323,7 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
 
 
 # What to do with joint values outside their limits: refuse them, move them to the nearest limit, or accept them.
-LimitPolicy = Literal["enforce", "clamp", "ignore"]
+LimitPolicy = Literal["enforce", "clamp", "ignore", "measured"]
 _POLICIES: tuple[LimitPolicy, ...] = get_args(LimitPolicy)
 
 

@@ -22,7 +22,7 @@ from nao_kin.errors import BadArgument, BadInputFile
 if TYPE_CHECKING:
     from nao_kin.motion import Trajectory
     from nao_kin.robot import RobotModel
-    from nao_kin.stream import Clamped, Configurations, PoseColumns, StreamResult
+    from nao_kin.stream import Configurations, PoseColumns, StreamResult
 
 
 # --- Output of poses: JSON, CSV, a table, or lines as they come.
@@ -301,7 +301,7 @@ def _clamped(model: RobotModel, q: Floats) -> Floats:
     return inside
 
 
-def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
+def _note_clamped(model: RobotModel, changes: Any, rows: int) -> None:
     """Print a note on the changes of --limits clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)

@@ -15,7 +15,7 @@ from nao_kin._core.text import quoted
 from nao_kin._core.tolerances import COUPLING_TOLERANCE, LIMIT_TOLERANCE, UNIT_TOLERANCE
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
-from nao_kin.robot.limits import JointLimits
+from nao_kin.robot.limits import JointLimits, OutsideRows
 from nao_kin.robot.semantics import Mimic, Posture
 
 # --- Conversion between joint values by name and arrays; mimic joints must agree with their driving joints.
@@ -95,16 +95,23 @@ class Coordinates:
         couplings = [self.mimics.get(name) or Mimic(name) for name in names]
         return np.stack([coupling.value(joints[..., self.column[coupling.joint]]) for coupling in couplings], axis=-1)
 
-    def arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
-        """Return joint → values as an array; the name of a chain is replaced by its joints."""
+    def arrays(
+        self, angles: Mapping[str, ArrayLike], *, ignore_other: bool = False, gaps: bool = False
+    ) -> dict[str, Floats]:
+        """Return joint → values as an array; the name of a chain is replaced by its joints.
+
+        With `ignore_other` other names are left out, with `gaps` values may be NaN.
+        """
         given: dict[str, Floats] = {}
         for name, value in checked_mapping(angles).items():
             if name in self.column or name in self.mimics:
-                added = {name: as_floats(value, (), name)}
+                added = {name: as_floats(value, (), name, gaps=gaps)}
             elif name in self.chains:
                 joints = self.chains[name]
-                array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})")
+                array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})", gaps=gaps)
                 added = {joint: array[..., index] for index, joint in enumerate(joints)}
+            elif ignore_other:
+                continue
             else:
                 raise self.unknown(name, self.chains)
             for joint in added.keys() & given.keys():
@@ -199,9 +206,11 @@ class ConfigurationSpace:
         q[..., self._offset :] = self._limits.random(drawn, shape)
         return q
 
-    def by_joint(self, angles: Mapping[str, ArrayLike], degrees: bool) -> dict[str, Floats]:
-        """Return joint → values [rad, m or ratio] from values by joint or chain."""
-        given = self._coordinates.arrays(angles)
+    def by_joint(
+        self, angles: Mapping[str, ArrayLike], degrees: bool, *, ignore_other: bool = False, gaps: bool = False
+    ) -> dict[str, Floats]:
+        """Return joint → values [rad, m or ratio] from values by joint or chain, as in `Coordinates.arrays`."""
+        given = self._coordinates.arrays(angles, ignore_other=ignore_other, gaps=gaps)
         return {name: np.radians(v) if degrees and self._units[name] == "rad" else v for name, v in given.items()}
 
     def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
@@ -241,19 +250,36 @@ class ConfigurationSpace:
             return q
         limits = limit_policy(limits)
         values, names = q[..., self._offset :], self._coordinates.names
-        if limits == "enforce":
+        if limits != "clamp":
             one = joints is None and values.ndim == 1
             if one and self._limits.surely_inside(dict(zip(names, values.tolist(), strict=True))):
                 return q
-            count = self._limits.count(values, joints)
+            count = self._limits.count(values, joints, limits)
             if count:
-                raise OutsideLimits(self._limits.violations(values, joints, max_configurations=_MAX_LISTED), count)
-            return q
+                listed = self._limits.violations(values, joints, limits, max_configurations=_MAX_LISTED)
+                raise OutsideLimits(listed, count)
+            if limits == "enforce":
+                return q
         inside = np.array(q, order="C")
         clamped = self._limits.clamp(values)
         columns = slice(None) if joints is None else [self._coordinates.column[name] for name in joints]
         inside[..., self._offset :][..., columns] = clamped[..., columns]
+        if limits == "measured":
+            outside = OutsideRows.of(values, inside[..., self._offset :], names)
+            outside.warn(self._units.get(outside.joint, ""))
+            return q
         return inside
+
+    def joints_for(self, missing: str | float) -> Floats:
+        """Return the values (n,) of joints that are not measured, from a posture or a number, within the limits."""
+        if isinstance(missing, str):
+            values = self._postures[choice(missing, self._postures, "posture")][self._offset :]
+        else:
+            number = as_floats(missing, (), "missing")
+            if number.ndim:
+                raise BadArgument(f"missing must be the name of a posture or a number, got {quoted(missing)}")
+            values = np.full(len(self._coordinates.names), float(number))
+        return self._limits.clamp(values)
 
     def posed(self, q: ArrayLike) -> Floats:
         """Return `q` as configurations for poses, with a warning if they seem to be in degrees."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.sides import Hips, joints_of_side
+from nao_kin.robot.semantics import Mimic
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
@@ -37,6 +38,30 @@ def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) ->
         ]
         found[motor] = columns[0] if len(columns) == 1 else np.mean(columns, axis=0)
     return found
+
+
+def without_gaps(robot: RobotModel, values: Mapping[str, Floats], rest: Floats) -> dict[str, Floats]:
+    """Return joint → finite values, with one for every motor, from values of some joints, in which NaN is a gap.
+
+    A gap is filled with the value of another joint of the same motor, or else with that of the driving joint in `rest`
+    (n,), which also has the values of the joints that are absent.
+    """
+    found = dict(zip(robot.joint_names, rest, strict=True))
+    couplings = {name: robot.mimics.get(name) or Mimic(name) for name in values}
+    measured: dict[str, Floats] = {}
+    for name, coupling in couplings.items():
+        if coupling.multiplier != 0.0:
+            value = coupling.driver_value(values[name])
+            known = measured.get(coupling.joint, value)
+            measured[coupling.joint] = np.where(np.isnan(known), value, known)
+    for motor, value in measured.items():
+        found[motor] = np.where(np.isnan(value), found[motor], value)
+    filled = {
+        name: np.where(np.isnan(value), couplings[name].value(found[couplings[name].joint]), value)
+        for name, value in values.items()
+    }
+    absent = {name: value for name, value in found.items() if name not in measured}
+    return absent | filled
 
 
 def with_shared_motors(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
