@@ -197,7 +197,7 @@ def from_order(
         hips = None
     elif hips is not None:
         check_hips(hips)
-    array = as_floats(values, (), "values", gaps=missing is not None)
+    array = as_floats(values, (), "values", gaps=True)
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
     by_name = dict(zip(names, np.moveaxis(array, -1, 0), strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +17,7 @@ from nao_kin._core.former import MOST, hides_former
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.tolerances import TOUCHING
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, NotFinite
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
@@ -515,7 +516,11 @@ class RobotModel:
             angles = given if missing is None else self.fill_missing(given, missing)
             angles = angles if hips is None else with_shared_motors(self, angles, hips)
             degrees = False
-        return self._configurations.configuration(angles, limits, degrees)
+        try:
+            return self._configurations.configuration(angles, limits, degrees)
+        except NotFinite as error:
+            advice = "missing= gives its value" if math.isnan(error.value) else ""
+            raise NotFinite(error.what, error.index, error.value, advice) from None
 
     def fill_missing(self, values: Mapping[str, Floats], missing: str | float) -> dict[str, Floats]:
         """Return values of joints without gaps: joint → values, with one for each motor.

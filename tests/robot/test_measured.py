@@ -79,8 +79,15 @@ def test_gaps_of_coupled_joints_are_filled_through_the_coupling(tmp_path: Path) 
 
 
 def test_gaps_are_refused_without_a_value_for_them(nao: nk.NaoModel) -> None:
-    with pytest.raises(nk.errors.NotFinite, match="LHand"):
-        nao.configuration({"LHand": np.nan})
+    expected = r"LHand must be finite, got nan at index \[1\] \(missing= gives its value\)"
+    with pytest.raises(nk.errors.NotFinite, match=expected):
+        nao.configuration({"LHand": [0.0, np.nan]})
+    body = np.where(np.array(nao.body_order) == "LHand", np.nan, [nao.to_body(nao.posture("Stand"))] * 2)
+    body[0] = nao.to_body(nao.posture("Stand"))
+    with pytest.raises(nk.errors.NotFinite, match=expected):
+        nao.from_body(body)
+    with pytest.raises(nk.errors.NotFinite, match=expected):
+        nk.naoqi.from_order(nao, body, "H25")
     with pytest.raises(nk.errors.NotFinite, match="HeadYaw"):
         nao.configuration({"HeadYaw": np.inf}, missing="Stand")
     with pytest.raises(UnknownName, match=r"posture 'Stnad' \(nearest: Stand"):

@@ -107,7 +107,7 @@ class NaoModel(RobotModel):
             >>> np.array_equal(nao.from_body(nao.to_body(q)), q)
             True
         """
-        values = as_floats(body, (len(v6.BODY_ORDER),), "Body values", gaps=missing is not None)
+        values = as_floats(body, (len(v6.BODY_ORDER),), "Body values", gaps=True)
         by_name = dict(zip(v6.BODY_ORDER, np.moveaxis(values, -1, 0), strict=True))
         return self.configuration(by_name, limits=limits, hips=hips, missing=missing)
 
