@@ -23,6 +23,7 @@ __all__ = [
     "DegreesWarning",
     "DisagreeingJoints",
     "FormerNameWarning",
+    "MeasuredLimitsWarning",
     "MissingExtra",
     "MissingShapeWarning",
     "NaoKinError",
@@ -53,6 +54,10 @@ class DegreesWarning(NaoKinWarning):
 
 class FormerNameWarning(NaoKinWarning, FutureWarning):
     """A former name of an argument, a value, an attribute or an option; the next release will not accept it."""
+
+
+class MeasuredLimitsWarning(NaoKinWarning):
+    """Joints somewhat outside their limits, as sensors report them, accepted because of limits="measured"."""
 
 
 class RenamedFrameWarning(NaoKinWarning):

@@ -23,13 +23,16 @@ Vector = tuple[float, float, float]
 _SMALL = 2000
 
 
-def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
-    """Return `value` as a finite float64 array of shape (..., *tail); not copied if it is one already."""
+def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str, *, gaps: bool = False) -> Floats:
+    """Return `value` as a finite float64 array of shape (..., *tail); not copied if it is one already.
+
+    With `gaps`, NaN is accepted.
+    """
     array = as_numbers(value, what)
     if array.shape[array.ndim - len(tail) :] != tail or array.ndim < len(tail):
         raise WrongShape(what, f"(..., {', '.join(map(str, tail))})" if tail else "(...)", array.shape)
     if not all_finite(array):
-        refuse_non_finite(array, what)
+        refuse_non_finite(np.where(np.isnan(array), 0.0, array) if gaps else array, what)
     return array
 
 
@@ -320,7 +323,7 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
 
 
 # What to do with joint values outside their limits: refuse them, move them to the nearest limit, or accept them.
-LimitPolicy = Literal["enforce", "clamp", "ignore"]
+LimitPolicy = Literal["enforce", "clamp", "ignore", "measured"]
 _POLICIES: tuple[LimitPolicy, ...] = get_args(LimitPolicy)
 
 
@@ -375,6 +378,9 @@ def as_pixels(pixels: ArrayLike) -> Floats:
 # A value that exceeds a limit by no more than this [rad, m or ratio] is accepted unchanged: files have single precision
 # (1e-7 of a value) or six decimals (5e-7), and limits converted from degrees are rounded.
 LIMIT_TOLERANCE = 1e-6
+# With limits="measured", joints of these units may exceed their limits by this: the noise of a NAO's sensors, and zeros
+# of its joints that differ by less than a degree.
+MEASURED_TOLERANCES = {"rad": math.radians(1.0), "1": 0.02}
 # Two values for one motor agree if they differ by less than the resolution of single precision.
 COUPLING_TOLERANCE = 1e-6
 # A quaternion whose norm differs from 1 by less than this is accepted, and divided by its norm.

@@ -277,9 +277,10 @@ class TableColumns:
         for place, heading in zip(self.places, self.headings, strict=True):
             field = fields[place]
             try:
-                if self.blanks and not field.strip():
+                is_time = self.timed and place == self.places[-1]
+                if self.blanks and not is_time and field.strip().lower() in ("", "nan"):
                     values.append(math.nan)
-                elif self.iso_times is not None and place == self.places[-1]:
+                elif self.iso_times is not None and is_time:
                     values.append(self.iso_times.seconds(field))
                 else:
                     values.append(_finite(field, self.mark))

@@ -258,6 +258,7 @@ def _stream(
         on_error=streamed.on_error or "stop",
         columns=given.renamed,
         ignore_other=given.ignore_other,
+        missing=given.value_of_missing,
         hips=hips,  # type: ignore[arg-type]
         progress=True,
         overwrite=True,  # checked before, where a continued file is recognised

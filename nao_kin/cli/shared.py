@@ -17,4 +17,5 @@ COLUMNS = option(
 )
 IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
 HIPS = option("RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right.")
+MISSING = option("VALUE", "Values of joints without a column, empty cells and NaN: a posture, or a number.")
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)

@@ -15,13 +15,12 @@ from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import RobotOptions, argument, flag, option
 from nao_kin.cli.output import print_note
-from nao_kin.cli.shared import COLUMNS, DEG, HIPS, IGNORE_OTHER, TIMELINE
+from nao_kin.cli.shared import COLUMNS, DEG, HIPS, IGNORE_OTHER, MISSING, TIMELINE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
-    from nao_kin.robot import LimitPolicy, RobotModel
-    from nao_kin.stream import Clamped
+    from nao_kin.robot import LimitPolicy, OutsideRows, RobotModel
 
 
 @dataclass(frozen=True)
@@ -160,6 +159,7 @@ class FileOptions(JointOptions):
     ignore_other: bool = IGNORE_OTHER
     rate: float | None = option("N", "For a motion: configurations per second.")
     hips: str | None = HIPS
+    missing: str | None = MISSING
     timeline: str | None = TIMELINE
 
     def configurations(
@@ -184,8 +184,10 @@ class FileOptions(JointOptions):
 
     def check(self, file: str | None, *, unread: bool = False) -> bool:
         """Refuse options that do not fit the input; return whether it is a motion, False for `unread` input."""
-        if file is None and (self.columns or self.ignore_other or self.hips):
-            raise BadArgument("--columns, --ignore-other and --hips are for a file; name it")
+        if file is None and (self.columns or self.ignore_other or self.hips or self.missing):
+            raise BadArgument("--columns, --ignore-other, --hips and --missing are for a file; name it")
+        if self.posture is not None and self.missing is not None:
+            raise BadArgument("--posture and --missing both give the values of joints that a motion does not name")
         moves = file is not None and not unread and is_motion(file)
         for name, value in (("--rate", self.rate), ("--timeline", self.timeline)):
             if file is None and value is not None:
@@ -207,20 +209,24 @@ class FileOptions(JointOptions):
         from nao_kin.motion import HOLD
 
         as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
-        as_motion |= sampling is not None and not self.columns and not self.ignore_other
+        as_motion |= sampling is not None and not (self.columns or self.ignore_other or self.missing)
         log = None if as_motion else self._log_columns(model, file)
         if not moves or log is not None:
             return None, "average" if self.hips is None and log is not None and log.timed else self.hips
         if self.columns:
             if not as_motion and replace(self, columns=None)._log_columns(model, file) is not None:
                 return None, self.hips  # what is wrong with --columns is said where the table is read
-            raise BadArgument(f"--columns is for whole configurations; {quoted(file)} is read as a motion")
+            advice = "--missing gives the values of the joints that it lacks"
+            raise BadArgument(
+                f"--columns is for whole configurations; {quoted(file)} is read as a motion, unless {advice}"
+            )
         motion = MotionFile(file, None, self.deg, self.timeline, self.ignore_other).read(model)
         check_posture(model, self.posture)
+        rest: Any = self.posture if self.missing is None else model.configuration({}, missing=self.value_of_missing)
         path = motion.configurations(
             model,
             rate=sampling if self.rate is None else self.rate,
-            fill=HOLD if self.posture is None else self.posture,
+            fill=HOLD if rest is None else rest,
             hips="average" if self.hips is None else self.hips,  # type: ignore[arg-type]
         )
         return replace(path, q=self._within_limits(model, file, path, limits)), None
@@ -237,14 +243,26 @@ class FileOptions(JointOptions):
             columns[name.strip()] = heading.strip() or None
         return columns or None
 
+    @property
+    def value_of_missing(self) -> str | float | None:
+        """The posture or the number of --missing."""
+        number = None if self.missing is None else finite_decimal(self.missing)
+        return self.missing if number is None else number
+
     def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: str | None = None) -> Any:
         """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
         from nao_kin.stream import read_log
 
         rule: Any = hips
-        columns = self.renamed
         return read_log(
-            model, file, limits=limits, degrees=self.deg, columns=columns, ignore_other=self.ignore_other, hips=rule
+            model,
+            file,
+            limits=limits,
+            degrees=self.deg,
+            columns=self.renamed,
+            ignore_other=self.ignore_other,
+            hips=rule,
+            missing=self.value_of_missing,
         )
 
     def _log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
@@ -257,23 +275,27 @@ class FileOptions(JointOptions):
             if not isinstance(buffer, io.BytesIO):
                 return None
             data = buffer.getvalue()
-        return log_columns(model, file, columns=self.renamed, data=data)
+        return log_columns(model, file, columns=self.renamed, missing=self.value_of_missing, data=data)
 
     def _within_limits(self, model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy) -> Floats:
         """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
         if limits == "clamp":
             return _clamped(model, path.q)
-        violations = model.limit_violations(path.q, max_configurations=1) if limits == "enforce" else ()
-        if violations:
+        if limits == "ignore":
+            return path.q
+        inside = model.within_limits(path.q, limits=limits)
+        if not inside.all():
             from nao_kin.stream import look_like_degrees
 
-            first = violations[0]
-            when = f"{path.times[first.index[0]]:.6g} s"
-            reason = f"at {when} outside the joint limits: {first.describe(degrees=self.deg, index=False)}"
+            row = inside.tolist().index(False)
+            first = model.limit_violations(path.q[row])[0]
+            reason = f"at {path.times[row]:.6g} s outside the joint limits: {first.describe(degrees=self.deg)}"
             advice = "nao-kin motion check lists all, --limits clamp or --limits ignore accepts them"
-            if not self.deg and look_like_degrees(model, model.joint_names, path.q[first.index[0], model.nq_base :]):
+            if not self.deg and look_like_degrees(model, model.joint_names, path.q[row, model.nq_base :]):
                 advice = "are these degrees (--deg)?"
             raise BadInputFile(file, f"{reason}; {advice}")
+        if limits == "measured":
+            model.configuration(dict(zip(model.joint_names, path.q.T[model.nq_base :], strict=True)), limits=limits)
         return path.q
 
 
@@ -286,7 +308,7 @@ def _clamped(model: RobotModel, q: Floats) -> Floats:
     return inside
 
 
-def note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
+def note_clamped(model: RobotModel, changes: OutsideRows, rows: int) -> None:
     """Print a note on the changes of --limits clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)

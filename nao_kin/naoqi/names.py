@@ -161,6 +161,7 @@ def from_order(
     *,
     near: ArrayLike | None = None,
     hips: Hips | None = None,
+    missing: str | float | None = None,
     **_former: NoReturn,
 ) -> Floats:
     """Return configurations from joint values in one of `BODY_ORDERS`: the inverse of `to_order`.
@@ -172,6 +173,7 @@ def from_order(
         near: configurations with the values of the joints that the order lacks, shape (..., nq); None for zero.
         hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, None rejects values that differ by
             more than 1e-6, "left" uses the left one, as the robot does, "right" the right one, "average" the mean.
+        missing: values of joints that are NaN, such as hands without a sensor, as in `RobotModel.configuration`.
 
     Returns:
         q, shape (..., nq); limits are not checked.
@@ -195,14 +197,11 @@ def from_order(
         hips = None
     elif hips is not None:
         check_hips(hips)
-    array = as_floats(values, (), "values")
+    array = as_floats(values, (), "values", gaps=True)
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
     by_name = dict(zip(names, np.moveaxis(array, -1, 0), strict=True))
-    if hips is not None and LEFT_HIP in by_name and RIGHT_HIP in by_name:
-        left, right = by_name[LEFT_HIP], by_name.pop(RIGHT_HIP)
-        by_name[LEFT_HIP] = {"left": left, "right": right, "average": 0.5 * (left + right)}[hips]
-    result = robot.configuration(by_name, limits="ignore")
+    result = robot.configuration(by_name, limits="ignore", hips=hips, missing=missing)
     if near is None:
         return result
     start = as_floats(near, (robot.nq,), "near")

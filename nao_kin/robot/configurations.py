@@ -26,7 +26,7 @@ from nao_kin._core.sides import Hips, joints_of_side
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
-from nao_kin.robot.limits import JointLimits
+from nao_kin.robot.limits import JointLimits, OutsideRows
 from nao_kin.robot.semantics import Mimic, Posture
 
 # --- Conversion between joint values by name and arrays; mimic joints must agree with their driving joints.
@@ -106,16 +106,23 @@ class Coordinates:
         couplings = [self.mimics.get(name) or Mimic(name) for name in names]
         return np.stack([coupling.value(joints[..., self.column[coupling.joint]]) for coupling in couplings], axis=-1)
 
-    def arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
-        """Return joint → values as an array; the name of a chain is replaced by its joints."""
+    def arrays(
+        self, angles: Mapping[str, ArrayLike], *, ignore_other: bool = False, gaps: bool = False
+    ) -> dict[str, Floats]:
+        """Return joint → values as an array; the name of a chain is replaced by its joints.
+
+        With `ignore_other` other names are left out, with `gaps` values may be NaN.
+        """
         given: dict[str, Floats] = {}
         for name, value in checked_mapping(angles).items():
             if name in self.column or name in self.mimics:
-                added = {name: as_floats(value, (), name)}
+                added = {name: as_floats(value, (), name, gaps=gaps)}
             elif name in self.chains:
                 joints = self.chains[name]
-                array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})")
+                array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})", gaps=gaps)
                 added = {joint: array[..., index] for index, joint in enumerate(joints)}
+            elif ignore_other:
+                continue
             else:
                 raise self.unknown(name, self.chains)
             for joint in added.keys() & given.keys():
@@ -210,9 +217,11 @@ class ConfigurationSpace:
         q[..., self._offset :] = self._limits.random(drawn, shape)
         return q
 
-    def by_joint(self, angles: Mapping[str, ArrayLike], degrees: bool) -> dict[str, Floats]:
-        """Return joint → values [rad, m or ratio] from values by joint or chain."""
-        given = self._coordinates.arrays(angles)
+    def by_joint(
+        self, angles: Mapping[str, ArrayLike], degrees: bool, *, ignore_other: bool = False, gaps: bool = False
+    ) -> dict[str, Floats]:
+        """Return joint → values [rad, m or ratio] from values by joint or chain, as in `Coordinates.arrays`."""
+        given = self._coordinates.arrays(angles, ignore_other=ignore_other, gaps=gaps)
         return {name: np.radians(v) if degrees and self._units[name] == "rad" else v for name, v in given.items()}
 
     def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
@@ -252,19 +261,36 @@ class ConfigurationSpace:
             return q
         limits = limit_policy(limits)
         values, names = q[..., self._offset :], self._coordinates.names
-        if limits == "enforce":
+        if limits != "clamp":
             one = joints is None and values.ndim == 1
             if one and self._limits.surely_inside(dict(zip(names, values.tolist(), strict=True))):
                 return q
-            count = self._limits.count(values, joints)
+            count = self._limits.count(values, joints, limits)
             if count:
-                raise OutsideLimits(self._limits.violations(values, joints, max_configurations=_MAX_LISTED), count)
-            return q
+                listed = self._limits.violations(values, joints, limits, max_configurations=_MAX_LISTED)
+                raise OutsideLimits(listed, count)
+            if limits == "enforce":
+                return q
         inside = np.array(q, order="C")
         clamped = self._limits.clamp(values)
         columns = slice(None) if joints is None else [self._coordinates.column[name] for name in joints]
         inside[..., self._offset :][..., columns] = clamped[..., columns]
+        if limits == "measured":
+            outside = OutsideRows.of(values, inside[..., self._offset :], names)
+            outside.warn(self._units.get(outside.joint, ""))
+            return q
         return inside
+
+    def joints_for(self, missing: str | float) -> dict[str, Floats]:
+        """Return joint → value for joints that are not measured, from a posture or a number, within the limits."""
+        if isinstance(missing, str):
+            values = self._postures[choice(missing, self._postures, "posture")][self._offset :]
+        else:
+            number = as_floats(missing, (), "missing")
+            if number.ndim:
+                raise BadArgument(f"missing must be the name of a posture or a number, got {quoted(missing)}")
+            values = np.full(len(self._coordinates.names), float(number))
+        return dict(zip(self._coordinates.names, self._limits.clamp(values), strict=True))
 
     def posed(self, q: ArrayLike) -> Floats:
         """Return `q` as configurations for poses, with a warning if they seem to be in degrees."""
@@ -357,6 +383,32 @@ def motor_values(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips
         ]
         found[motor] = columns[0] if len(columns) == 1 else np.mean(columns, axis=0)
     return found
+
+
+def without_gaps(
+    mimics: Mapping[str, Mimic], values: Mapping[str, Floats], rest: Mapping[str, Floats]
+) -> dict[str, Floats]:
+    """Return joint → finite values, with one for every motor, from values of some joints, in which NaN is a gap.
+
+    A gap is filled with the value of another joint of the same motor, or else with that of the driving joint in `rest`,
+    which also has the values of the joints that are absent.
+    """
+    found = dict(rest)
+    couplings = {name: mimics.get(name) or Mimic(name) for name in values}
+    measured: dict[str, Floats] = {}
+    for name, coupling in couplings.items():
+        if coupling.multiplier != 0.0:
+            value = coupling.driver_value(values[name])
+            known = measured.get(coupling.joint, value)
+            measured[coupling.joint] = np.where(np.isnan(known), value, known)
+    for motor, value in measured.items():
+        found[motor] = np.where(np.isnan(value), found[motor], value)
+    filled = {
+        name: np.where(np.isnan(value), couplings[name].value(found[couplings[name].joint]), value)
+        for name, value in values.items()
+    }
+    absent = {name: value for name, value in found.items() if name not in measured}
+    return absent | filled
 
 
 def with_shared_motors(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy as LimitPolicy
+from nao_kin._core.arrays import LIMIT_TOLERANCE, MEASURED_TOLERANCES, Floats, LimitPolicy as LimitPolicy
+from nao_kin._core.warn import CLAMPED_MOST, warn_caller
+from nao_kin.errors import MeasuredLimitsWarning
 from nao_kin.robot.semantics import CoupledLimit
 
 _MIN_DIGITS, _MAX_DIGITS = 6, 17
@@ -69,6 +71,51 @@ class LimitViolation:
         return self.describe()
 
 
+@dataclass(frozen=True)
+class OutsideRows:
+    """The configurations of a batch with joints outside their limits.
+
+    Attributes:
+        rows: how many configurations.
+        largest: largest distance of a joint from its range [rad, m or ratio].
+        joint: that joint; "" for none.
+    """
+
+    rows: int = 0
+    largest: float = 0.0
+    joint: str = ""
+
+    @property
+    def most(self) -> float:
+        """The former name of `largest`."""
+        CLAMPED_MOST.warn()
+        return self.largest
+
+    def and_then(self, other: OutsideRows) -> OutsideRows:
+        """Return the sum of both row counts, with the larger distance and its joint."""
+        larger = self if self.largest >= other.largest else other
+        return OutsideRows(self.rows + other.rows, larger.largest, larger.joint)
+
+    @classmethod
+    def of(cls, values: Floats, inside: Floats, names: Sequence[str]) -> OutsideRows:
+        """Return the rows of values (..., n) that differ from those inside the limits by more than the tolerance."""
+        distances = np.abs(inside - values).reshape(-1, len(names))
+        outside = distances.max(axis=1, initial=0.0) > LIMIT_TOLERANCE
+        if not outside.any():
+            return cls()
+        return cls(int(outside.sum()), float(distances.max()), names[int(np.argmax(distances)) % len(names)])
+
+    def warn(self, unit: str) -> None:
+        """Warn that limits="measured" has accepted these configurations; `unit` is that of the joint."""
+        if not self.rows:
+            return
+        angle = unit == "rad"
+        distance = f"{math.degrees(self.largest):.2g}°" if angle else f"{self.largest:.2g} {unit}".removesuffix(" 1")
+        several = "1 configuration has" if self.rows == 1 else f"{self.rows} configurations have"
+        text = f"{several} joints outside their limits, {self.joint} by {distance}, the farthest; accepted as measured"
+        warn_caller(text, MeasuredLimitsWarning, subject="measured")
+
+
 class JointLimits:
     """The limits of all joints of a robot, lower and upper (n,), for values (..., n) in the order of `names`."""
 
@@ -79,14 +126,19 @@ class JointLimits:
         column = {name: index for index, name in enumerate(names)}
         # Each table, with the column of its joint and that of the joint on which the range depends.
         self._tables = [(table, column[table.joint], column[table.of]) for table in self.tables]
+        # The largest distance from a limit that limits="measured" accepts, and limits="enforce".
+        self.tolerances = {
+            "measured": np.array([MEASURED_TOLERANCES.get(unit, LIMIT_TOLERANCE) for unit in units]),
+            "enforce": np.full(len(names), LIMIT_TOLERANCE),
+        }
         self._boxes = {name: (float(lower[i]), float(upper[i])) for name, i in column.items()}
         self._tolerated = {
             name: (low - LIMIT_TOLERANCE, high + LIMIT_TOLERANCE) for name, (low, high) in self._boxes.items()
         }
 
-    def inside(self, values: Floats) -> NDArray[np.bool_]:
+    def inside(self, values: Floats, policy: LimitPolicy = "enforce") -> NDArray[np.bool_]:
         """Return which joints are inside their own limits and their tables, shape (..., n)."""
-        boxes, tables = self._outside(values, None)
+        boxes, tables = self._outside(values, None, policy)
         for (_, column, _), outside in zip(self._tables, tables, strict=True):
             boxes[..., column] |= outside
         return np.logical_not(boxes, order="C")
@@ -104,20 +156,25 @@ class JointLimits:
                     return False
         return True
 
-    def count(self, values: Floats, joints: Collection[str] | None = None) -> int:
+    def count(self, values: Floats, joints: Collection[str] | None = None, policy: LimitPolicy = "enforce") -> int:
         """Return how many joints of all configurations are outside a limit."""
-        boxes, tables = self._outside(values, joints)
+        boxes, tables = self._outside(values, joints, policy)
         return int(boxes.sum()) + sum(int(outside.sum()) for outside in tables)
 
     def violations(
-        self, values: Floats, joints: Collection[str] | None = None, *, max_configurations: int | None = None
+        self,
+        values: Floats,
+        joints: Collection[str] | None = None,
+        policy: LimitPolicy = "enforce",
+        *,
+        max_configurations: int | None = None,
     ) -> tuple[LimitViolation, ...]:
         """Return every joint outside its own limits, or else outside its table, by configuration and then by excess.
 
         With `joints`, only these joints, and only tables that contain one of them. Stops after `max_configurations`
         with any.
         """
-        boxes, tables = self._outside(values, joints)
+        boxes, tables = self._outside(values, joints, policy)
         affected = np.logical_or.reduce([boxes.any(axis=-1), *tables])
         found: list[LimitViolation] = []
         for place in np.argwhere(affected)[:max_configurations].tolist():
@@ -138,16 +195,18 @@ class JointLimits:
         return tuple(found)
 
     def _outside(
-        self, values: Floats, joints: Collection[str] | None
+        self, values: Floats, joints: Collection[str] | None, policy: LimitPolicy
     ) -> tuple[NDArray[np.bool_], list[NDArray[np.bool_]]]:
         """Return which joints are outside their own limits, (..., n), and which configurations violate each table."""
-        boxes = (values < self.lower - LIMIT_TOLERANCE) | (values > self.upper + LIMIT_TOLERANCE)
+        tolerances = self.tolerances[policy]
+        boxes = (values < self.lower - tolerances) | (values > self.upper + tolerances)
         if joints is not None:
             boxes &= np.array([name in joints for name in self.names], dtype=np.bool_)
         tables = []
         for table, column, of in self._tables:
             lower, upper = table.range(values[..., of])
-            outside = (values[..., column] < lower - LIMIT_TOLERANCE) | (values[..., column] > upper + LIMIT_TOLERANCE)
+            tolerance = tolerances[column]
+            outside = (values[..., column] < lower - tolerance) | (values[..., column] > upper + tolerance)
             named = joints is None or table.joint in joints or table.of in joints
             # If the joint's own range is already violated, the table adds nothing.
             tables.append(np.asarray(outside & ~boxes[..., column] & named))

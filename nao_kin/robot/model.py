@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NoReturn, SupportsIndex, TypeVar
+from typing import Any, Literal, NoReturn, SupportsIndex, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -26,7 +27,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import MOST, hides_former
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, NotFinite
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
@@ -36,6 +37,7 @@ from nao_kin.robot.configurations import (
     joints_by_motor,
     motor_values,
     with_shared_motors,
+    without_gaps,
 )
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
@@ -429,7 +431,7 @@ class RobotModel:
         Args:
             name: one of `posture_names`.
             angles: joint or chain → value, as for `configuration`.
-            limits: what to do with joints outside their limits: "enforce", "clamp" or "ignore".
+            limits: what to do with joints outside their limits: "enforce", "clamp", "ignore" or "measured".
             **joints: further joints or chains → value, for names that are Python identifiers.
 
         Returns:
@@ -485,8 +487,10 @@ class RobotModel:
         limits: LimitPolicy = "enforce",
         degrees: bool = False,
         hips: Hips | None = None,
+        missing: str | float | None = None,
+        ignore_other: bool = False,
     ) -> Floats:
-        """Return the configuration with the given joint values; joints not named are at zero.
+        """Return the configuration with the given joint values; joints not named are at zero, or as `missing` says.
 
         A mimic joint may be named too: alone, it sets its driving joint; if both are named, they must agree, or `hips`
         decides. The name of a chain means its joints, from the trunk outwards.
@@ -494,10 +498,13 @@ class RobotModel:
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
                 the values of its joints, shape (..., number of joints).
-            limits: what to do with a named joint outside its limits: "enforce", "clamp" or "ignore".
+            limits: what to do with a named joint outside its limits: "enforce", "clamp", "ignore" or "measured".
             degrees: whether the values of turning joints are in degrees.
             hips: value of a motor whose two joints differ, such as the two HipYawPitch as a NAO's sensors measure them:
                 "average", or "left" or "right" for the joint of that side; None refuses them.
+            missing: values of joints that are not named or NaN, moved to the nearest limit: those of a posture, or a
+                number [rad, m or ratio]; None refuses NaN. A motor of which one joint is NaN has the other's value.
+            ignore_other: leave out names that are no joints, such as the fingers in messages of ROS.
 
         Returns:
             q, shape (..., nq), in radians whatever `degrees` says.
@@ -512,12 +519,38 @@ class RobotModel:
             >>> q = nao.configuration({"HeadYaw": 0.3, "RArm": [1.4, -0.2, 1.2, 0.4, 0.0, 0.5]})
             >>> nao.angles(q)["RShoulderPitch"]
             1.4
+            >>> measured = {"LHipYawPitch": -0.20, "RHipYawPitch": -0.21, "LHand": np.nan, "LFinger11": 0.0}
+            >>> q = nao.configuration(measured, hips="average", missing="Stand", ignore_other=True)
+            >>> round(nao.angles(q)["LHipYawPitch"], 3), round(nao.angles(q)["LHand"], 3)
+            (-0.205, 0.3)
         """
         if hips is not None:
             check_hips(hips)
-            angles = with_shared_motors(self.mimics, self._configurations.by_joint(angles, degrees), hips)
+        if missing is not None or hips is not None or flag(ignore_other, "ignore_other"):
+            gaps = missing is not None
+            given = self._configurations.by_joint(angles, degrees, ignore_other=ignore_other, gaps=gaps)
+            angles = given if missing is None else self.fill_missing(given, missing)
+            angles = angles if hips is None else with_shared_motors(self.mimics, angles, hips)
             degrees = False
-        return self._configurations.configuration(angles, limits, degrees)
+        try:
+            return self._configurations.configuration(angles, limits, degrees)
+        except NotFinite as error:
+            advice = "missing= gives its value" if math.isnan(error.value) else ""
+            raise NotFinite(error.what, error.index, error.value, advice) from None
+
+    def fill_missing(self, values: Mapping[str, Floats], missing: str | float) -> dict[str, Floats]:
+        """Return values of joints without gaps: joint → values, with one for each motor.
+
+        Args:
+            values: joint → values, in which NaN is a gap.
+            missing: values of the joints that are absent or NaN, as in `configuration`.
+
+        Examples:
+            >>> hands = nk.load_nao().fill_missing({"LHand": np.array([np.nan, 0.5])}, 0.1)
+            >>> hands["LHand"].tolist(), len(hands)
+            ([0.1, 0.5], 25)
+        """
+        return without_gaps(self.mimics, values, self._configurations.joints_for(missing))
 
     def angles(self, q: ArrayLike, *, degrees: bool = False) -> dict[str, Floats | float]:
         """Return the values of the independent joints by name: the inverse of `configuration`.
@@ -586,7 +619,9 @@ class RobotModel:
 
     # --- limits ---------------------------------------------------------------------------------------------------
 
-    def within_limits(self, q: ArrayLike, *, per_joint: bool = False) -> NDArray[np.bool_]:
+    def within_limits(
+        self, q: ArrayLike, *, per_joint: bool = False, limits: Literal["enforce", "measured"] = "enforce"
+    ) -> NDArray[np.bool_]:
         """Return which configurations are inside all limits, coupled ones included.
 
         For many configurations, `(~nao.within_limits(q, per_joint=True)).sum(axis=0)` counts the violations of each
@@ -595,6 +630,7 @@ class RobotModel:
         Args:
             q: configurations, shape (..., nq).
             per_joint: whether to return one answer for each joint, in the order of `joint_names`.
+            limits: "measured" accepts joints that exceed their limits by the noise of sensors, 1° or 0.02 of a ratio.
 
         Returns:
             Shape (...), or with `per_joint` (..., n).
@@ -605,7 +641,8 @@ class RobotModel:
             >>> nao.within_limits(q).tolist()
             [True, False]
         """
-        inside = self._limits.inside(self._configurations.joints(q))
+        policy = limit_policy(limits, ("enforce", "measured"))
+        inside = self._limits.inside(self._configurations.joints(q), policy)
         return inside if per_joint else np.asarray(inside.all(axis=-1))
 
     @hides_former

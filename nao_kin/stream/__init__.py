@@ -1,6 +1,6 @@
 """Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
-from nao_kin.stream.results import Clamped as Clamped, StreamResult, clamp as clamp
+from nao_kin.stream.results import StreamResult, clamp as clamp
 from nao_kin.stream.run import ErrorPolicy, fk
 from nao_kin.stream.sinks import (
     FEW_ROWS as FEW_ROWS,

@@ -29,7 +29,8 @@ from nao_kin._core.files import sync
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
-from nao_kin.stream.results import NOT_CLAMPED, BadRow, Clamped
+from nao_kin.robot import OutsideRows
+from nao_kin.stream.results import NOT_CLAMPED, BadRow
 from nao_kin.stream.sources import Position
 
 _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
@@ -45,13 +46,15 @@ class Progress:
     rows_written: int = 0  # rows of the parts so far
     bad_rows: int = 0  # without a valid configuration
     first_bad_rows: tuple[BadRow, ...] = ()
-    clamped: Clamped = NOT_CLAMPED
+    clamped: OutsideRows = NOT_CLAMPED
 
     @classmethod
     def of(cls, record: dict[str, Any]) -> Progress:
         """Return the progress in a record, which `dataclasses.asdict` has made."""
         end, bad, clamped = (record.pop(name) for name in ("end", "first_bad_rows", "clamped"))
-        return cls(tuple(end), first_bad_rows=tuple(BadRow(**row) for row in bad), clamped=Clamped(**clamped), **record)
+        return cls(
+            tuple(end), first_bad_rows=tuple(BadRow(**row) for row in bad), clamped=OutsideRows(**clamped), **record
+        )
 
 
 class PartFolder:

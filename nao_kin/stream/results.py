@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats
-from nao_kin._core.warn import CLAMPED_MOST
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin._core.arrays import Floats
+from nao_kin.robot import OutsideRows, RobotModel, check_robot
 
 # Bad rows that are listed; the others are only counted.
 MAX_LISTED = 20
@@ -39,36 +38,10 @@ class BadRow:
         return f"{f'{self.file}, ' if self.file else ''}{place}: {self.reason}"
 
 
-@dataclass(frozen=True)
-class Clamped:
-    """The changes made by moving joints to their limits.
-
-    Attributes:
-        rows: number of changed configurations.
-        largest: largest change of a joint [rad, m or ratio].
-        joint: that joint; "" for none.
-    """
-
-    rows: int = 0
-    largest: float = 0.0
-    joint: str = ""
-
-    @property
-    def most(self) -> float:
-        """The former name of `largest`."""
-        CLAMPED_MOST.warn()
-        return self.largest
-
-    def and_then(self, other: Clamped) -> Clamped:
-        """Return the sum of both row counts, with the larger change and its joint."""
-        larger = self if self.largest >= other.largest else other
-        return Clamped(self.rows + other.rows, larger.largest, larger.joint)
+NOT_CLAMPED = OutsideRows()
 
 
-NOT_CLAMPED = Clamped()
-
-
-def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
+def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, OutsideRows]:
     """Return `robot.clamp(q)` and the changes that exceed the tolerance of limits.
 
     Args:
@@ -82,13 +55,8 @@ def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
     """
     check_robot(robot)
     inside = robot.clamp(q)
-    joints = len(robot.joint_names)
-    off = np.abs(inside[:, -joints:] - np.asarray(q)[:, -joints:])
-    moved = off.max(axis=1, initial=0.0) > LIMIT_TOLERANCE
-    if not moved.any():
-        return inside, Clamped()
-    _, column = np.unravel_index(int(np.argmax(off)), off.shape)
-    return inside, Clamped(int(moved.sum()), float(off.max()), robot.joint_names[int(column)])
+    base = robot.nq_base
+    return inside, OutsideRows.of(np.asarray(q)[:, base:], inside[:, base:], robot.joint_names)
 
 
 @dataclass(frozen=True)
@@ -105,8 +73,8 @@ class StreamResult:
         bad_rows: rows without a valid configuration: left out, or written as NaN.
         first_bad_rows: the first of them, each with its `row` in the source, from 0, its `line` and `column` in a CSV
             file, from 1 (0 for none), its `reason`, and its `file`, "" if there is only one.
-        clamped: the changes by limits="clamp": the number of changed `rows`, the `largest` change of a joint
-            [rad, m or ratio], and that `joint`, "" for none.
+        clamped: rows outside the limits that limits="clamp" has moved, or "measured" accepted: the number of `rows`,
+            the `largest` distance of a joint from its range [rad, m or ratio], and that `joint`, "" for none.
         notes: assumptions about the source.
     """
 
@@ -118,7 +86,7 @@ class StreamResult:
     rows_resumed: int
     bad_rows: int
     first_bad_rows: tuple[BadRow, ...]
-    clamped: Clamped = NOT_CLAMPED
+    clamped: OutsideRows = NOT_CLAMPED
     notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:

@@ -99,6 +99,7 @@ def fk(
     columns: Mapping[str, str | None] | None = None,
     ignore_other: bool = False,
     hips: Hips | None = None,
+    missing: str | float | None = None,
     progress: bool = False,
     overwrite: bool = False,
 ) -> StreamResult:
@@ -131,13 +132,14 @@ def fk(
             Rz(wz) Ry(wy) Rx(wx); or "rpy", the same numbers as x, y, z, roll, pitch, yaw.
         dtype: float64, or float32 for half the size.
         limits: "enforce" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
-            "ignore" accepts it.
+            "ignore" accepts it, "measured" up to the noise of sensors, 1° or 0.02 of a ratio.
         degrees: turning joints of a source file are in degrees if it does not give their unit; angles of poses are in
             degrees too.
         on_error: "stop" raises at a bad row, "skip" leaves it out, "nan" writes poses of NaN.
         columns: headings of columns with other names, as in `read_log`.
         ignore_other: leave out columns that name no joint and no time.
         hips: value of a motor whose two joints differ, as in `read_log`.
+        missing: values of joints without a column, and for empty cells and NaN, as in `read_log`.
         progress: show a bar with rate and time left on standard error, if it is a terminal.
         overwrite: replace an existing output.
 
@@ -178,8 +180,8 @@ def fk(
     sink_kind = sink_class(sink)
     # Unknown frames are refused before anything is read.
     robot.frame_ids(names if reference is None else (*names, reference))
-    with closing(open_source(files, robot, TableOptions(degrees, columns, ignore_other))) as opened:
-        joints = [JointColumns(robot, file.table, limits, hips, file.whole) for file in opened.files]
+    with closing(open_source(files, robot, TableOptions(degrees, columns, ignore_other, missing))) as opened:
+        joints = [JointColumns(robot, file.table, limits, hips, file.whole, missing) for file in opened.files]
         writer = sink_kind(names, numbers.names, shape, kind, opened.table.timed)
         job = _PoseRun(robot, opened, joints, names, reference, numbers, writer, on_error)
         arguments = {
@@ -194,11 +196,15 @@ def fk(
             "other columns": ignore_other,
             "time unit": opened.table.time_unit,
             "hips": hips,
+            "missing": missing,
             "format": type(writer).__name__,
         }
         identity = _identity(files)
         run = None if identity is None else {**_provenance(robot), "source": identity, **arguments}
-        return _to_sink(job, files, sink, run, progress)
+        result = _to_sink(job, files, sink, run, progress)
+    if limits == "measured" and result.clamped.rows:
+        result.clamped.warn(robot.unit(result.clamped.joint))
+    return result
 
 
 @dataclass

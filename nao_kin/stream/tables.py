@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +35,9 @@ from nao_kin._core.headings import (
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
-from nao_kin.robot import RobotModel, check_robot, with_shared_motors
+from nao_kin.robot import OutsideRows, RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
-from nao_kin.stream.results import Clamped, clamp
+from nao_kin.stream.results import clamp
 
 # Bytes of a file to inspect.
 _BEGINNING = 1 << 16
@@ -71,7 +71,8 @@ def read_configurations(
     Args:
         robot: its joints are named in the file.
         path: a CSV or JSON file, or "-" for standard input.
-        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them.
+        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
+            "measured" accepts them up to the noise of sensors, 1° or 0.02 of a ratio, with a warning.
         degrees: turning joints are in degrees if the file does not give their unit.
 
     Returns:
@@ -102,6 +103,7 @@ def read_log(
     columns: Mapping[str, str | None] | None = None,
     ignore_other: bool = False,
     hips: Hips | None = None,
+    missing: str | float | None = None,
 ) -> Log:
     """Return the configurations in a file, and their times if it has a column of them.
 
@@ -109,13 +111,16 @@ def read_log(
         robot: its joints are named in the file.
         path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in CSV as
             `rostopic echo -p` prints them, or in JSON.
-        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them.
+        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
+            "measured" accepts them up to the noise of sensors, 1° or 0.02 of a ratio, with a warning.
         degrees: turning joints are in degrees if the file does not give their unit.
         columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
             "time [ms]"; None leaves the column out, and a joint in it is at zero.
         ignore_other: leave out columns that name no joint and no time.
         hips: value of a motor whose two joints differ: "average", or "left" or "right" for the joint of that side; None
             refuses them.
+        missing: values of joints without a column, and for empty cells, NaN and null, moved to the nearest limit: those
+            of a posture, or a number [rad, m or ratio]; None refuses them.
 
     Returns:
         The configurations `q`, shape (n, nq), and the `times` of the rows, shape (n,) [s], or None; `many`, False for a
@@ -148,7 +153,7 @@ def read_log(
     large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
     advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
     text, is_json = read_table_text(name, "joint names and values", advice)
-    options = TableOptions(degrees, columns, ignore_other)
+    options = TableOptions(degrees, columns, ignore_other, missing)
     many = True
     lines: Sequence[int]
     if is_json:
@@ -164,7 +169,7 @@ def read_log(
         if not len(rows):
             raise BadInputFile(name, "a header and no configurations")
     raw = rows[:, : len(table.names)]
-    joints = JointColumns(robot, table, limits, hips)
+    joints = JointColumns(robot, table, limits, hips, missing=missing)
     values = joints.values(raw)
     try:
         q = robot.configuration(values, limits=limits)
@@ -196,11 +201,13 @@ class TableOptions:
         degrees: turning joints without a unit are in degrees.
         columns: heading in the file → heading to read it as; None leaves it out.
         ignore_other: leave out columns of other names.
+        missing: values of joints without a column and of empty cells, a posture or a number; None refuses them.
     """
 
     degrees: bool = False
     columns: Mapping[str, str | None] | None = None
     ignore_other: bool = False
+    missing: str | float | None = None
 
     def __post_init__(self) -> None:
         flag(self.degrees, "degrees")
@@ -246,10 +253,11 @@ class TableOptions:
         named = {*table.names, *left_out} & known
         determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in named}
         missing = [joint for joint in robot.joint_names if joint not in determined]
-        if missing:
+        if missing and (self.missing is None or not table.names):
             shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
-            raise BadInputFile(name, f"{where}missing joints: {shown}", line)
-        return table
+            advice = "" if self.missing is not None else "; missing= (--missing) gives their values"
+            raise BadInputFile(name, f"{where}missing joints: {shown}{advice}", line)
+        return table if self.missing is None else replace(table, blanks=True)
 
 
 # Numbers in a row of a NAO's joints without names → the orders that they may have.
@@ -287,12 +295,14 @@ def log_columns(
     path: Path | str,
     *,
     columns: Mapping[str, str | None] | None = None,
+    missing: str | float | None = None,
     data: bytes | None = None,
 ) -> TableColumns | None:
     """Return the columns of a CSV table if its beginning has complete configurations of a robot, otherwise None.
 
     The result is also None for a motion (a table of times and some joints, or with empty cells), an unreadable file and
-    a pipe. `data` is the content, if it has been read; `columns` are those of `read_log`.
+    a pipe. `data` is the content, if it has been read; `columns` and `missing` are those of `read_log`, and with
+    `missing` the configurations need not be complete.
     """
     try:
         if data is None and Path(path).is_file():
@@ -304,21 +314,17 @@ def log_columns(
     beginning = (data or b"")[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
     try:
         head = csv_head(str(path), beginning, "a header", at_end=whole)
-        table = TableOptions(columns=columns, ignore_other=True).table(str(path), head.fields, robot, head)
+        table = TableOptions(columns=columns, ignore_other=True, missing=missing).table(
+            str(path), head.fields, robot, head
+        )
     except (BadArgument, BadInputFile):
         return None
     rows = beginning[head.size :]
     records = Records(rows if whole else rows[: rows.rfind(b"\n") + 1], head.delimiter, at_end=whole)
-    empty = any(
+    empty = missing is None and any(
         len(fields) == table.all and not all(fields[at].strip() for at in table.places) for _, fields, _ in records
     )
     return None if empty else table
-
-
-def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
-    """Return joint → values (n,) of the columns (n, columns); with a rule `hips`, one value for each shared motor."""
-    columns = dict(zip(names, values.T, strict=True))
-    return columns if hips is None else with_shared_motors(robot.mimics, columns, hips)
 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
@@ -338,7 +344,8 @@ def look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -
     if (np.abs(angles) > _TURN).sum() <= _FEW * angles.size:
         return False
     converted = np.where(turning, np.radians(values), 0.0)
-    q = robot.configuration(_shared(robot, names, converted[None], "average"), limits="ignore")
+    by_name = dict(zip(names, converted, strict=True))
+    q = robot.configuration(by_name, limits="ignore", hips="average", missing=0.0)
     return all(row.excess < _NEAR for row in robot.limit_violations(q) if row.unit == "rad")
 
 
@@ -376,8 +383,10 @@ def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -
                 row[-1] = table.iso_times.seconds(str(row[-1]))
             except ValueError as error:
                 raise BadInputFile(name, f"{where}time {error}") from None
-        for value, heading in zip(row, table.headings, strict=True):
-            if not is_finite_number(value):
+        for place, (value, heading) in enumerate(zip(row, table.headings, strict=True)):
+            if table.blanks and place < len(table.names) and (value is None or value != value):
+                row[place] = math.nan
+            elif not is_finite_number(value):
                 raise BadInputFile(name, f"{where}{heading} is {described(value)}, expected a finite number")
         rows.append(row)
     return table, np.array(rows, dtype=np.float64), many
@@ -397,27 +406,28 @@ class JointColumns:
     limits: LimitPolicy = "enforce"  # "enforce" makes a row with joints outside their limits a bad row
     hips: Hips | None = None  # value of a motor whose two joints differ; None makes the row a bad row
     whole: bool = False  # whether the columns are those of q
+    missing: str | float | None = None  # values of joints without a column and of NaN; None makes the row a bad row
 
     @property
     def base(self) -> int:
         """Number of columns of a floating base, before the joints."""
         return self.robot.nq_base if self.whole else 0
 
-    def configurations(self, values: Floats) -> tuple[Floats, NDArray[np.bool_], Clamped]:
+    def configurations(self, values: Floats) -> tuple[Floats, NDArray[np.bool_], OutsideRows]:
         """Return configurations (m, nq) of the good rows of `values` (n, columns), which rows are good, and changes."""
-        good: NDArray[np.bool_] = np.asarray(np.isfinite(values).all(axis=1))
+        good: NDArray[np.bool_] = np.asarray(self._known(values).all(axis=1))
         rows = values if good.all() else values[good]
         if self.base:
             unit = np.abs(np.linalg.norm(rows[:, 3:7], axis=1) - 1.0) <= UNIT_TOLERANCE
             rows = _narrow(good, unit, rows)
         q, agreeing = self._assembled(rows)
         q = _narrow(good, agreeing, q)
-        if self.limits == "enforce":
-            q = _narrow(good, self.robot.within_limits(q), q)
-        elif self.limits == "clamp":
-            q, clamped = clamp(self.robot, q)
-            return q, good, clamped
-        return q, good, Clamped()
+        if self.limits == "ignore":
+            return q, good, OutsideRows()
+        if self.limits != "clamp":
+            q = _narrow(good, self.robot.within_limits(q, limits=self.limits), q)
+        inside, outside = clamp(self.robot, q)
+        return inside if self.limits == "clamp" else q, good, outside
 
     def advice(self, row: Floats) -> str:
         """Return the options that accept a row (columns,) outside the limits or with disagreeing joints, or ""."""
@@ -428,7 +438,7 @@ class JointColumns:
 
     def problem(self, row: Floats) -> tuple[int, str]:
         """Return column, from 0 or -1 for none, and reason why a row (columns,) is not a valid configuration."""
-        for column in np.flatnonzero(~np.isfinite(row)).tolist():
+        for column in np.flatnonzero(~self._known(row)).tolist():
             name = self.table.names[column - self.base] if column >= self.base else f"number {column + 1} of the base"
             return column, f"{name} is {float(row[column])}, expected a finite number"
         if self.base and abs(float(np.linalg.norm(row[3:7])) - 1.0) > UNIT_TOLERANCE:
@@ -454,8 +464,18 @@ class JointColumns:
 
     def values(self, values: Floats) -> dict[str, Floats]:
         """Return joint → values (n,) of rows (n, columns) [rad, m or ratio]."""
-        table = self.table
-        return _shared(self.robot, table.names, in_si_units(values[:, self.base :], table.units), self.hips)
+        table, robot = self.table, self.robot
+        found = dict(zip(table.names, in_si_units(values[:, self.base :], table.units).T, strict=True))
+        if self.missing is not None:
+            found = robot.fill_missing(found, self.missing)
+        return found if self.hips is None else robot.motor_values(found, self.hips)
+
+    def _known(self, values: Floats) -> NDArray[np.bool_]:
+        """Return which numbers (..., columns) may be in a row: finite ones, and NaN of joints that may be missing."""
+        known = np.isfinite(values)
+        if self.missing is not None:
+            known[..., self.base :] |= np.isnan(values[..., self.base :])
+        return known
 
     def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Return configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""

@@ -204,3 +204,48 @@ def test_every_command_takes_the_average_of_the_hips_of_a_log_with_times(
         if reader[0] == "view":
             printed[-1] = Path("page.html").read_text()
     assert printed[0] == printed[1] != printed[2]
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader[0])
+@pytest.mark.parametrize("missing", ["Stand", "0.25"])
+def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
+    nao: nk.NaoModel, refused: Callable[..., str], missing: str, reader: tuple[str, ...]
+) -> None:
+    command, *more = reader
+    values = {"HeadYaw": [0.1, 0.2, np.nan], "LShoulderPitch": [np.nan, 1.0, 1.1]}
+    q = nao.configuration(values, missing="Stand" if missing == "Stand" else 0.25)
+    header = ",".join(("time", *nao.joint_names))
+    np.savetxt("whole.csv", np.column_stack([np.divide(TIMES, 5.0), q]), delimiter=",", header=header, comments="", fmt="%.17g")
+    Path("part.csv").write_text("time,HeadYaw,LShoulderPitch,LFsr\n0,0.1,,3\n0.1,0.2,1,3\n0.25,NaN,1.1,3\n")
+    printed = []
+    for words in (("part.csv", "--missing", missing, "--ignore-other"), ("whole.csv", "--ignore-other")):
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            assert run([command, *words, *more, "--json"]) in (0, 1), words
+        printed.append(Path("page.html").read_text() if command == "view" else out.getvalue())
+    assert printed[0] == printed[1]
+    assert "unknown posture 'Sand' (nearest: Stand" in refused(command, "part.csv", *more, "--ignore-other", "--missing", "Sand")
+    said = refused(command, "part.csv", *more, "--missing", "Stand", "--posture", "Stand")
+    assert "--posture and --missing both give the values" in said
+
+
+@pytest.mark.parametrize("reader", READERS[:3], ids=lambda reader: reader[0])
+@pytest.mark.parametrize("name", ["table.csv", "motion.json"])
+def test_every_command_accepts_the_noise_of_sensors_by_name(
+    nao: nk.NaoModel, refused: Callable[..., str], capsys: pytest.CaptureFixture, name: str, reader: tuple[str, ...]
+) -> None:
+    q = np.stack([nao.clamp(nao.posture("Stand"))] * 2)
+    for excess, accepted in ((0.9, True), (1.1, False)):
+        q[1, 0] = nao.upper[0] + np.radians(excess)
+        if name == "table.csv":
+            np.savetxt(name, q, delimiter=",", header=",".join(nao.joint_names), comments="", fmt="%.17g")
+        else:
+            nk.motion.write_motion(nk.Motion([0.0, 1.0], nao.joint_names, q), name, overwrite=True)
+        if accepted:
+            assert run([reader[0], name, "--limits", "measured"]) in (0, 1)
+            text = (
+                "1 configuration has joints outside their limits, HeadYaw by 0.9°, the farthest; accepted as measured"
+            )
+            assert capsys.readouterr().err == f"nao-kin: {text}\n"
+        else:
+            assert "HeadYaw" in refused(reader[0], name, "--limits", "measured")

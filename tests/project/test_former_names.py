@@ -14,7 +14,7 @@ import nao_kin as nk
 from nao_kin._core.warn import FORMER_NAMES
 from nao_kin.errors import BadArgument, FormerNameWarning
 from nao_kin.naoqi.virtual import Machine, MotionTask
-from nao_kin.stream.results import Clamped
+from nao_kin.robot import OutsideRows
 
 PAGE = Path(__file__).parents[2] / "docs" / "former_names.md"
 NAO = nk.load_nao()
@@ -67,7 +67,10 @@ CALLS: dict[tuple[str, str], tuple[Callable[[], Any], Callable[[], Any]]] = {
         lambda: begun(lambda robot, task: robot.start_task(task)),
         lambda: begun(lambda robot, task: robot.tasks.add(task)),
     ),
-    ("clamped.most", "clamped.largest"): (lambda: Clamped(1, 0.25, "a").most, lambda: Clamped(1, 0.25, "a").largest),
+    ("clamped.most", "clamped.largest"): (
+        lambda: OutsideRows(1, 0.25, "a").most,
+        lambda: OutsideRows(1, 0.25, "a").largest,
+    ),
     ("colour_by=", "by="): (
         lambda: nk.reach.workspace(NAO, "LArm", 9, voxel=0.1).save_ply("a.ply", colour_by="count").read_bytes(),
         lambda: nk.reach.workspace(NAO, "LArm", 9, voxel=0.1).save_ply("b.ply", by="count").read_bytes(),

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice
 from nao_kin._core.files import URDF_FOLDERS
+from nao_kin._core.sides import Hips
 from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
 from nao_kin.robot.collisions import Shape, hulls_in
@@ -76,18 +77,27 @@ class NaoModel(RobotModel):
         """
         return self._coordinates.with_mimics(self._configurations.joints(q), v6.BODY_ORDER)
 
-    def from_body(self, body: ArrayLike, *, limits: LimitPolicy = "ignore") -> Floats:
+    def from_body(
+        self,
+        body: ArrayLike,
+        *,
+        limits: LimitPolicy = "ignore",
+        hips: Hips | None = None,
+        missing: str | float | None = None,
+    ) -> Floats:
         """Return the configuration with the given values in NAOqi's Body order.
 
         Args:
             body: shape (..., 26) [rad; 0 to 1 for the hands].
-            limits: what to do with joints outside their limits: "ignore", "enforce" or "clamp".
+            limits: what to do with joints outside their limits, as in `configuration`.
+            hips: value of both HipYawPitch if they differ, as in `configuration`.
+            missing: values of joints that are NaN, as in `configuration`.
 
         Returns:
             q, shape (..., nq).
 
         Raises:
-            CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries the index of the
+            CouplingViolated: the two HipYawPitch values differ by more than 1e-6, and `hips` is None; carries the index of the
                 configuration.
             OutsideLimits: with limits="enforce", a joint is outside its limits.
 
@@ -97,8 +107,9 @@ class NaoModel(RobotModel):
             >>> np.array_equal(nao.from_body(nao.to_body(q)), q)
             True
         """
-        values = as_floats(body, (len(v6.BODY_ORDER),), "Body values")
-        return self.configuration(dict(zip(v6.BODY_ORDER, np.moveaxis(values, -1, 0), strict=True)), limits=limits)
+        values = as_floats(body, (len(v6.BODY_ORDER),), "Body values", gaps=True)
+        by_name = dict(zip(v6.BODY_ORDER, np.moveaxis(values, -1, 0), strict=True))
+        return self.configuration(by_name, limits=limits, hips=hips, missing=missing)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**super().__getstate__(), "version": self.version}
