@@ -215,7 +215,8 @@ def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
     values = {"HeadYaw": [0.1, 0.2, np.nan], "LShoulderPitch": [np.nan, 1.0, 1.1]}
     q = nao.configuration(values, missing="Stand" if missing == "Stand" else 0.25)
     header = ",".join(("time", *nao.joint_names))
-    np.savetxt("whole.csv", np.column_stack([np.divide(TIMES, 5.0), q]), delimiter=",", header=header, comments="", fmt="%.17g")
+    table = np.column_stack([np.divide(TIMES, 5.0), q])
+    np.savetxt("whole.csv", table, delimiter=",", header=header, comments="", fmt="%.17g")
     Path("part.csv").write_text("time,HeadYaw,LShoulderPitch,LFsr\n0,0.1,,3\n0.1,0.2,1,3\n0.25,NaN,1.1,3\n")
     printed = []
     for words in (("part.csv", "--missing", missing, "--ignore-other"), ("whole.csv", "--ignore-other")):
@@ -224,7 +225,8 @@ def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
             assert run([command, *words, *more, "--json"]) in (0, 1), words
         printed.append(Path("page.html").read_text() if command == "view" else out.getvalue())
     assert printed[0] == printed[1]
-    assert "unknown posture 'Sand' (nearest: Stand" in refused(command, "part.csv", *more, "--ignore-other", "--missing", "Sand")
+    said = refused(command, "part.csv", *more, "--ignore-other", "--missing", "Sand")
+    assert "unknown posture 'Sand' (nearest: Stand" in said
     said = refused(command, "part.csv", *more, "--missing", "Stand", "--posture", "Stand")
     assert "--posture and --missing both give the values" in said
 

@@ -399,7 +399,7 @@ def test_a_file_in_degrees_is_read_so(capsys: pytest.CaptureFixture, tmp_path: P
         (("nowhere.csv", "--posture", "Stand"), "a file gives whole configurations"),
         (("{nod}", "--joint", "HeadYaw=1"), "a file gives whole configurations; leave out --posture and --joint"),
         (("{plain}", "--rate", "10"), "--rate is for a motion"),
-        (("--hips", "left"), "--hips are for a file; name it"),
+        (("--hips", "left"), "--hips and --missing are for a file; name it"),
         (("--rate", "10"), "--rate is for a motion; name its FILE"),
         (("{nod}", "--posture", "Stood"), "unknown posture 'Stood'"),
         (("{nod}", "--rate", "-1"), "rate must be a number above zero"),
