@@ -20,12 +20,13 @@ _MOST_ROLLS = 300
 @both_ways
 def nearest_of_hull(u: Row, v: Row) -> tuple[float, float]:
     """Return the point of the convex hull of points (u, v) that is nearest to the origin; (0, 0) if that is inside."""
-    angles = np.sort(np.arctan2(v, u))
-    if len(u) > 2 and max((angles[1:] - angles[:-1]).max(), angles[0] + 2.0 * np.pi - angles[-1]) <= np.pi:
-        return 0.0, 0.0
+    best, x, y = np.inf, u[0], v[0]
+    if len(u) > 2:
+        angles = np.sort(np.arctan2(v, u))
+        if max((angles[1:] - angles[:-1]).max(), angles[0] + 2.0 * np.pi - angles[-1]) <= np.pi:
+            return 0.0, 0.0
     # On the segment between some two points: on an edge of the hull, as others are farther away.
-    best, x, y = np.inf, 0.0, 0.0
-    for i in range(len(u)):
+    for i in range(len(u) - 1):
         along_u, along_v = u - u[i], v - v[i]
         square = along_u * along_u + along_v * along_v
         share = np.minimum(np.maximum(-(u[i] * along_u + v[i] * along_v) / np.maximum(square, 1e-300), 0.0), 1.0)
@@ -59,7 +60,8 @@ def settled(x: Row, y: Row, z: Row, down: Row, most: float) -> tuple[float, floa
         depths = a * x + b * y + c * z
         floor = depths.max()
         on = depths >= floor - ROLLING
-        p, q = nearest_of_hull((ux * x + uy * y + uz * z)[on], (vx * x + vy * y + vz * z)[on])
+        on_x, on_y, on_z = x[on], y[on], z[on]
+        p, q = nearest_of_hull(ux * on_x + uy * on_y + uz * on_z, vx * on_x + vy * on_y + vz * on_z)
         away = np.hypot(p, q)
         if away < ROLLING:
             away = 0.0

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
-from nao_kin._core.text import quoted
 from nao_kin.cli.options import RobotOptions, argument, check_outputs, command, option
 from nao_kin.cli.output import csv_text, print_json_list, print_written
-from nao_kin.cli.shared import DEG, FORCE, JSON, OUTPUT
-from nao_kin.cli.sources import FileOptions, JointOptions, read_columns
-from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.cli.shared import CONTACTS, DEG, FORCE, FORCES, JSON, OUTPUT
+from nao_kin.cli.sources import FileOptions, JointOptions
+from nao_kin.errors import BadInputFile
 
 _ANGLES = ("roll", "pitch", "yaw")
 _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
@@ -27,8 +23,8 @@ def odometry(
     *,
     file: str = argument("FILE", "CSV or JSON file of configurations with times, or a motion; - for standard input."),
     sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot."),
-    contacts: str | None = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor."),
-    forces: str | None = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor."),
+    contacts: str | None = CONTACTS,
+    forces: str | None = FORCES,
     gyro: str | None = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s]."),
     output: str | None = option("FILE", "Write the CSV here.", *OUTPUT),
     deg: bool = DEG,
@@ -43,17 +39,11 @@ def odometry(
     row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
     """
     check_outputs({"--output": output}, force=force, printed="--json" if json else None, kind="csv")
-    named = (("contacts", contacts), ("forces", forces), ("gyro", gyro))
-    headings = {what: [name.strip() for name in text.split(",")] for what, text in named if text is not None}
-    if headings and file == "-":
-        raise BadArgument(f"--{next(iter(headings))} reads FILE twice; name a file instead of -")
     model = robot.load()
     from nao_kin.rotations import rpy_from_matrix
     from nao_kin.world import odometry as walked
 
-    measured: Any = {what: _measured(file, columns) for what, columns in headings.items()}
-    skipped = dict.fromkeys(f"{name}=" for columns in headings.values() for name in columns)
-    read = replace(given, columns=[*(given.columns or ()), *skipped]) if skipped else given
+    read, measured = given.measured(file, contacts=contacts, forces=forces, gyro=gyro)
     q, times, _ = read.configurations(model, file, JointOptions(None, None), deg=deg, limits="ignore")
     if times is None:
         raise BadInputFile(file, "no column of times, which odometry needs")
@@ -74,15 +64,3 @@ def odometry(
         print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
     elif output is not None:
         print_written(output)
-
-
-def _measured(file: str, columns: list[str]) -> Floats:
-    """Return the numbers in columns of a CSV file, shape (n, columns)."""
-
-    def chosen(names: list[str], line: int) -> list[str]:
-        for name in columns:
-            if name not in names:
-                raise UnknownName("column", name, names)
-        return columns
-
-    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]

@@ -6,7 +6,7 @@ import io
 import math
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from nao_kin._core.arrays import Floats, finite_decimal
@@ -16,7 +16,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import argument, flag, option
 from nao_kin.cli.output import print_note
 from nao_kin.cli.shared import COLUMNS, HIPS, IGNORE_OTHER, TIMELINE
-from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
@@ -104,6 +104,18 @@ def read_columns(
     return table.names, rows
 
 
+def _numbers_in(file: str, columns: list[str]) -> Floats:
+    """Return the numbers in columns of a CSV file, shape (n, columns)."""
+
+    def chosen(names: list[str], line: int) -> list[str]:
+        for name in columns:
+            if name not in names:
+                raise UnknownName("column", name, names)
+        return columns
+
+    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]
+
+
 def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
     """Return the frames of --frame, which may have several with commas."""
     texts = [[text] if text in model.frame_names else text.split(",") for text in given or ()]
@@ -169,6 +181,24 @@ class FileOptions:
                 raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
             columns[name.strip()] = heading.strip() or None
         return columns or None
+
+    def measured(self, file: str | None, **named: str | None) -> tuple[FileOptions, dict[str, Any]]:
+        """Return the options to read the joints, and numbers in other columns, whose headings are given with commas.
+
+        Each array has the shape (n, columns); `named` are options without their hyphens.
+        """
+        headings = {
+            what: [name.strip() for name in text.split(",")] for what, text in named.items() if text is not None
+        }
+        if not headings:
+            return self, {}
+        option = f"--{next(iter(headings))}"
+        if file is None or file == "-":
+            why = "names columns of FILE; name it" if file is None else "reads FILE twice; name a file instead of -"
+            raise BadArgument(f"{option} {why}")
+        skipped = dict.fromkeys(f"{name}=" for columns in headings.values() for name in columns)
+        arrays = {what: _numbers_in(file, columns) for what, columns in headings.items()}
+        return replace(self, columns=[*(self.columns or ()), *skipped]), arrays
 
     def log(
         self, model: RobotModel, file: str, *, deg: bool, limits: LimitPolicy = "ignore", hips: str | None = None
