@@ -386,7 +386,7 @@ COUPLING_TOLERANCE = 1e-6
 # A quaternion whose norm differs from 1 by less than this is accepted, and divided by its norm.
 UNIT_TOLERANCE = 1e-6
 # How far above the floor a point may be and still touch it [m].
-TOUCHING = 0.005
+TOUCHING = 0.002
 # How much lower the other sole must be to become the support [m].
 LOWER = 1e-3
 # From this number of configurations on, the kernels are used. When loaded, they are as fast as Pinocchio for 3 to 8

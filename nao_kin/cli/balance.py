@@ -10,7 +10,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
 from nao_kin.cli.options import RobotOptions, command, option
 from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_note, print_table, units
-from nao_kin.cli.shared import CONFIGURATIONS, JSON, LIMITS
+from nao_kin.cli.shared import CONFIGURATIONS, CONTACTS, FORCES, JSON, LIMITS
 from nao_kin.cli.sources import FileOptions, numbers_of
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ def balance(
     file: str | None = CONFIGURATIONS,
     given: FileOptions,
     sole: list[str] | None = option("NAME", "A sole on the floor; repeatable. Default: what is lowest."),
+    contacts: str | None = CONTACTS,
+    forces: str | None = FORCES,
     gravity: str | None = option("X,Y,Z", "Direction of gravity in the root link. Default: normal to the soles."),
     outline: Literal["sole", "sensors"] = option(None, "Outline of a sole.", default="sole"),
     limits: LimitPolicy = LIMITS,
@@ -40,7 +42,8 @@ def balance(
     whose contacts span no area has no margin.
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
-    model, q, times, many = given.configurations(robot, file, limits=limits)
+    read, measured = given.measured(file, contacts=contacts, forces=forces)
+    model, q, times, many = read.configurations(robot, file, limits=limits)
     from nao_kin.world import balance
 
     elsewhere = [name for name in sole or () if not _on_a_foot(model, name)]
@@ -51,13 +54,16 @@ def balance(
     options: Any = {"soles": sole, "gravity": down, "outline": outline}
     head = {"robot": model.name, "outline": outline, "units": units(deg)}
     if not many:
-        found = balance(model, q[0], **options)
+        found = balance(model, q[0], **options, **{what: rows[0] for what, rows in measured.items()})
         if json:
             print_json({**head, **_document(model, found, deg)})
         else:
             _print_one(model, found)
         return
-    parts = (balance(model, q[k : k + _CHUNK], **options) for k in range(0, len(q), _CHUNK))
+    parts = (
+        balance(model, q[k : k + _CHUNK], **options, **{what: rows[k : k + _CHUNK] for what, rows in measured.items()})
+        for k in range(0, len(q), _CHUNK)
+    )
     rows = (
         row
         for start, part in zip(range(0, len(q), _CHUNK), parts, strict=True)

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
-from nao_kin._core.text import quoted
 from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import csv_text, degrees_per, print_json_list, print_written, units
-from nao_kin.cli.sources import FileOptions, read_columns
-from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.cli.shared import CONTACTS, FORCES
+from nao_kin.cli.sources import FileOptions
+from nao_kin.errors import BadInputFile
 
 _ANGLES = ("roll", "pitch", "yaw")
 _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
@@ -29,8 +26,8 @@ def odometry(
     *,
     file: str = argument("FILE", "CSV or JSON file of configurations with times, or a motion; - for standard input."),
     sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot."),
-    contacts: str | None = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor."),
-    forces: str | None = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor."),
+    contacts: str | None = CONTACTS,
+    forces: str | None = FORCES,
     gyro: str | None = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s]."),
     output: str | None = option("FILE", "Write the CSV here.", *OUTPUT),
     given: FileOptions,
@@ -43,16 +40,10 @@ def odometry(
     row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
     """
     written.check({"--output": output}, kind="csv")
-    named = (("contacts", contacts), ("forces", forces), ("gyro", gyro))
-    headings = {what: [name.strip() for name in text.split(",")] for what, text in named if text is not None}
-    if headings and file == "-":
-        raise BadArgument(f"--{next(iter(headings))} reads FILE twice; name a file instead of -")
     from nao_kin.rotations import rpy_from_matrix
     from nao_kin.world import odometry as walked
 
-    measured: Any = {what: _measured(file, columns) for what, columns in headings.items()}
-    skipped = dict.fromkeys(f"{name}=" for columns in headings.values() for name in columns)
-    read = replace(given, columns=[*(given.columns or ()), *skipped]) if skipped else given
+    read, measured = given.measured(file, contacts=contacts, forces=forces, gyro=gyro)
     model, q, times, _ = read.configurations(robot, file, limits="ignore")
     if times is None:
         raise BadInputFile(file, "no column of times, which odometry needs")
@@ -73,15 +64,3 @@ def odometry(
         print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
     elif output is not None:
         print_written(output)
-
-
-def _measured(file: str, columns: list[str]) -> Floats:
-    """Return the numbers in columns of a CSV file, shape (n, columns)."""
-
-    def chosen(names: list[str], line: int) -> list[str]:
-        for name in columns:
-            if name not in names:
-                raise UnknownName("column", name, names)
-        return columns
-
-    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]

@@ -16,7 +16,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import RobotOptions, argument, flag, option
 from nao_kin.cli.output import print_note
 from nao_kin.cli.shared import COLUMNS, DEG, HIPS, IGNORE_OTHER, MISSING, TIMELINE
-from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
@@ -104,6 +104,18 @@ def read_columns(
 
     table, rows, _ = read_csv(file, text.encode(), columns, what)
     return table.names, rows
+
+
+def _numbers_in(file: str, columns: list[str]) -> Floats:
+    """Return the numbers in columns of a CSV file, shape (n, columns)."""
+
+    def chosen(names: list[str], line: int) -> list[str]:
+        for name in columns:
+            if name not in names:
+                raise UnknownName("column", name, names)
+        return columns
+
+    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]
 
 
 def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
@@ -248,6 +260,24 @@ class FileOptions(JointOptions):
         """The posture or the number of --missing."""
         number = None if self.missing is None else finite_decimal(self.missing)
         return self.missing if number is None else number
+
+    def measured(self, file: str | None, **named: str | None) -> tuple[FileOptions, dict[str, Any]]:
+        """Return the options to read the joints, and numbers in other columns, whose headings are given with commas.
+
+        Each array has the shape (n, columns); `named` are options without their hyphens.
+        """
+        headings = {
+            what: [name.strip() for name in text.split(",")] for what, text in named.items() if text is not None
+        }
+        if not headings:
+            return self, {}
+        option = f"--{next(iter(headings))}"
+        if file is None or file == "-":
+            why = "names columns of FILE; name it" if file is None else "reads FILE twice; name a file instead of -"
+            raise BadArgument(f"{option} {why}")
+        skipped = dict.fromkeys(f"{name}=" for columns in headings.values() for name in columns)
+        arrays = {what: _numbers_in(file, columns) for what, columns in headings.items()}
+        return replace(self, columns=[*(self.columns or ()), *skipped]), arrays
 
     def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: str | None = None) -> Any:
         """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""

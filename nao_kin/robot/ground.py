@@ -19,12 +19,15 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     TOUCHING,
     Floats,
+    as_numbers,
     check_tolerance,
     choice,
     join_poses,
     rows_with_gravity,
+    shaped,
 )
-from nao_kin.errors import BadArgument
+from nao_kin._kernels.settling import ROLLING, settle
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.geometry import shape_geometry
 from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners
 from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
@@ -33,12 +36,18 @@ from nao_kin.rotations import rotation_between
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
-# How far both soles, or one alone, may be above the lowest point of a robot that stands on them [m].
-_BOTH, _ONE = 0.008, 0.003
-# While the robot rolls over an edge, points within this distance of the lowest one touch the floor [m].
-_ROLLING = 1e-5
-# Most rolls from one edge to the next; no body needs so many.
-_MOST_ROLLS = 300
+# Largest angle by which a robot turns from the plane of its soles until it rests on them [rad]: from a sole that its
+# centre of mass is above, because another foot is lower, and otherwise onto another foot. Backlash of the joints makes
+# angles up to the second; a robot that would turn farther onto a foot in the air falls.
+_FROM_OWN, _ONTO_OTHER = np.radians(5.0), np.radians(1.5)
+# How far above its lowest point a sole is taken for flat, if only its shapes are known [m].
+_FLAT = 0.002
+# How far other links may be below the soles of a robot that stands on them [m].
+_BELOW = 0.001
+# A foot is flat on the floor up to this angle of its sole [rad]: then the edges of its shape are not below the sole.
+_FLAT_FOOT = np.radians(5.0)
+# A sole carries if the force on it is at least this share of the total.
+_CARRYING = 0.1
 # Largest difference that counts between a joint and that of a posture [rad]: one moved arm makes no other posture.
 _ELSEWHERE = 0.5
 # Directions in which the outermost points of a link are found: a rounded link is then placed on the floor to a small
@@ -46,6 +55,7 @@ _ELSEWHERE = 0.5
 _DIRECTIONS = 800
 # Configurations that are set down at a time: larger products of matrices are split among threads, which costs more.
 _AT_ONCE = 256
+_HALF_TURN = np.array([[np.pi]])
 _UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 OutlineKind = Literal["sole", "sensors"]
@@ -83,6 +93,8 @@ def set_down(
     q: ArrayLike,
     *,
     soles: Sequence[str] | str | None = None,
+    contacts: ArrayLike | None = None,
+    forces: ArrayLike | None = None,
     gravity: ArrayLike | None = None,
     tolerance: float = TOUCHING,
 ) -> SetDown:
@@ -94,8 +106,20 @@ def set_down(
     if not names and not len(floor.points):
         raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
     batch, rows, down = rows_with_gravity(robot.checked(q), gravity)
+    measured = _carrying(robot, feet, batch, contacts, forces)
+    known = np.full((*batch, len(names)), soles is not None) if measured is None else measured
+    known = known.reshape(len(rows), len(names))
     parts = [
-        _rows_down(robot, floor, feet, rows[part], soles is not None, None if down is None else down[part], tolerance)
+        _rows_down(
+            robot,
+            floor,
+            feet,
+            rows[part],
+            known[part],
+            measured is not None,
+            None if down is None else down[part],
+            tolerance,
+        )
         for part in (slice(k, k + _AT_ONCE) for k in range(0, max(1, len(rows)), _AT_ONCE))
     ]
     T, corners, on_floor, links, stands = (
@@ -105,6 +129,21 @@ def set_down(
     for k in range(len(names)):
         touching[..., k] = on_floor[..., feet.owner == k].any(axis=-1)
     return SetDown(T, names, touching, corners, feet.owner, on_floor, links, stands)
+
+
+def _carrying(
+    robot: RobotModel, feet: Feet, batch: tuple[int, ...], contacts: ArrayLike | None, forces: ArrayLike | None
+) -> NDArray[np.bool_] | None:
+    """Return which soles carry by contacts or forces, shape (*batch, S); None if neither is given."""
+    if contacts is not None and forces is not None:
+        raise BadArgument("give contacts or forces, not both")
+    if contacts is not None:
+        return np.asarray(shaped(contacts, (*batch, len(feet.names)), "contacts") != 0.0)
+    if forces is None:
+        return None
+    pressed = feet.forces(robot, forces, batch)
+    total = pressed.sum(axis=-1, keepdims=True)
+    return (total > 0.0) & (pressed >= _CARRYING * total)
 
 
 def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
@@ -137,8 +176,11 @@ class Feet(NamedTuple):
 
     def placed(self, T_soles: Floats) -> Floats:
         """Return the corners of soles at T_soles (n, S, 4, 4), shape (n, k, 3)."""
-        T = T_soles[:, self.owner]
-        return np.asarray(np.einsum("nkij,kj->nki", T[..., :3, :3], self.points) + T[..., :3, 3])
+        placed = np.empty((len(T_soles), len(self.points), 3))
+        for k in range(len(self.names)):
+            own, T = self.owner == k, T_soles[:, k]
+            placed[:, own] = self.points[own] @ T[:, :3, :3].swapaxes(1, 2) + T[:, None, :3, 3]
+        return placed
 
     def from_above(self, T_soles: Floats, points: Floats, down: Floats | None) -> tuple[Floats, Floats]:
         """Return x and y of the corners of soles at T_soles (n, S, 4, 4), and of points (n, 3), seen along `down`.
@@ -152,6 +194,38 @@ class Feet(NamedTuple):
             turned = (T[:, :3, :3].reshape(-1, 3) @ self.points[own].T).reshape(len(T), 3, -1)
             corners[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, :3, 3:])
         return corners.swapaxes(1, 2), np.einsum("nai,ni->na", across, points)
+
+    def below(self, T_soles: Floats, points: Floats) -> NDArray[np.bool_]:
+        """Return which soles at T_soles (n, S, 4, 4) have points (n, 3) above their outlines, shape (n, S)."""
+        found = np.zeros((len(T_soles), len(self.names)), dtype=np.bool_)
+        for k in range(len(self.names)):
+            try:
+                edges = SupportPolygon.around(self.points[self.owner == k]).half_planes
+            except BadArgument:
+                continue
+            local = ((points - T_soles[:, k, :3, 3])[:, None] @ T_soles[:, k, :3, :2])[:, 0]
+            found[:, k] = (local @ edges[:, :2].T >= edges[:, 2]).all(axis=1)
+        return found
+
+    def on_ground(self, T_soles: Floats) -> Floats:
+        """Return the poses of soles (..., S, 4, 4), each moved along its z axis to its lowest corner."""
+        T = np.array(T_soles)
+        T[..., :3, 3] += T[..., :3, 2] * self.heights[:, None]
+        return T
+
+    @property
+    def heights(self) -> Floats:
+        """The z of the lowest corner of each sole in its frame, shape (S,) [m]."""
+        return np.array([self.points[self.owner == k, 2].min() for k in range(len(self.names))])
+
+    def forces(self, robot: RobotModel, forces: ArrayLike, batch: tuple[int, ...]) -> Floats:
+        """Return the force on each sole, none below zero, shape (*batch, S), from those on the soles or sensors."""
+        values, sensors = as_numbers(forces, "forces"), robot.semantics.force_sensors
+        own, all_sensors = (*batch, len(self.names)), (*batch, len(sensors))
+        if values.shape != own and (values.shape != all_sensors or not sensors):
+            raise WrongShape("forces", f"{own}" + (f" or {all_sensors}" if sensors else ""), values.shape)
+        pressed = np.maximum(shaped(forces, values.shape, "forces"), 0.0)
+        return pressed if values.shape == own else pressed @ self.carried(robot, sensors).T
 
     def carried(self, robot: RobotModel, links: Sequence[str]) -> NDArray[np.bool_]:
         """Return which links move with each sole, shape (S, L)."""
@@ -168,7 +242,7 @@ def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Fl
         return sole_corners(robot, sole)
     named = robot.semantics.outlines.get(sole)
     if named is not None:
-        return np.pad(np.array(named), ((0, 0), (0, 1)))
+        return np.array([(*corner, 0.0)[:3] for corner in named])
     try:
         return sole_corners(robot, sole)
     except BadArgument:
@@ -180,11 +254,12 @@ def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Fl
         ]
         placed = [floor.vertices[k] @ T[:3, :3].T + T[:3, 3] for k, T in zip(carried, parts, strict=True)]
         near = np.concatenate([*placed, np.empty((0, 3))])
-        points = near[near[:, 2] <= near[:, 2].min(initial=np.inf) + TOUCHING]
+        lowest = near[:, 2].min(initial=np.inf)
+        points = near[near[:, 2] <= lowest + _FLAT]
         if len(points) < 3:
             raise
     vertices = SupportPolygon.around(points).vertices
-    return np.pad(vertices, ((0, 0), (0, 1)))
+    return np.pad(vertices, ((0, 0), (0, 1)), constant_values=lowest)
 
 
 # --- The points that can touch the floor.
@@ -201,10 +276,6 @@ class Floor(NamedTuple):
     centres: Floats  # of a sphere around the vertices of each link
     radii: Floats
     vertices: tuple[Floats, ...]  # all of each link, for the height of the floor; `points` suffice for its direction
-
-    def depth(self, T: Floats, down: Floats) -> Floats:
-        """Return how far down the lowest point is, shape (n,), for links at T (n, L, 4, 4); −∞ without points."""
-        return self.lowest(T, down, np.full(len(T), -np.inf), exact=False)
 
     def lowest(
         self,
@@ -338,146 +409,132 @@ def _rows_down(
     floor: Floor,
     feet: Feet,
     rows: Floats,
-    given: bool,
+    known: NDArray[np.bool_],
+    measured: bool,
     gravity: Floats | None,
     tolerance: float,
 ) -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return T_world_base, the corners, which of them touch, which links touch, and which rows stand."""
+    """Return T_world_base, the corners, which of them touch, which links touch, and which rows stand.
+
+    `known` is which soles carry, shape (n, S), none where this is not known; where it is `measured`, or the robot falls
+    from its soles, all corners of these soles touch.
+    """
     T = np.asarray(robot.fk(rows, (*floor.links, *feet.names), reference=robot.tree.root))
     T_links, T_soles = T[:, : len(floor.links)], T[:, len(floor.links) :]
     corners = feet.placed(T_soles)
-    used = np.ones((len(rows), len(feet.names)), dtype=np.bool_)
-    stands = np.full(len(rows), given)
-    if gravity is not None:
-        down = gravity
-    elif given:
-        down = common_down(T_soles)
-    else:
-        down, used, stands = _down_of(robot, floor, rows, T_links, T_soles)
-    heights = np.einsum("nki,ni->nk", corners, down)
-    deepest = heights.max(axis=1, initial=-np.inf)
-    if not given:
-        # Of the feet that the robot stands on, the planes of the soles are on the floor, whatever the shapes.
-        on_soles = (used & stands[:, None]) @ feet.carried(robot, floor.links)
-        deepest = floor.lowest(T_links, down, deepest, without=on_soles)
+    used, stands = known.copy(), known.any(axis=1)
+    flat = stands & measured
+    free = np.flatnonzero(~stands)
+    down = np.empty((len(rows), 3)) if gravity is None else gravity
+    if gravity is None:
+        down[stands] = common_down(T_soles[stands], known[stands])
+        down[free], used[free], stands[free], flat[free] = _down_of(
+            robot, floor, feet, rows[free], T_links[free], T_soles[free], corners[free]
+        )
+    heights = (corners @ down[..., None])[..., 0]
+    counts = known | ~known.any(axis=1, keepdims=True)
+    deepest = np.where(counts[:, feet.owner], heights, -np.inf).max(axis=1, initial=-np.inf)
+    # Of the feet that the robot stands on, the planes of the soles are on the floor, whatever the shapes.
+    on_soles = (used[free] & _are_flat(T_soles[free], down[free])) @ feet.carried(robot, floor.links)
+    deepest[free] = floor.lowest(T_links[free], down[free], deepest[free], without=on_soles)
     R = rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])
     T_world_base = join_poses(R, deepest[:, None] * _UPRIGHT)
-    in_world = np.einsum("nij,nkj->nki", R, corners) + T_world_base[:, None, :3, 3]
+    in_world = corners @ R.swapaxes(1, 2) + T_world_base[:, None, :3, 3]
     links = np.zeros((len(rows), len(robot.link_names)), dtype=np.bool_)
     links[:, floor.rows] = floor.touching(T_links, down, deepest - tolerance)
-    return T_world_base, in_world, in_world[..., 2] <= tolerance, links, stands
+    touching = np.where(flat[:, None], used[:, feet.owner], in_world[..., 2] <= tolerance)
+    return T_world_base, in_world, touching, links, stands
 
 
-def common_down(T_soles: Floats) -> Floats:
-    """Return the unit mean of the directions down of soles (n, S, 4, 4); raise `BadArgument` if it is zero."""
-    down, length = _mean_down(T_soles)
+def _are_flat(T_soles: Floats, down: Floats) -> NDArray[np.bool_]:
+    """Return which soles at T_soles (n, S, 4, 4) are flat on a floor across `down` (n, 3), shape (n, S)."""
+    return np.asarray(-(T_soles[..., :3, 2] @ down[..., None])[..., 0] > np.cos(_FLAT_FOOT))
+
+
+def common_down(T_soles: Floats, carrying: NDArray[np.bool_] | None = None) -> Floats:
+    """Return the unit mean of the directions down of soles (n, S, 4, 4), or of those that carry (n, S).
+
+    Raises:
+        BadArgument: a mean is zero.
+    """
+    down, length = _mean_down(T_soles, carrying)
     if not length.all():
         raise BadArgument("the soles face opposite directions: name one of them, or give gravity")
     return down
 
 
-def _mean_down(T_soles: Floats) -> tuple[Floats, Floats]:
-    """Return the unit mean of the directions down of soles (n, S, 4, 4), and its length before."""
-    down = -T_soles[..., :3, 2].sum(axis=1)
+def _mean_down(T_soles: Floats, carrying: NDArray[np.bool_] | None = None) -> tuple[Floats, Floats]:
+    """Return the unit mean of the directions down of soles (n, S, 4, 4) that carry, and its length before."""
+    normals = T_soles[..., :3, 2]
+    down = -(normals if carrying is None else normals * carrying[..., None]).sum(axis=1)
     length = np.linalg.norm(down, axis=-1)
     far = length > 1e-9
     return np.where(far[:, None], down, -_UPRIGHT) / np.where(far, length, 1.0)[:, None], np.where(far, length, 0.0)
 
 
 def _down_of(
-    robot: RobotModel, floor: Floor, rows: Floats, T_links: Floats, T_soles: Floats
-) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the direction down of each row, the soles that it stands on, shape (n, S), and whether it stands."""
-    down, used = _on_soles(floor, T_links, T_soles)
+    robot: RobotModel, floor: Floor, feet: Feet, rows: Floats, T_links: Floats, T_soles: Floats, corners: Floats
+) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the direction down of each row, its soles on the floor, (n, S), whether it stands, and falls from them."""
+    has_mass = robot.mass > 0.0
+    # Without masses, the centre is above the middle of the soles.
+    centres = robot.com(rows, reference=robot.tree.root) if has_mass else corners.sum(axis=1) / max(1, len(feet.points))
+    down, used, rests = _on_soles(robot, floor, feet, centres, T_links, T_soles, corners)
     stands: NDArray[np.bool_] = np.asarray(used.any(axis=1))
     ups = [robot.semantics.postures[name].up for name in robot.posture_names]
-    if not any(ups) or not len(floor.points) or robot.mass == 0.0:
-        return down, used, stands
+    falling = np.flatnonzero(~rests)
+    if not any(ups) or not len(floor.points) or not has_mass or not len(falling):
+        return down, used, stands, stands & ~rests
     joints = slice(robot.nq_base, None)
     known = np.stack([robot.posture(name)[joints] for name in robot.posture_names])
-    away = np.minimum(np.abs(known - rows[:, None, joints]), _ELSEWHERE).sum(axis=-1).argmin(axis=1)
-    centres = robot.com(rows, reference=robot.tree.root)
-    for k, posture in enumerate(away.tolist()):
+    away = np.minimum(np.abs(known - rows[falling, None, joints]), _ELSEWHERE).sum(axis=-1).argmin(axis=1)
+    for k, posture in zip(falling.tolist(), away.tolist(), strict=True):
         up = ups[posture]
-        if up is None:
-            continue
-        points = floor.placed(T_links[k])
-        if not (stands[k] and _is_balanced(points, centres[k], down[k])):
-            begin = np.array(up, dtype=np.float64)
-            down[k], stands[k], used[k] = _settled(points, centres[k], -begin / np.linalg.norm(begin)), False, False
-    return down, used, stands
+        if up is not None:
+            begin = -np.array(up, dtype=np.float64) / np.linalg.norm(up)
+            down[k] = settle(floor.placed(T_links[k])[None], centres[k : k + 1], begin[None, None], _HALF_TURN)[0][0]
+            stands[k], used[k] = False, False
+    return down, used, stands, stands & ~rests
 
 
-def _on_soles(floor: Floor, T_links: Floats, T_soles: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the direction down and the soles under the robot: all of them, or the one that turns the root least.
+def _on_soles(
+    robot: RobotModel, floor: Floor, feet: Feet, centres: Floats, T_links: Floats, T_soles: Floats, corners: Floats
+) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the direction down, the soles on the floor, shape (n, S), and whether the robot rests on them.
 
-    Where no sole is under the robot, the root is upright.
+    The robot is put down on all soles, or on one, and turns until its centre of mass is above the corners on the floor.
+    A robot that does not come to rest stands on the soles on the floor from which it falls, or, if other links are
+    below them, the root is upright.
     """
-    count, n = T_soles.shape[1], len(T_soles)
-    down, used = np.tile(-_UPRIGHT, (n, 1)), np.zeros((n, count), dtype=np.bool_)
-    at = T_soles[..., :3, 3]
+    n, count = T_soles.shape[:2]
+    down, used, rests = np.tile(-_UPRIGHT, (n, 1)), np.zeros((n, count), dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+    if not count:
+        return down, used, rests
+    starts = -T_soles[..., :3, 2]
+    most = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
     if count > 1:
         mean, length = _mean_down(T_soles)
-        lowest = floor.depth(T_links, mean) - _BOTH
-        both = (length > 0.0) & (np.einsum("nsi,ni->ns", at, mean) > lowest[:, None]).all(axis=1)
-        down[both], used[both] = mean[both], True
-    rows = np.flatnonzero(~used.any(axis=1))
-    best = np.full(len(rows), -np.inf)
-    for k in range(count if len(rows) else 0):
-        own = -T_soles[rows, k, :3, 2]
-        under = np.einsum("ni,ni->n", at[rows, k], own) > floor.depth(T_links[rows], own) - _ONE
-        better = under & (-own[:, 2] > best)
-        best[better], down[rows[better]] = -own[better, 2], own[better]
-        used[rows[better]] = np.arange(count) == k
-    return down, used
-
-
-def _is_balanced(points: Floats, centre: Floats, down: Floats) -> bool:
-    """Return whether the centre of mass is above what touches the floor."""
-    heights = points @ down
-    contacts = (points[heights >= heights.max() - TOUCHING] - centre) @ level_axes(-down).T
-    return not _nearest_to_origin(contacts).any()
-
-
-def _settled(points: Floats, centre: Floats, down: Floats) -> Floats:
-    """Return the direction down of a rigid body after it has rolled to rest from a given direction down.
-
-    It rolls over the edge nearest to its centre of mass until the centre is above the contacts: each roll lowers the
-    centre of mass, until its height has a local minimum.
-    """
-    for _ in range(_MOST_ROLLS):
-        across = level_axes(-down)
-        depths = points @ down
-        floor = depths.max()
-        nearest = _nearest_to_origin((points[depths >= floor - _ROLLING] - centre) @ across.T)
-        distance = float(np.hypot(*nearest))
-        if distance < _ROLLING:
+        starts = np.concatenate([np.where(length > 0.0, mean.T, np.nan).T[:, None], starts], axis=1)
+        most = np.pad(most, ((0, 0), (1, 0)), constant_values=_ONTO_OTHER)
+    left, carried = np.arange(n), feet.carried(robot, floor.links)
+    for _ in range(starts.shape[1]):
+        found, away, chosen = settle(corners[left], centres[left], starts[left], most[left])
+        heights = (corners[left] @ found[..., None])[..., 0]
+        deepest = heights.max(axis=1)
+        on_floor = heights >= deepest[:, None] - 2.0 * ROLLING
+        soles = np.stack([on_floor[:, feet.owner == k].any(axis=1) for k in range(count)], axis=1)
+        least = deepest + _BELOW
+        flat = soles & _are_flat(T_soles[left], found)
+        under = floor.lowest(T_links[left], found, least, without=flat @ carried, exact=False) <= least
+        rows = left[under]
+        down[rows], rests[rows], used[rows] = found[under], away[under] == 0.0, soles[under]
+        starts[left, chosen] = np.nan
+        left = left[~under & (chosen >= 0)]
+        if not len(left):
             break
-        side = -(nearest @ across) / distance
-        ahead, above = points @ side - (centre @ side - distance), floor - depths
-        # The slope to the next point that comes to the floor.
-        new = (above > _ROLLING) | (ahead > _ROLLING)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slopes = np.where(new, ahead / above, -np.inf)
-        angle = float(np.arctan2(1.0, np.nanmax(slopes)))
-        if not angle < np.pi:
-            break
-        down = np.cos(angle) * down + np.sin(angle) * side
-        down = down / np.linalg.norm(down)
-    return down
-
-
-def _nearest_to_origin(points: Floats) -> Floats:
-    """Return the point of the convex hull of points (k, 2) that is nearest to the origin; zero if that is inside."""
-    angles = np.sort(np.arctan2(points[:, 1], points[:, 0]))
-    if len(points) > 2 and np.diff(angles, append=angles[0] + 2.0 * np.pi).max() <= np.pi:
-        return np.zeros(2)
-    # On the segment between some two points: on an edge of the hull, as others are farther away.
-    a, along = points[:, None], points[None] - points[:, None]
-    square = np.square(along).sum(axis=-1)
-    share = np.clip(-(a * along).sum(axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    candidates = (a + share[..., None] * along).reshape(-1, 2)
-    return np.asarray(candidates[np.square(candidates).sum(axis=-1).argmin()])
+    falls = used.any(axis=1) & ~rests
+    down[falls] = _mean_down(T_soles[falls], used[falls])[0]
+    return down, used, rests
 
 
 def level_axes(up: Floats) -> Floats:

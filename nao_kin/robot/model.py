@@ -976,10 +976,10 @@ class RobotModel:
         """Return the corners of a sole in its own frame, counter-clockwise, shape (k, 3) [m].
 
         "sole" is the area that touches the floor: the outline in the semantics; without one, the hull of the frames on
-        the foot in the plane of the sole; without three of these, the hull of its visual shapes within 5 mm of their
-        lowest point. "sensors" is the hull of the frames on the foot in the plane of the sole, which `support_polygon`
-        and the whole-body poses take: on a NAO the four force sensors, 100 mm long, 53 mm wide in front and 49 mm
-        behind, inside the sole of 142 × 81 mm.
+        the foot in the plane of the sole; without three of these, the hull of its visual shapes within 2 mm of their
+        lowest point, at the height of that point. "sensors" is the hull of the frames on the foot in the plane of the
+        sole, which `support_polygon` and the whole-body poses take: on a NAO the four force sensors, 100 mm long, 53 mm
+        wide in front and 49 mm behind, inside the sole of 142 × 81 mm.
 
         Raises:
             BadArgument: the sole has no outline.
@@ -997,31 +997,36 @@ class RobotModel:
         q: ArrayLike,
         *,
         soles: Sequence[str] | str | None = None,
+        contacts: ArrayLike | None = None,
+        forces: ArrayLike | None = None,
         gravity: ArrayLike | None = None,
         tolerance: float = TOUCHING,
     ) -> SetDown:
         """Set the robot down on the floor z = 0 as a rigid body; return its pose and the parts that touch the floor.
 
         With `gravity`, the vertical is known. With `soles`, the lowest of their corners is on the floor, wherever other
-        links are; without `gravity`, the mean of the soles' normals is then vertical. With neither argument:
+        links are; without `gravity`, the mean of the soles' normals is then vertical. `contacts` or `forces` do the
+        same for each configuration, and all corners of the soles that carry touch the floor; a row in which none
+        carries is set down as without them. With none of these arguments:
 
-        1. If all soles are under the robot (within 8 mm of its lowest point), it stands on all of them. Otherwise, if
-           some are within 3 mm of its lowest point, it stands on the one of these that turns the root least.
-        2. If no sole is under the robot, or if its centre of mass is not above the area that touches the floor, the
-           nearest posture of the semantics is considered. If that posture rests on other links, the robot is put down
-           with the vertical of the posture, and rolls over its edges until its centre of mass is above the area that
-           touches the floor.
-        3. In all other cases the robot stands as in step 1 although it would fall, or, if no sole is under it, its root
-           is upright.
+        1. The robot is put down on all soles, or on one of them, and turns over its edges until its centre of mass is
+           above the corners on the floor. It stands if no other link is lower by more than 1 mm, and if it turns by at
+           most 5° from a sole that the centre of mass is above, or by at most 1.5° onto another foot.
+        2. Otherwise the nearest posture of the semantics is considered. If that posture rests on other links, the robot
+           is put down with the vertical of the posture, and rolls over its edges until its centre of mass is above the
+           area that touches the floor.
+        3. In all other cases the robot stands on the soles from which it falls, as if they were named, or, if no sole
+           is under it, its root is upright.
 
-        A robot that stands has the lowest corner of these soles on the floor. Where the soles are not in one plane, the
-        mean of their normals is vertical, and the higher sole touches if it is within the tolerance. Links other than
-        the feet stay above the floor, so the soles of a robot that sits may be in the air. A robot that does not stand
-        has the lowest point of its shapes and soles on the floor.
+        Links other than the feet stay above the floor, so the soles of a robot that sits may be in the air. A robot
+        that does not stand has the lowest point of its shapes and soles on the floor.
 
         Args:
             q: configurations, shape (..., nq). The pose of a floating base in them is not used.
             soles: frames of the soles on the floor; None for those of the robot's semantics.
+            contacts: whether each of the s soles touches the floor, shape (..., s).
+            forces: force on each sole, shape (..., s), or on each of the `force_sensors` of the semantics, shape
+                (..., f), of any unit; a sole carries with at least 10 % of the total.
             gravity: direction of gravity in the frame of the root link, shape (..., 3), of any length but zero: the
                 measurement of an accelerometer at rest with opposite sign. Broadcasts with q.
             tolerance: height up to which a point touches the floor [m].
@@ -1039,7 +1044,7 @@ class RobotModel:
             >>> down.touching.tolist(), down.T_world_base[:3, 3].round(3).tolist()
             ([True, True], [0.0, 0.0, 0.32])
         """
-        return set_down(self, q, soles=soles, gravity=gravity, tolerance=tolerance)
+        return set_down(self, q, soles=soles, contacts=contacts, forces=forces, gravity=gravity, tolerance=tolerance)
 
     # --- self-collision -------------------------------------------------------------------------------------------
 

@@ -40,7 +40,7 @@ They may be written in a small TOML file beside the URDF:
     HD = [1280, 720]                     # width and height of an image [pixel]
 
     [outlines]
-    l_sole = [[0.1, 0.04], [-0.05, 0.04], [-0.05, -0.04], [0.1, -0.04]]    # corners, in the sole's xy plane [m]
+    l_sole = [[0.1, 0.04], [-0.05, 0.04], [-0.05, -0.04], [0.1, -0.04]]  # corners: x, y, z if not 0 [m]
 
     [ros_names]
     l_hand = "l_gripper"                 # if the ROS description has another name
@@ -239,8 +239,8 @@ class Semantics:
         accelerometers: frames of sensors that measure acceleration along their axes.
         gyrometers: frames of sensors that measure angular velocity about their axes.
         force_sensors: frames of sensors that measure the force pressed on them from outside, along their z axis.
-        outlines: sole → x and y of the corners of the area that touches the floor, in the frame of the sole [m]; the
-            corners of a convex polygon.
+        outlines: sole → corners of the area that touches the floor, in the frame of the sole: x and y, and z if it is
+            not 0; seen along z, they are those of a convex polygon [m].
         ros_names: link, joint or robot → its name in the robot's published ROS description, if it differs; links with
             the same name in that description are one link in it.
         disabled_collisions: pairs of links that need no check for collisions, each with the reason, as in an SRDF:
@@ -271,7 +271,7 @@ class Semantics:
     gyrometers: tuple[str, ...] = ()
     force_sensors: tuple[str, ...] = ()
     ros_names: Mapping[str, str] = field(default_factory=dict)
-    outlines: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    outlines: Mapping[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict)
     disabled_collisions: tuple[tuple[str, str, str], ...] = ()
     resolutions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
@@ -369,14 +369,16 @@ def _size(values: Iterable[Any], resolution: str) -> tuple[int, int]:
     return int(pair[0]), int(pair[1])
 
 
-def _corners(values: Iterable[Any], sole: str) -> tuple[tuple[float, float], ...]:
-    """Return the corners of an outline as pairs of finite numbers, at least three."""
+def _corners(values: Iterable[Any], sole: str) -> tuple[tuple[float, ...], ...]:
+    """Return the corners of an outline as pairs or triples of finite numbers, at least three."""
     try:
-        points = tuple((float(x), float(y)) for x, y in values)
+        points = tuple(tuple(float(value) for value in corner) for corner in values)
     except (TypeError, ValueError, OverflowError):
         points = ()
-    if len(points) < 3 or not np.isfinite(points).all():
-        raise BadArgument(f"the outline of {sole} must be three or more pairs of finite numbers, got {quoted(values)}")
+    if len(points) < 3 or {len(p) for p in points} - {2, 3} or not all(np.isfinite(p).all() for p in points):
+        raise BadArgument(
+            f"the outline of {sole} must be three or more pairs or triples of finite numbers, got {quoted(values)}"
+        )
     return points
 
 

@@ -14,7 +14,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
-from nao_kin.robot import RobotModel, topology
+from nao_kin.robot import Feet, RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.viewer import overlays
 from nao_kin.viewer.meshes import GROUPS, shape_box
@@ -166,6 +166,7 @@ class SceneRobot:
         never keys, because some keys have a meaning in JavaScript.
         """
         robot, semantics, place = self.robot, self.robot.semantics, self._places
+        feet = Feet.of(robot, semantics.soles, or_origin=True)
         moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view
         child = {joint: place[link] for joint, link in self._moved.items()}
         column = {name: drivers[name].column for name in robot.joint_names}
@@ -179,7 +180,10 @@ class SceneRobot:
             "name": robot.name,
             "floating": robot.base == "floating",
             "root": "the world" if robot.base == "floating" else semantics.root or robot.tree.root,
-            "soles": [place[link] for link in semantics.soles],
+            "soles": [
+                {"link": place[link], "corners": feet.points[feet.owner == k].ravel().tolist()}
+                for k, link in enumerate(semantics.soles)
+            ],
             "notes": list(self.notes),
             "links": [{"name": name, "path": path.split("/")} for name, path in self.paths.items()],
             "places": [{"path": path.split("/"), "matrix": by_columns(T)} for path, T in self.placements()],

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import TOUCHING, Floats, as_batch, rigid_inverse, rows_with_gravity
 from nao_kin._kernels.cache import Ints1
@@ -68,6 +68,8 @@ def balance(
     q: ArrayLike,
     *,
     soles: Sequence[str] | str | None = None,
+    contacts: ArrayLike | None = None,
+    forces: ArrayLike | None = None,
     gravity: ArrayLike | None = None,
     outline: OutlineKind = "sole",
     tolerance: float = TOUCHING,
@@ -81,6 +83,8 @@ def balance(
         robot: any robot whose semantics name soles, or for which `soles` does.
         q: configurations, shape (..., nq).
         soles: frames of the soles on the floor, as in `RobotModel.set_down`.
+        contacts: whether each sole touches the floor, shape (..., s), as in `RobotModel.set_down`.
+        forces: force on each sole or sensor, as in `RobotModel.set_down`.
         gravity: direction of gravity in the root link, as in `RobotModel.set_down`.
         outline: corners of a sole, "sole" for the area that touches the floor or "sensors", as in
             `RobotModel.sole_outline`.
@@ -100,7 +104,7 @@ def balance(
     check_robot(robot)
     names = named_soles(robot, soles)
     feet = Feet.of(robot, names, outline)
-    down = robot.set_down(q, soles=soles, gravity=gravity, tolerance=tolerance)
+    down = robot.set_down(q, soles=soles, contacts=contacts, forces=forces, gravity=gravity, tolerance=tolerance)
     batch = down.stands.shape
     rows = np.broadcast_to(robot.checked(q), (*batch, robot.nq)).reshape(-1, robot.nq)
     T_world_base = down.T_world_base.reshape(-1, 4, 4)
@@ -109,10 +113,12 @@ def balance(
     com = robot.com(rows, reference=robot.tree.root)
     com = np.einsum("nij,nj->ni", T_world_base[:, :3, :3], com) + T_world_base[:, :3, 3]
     corners = feet.placed(T_world_soles)
-    points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
+    points = np.where(_on_floor(down, feet, corners, tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
         on_feet = feet.carried(robot, robot.link_names).any(axis=0)
         others = np.delete(down.links.reshape(len(rows), len(robot.link_names)), on_feet, axis=1)
+        if contacts is not None or forces is not None:
+            others &= ~down.stands.reshape(-1, 1)
         for k in np.flatnonzero(others.any(axis=1)).tolist():
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, distances, margins, nearest = hulls(points, com[:, :2])
@@ -122,7 +128,7 @@ def balance(
     vertices, distances = vertices[:, :most], distances[:, :most]
     T_robot_base = np.full((len(rows), 4, 4), np.nan)
     if names:
-        T_robot_base = rigid_inverse(feet_frame(T_world_soles)) @ T_world_base
+        T_robot_base = rigid_inverse(feet_frame(feet.on_ground(T_world_soles))) @ T_world_base
     tilts = np.arctan2(distances, com[:, None, 2])
     results = com, vertices, distances, tilts, margins, nearest, rigid_inverse(T_base_soles), T_robot_base
     return Balance(down, *(part.reshape((*batch, *part.shape[1:])) for part in results))
@@ -199,6 +205,16 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     frame[..., 2, 3] = places[..., 2].min(axis=-1)
     frame[..., 3, 3] = 1.0
     return frame
+
+
+def _on_floor(down: SetDown, feet: Feet, corners: Floats, tolerance: float) -> NDArray[np.bool_]:
+    """Return which corners (n, k, 3) of soles are on the floor: all of a sole that touches with its whole outline."""
+    on_floor = down.corners_touching.reshape(len(corners), len(down.corner_soles))
+    some, whole = np.zeros((2, len(corners), len(feet.names)), dtype=np.bool_)
+    for k in range(len(feet.names)):
+        own = on_floor[:, down.corner_soles == k]
+        some[:, k], whole[:, k] = own.any(axis=1), own.all(axis=1)
+    return np.asarray(whole[:, feet.owner] | some[:, feet.owner] & (corners[..., 2] <= tolerance))
 
 
 def _with_hull(points: Floats, k: int, more: Floats) -> Floats:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LOWER, Floats, as_numbers, check_tolerance, join_poses, rigid_inverse, shaped
+from nao_kin._core.arrays import LOWER, Floats, check_tolerance, join_poses, rigid_inverse, shaped
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot, named_soles, rigid_poses
+from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
 
@@ -100,15 +100,15 @@ def odometry(
         raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", rows.shape)
     moments = _checked_times(times, len(rows), longest_gap)
     check_tolerance(lower, "lower")
-    T_base_soles = np.asarray(robot.fk(rows, names, reference=robot.tree.root))
+    feet = Feet.of(robot, names, or_origin=True)
+    T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
     T_soles_base = rigid_inverse(T_base_soles)
-    support = _supports(robot, names, T_base_soles, contacts, forces, lower)
+    support = _supports(robot, feet, T_base_soles, contacts, forces, lower)
     turns = None if gyro is None else shaped(gyro, (len(rows), 3), "gyro")
 
     first = support[0]
     if start is None:
-        feet = T_soles_base[0, first] @ T_base_soles[0]
-        frame = feet_frame(feet)
+        frame = feet_frame(T_soles_base[0, first] @ T_base_soles[0])
         frame[2, 3] = 0.0
         T_world_sole = rigid_inverse(frame)
     else:
@@ -131,6 +131,7 @@ def odometry(
             legs, placed = turned @ legs, turned @ placed
         T_world_base[begin:end], T_world_support[begin:end] = legs[begin - back :], placed[begin - back :]
         T_world_sole = placed[-1]
+    T_world_support[:, 2, 3] -= feet.heights[support]
     return Odometry(moments, T_world_base, names, support, T_world_support)
 
 
@@ -165,7 +166,7 @@ def _checked_times(times: ArrayLike, count: int, longest_gap: float) -> Floats:
 
 def _supports(
     robot: RobotModel,
-    names: tuple[str, ...],
+    feet: Feet,
     T_base_soles: Floats,
     contacts: ArrayLike | None,
     forces: ArrayLike | None,
@@ -179,13 +180,13 @@ def _supports(
     support = np.empty(count, dtype=np.intp)
     now = standing_sole(heights[0], 0, lower)
     if contacts is not None:
-        touching = shaped(contacts, (count, len(names)), "contacts") != 0.0
+        touching = shaped(contacts, (count, len(feet.names)), "contacts") != 0.0
         for k, row in enumerate(touching):
             if not row[now] and row.any():
                 now = int(row.argmax())
             support[k] = now
     elif forces is not None:
-        pressed = _on_soles(robot, names, forces, count)
+        pressed = feet.forces(robot, forces, (count,))
         total = pressed.sum(axis=1, keepdims=True)
         shares = np.divide(pressed, total, out=np.zeros_like(pressed), where=total > 0.0)
         largest, strongest = shares.max(axis=1), shares.argmax(axis=1)
@@ -198,21 +199,6 @@ def _supports(
             now = standing_sole(heights[k], now, lower)
             support[k] = now
     return support
-
-
-def _on_soles(robot: RobotModel, names: tuple[str, ...], forces: ArrayLike, count: int) -> Floats:
-    """Return the force on each sole, none below zero, shape (n, s)."""
-    values, sensors = as_numbers(forces, "forces"), robot.semantics.force_sensors
-    if values.shape == (count, len(names)):
-        return np.maximum(shaped(forces, values.shape, "forces"), 0.0)
-    if values.shape != (count, len(sensors)) or not sensors:
-        wanted = f"({count}, {len(names)})" + (f" or ({count}, {len(sensors)})" if sensors else "")
-        raise WrongShape("forces", wanted, values.shape)
-    values = np.maximum(shaped(forces, values.shape, "forces"), 0.0)
-    frames = robot.model.frames
-    carriers = np.array([frames[i].parentJoint for i in robot.frame_ids(sensors)])
-    feet = [frames[i].parentJoint for i in robot.frame_ids(names)]
-    return np.stack([values[:, carriers == foot].sum(axis=1) for foot in feet], axis=1)
 
 
 def _slips(T_world_base: Floats, gyro: Floats, steps: Floats) -> Floats:

@@ -75,3 +75,21 @@ def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_
     assert "whole configurations" in refused(capsys, "x.csv", "--joint", "HeadYaw=1")
     assert "--rate is for a motion" in refused(capsys, "--rate", "3")
     assert "absent.csv" in refused(capsys, str(tmp_path / "absent.csv"))
+
+
+def test_contacts_and_forces_are_columns_of_the_file(
+    capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    q = np.stack([nao.posture("Stand"), nao.posture("Crouch")])
+    contacts = np.array([[1.0, 1.0], [0.0, 1.0]])
+    path = tmp_path / "log.csv"
+    header = ",".join(["time", *nao.joint_names, "left", "right"])
+    np.savetxt(path, np.column_stack([[0.0, 0.1], q, 20.0 * contacts]), delimiter=",", header=header, comments="")
+    wanted = nk.world.balance(nao, q, contacts=contacts)
+    for option in ("--contacts", "--forces"):
+        out = said(capsys, str(path), option, "left,right", "--limits", "ignore", "--json")
+        rows = json.loads(out)["configurations"]
+        assert [row["margin"] for row in rows] == pytest.approx(wanted.margin.tolist(), abs=1e-9)
+        assert [row["soles"] for row in rows] == [["LLeg", "RLeg"], ["RLeg"]]
+    assert "unknown column 'letf'" in refused(capsys, str(path), "--contacts", "letf,right")
+    assert "--forces names columns of FILE" in refused(capsys, "--posture", "Stand", "--forces", "left,right")

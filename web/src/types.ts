@@ -8,7 +8,8 @@ export interface About {
   name: string;
   floating: boolean;
   root: string;
-  soles: number[];
+  /** The soles, with x, y, z of their corners in the link, one after another. */
+  soles: { link: number; corners: number[] }[];
   notes: string[];
   links: { name: string; path: string[] }[];
   /** The constant pose of each node in its parent, column by column. */

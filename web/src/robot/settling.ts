@@ -39,33 +39,43 @@ export function extremes(points: Float64Array, towards: Float64Array) {
 }
 
 // Points within this distance of the lowest one [m] touch the floor with it.
-const TOUCHING = 1e-5;
+export const TOUCHING = 1e-5;
 // A body rolls from one corner to the next; this number of rolls is more than any body was seen to need.
 const MOST_ROLLS = 300;
 
+/** The vertical in the frame of a rigid body at rest; the arguments are those of `rolled`. */
+export function settled(points: Float64Array, centre: Vector, up: Vector): Vector {
+  return rolled(points, centre, up, Math.PI).up;
+}
+
 /**
- * The vertical in the frame of a rigid body at rest. The body is put down with `up` upwards; it then rolls about the points
- * that touch the floor until its centre of mass is above their hull. This is a descent to a local minimum of the height of
- * the centre of mass, u·c − min u·p over the points p.
+ * A rigid body that is put down with `up` upwards, and then rolls about the points that touch the floor until its centre of
+ * mass is above their hull. This is a descent to a local minimum of the height of the centre of mass, u·c − min u·p over
+ * the points p.
  *
  * @param points x, y, z of one after another
  * @param centre of mass
+ * @param most a roll that would turn the body farther from the beginning does not take place [rad]
+ * @returns the vertical, and the distance of the centre from the contacts seen from above, 0 at rest
  */
-export function settled(points: Float64Array, centre: Vector, up: Vector): Vector {
-  let down = times(-1, direction(up));
+export function rolled(points: Float64Array, centre: Vector, up: Vector, most: number) {
+  const begin = times(-1, direction(up));
+  let [down, away] = [begin, 0];
   for (let roll = 0; roll < MOST_ROLLS; roll++) {
     const across = tangents(down);
     const floor = depth(points, down);
     const contacts = touching(points, floor - TOUCHING, down, centre, across);
     const nearest = nearestToOrigin(contacts);
     const distance = Math.hypot(nearest.x, nearest.y);
-    if (distance < TOUCHING) break;
+    away = distance < TOUCHING ? 0 : distance;
+    if (away === 0) break;
     const side = plus(times(-nearest.x / distance, across[0]), times(-nearest.y / distance, across[1]));
     const angle = roomToRoll(points, floor, down, side, dot(centre, side) - distance);
-    if (!(angle < Math.PI)) break;
-    down = plus(times(Math.cos(angle), down), times(Math.sin(angle), side));
+    const next = direction(plus(times(Math.cos(angle), down), times(Math.sin(angle), side)));
+    if (!(angle < Math.PI) || dot(next, begin) < Math.cos(most)) break;
+    down = next;
   }
-  return times(-1, down);
+  return { up: times(-1, down), away };
 }
 
 /**

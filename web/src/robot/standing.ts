@@ -1,8 +1,8 @@
-import { times, type Vector } from "../math/rotations.ts";
+import { direction, times, type Vector } from "../math/rotations.ts";
 import { convexHull, inside } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
-import { depth, directions, extremes, nearestPosture, settled, touching } from "./settling.ts";
+import { depth, directions, extremes, nearestPosture, rolled, settled, TOUCHING } from "./settling.ts";
 import { between } from "./nodes.ts";
 import type { Robot } from "./robot.ts";
 
@@ -13,10 +13,11 @@ interface Pose {
   up: Vector;
 }
 
-// How far [m] the soles may be above the robot's lowest point if it stands on both, and on one.
-const [BOTH, ONE] = [0.008, 0.003];
-// How far above the floor something may be and still carry the robot [m].
-const CARRYING = 0.005;
+// The largest angle by which the robot turns until it rests on its soles [rad]: from a sole that its centre of mass is
+// above, because another foot is lower, and otherwise onto another foot.
+const [FROM_OWN, ONTO_OTHER] = [5, 1.5].map((angle) => (angle * Math.PI) / 180);
+// How far other links may be below the soles of a robot that stands on them [m].
+const BELOW = 0.001;
 // Two configurations are steps of one movement if no joint differs by more than this [rad, m].
 const STEP = 0.5;
 // Enough directions to find the points of a rounded link that can touch the floor, to a small part of a millimetre.
@@ -27,10 +28,10 @@ const TRUNK_UPRIGHT: Vector = [0, 0, 1];
 /**
  * Places a robot with a fixed base on the floor.
  *
- * The robot stands on both soles or on one if they are below everything else and its centre of mass is above the area that
- * touches the floor. Otherwise the nearest posture decides. If that posture lies or sits, the robot is put down with the
- * posture's vertical and rolls until it is at rest. If it stands, the robot stands too, although it would fall: on the sole
- * that is below everything else, or with the trunk upright.
+ * The robot stands on its soles if they are below everything else and it comes to rest on them within a small angle.
+ * Otherwise the nearest posture decides. If that posture lies or sits, the robot is put down with the posture's vertical
+ * and rolls until it is at rest. If it stands, the robot stands too, although it would fall: on the soles from which it
+ * falls, or with the trunk upright.
  *
  * During a movement in small steps, a robot that lies or sits continues from its present vertical, until another posture is
  * clearly nearer.
@@ -65,39 +66,52 @@ export class Standing {
     const { postures } = this.robot.about;
     const centre = this.robot.com()?.toArray() ?? null;
     const points = this.points();
-    const onSoles = this.onSoles(points)?.toArray() ?? null;
-    if (!centre || points.length === 0 || postures.every(({ up }) => !up)) return onSoles ?? TRUNK_UPRIGHT;
+    const onSoles = this.onSoles(points, centre);
+    const standing = onSoles?.up ?? TRUNK_UPRIGHT;
+    if (!centre || points.length === 0 || postures.every(({ up }) => !up)) return standing;
     const before = this.last?.q.every((value, i) => Math.abs(value - q[i]) < STEP) ? this.last : null;
     const posture = nearestPosture(q, postures, before?.posture ?? null);
     const { up } = postures[posture];
-    const rests = up !== null && (before?.rests || !onSoles || !isBalanced(points, centre, onSoles));
+    const rests = up !== null && (before?.rests || !onSoles?.rests);
     const begin = before?.rests && before.posture === posture ? before.up : up;
-    const found = rests && begin ? settled(points, centre, begin) : (onSoles ?? TRUNK_UPRIGHT);
+    const found = rests && begin ? settled(points, centre, begin) : standing;
     this.last = { q: [...q], posture, rests, up: found };
     return found;
   }
 
   /**
-   * The vertical with which the robot stands on both soles, or on the one sole that tilts the trunk least; null if no sole
-   * is below everything else.
+   * The vertical with which the robot stands on its soles, and whether it rests on them; null if no sole is below everything
+   * else. The robot is put down on all soles, or on one, and turns until its centre of mass is above the corners on the
+   * floor. A robot that does not come to rest stands on the soles on the floor from which it falls.
    */
-  onSoles(points: Float64Array) {
-    const soles = this.robot.about.soles.map((link) => {
+  onSoles(points: Float64Array, centre: Vector | null) {
+    const soles = this.robot.about.soles.map(({ link, corners }) => {
       const pose = this.robot.pose(link);
-      return {
-        at: new THREE.Vector3().setFromMatrixPosition(pose),
-        up: new THREE.Vector3().setFromMatrixColumn(pose, 2),
-      };
+      const up = new THREE.Vector3().setFromMatrixColumn(pose, 2).toArray();
+      const own = Array.from({ length: corners.length / 3 }, (_, i) => new THREE.Vector3(...corners.slice(3 * i)));
+      const hull = convexHull(own);
+      const above = centre && new THREE.Vector3(...centre).applyMatrix4(pose.clone().invert());
+      const most = above && hull.length > 2 && inside(hull, above) ? FROM_OWN : ONTO_OTHER;
+      return { up, most, corners: own.flatMap((corner) => corner.clone().applyMatrix4(pose).toArray()) };
     });
-    const standingOn: (feet: typeof soles, slack: number) => THREE.Vector3 | null = (feet, slack) => {
-      const down = feet.reduce((sum, foot) => sum.sub(foot.up), new THREE.Vector3()).normalize();
-      const lowest = depth(points, down.toArray()) - slack;
-      return feet.every(({ at }) => at.dot(down) > lowest) ? down.negate() : null;
-    };
-    const both = soles.length > 1 ? standingOn(soles, BOTH) : null;
-    if (both) return both;
-    const ways = soles.flatMap((sole) => standingOn([sole], ONE) ?? []);
-    return ways.sort((a, b) => b.z - a.z)[0] ?? null;
+    const corners = Float64Array.from(soles.flatMap((sole) => sole.corners));
+    const middle = centre ?? meanOf(corners);
+    const starts = soles.map(({ up, most }) => ({ up, most }));
+    const mean = meanOf(starts.flatMap(({ up }) => up));
+    if (starts.length > 1 && Math.hypot(...mean) > 1e-9) starts.unshift({ up: direction(mean), most: ONTO_OTHER });
+    const ways = starts
+      .map(({ up, most }) => rolled(corners, middle, up, most))
+      .map((way, i) => ({ ...way, cost: way.away > 0 ? 10 + way.away : i === 0 ? -2 : -way.up[2] }))
+      .sort((a, b) => a.cost - b.cost);
+    for (const { up, away } of ways) {
+      const down = times(-1, up);
+      const lowest = depth(corners, down);
+      if (depth(points, down) > lowest + BELOW) continue;
+      if (away === 0) return { up, rests: true };
+      const used = soles.filter((sole) => depth(Float64Array.from(sole.corners), down) >= lowest - 2 * TOUCHING);
+      return { up: direction(meanOf(used.flatMap((sole) => sole.up))), rests: false };
+    }
+    return null;
   }
 
   /** The points that can touch the floor, in the root's frame. */
@@ -120,11 +134,11 @@ export class Standing {
   }
 }
 
-/** Whether the centre of mass is above the area that the robot stands on. */
-function isBalanced(points: Float64Array, centre: Vector, up: Vector) {
-  const down = times(-1, up);
-  const hull = convexHull(touching(points, depth(points, down) - CARRYING, down, centre));
-  return hull.length > 2 && inside(hull, { x: 0, y: 0 });
+/** The mean of points x, y, z of one after another. */
+function meanOf(points: ArrayLike<number>): Vector {
+  const sum: Vector = [0, 0, 0];
+  for (let i = 0; i < points.length; i++) sum[i % 3] += points[i];
+  return times(3 / points.length, sum);
 }
 
 type Outline = { link: number; points: Float64Array };
