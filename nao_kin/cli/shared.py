@@ -23,5 +23,7 @@ COLUMNS = option(
 IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
 HIPS = option("RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right.")
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
+TOLERANCE = option("M", "Overlap of links that is accepted [m].", default=0.0)
+ALLOW = option("LINK,LINK", "Two links that may overlap; repeatable.")
 CONTACTS = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor.")
 FORCES = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor.")
