@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import typer
 
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin.cli.options import RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.shared import CONFIGURATIONS, JSON, LIMITS
-from nao_kin.cli.sources import FileOptions
+from nao_kin.cli.shared import ALLOW, CONFIGURATIONS, JSON, LIMITS, TOLERANCE
+from nao_kin.cli.sources import FileOptions, pairs_of
 
 if TYPE_CHECKING:
     from nao_kin.robot import Contact
@@ -27,6 +28,8 @@ def collisions(
     margin: float | None = option(
         "M", "List links nearer than this [m]; negative: only those that overlap by more. Default: 0."
     ),
+    tolerance: float = TOLERANCE,
+    allow: list[str] | None = ALLOW,
     limits: LimitPolicy = LIMITS,
     json: bool = JSON,
     robot: RobotOptions,
@@ -38,9 +41,10 @@ def collisions(
     """
     model, q, times, _ = given.configurations(robot, file, limits=limits)
     q = q[0] if file is None else q
-    clearance = model.clearance(q)
-    contacts = model.collisions(q, margin=margin or 0.0)
-    free = clearance.distance >= 0.0
+    allowed = pairs_of(allow)
+    clearance = model.clearance(q, tolerance=tolerance, allowed=allowed)
+    contacts = model.collisions(q, margin=margin or 0.0, tolerance=tolerance, allowed=allowed)
+    free = np.asarray(clearance.is_free)
     if json:
         head = {"robot": model.name, "margin": margin or 0.0, "units": {"length": "m"}}
         rows = [_as_dict(contact, times) for contact in contacts]
@@ -52,7 +56,7 @@ def collisions(
         if contacts:
             cells = [(_names(contact), _mm(contact.distance)) for contact in contacts]
             print_table(("links", "distance\n[mm]"), cells, numbers=("distance\n[mm]",))
-        if clearance.pairs:
+        if clearance.pair_index >= 0:
             one, other = clearance.pairs[int(clearance.pair_index)]
             print(f"clearance {_mm(float(clearance.distance))} mm: {one} and {other}")
         else:

@@ -13,8 +13,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import Group, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import HIPS, JSON, OUTSIDE
-from nao_kin.cli.sources import MotionFile, check_posture
+from nao_kin.cli.shared import ALLOW, HIPS, JSON, OUTSIDE, TOLERANCE
+from nao_kin.cli.sources import MotionFile, check_posture, pairs_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -111,18 +111,24 @@ def check(
     posture: str | None = option("NAME", "Values of the joints that are not in the motion."),
     rate: float | None = option("N", "Samples per second for curves without a closed form, and for collisions."),
     collisions: bool = flag("Also list links that overlap."),
+    tolerance: float = TOLERANCE,
+    allow: list[str] | None = ALLOW,
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Check limits, coupled limits, speeds, and joints of one motor, also between keys; exit code 1 for violations."""
     from nao_kin import motion as motions
+    from nao_kin.robot import CollisionRule
 
     model = robot.load()
     check_posture(model, posture)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
     fill = motions.HOLD if posture is None else posture
-    report = motions.check(model, source.read(model), fill=fill, collisions=collisions, **chosen)
+    if not collisions and (tolerance or allow):
+        raise BadArgument("--tolerance and --allow are for --collisions")
+    rule = CollisionRule(tolerance, pairs_of(allow)) if collisions else False
+    report = motions.check(model, source.read(model), fill=fill, collisions=rule, **chosen)
     if json:
         print_json(report.as_dict())
     else:

@@ -86,6 +86,17 @@ def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
     return numbers
 
 
+def pairs_of(allow: list[str] | None) -> list[tuple[str, str]]:
+    """Return the pairs of links of --allow."""
+    pairs = []
+    for text in allow or ():
+        names = [name.strip() for name in text.split(",")]
+        if len(names) != 2:
+            raise BadArgument(f"--allow {quoted(text)}: expected two links, as in l_ankle,r_ankle")
+        pairs.append((names[0], names[1]))
+    return pairs
+
+
 def read_columns(
     file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]]
 ) -> tuple[tuple[str, ...], Floats]:

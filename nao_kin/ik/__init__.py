@@ -9,8 +9,10 @@ These options are the same in all solvers of poses:
   with the whole turns that bring each joint within half a turn of `near`. The policy "clamp" is refused: with
   "enforce", `best` has the nearest values inside the limits that a search finds.
 - `threads`: how many threads may work on a batch; None for all cores if that is worthwhile.
-- `collisions`: whether to leave out solutions in which links overlap, by `RobotModel.clearance`. If links overlap in
-  all of them, the result has the one with the largest clearance, and the reason `COLLISION`.
+- `collisions`: whether to leave out solutions in which links overlap, by `RobotModel.clearance`: True, or a
+  `nk.robot.CollisionRule` with an overlap that is accepted and pairs that may overlap. Only pairs that the joints
+  solved for move are checked, and pairs that overlap in `near` may not overlap more. If links overlap in all solutions,
+  the result has the one with the largest clearance, and the reason `COLLISION`.
 """
 
 from nao_kin.ik.analytic import analytic

@@ -27,7 +27,7 @@ from nao_kin.ik.limit_regions import LimitRegion, Violations
 from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import as_options, rigid_poses
-from nao_kin.robot import RobotModel, SerialChain, check_robot, serial_chain
+from nao_kin.robot import CollisionRule, RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import exp, rot_z
 
@@ -69,7 +69,7 @@ def analytic(
     limits: LimitPolicy = "enforce",
     tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
     """Return all joint values that bring a frame to a pose, for any robot, by closed forms that EAIK finds.

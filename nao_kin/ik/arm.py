@@ -53,7 +53,7 @@ from nao_kin.ik.closed_form import (
 from nao_kin.ik.least_squares import ANGLE_WEIGHT, nearest_values
 from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, is_pose, refuse_not_rigid
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
 
 # Codes of the criteria; the target of a position has one of them after x, y and z.
@@ -77,7 +77,7 @@ def arm(
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
     """Compute joint values of an arm for a pose of its hand, for position and direction, or for a position.

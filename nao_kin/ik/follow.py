@@ -11,7 +11,7 @@ from typing import Any, NoReturn, SupportsIndex, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice
 from nao_kin._core.warn import NEAR, SAMPLED_FPS, hides_former
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
@@ -20,7 +20,7 @@ from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes, Reason
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import CollisionRule, RobotModel, check_robot
 from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
 
 # --- Times for which no joint exceeds its speed limit.
@@ -246,7 +246,7 @@ def follow(
     priority: Priority = "balanced",
     free: Free | None = None,
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> FollowedPath:
     """Return a joint trajectory along a path of targets for any of feet, hands and head.
@@ -311,10 +311,19 @@ def follow(
     q, weights = np.array(references), _weights(robot)
     start = None if near is None else references[0]
     choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
-    if flag(collisions, "collisions") and not np.all(robot.clearance(_complete(q, references)).is_free):
-        limbs = tuple(dataclasses.replace(limb, options={**limb.options, "collisions": True}) for limb in limbs)
+    rule, columns = CollisionRule.of(collisions), [column for chosen in choices for column in chosen.limb.columns]
+
+    def are_free(rule: CollisionRule) -> NDArray[np.bool_]:
+        found = robot.link_shapes.clearance_from(_complete(q, references), references[0], rule, columns)
+        return np.asarray(found.is_free)
+
+    if rule is not None and not np.all(are_free(rule)):
+        limbs = tuple(
+            dataclasses.replace(limb, options={**limb.options, "collisions": rule}, begin=references[0])
+            for limb in limbs
+        )
         choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
-        is_free = np.asarray(robot.clearance(_complete(q, references)).is_free)
+        is_free = are_free(rule)
         choices = [chosen._replace(limb=_without_resolved(chosen.limb, is_free)) for chosen in choices]
     others = _complete(q, references)
     jumps = [

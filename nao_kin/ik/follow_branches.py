@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats
 from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Reason
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 
 # In a family, every branch of the previous sample adds its own member; only this many, the cheapest, are kept.
 _MAX_CANDIDATES = 16
@@ -317,9 +317,14 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
         outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
         if outside and limb.options.get("limits") != "ignore":
             return f"its branch ends at sample {sample}, where {outside[0].describe()}"
-        overlapping = limb.robot.collisions(now) if limb.options.get("collisions") else ()
-        if overlapping:
-            return f"its branch ends at sample {sample}, where {overlapping[0].describe()}"
+        rule = CollisionRule.of(limb.options.get("collisions", False))
+        if rule is not None:
+            shapes = limb.robot.link_shapes
+            found = shapes.contacts(now, -rule.tolerance, rule)
+            pairs = {pair for pair, moved in zip(shapes.pairs, shapes.moved(columns), strict=True) if moved}
+            overlapping = [contact for contact in found if contact.links in pairs]
+            if overlapping:
+                return f"its branch ends at sample {sample}, where {overlapping[0].describe()}"
     return "its branch continues, but the jump reduces the total motion"
 
 

@@ -17,7 +17,7 @@ from nao_kin.ik.closed_form import torso_frame
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
-from nao_kin.ik.results import IKResult
+from nao_kin.ik.results import IKResult, without_collisions
 from nao_kin.ik.targets import as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation, exp, log
@@ -38,6 +38,7 @@ class LimbPath:
     frames: tuple[str, ...]  # the frame of the targets, or one for each leg; the camera of a gaze
     targets: Targets  # n feet poses; hand poses, or positions and directions; head orientations, or points of a gaze
     options: dict[str, Any]  # further arguments of its solver
+    begin: Floats | None = None  # configuration whose overlaps are accepted; None for that of `near`
 
     @property
     def follows_only(self) -> bool:
@@ -46,8 +47,12 @@ class LimbPath:
 
     def solve(self, near: Floats, **changed: Any) -> IKResult:
         """Return all solutions, sorted by distance to `near` (n, nq); for a hand's positions the nearest ones."""
-        robot, frame, target = self.robot, self.frames[0], self.targets[0]
         options = {"near": near} | self.options | changed
+        rule = options.pop("collisions", False)
+        return without_collisions(self.robot, self._solved(options), rule, self.begin)
+
+    def _solved(self, options: dict[str, Any]) -> IKResult:
+        robot, frame, target = self.robot, self.frames[0], self.targets[0]
         if self.name == "legs":
             return legs(robot, target, self.targets[1], frames=(frame, self.frames[1]), **options)
         if self.name in _LEGS:

@@ -41,7 +41,7 @@ from nao_kin.ik.branches import (
 from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import as_options
-from nao_kin.robot import RobotModel, body_frame_of, check_robot
+from nao_kin.robot import CollisionRule, RobotModel, body_frame_of, check_robot
 from nao_kin.rotations import check_rotation
 
 _JOINTS = ("HeadYaw", "HeadPitch")
@@ -56,7 +56,7 @@ def head(
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values that give the head an orientation, or the nearest one.
@@ -109,7 +109,7 @@ def look_at(
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values with which a camera has a point on its optical axis, in front of the camera.

@@ -51,7 +51,7 @@ from nao_kin.ik.closed_form import (
 from nao_kin.ik.least_squares import nearest_values
 from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import Options, as_options, as_poses, refuse_not_rigid
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 
 _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
@@ -66,7 +66,7 @@ def leg(
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
     """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.

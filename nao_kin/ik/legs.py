@@ -58,7 +58,7 @@ from nao_kin.ik.results import (
     without_collisions,
 )
 from nao_kin.ik.targets import Options, as_options, as_poses, broadcast, refuse_not_rigid
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
 
 # Codes, in a target, for the number of the torso's pose that is free; `NOTHING` for feet given in the torso.
@@ -170,7 +170,7 @@ def legs(
     torso: ArrayLike | None = None,
     free: Free = "height",
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> LegsResult:
     """Compute all joint values of both legs that give both feet their poses; one motor drives both hips.

@@ -29,7 +29,7 @@ from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import log
 
 # --- The search for a pose: from a start, then from random configurations; and the reason if it fails.
@@ -260,7 +260,7 @@ def numeric(
     seed: SupportsIndex = 0,
     solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
     """Return joint values that bring a frame to a pose, for any robot, by damped least squares.

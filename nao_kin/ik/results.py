@@ -15,9 +15,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, first_index, flag
+from nao_kin._core.arrays import Floats, first_index
 from nao_kin._core.warn import RESULT_REFERENCE
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
@@ -324,16 +324,23 @@ def crossing_in_words(crossed: NDArray[np.bool_], what: str) -> tuple[str, ...]:
     return (f"the feet cross: the left ankle is to the right of the right one{which if crossed.ndim else ''}",)
 
 
-def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) -> _Result:
-    """Return a result without the solutions in which links overlap, and with a note on their number, if `wanted`.
+def without_collisions(
+    robot: RobotModel, result: _Result, collisions: bool | CollisionRule = True, begin: Floats | None = None
+) -> _Result:
+    """Return a result without the solutions in which links overlap, and with a note on their number.
 
-    If links overlap in all solutions of a target, `best` is the one with the largest clearance.
+    Only pairs that the joints of the result move are checked; those that overlap in a configuration at the beginning,
+    `near` if None, may not overlap more. If links overlap in all solutions of a target, `best` is the one with the
+    largest clearance.
     """
-    if wanted is False or not flag(wanted, "collisions"):
+    rule = None if collisions is False else CollisionRule.of(collisions)
+    if rule is None:
         return result
     q = result.solutions
     exists = np.arange(q.shape[-2]) < result.count[..., None]
-    clearance = robot.clearance(np.where(exists[..., None], q, robot.neutral()))
+    near = result.near[..., None, :]
+    q = np.where(exists[..., None], q, near)
+    clearance = robot.link_shapes.clearance_from(q, near if begin is None else begin, rule, result.columns)
     keep = exists & clearance.is_free
     left_out = int(np.count_nonzero(exists & ~keep))
     if not left_out:

@@ -17,7 +17,6 @@ from nao_kin._core.arrays import (
     as_vectors,
     check_tolerance,
     common_batch,
-    flag,
     whole_number,
 )
 from nao_kin._core.process import usable_cores
@@ -61,7 +60,7 @@ from nao_kin.ik.results import (
     overlap_in_words,
 )
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import Clearance, RobotModel, SupportPolygon
+from nao_kin.robot import Clearance, CollisionRule, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
 
@@ -198,7 +197,7 @@ def whole_body(
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
     threads: SupportsIndex | None = None,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> WholeBodyResult:
     """Return a pose of the whole NAO that stands on one or both feet and meets targets in the world.
@@ -298,12 +297,12 @@ def whole_body(
     if again.size and searches:
         for all_rows, rows in zip(solutions, search.run(again), strict=True):
             all_rows[again] = rows
-    reference_rows, avoid = _rows(given, batch, 1), flag(collisions, "collisions")
-    if avoid:
-        _search_without_overlap(search, solutions, reference_rows)
+    reference_rows, rule = _rows(given, batch, 1), CollisionRule.of(collisions)
+    if rule is not None:
+        _search_without_overlap(search, solutions, reference_rows, rule)
     if not enforce:
         solutions.x[:] = tables.unwound(solutions.x, pull)
-    return _result(search, solutions, reference_rows, batch, notes + more, avoid)
+    return _result(search, solutions, reference_rows, batch, notes + more, rule)
 
 
 def _problems(
@@ -410,18 +409,23 @@ class _Search:
         return q[:, self.tables.order[: self.tables.body.moving]]
 
 
-def _search_without_overlap(search: _Search, solutions: Solutions, reference: Floats) -> None:
+def _clearance(search: _Search, q: Floats, reference: Floats, rule: CollisionRule) -> Clearance:
+    """Return the clearance of poses q (n, nq) that a search from references (n, nq) found."""
+    return search.robot.link_shapes.clearance_from(q, reference, rule, search.tables.order.tolist())
+
+
+def _search_without_overlap(search: _Search, solutions: Solutions, reference: Floats, rule: CollisionRule) -> None:
     """Replace poses in which links overlap, by searches from starts farther and farther from these poses."""
     moving = search.tables.body.moving
 
     def distances(x: Floats, rows: Integers) -> Floats:
         q = reference[rows]
         q[:, search.tables.order] = x
-        return search.robot.clearance(q).distance
+        return _clearance(search, q, reference[rows], rule).distance
 
     best = distances(solutions.x, np.arange(len(solutions.x)))
     for number, random in enumerate(search.random(search.restarts), 1):
-        rows = np.flatnonzero((solutions.report[:, STATUS] == REACHED) & (best < 0.0))
+        rows = np.flatnonzero((solutions.report[:, STATUS] == REACHED) & (best < -rule.tolerance))
         if not rows.size:
             return
         start = solutions.x[rows]
@@ -443,7 +447,7 @@ def _result(
     reference: Floats,
     batch: tuple[int, ...],
     notes: tuple[str, ...],
-    collisions: bool,
+    rule: CollisionRule | None,
 ) -> WholeBodyResult:
     robot, tables, body = search.robot, search.tables, search.tables.body
     status = solutions.report[:, STATUS]
@@ -482,9 +486,9 @@ def _result(
         below = zip(search.polygons, solutions.com, strict=True)
         margins = np.array([polygon.signed_distance(place) for polygon, place in below])
     clearance = None
-    if collisions:
-        clearance = search.robot.clearance(q)
-        reasons[(status == REACHED) & (clearance.distance < 0.0)] = Reason.COLLISION
+    if rule is not None:
+        clearance = _clearance(search, q, reference, rule)
+        reasons[(status == REACHED) & ~np.asarray(clearance.is_free)] = Reason.COLLISION
         distance = np.where(stands, clearance.distance, np.nan).reshape(batch)
         pair_index = np.where(stands, clearance.pair_index, -1).reshape(batch)
         clearance = replace(clearance, distance=distance, pair_index=pair_index)

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COUPLING_TOLERANCE, LIMIT_TOLERANCE, Floats, finite_or_none, flag
+from nao_kin._core.arrays import COUPLING_TOLERANCE, LIMIT_TOLERANCE, Floats, finite_or_none
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import HOLD, Motion, check_both, checked_names, checked_rate
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ def check(
     *,
     fill: str | ArrayLike = HOLD,
     rate: float = _RATE,
-    collisions: bool = False,
+    collisions: bool | CollisionRule = False,
 ) -> MotionReport:
     """Return the violations of a robot's limits by a motion, also between its keys.
 
@@ -236,7 +236,8 @@ def check(
         fill: values of the joints that the motion does not name, as in `Motion.configurations`; coupled limits need
             them.
         rate: samples per second.
-        collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second.
+        collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second: True,
+            or a `nk.robot.CollisionRule`.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -245,7 +246,7 @@ def check(
     """
     check_both(robot, motion)
     rate = checked_rate(rate)
-    curves = JointCurves(motion, fill, robot, rate)
+    curves, rule = JointCurves(motion, fill, robot, rate), CollisionRule.of(collisions)
     findings = [
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),
@@ -255,7 +256,7 @@ def check(
             for first, *others in robot.joints_by_motor(motion.joint_names).values()
             for joint in others
         ),
-        *([_collisions(robot, motion, fill, rate)] if flag(collisions, "collisions") else []),
+        *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
     ]
     return MotionReport(
         robot=robot.name,
@@ -265,15 +266,15 @@ def check(
         violations=tuple(row for rows, _ in findings for row in rows),
         left_out=sum(left_out for _, left_out in findings),
         sampled=rate if curves.sampled else None,
-        collisions_sampled=rate if collisions else None,
+        collisions_sampled=None if rule is None else rate,
     )
 
 
-def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float) -> _Found:
+def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float, rule: CollisionRule) -> _Found:
     """Return the intervals of samples in which links overlap, each with the links that overlap most."""
     moves = motion.configurations(robot, rate=rate, fill=fill)
-    times, clearance = moves.times, robot.clearance(moves.q)
-    overlap = np.flatnonzero(clearance.distance < 0.0)
+    times, clearance = moves.times, robot.clearance(moves.q, tolerance=rule.tolerance, allowed=rule.allowed)
+    overlap = np.flatnonzero(~np.asarray(clearance.is_free))
     rows = []
     for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():
         worst = part[np.argmin(clearance.distance[part])]

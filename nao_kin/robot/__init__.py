@@ -6,7 +6,7 @@ from nao_kin.robot.camera_frames import (
     pose_of_body as pose_of_body,
 )
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
-from nao_kin.robot.collisions import Clearance, Contact, LinkShapes as LinkShapes
+from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, LinkShapes as LinkShapes
 from nao_kin.robot.geometry import (
     GeometryKind,
     capsules as capsules,
@@ -39,6 +39,7 @@ from nao_kin.robot.support_polygon import (
 __all__ = [
     "Base",
     "Clearance",
+    "CollisionRule",
     "Contact",
     "Expression",
     "GeometryKind",

@@ -6,7 +6,7 @@ Distances are negative where shapes overlap: the least translation that separate
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
@@ -15,19 +15,61 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import CROSSOVER, Floats, finite_or_none, generator
+from nao_kin._core.arrays import CROSSOVER, Floats, check_tolerance, finite_or_none, generator
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.collision_pairs import Capsules, LinkPair, disabled_collisions
 from nao_kin.robot.geometry import capsules, read_mesh, shape_geometry, warn_of_shapes
+from nao_kin.robot.joint_arrays import ROOT
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
 # --- The answers.
+
+
+@dataclass(frozen=True)
+class CollisionRule:
+    """Which overlaps of links count as collisions, for functions with an argument `collisions`.
+
+    Attributes:
+        tolerance: overlap that is accepted, of every pair of links [m].
+        allowed: pairs of links that may overlap.
+
+    Raises:
+        BadArgument: a negative tolerance, or pairs that are no pairs of names.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> rule = nk.robot.CollisionRule(tolerance=0.002, allowed=[("l_ankle", "r_ankle")])
+        >>> rule.allowed
+        (('l_ankle', 'r_ankle'),)
+    """
+
+    tolerance: float = 0.0
+    allowed: Sequence[LinkPair] = ()
+
+    def __post_init__(self) -> None:
+        check_tolerance(self.tolerance)
+        is_list = isinstance(self.allowed, Sequence) and not isinstance(self.allowed, str)
+        pairs = self.allowed if is_list else [self.allowed]
+        for pair in pairs:
+            if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or {*map(type, pair)} != {str}:
+                raise BadArgument(f"allowed must be pairs of names of links, got {quoted(pair)}")
+        object.__setattr__(self, "allowed", tuple((min(a, b), max(a, b)) for a, b in pairs))
+        object.__setattr__(self, "tolerance", float(self.tolerance))
+
+    @staticmethod
+    def of(collisions: object, name: str = "collisions") -> CollisionRule | None:
+        """Return the rule of an argument `collisions`, which may also be True for the default, or False for None."""
+        if isinstance(collisions, CollisionRule):
+            return collisions
+        if isinstance(collisions, (bool, np.bool_)):
+            return CollisionRule() if collisions else None
+        raise BadArgument(f"{name} must be True, False or a CollisionRule, got {quoted(collisions)}")
 
 
 @dataclass(frozen=True)
@@ -71,12 +113,14 @@ class Clearance:
     Attributes:
         distance: negative if some links overlap; infinite without links to check; shape (...) [m].
         pair_index: which of `pairs` has it, −1 for none, shape (...).
-        pairs: the pairs of links that are checked.
+        pairs: the pairs of links that are checked, and those that the rule allows to overlap.
+        tolerance: overlap that is accepted [m].
     """
 
     distance: Floats
     pair_index: NDArray[np.int64]
     pairs: tuple[LinkPair, ...] = field(repr=False)
+    tolerance: float = 0.0
 
     @property
     def pair(self) -> LinkPair | NDArray[np.object_] | None:
@@ -90,8 +134,8 @@ class Clearance:
 
     @property
     def is_free(self) -> bool | NDArray[np.bool_]:
-        """Whether no links overlap: a bool, or of a batch an array of shape (...)."""
-        free = self.distance >= 0.0
+        """Whether no links overlap by more than the tolerance: a bool, or of a batch an array of shape (...)."""
+        free = self.distance >= -self.tolerance
         return bool(free) if free.ndim == 0 else free
 
     def as_dict(self) -> dict[str, Any]:
@@ -111,6 +155,8 @@ _FEW = 64
 _TOUCHING = 1e-5
 # Sides of the prism around a cylinder: it is larger by 0.5 % of the radius.
 _SIDES = 32
+# Overlaps that differ by less are equal: coal and the kernel find them to some tolerance [m].
+_SAME = 1e-5
 # Hulls flatter than this have no volume [m].
 _THIN = 1e-6
 # Vertices of meshes that are farther away are errors of the file [m].
@@ -282,6 +328,7 @@ class LinkShapes:
         self.disabled = self._disabled() if disabled is None else disabled
         self.pairs = tuple(pair for pair in self.pairs if pair not in self.disabled)
         self._places, self._owner = self._pairs_of_shapes(self.pairs)
+        self._some: dict[Any, NDArray[np.bool_]] = {}  # by the columns of q, or the pairs that are allowed
 
     @classmethod
     def exact(cls, robot: RobotModel) -> LinkShapes:
@@ -313,28 +360,86 @@ class LinkShapes:
         table = np.array(rows, dtype=np.int64).reshape(-1, 3)
         return np.ascontiguousarray(table[:, :2]), table[:, 2]
 
-    def clearance(self, q: Floats, below: float = np.inf) -> Clearance:
-        """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair."""
-        rows = q.reshape(-1, q.shape[-1])
+    def allowed(self, rule: CollisionRule) -> NDArray[np.bool_]:
+        """Return which pairs a rule allows to overlap, shape (pairs,)."""
+        if not rule.allowed:
+            return np.zeros(len(self.pairs), dtype=np.bool_)
+        if rule.allowed not in self._some:
+            for name in (name for pair in rule.allowed for name in pair):
+                if name not in self._robot.tree.links:
+                    raise UnknownName("link", name, self.links)
+            self._some[rule.allowed] = np.array([pair in rule.allowed for pair in self.pairs], dtype=np.bool_)
+        return self._some[rule.allowed]
+
+    def moved(self, columns: Sequence[int]) -> NDArray[np.bool_]:
+        """Return which pairs the coordinates in these columns of q move relative to each other, shape (pairs,)."""
+        key = tuple(sorted(columns))
+        if key not in self._some:
+            model, joints = self._robot.model, self._robot.joints
+            rows = {name: row for row, name in enumerate(joints.names)}
+            bodies = (model.names[model.frames[i].parentJoint] for i in self._robot.frame_ids(self.links))
+            of_link = dict(zip(self.links, (rows.get(name, ROOT) for name in bodies), strict=True))
+            paths = (joints.paths(of_link[a], of_link[b]) for a, b in self.pairs)
+            moved = [not {*joints.coordinates[[*one, *other]].tolist()}.isdisjoint(key) for one, other in paths]
+            self._some[key] = np.array(moved, dtype=np.bool_)
+        return self._some[key]
+
+    def clearance(
+        self,
+        q: Floats,
+        below: float = np.inf,
+        *,
+        tolerance: float = 0.0,
+        checked: NDArray[np.bool_] | None = None,
+    ) -> Clearance:
+        """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair.
+
+        `checked` is which pairs are checked, shape (pairs,); None for all.
+        """
+        rows, places, owner = q.reshape(-1, q.shape[-1]), self._places, self._owner
+        if checked is not None and not checked.all():
+            own = checked[owner]
+            places, owner = places[own], owner[own]
         gaps, which = np.full(len(rows), below), np.full(len(rows), -1, dtype=np.int64)
         compiled = clearances.in_memory or (len(rows) >= CROSSOVER and may_compile())
-        for start in range(0, len(rows) if len(self._places) else 0, _CHUNK):
+        for start in range(0, len(rows) if len(places) else 0, _CHUNK):
             part = slice(start, start + _CHUNK)
             if compiled:
                 poses = np.ascontiguousarray(self._robot.fk(rows[part], self.links))
-                clearances(poses, self._table, self._places, float(below), gaps[part], which[part])
+                clearances(poses, self._table, places, float(below), gaps[part], which[part])
             else:
-                self._by_coal(rows[part], gaps[part], which[part])
-        which = np.where(which >= 0, self._owner[which], -1) if len(self._places) else which
+                self._by_coal(rows[part], places, gaps[part], which[part])
+        which = np.where(which >= 0, owner[which], -1) if len(places) else which
         shape = q.shape[:-1]
-        return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs)
+        return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs, tolerance)
 
-    def _by_coal(self, q: Floats, gaps: Floats, which: NDArray[np.int64]) -> None:
-        for sample, T, least in self._bounds(q, self._places):
+    def clearance_from(self, q: Floats, near: Floats, rule: CollisionRule, columns: Sequence[int]) -> Clearance:
+        """Return the clearance of configurations whose columns of q were found by a solver, over the pairs they move.
+
+        Pairs that overlap in `near`, which broadcasts with q, count only where they overlap more.
+        """
+        tolerance, checked = rule.tolerance, self.moved(columns) & ~self.allowed(rule)
+        before = self.clearance(near, -tolerance, checked=checked)
+        if np.all(before.pair_index < 0):
+            return self.clearance(q, tolerance=tolerance, checked=checked)
+        overlapping = np.zeros(len(self.pairs), dtype=np.bool_)
+        rows = near[before.pair_index >= 0]
+        overlapping[[owner for _, owner, _ in self.near(rows, -tolerance) if checked[owner]]] = True
+        found = self.clearance(q, tolerance=tolerance, checked=checked & ~overlapping)
+        distance, pair_index = found.distance.copy(), found.pair_index.copy()
+        for pair in np.flatnonzero(overlapping).tolist():
+            own = np.arange(len(self.pairs)) == pair
+            now, then = (self.clearance(each, checked=own).distance for each in (q, near))
+            worse = (now < np.minimum(then, -tolerance) - _SAME) & (now < distance)
+            distance[worse], pair_index[worse] = now[worse], pair
+        return Clearance(distance, pair_index, self.pairs, tolerance)
+
+    def _by_coal(self, q: Floats, places: NDArray[np.int64], gaps: Floats, which: NDArray[np.int64]) -> None:
+        for sample, T, least in self._bounds(q, places):
             for pair in np.argsort(least):
                 if least[pair] >= gaps[sample]:
                     break
-                gap = self._coals(T, pair).min_distance
+                gap = self._coals(T, places[pair]).min_distance
                 if gap < gaps[sample]:
                     gaps[sample], which[sample] = gap, pair
 
@@ -356,9 +461,9 @@ class LinkShapes:
         T_root_geometry = T[self._table.link[s]] @ self.shapes[s].T_link_geometry
         return coal.Transform3s(T_root_geometry[:3, :3], T_root_geometry[:3, 3])
 
-    def _coals(self, T: Floats, pair: int) -> Any:
+    def _coals(self, T: Floats, pair: Any) -> Any:
         """Return coal's distance of a pair of shapes and their nearest points, at poses of the links."""
-        a, b = self._places[pair]
+        a, b = pair
         result = coal.DistanceResult()
         one, other = self.shapes[a].geometry, self.shapes[b].geometry
         coal.distance(one, self._place(T, a), other, self._place(T, b), _SIGNED, result)
@@ -394,19 +499,24 @@ class LinkShapes:
             counts[pair] += 1
         return counts
 
-    def near(self, q: Floats, margin: float) -> Iterator[tuple[int, int, Any]]:
+    def near(
+        self, q: Floats, margin: float, skipped: NDArray[np.bool_] | None = None
+    ) -> Iterator[tuple[int, int, Any]]:
         """Yield configuration, pair of links and coal's distance of those nearer than a margin; q (n, nq)."""
         for sample, T, least in self._bounds(q, self._places):
             for pair in np.flatnonzero(least < margin).tolist():
-                result = self._coals(T, pair)
+                if skipped is not None and skipped[self._owner[pair]]:
+                    continue
+                result = self._coals(T, self._places[pair])
                 if result.min_distance < margin:
                     yield sample, int(self._owner[pair]), result
 
-    def contacts(self, q: Floats, margin: float) -> tuple[Contact, ...]:
+    def contacts(self, q: Floats, margin: float, rule: CollisionRule | None = None) -> tuple[Contact, ...]:
         """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance."""
         rows = q.reshape(-1, q.shape[-1])
         nearest: dict[tuple[int, int], Any] = {}
-        for sample, owner, result in self.near(rows, margin):
+        skipped = None if rule is None else self.allowed(rule)
+        for sample, owner, result in self.near(rows, margin, skipped):
             known = nearest.get((sample, owner))
             if known is None or result.min_distance < known.min_distance:
                 nearest[sample, owner] = result
@@ -427,16 +537,18 @@ _DRAWN, _MOST_DRAWN = 256, 100_000
 
 
 def random_free(
-    robot: RobotModel, shapes: LinkShapes, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None
+    robot: RobotModel, rule: CollisionRule, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None
 ) -> Floats:
     """Return random configurations in which no links overlap; those that overlap are drawn again."""
+    shapes, tolerance = robot.link_shapes, rule.tolerance
+    checked = ~shapes.allowed(rule)
     wanted = robot.random(rng, n)  # checks the arguments
     drawn = generator(rng)
     rows = wanted.reshape(-1, robot.nq)
     filled = vain = 0
     while filled < len(rows):
         q = robot.random(drawn, min(max(_DRAWN, len(rows) - filled), _CHUNK))
-        q = q[shapes.clearance(q, 0.0).is_free][: len(rows) - filled]
+        q = q[shapes.clearance(q, -tolerance, tolerance=tolerance, checked=checked).is_free][: len(rows) - filled]
         vain = 0 if len(q) else vain + _DRAWN
         if vain > _MOST_DRAWN:
             raise BadArgument(

@@ -143,7 +143,7 @@ def _carrying(
         return None
     pressed = feet.forces(robot, forces, batch)
     total = pressed.sum(axis=-1, keepdims=True)
-    return (total > 0.0) & (pressed >= _CARRYING * total)
+    return np.asarray((total > 0.0) & (pressed >= _CARRYING * total))
 
 
 def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
@@ -422,8 +422,8 @@ def _rows_down(
     T = np.asarray(robot.fk(rows, (*floor.links, *feet.names), reference=robot.tree.root))
     T_links, T_soles = T[:, : len(floor.links)], T[:, len(floor.links) :]
     corners = feet.placed(T_soles)
-    used, stands = known.copy(), known.any(axis=1)
-    flat = stands & measured
+    used, stands = known.copy(), np.asarray(known.any(axis=1))
+    flat = np.asarray(stands & measured)
     free = np.flatnonzero(~stands)
     down = np.empty((len(rows), 3)) if gravity is None else gravity
     if gravity is None:
@@ -515,7 +515,7 @@ def _on_soles(
     if count > 1:
         mean, length = _mean_down(T_soles)
         starts = np.concatenate([np.where(length > 0.0, mean.T, np.nan).T[:, None], starts], axis=1)
-        most = np.pad(most, ((0, 0), (1, 0)), constant_values=_ONTO_OTHER)
+        most = np.column_stack([np.full(n, _ONTO_OTHER), most])
     left, carried = np.arange(n), feet.carried(robot, floor.links)
     for _ in range(starts.shape[1]):
         found, away, chosen = settle(corners[left], centres[left], starts[left], most[left])

@@ -30,7 +30,7 @@ from nao_kin._core.warn import MOST, hides_former
 from nao_kin.errors import BadArgument, NotFinite
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
+from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, LinkShapes, Shape, random_free, shapes_of
 from nao_kin.robot.configurations import (
     ConfigurationSpace,
     Coordinates,
@@ -456,7 +456,7 @@ class RobotModel:
         rng: np.random.Generator | int | None = None,
         n: int | tuple[int, ...] | None = None,
         *,
-        collision_free: bool = False,
+        collision_free: bool | CollisionRule = False,
     ) -> Floats:
         """Return configurations inside all limits, coupled ones included, each joint uniform in its range.
 
@@ -465,7 +465,8 @@ class RobotModel:
         Args:
             rng: a generator, or a seed for one.
             n: how many, or a batch shape; None for one configuration of shape (nq,).
-            collision_free: draw configurations again if links overlap, as `clearance` finds.
+            collision_free: draw configurations again if links overlap, as `clearance` finds: True, or a
+                `nk.robot.CollisionRule`.
 
         Returns:
             Configurations, shape (n…, nq).
@@ -476,8 +477,9 @@ class RobotModel:
             >>> q.shape, bool(nao.within_limits(q).all())
             ((2, 3, 25), True)
         """
-        if flag(collision_free, "collision_free"):
-            return random_free(self, self.link_shapes, rng, n)
+        rule = CollisionRule.of(collision_free, "collision_free")
+        if rule is not None:
+            return random_free(self, rule, rng, n)
         return self._configurations.random(rng, n)
 
     def configuration(
@@ -1059,7 +1061,7 @@ class RobotModel:
         """Return the shapes of `link_shapes`: those of the collision elements, or of the visuals if there are none."""
         return shapes_of(self.tree)
 
-    def clearance(self, q: ArrayLike) -> Clearance:
+    def clearance(self, q: ArrayLike, *, tolerance: float = 0.0, allowed: Sequence[tuple[str, str]] = ()) -> Clearance:
         """Return the smallest distance between links, and the two links that have it.
 
         The shapes of a NAO are the convex hulls of its meshes. Those of another robot are its collision elements, or
@@ -1070,6 +1072,8 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
+            tolerance: overlap that `is_free` accepts [m].
+            allowed: pairs of links that may overlap, and are not checked.
 
         Returns:
             Distances, shape (...) [m]. Where links overlap, the distance is negative: minus the length of the least
@@ -1089,9 +1093,17 @@ class RobotModel:
             >>> nao.clearance(nao.random(rng=0, n=1000)).is_free.sum().tolist()
             619
         """
-        return self.link_shapes.clearance(self.checked(q))
+        rule, shapes = CollisionRule(tolerance, allowed), self.link_shapes
+        return shapes.clearance(self.checked(q), tolerance=rule.tolerance, checked=~shapes.allowed(rule))
 
-    def collisions(self, q: ArrayLike, *, margin: float = 0.0) -> tuple[Contact, ...]:
+    def collisions(
+        self,
+        q: ArrayLike,
+        *,
+        margin: float = 0.0,
+        tolerance: float = 0.0,
+        allowed: Sequence[tuple[str, str]] = (),
+    ) -> tuple[Contact, ...]:
         """Return the pairs of links that overlap, or are nearer than a margin, with their nearest points.
 
         Making one object per contact takes time; for many configurations use `clearance`, which also describes the
@@ -1100,6 +1112,8 @@ class RobotModel:
         Args:
             q: configurations, shape (..., nq).
             margin: distance below which links are listed; negative for those that overlap by more [m].
+            tolerance: overlap that is accepted, subtracted from `margin` [m].
+            allowed: pairs of links that may overlap, and are not listed.
 
         Returns:
             The contacts, by configuration and then by distance. Each has the names of its `links`; their `distance`,
@@ -1116,7 +1130,8 @@ class RobotModel:
             >>> [contact.links for contact in nao.collisions(q)]
             [('RBicep', 'l_wrist')]
         """
-        return self.link_shapes.contacts(self.checked(q), float(shaped(margin, (), "margin")))
+        rule = CollisionRule(tolerance, allowed)
+        return self.link_shapes.contacts(self.checked(q), float(shaped(margin, (), "margin")) - rule.tolerance, rule)
 
     # --- internal -------------------------------------------------------------------------------------------------
 

@@ -72,3 +72,23 @@ def test_wrong_input_is_one_line(arguments: list[str], message: str, capsys: pyt
     assert message in output.err
     assert output.err.count("\n") == 1
     assert output.out == ""
+
+
+def test_overlaps_may_be_accepted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    crouch = ["collisions", "--posture", "Crouch"]
+    for accepted in (["--tolerance", "0.006"], ["--allow", "r_ankle, l_ankle"]):
+        assert run([*crouch, *accepted, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["contacts"] == []
+    motion = nk.Motion([0.0, 1.0], ["LShoulderRoll", "LElbowRoll"], [[0.2, -0.5], [-0.3, -1.4]])
+    nk.motion.write_motion(motion, tmp_path / "m.json")
+    check = ["motion", "check", str(tmp_path / "m.json"), "--rate", "50"]
+    assert run([*check, "--collisions", "--tolerance", "0.03"]) == 0
+    capsys.readouterr()
+    for wrong, reason in (
+        ([*crouch, "--allow", "l_ankle"], "expected two links"),
+        ([*crouch, "--allow", "l_ankel,r_ankle"], "unknown link 'l_ankel'"),
+        ([*crouch, "--tolerance", "-1"], "tolerance"),
+        ([*check, "--tolerance", "0.01"], "are for --collisions"),
+    ):
+        assert run(wrong) == 2
+        assert reason in capsys.readouterr().err

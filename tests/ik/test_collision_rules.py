@@ -1,0 +1,125 @@
+"""Overlaps that inverse kinematics accepts: of links that it does not move, of the beginning, and by a rule."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from loops import for_all
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik import Reason
+from nao_kin.robot import CollisionRule
+
+# Hands that overlap by 13 mm in front of the chest.
+HANDS = {"LShoulderPitch": 0.6, "LElbowYaw": -0.8, "LElbowRoll": -0.9}
+HANDS |= {"RShoulderPitch": 0.6, "RElbowYaw": 0.8, "RElbowRoll": 0.9}
+
+
+@for_all("posture", ["Crouch", "Sit", "SitRelax", "LyingBack"])
+def test_an_arm_moves_whatever_the_feet_overlap(nao: nk.NaoModel, posture: str) -> None:
+    q = nao.posture(posture)
+    assert not nao.clearance(q).is_free or posture == "SitRelax"
+    found = nk.ik.arm(nao, "L", nao.fk(q, "LArm"), near=q, collisions=True)
+    assert found.success
+    assert found.q == pytest.approx(q, abs=1e-9)
+    path = nao.position(q, "LArm") + np.linspace([0.0, 0.0, 0.0], [0.004, 0.0, 0.0], 3)
+    assert nk.ik.follow(nao, {"LArm": path}, near=q, collisions=True).limbs[0].reached.all()
+
+
+def test_only_pairs_with_a_joint_between_them_are_checked(nao: nk.NaoModel) -> None:
+    shapes = nao.link_shapes
+    columns = [nao.joint_names.index(name) for name in nao.chains["LArm"]]
+    moved = shapes.moved(columns)
+    rng = np.random.default_rng(3)
+    q = nao.random(rng)
+    other = q.copy()
+    other[columns] = nao.random(rng)[columns]
+    before, after = (nao.fk(each, list(shapes.links)) for each in (q, other))
+    names = list(shapes.links)
+    for pair, is_moved in zip(shapes.pairs, moved, strict=True):
+        a, b = (names.index(name) for name in pair)
+        relative = [np.linalg.inv(T[a]) @ T[b] for T in (before, after)]
+        assert (np.abs(relative[0] - relative[1]).max() > 1e-9) == is_moved, pair
+
+
+def _hands(nao: nk.NaoModel) -> np.ndarray:
+    return nao.configuration(HANDS)
+
+
+def test_links_that_overlap_at_the_beginning_may_not_overlap_more(nao: nk.NaoModel) -> None:
+    q = _hands(nao)
+    depth = -float(nao.clearance(q).distance)
+    assert depth > 0.005
+    T = nao.fk(q, "LArm")
+    assert nk.ik.arm(nao, "L", T, near=q, collisions=True).success
+    roll = np.where(np.array(nao.joint_names) == "LShoulderRoll", 0.02, 0.0)
+    away, near = (nk.ik.arm(nao, "L", nao.fk(q + turn, "LArm"), near=q, collisions=True) for turn in (roll, -roll))
+    assert away.success
+    assert -nao.clearance(away.q).distance < depth
+    assert near.reason == Reason.COLLISION
+    assert -nao.clearance(near.q).distance > depth
+    # From another beginning this overlap is new.
+    begin = np.where(_moves_left(nao), nao.posture("StandInit"), q)
+    assert nao.clearance(begin).is_free
+    assert nk.ik.arm(nao, "L", T, near=begin, collisions=True).reason == Reason.COLLISION
+    # In a batch each row has its own beginning.
+    both = nk.ik.arm(nao, "L", np.stack([T, T]), near=np.stack([q, begin]), collisions=True)
+    assert both.success.tolist() == [True, False]
+
+
+def _moves_left(nao: nk.NaoModel) -> np.ndarray:
+    return np.isin(nao.joint_names, nao.chains["LArm"])
+
+
+def test_a_rule_accepts_an_overlap_or_a_pair(nao: nk.NaoModel) -> None:
+    q = _hands(nao)
+    begin = np.where(_moves_left(nao), nao.posture("StandInit"), q)
+    T, found = nao.fk(q, "LArm"), nao.clearance(q)
+    depth = -float(found.distance)
+    pairs = [contact.links for contact in nao.collisions(q)]
+    answers = {
+        "more": CollisionRule(tolerance=depth + 1e-4),
+        "less": CollisionRule(tolerance=depth - 1e-4),
+        "pairs": CollisionRule(allowed=pairs),
+        "reversed": CollisionRule(allowed=[pair[::-1] for pair in pairs]),
+        "another": CollisionRule(allowed=[("l_ankle", "r_ankle")]),
+    }
+    success = {name: nk.ik.arm(nao, "L", T, near=begin, collisions=rule).success for name, rule in answers.items()}
+    assert success == {"more": True, "less": False, "pairs": True, "reversed": True, "another": False}
+    for name, rule in answers.items():
+        assert nao.clearance(q, tolerance=rule.tolerance, allowed=rule.allowed).is_free == success[name], name
+        assert (nao.collisions(q, tolerance=rule.tolerance, allowed=rule.allowed) == ()) == success[name], name
+        still = nk.Motion([0.0, 1.0], nao.joint_names, np.stack([q, q]))
+        rows = nk.motion.check(nao, still, rate=2, collisions=rule).violations
+        assert (not [row for row in rows if row.kind == "collision"]) == success[name], name
+
+
+def test_random_configurations_obey_the_rule(nao: nk.NaoModel) -> None:
+    rule = CollisionRule(tolerance=0.01, allowed=[("l_ankle", "r_ankle")])
+    q = nao.random(0, 300, collision_free=rule)
+    assert nao.clearance(q, tolerance=rule.tolerance, allowed=rule.allowed).is_free.all()
+    assert not nao.clearance(q).is_free.all()
+    assert np.array_equal(nao.random(0, 20, collision_free=CollisionRule()), nao.random(0, 20, collision_free=True))
+
+
+@pytest.mark.full
+def test_the_whole_body_moves_from_rest_postures_that_overlap(nao: nk.NaoModel) -> None:
+    for posture in ("Crouch", "Sit", "LyingBack"):
+        q = nao.posture(posture)
+        found = nk.ik.whole_body(nao, {"LArm": nao.position(q, "LArm")}, near=q, collisions=True)
+        assert found.success, posture
+
+
+def test_wrong_rules_are_refused(nao: nk.NaoModel) -> None:
+    q = nao.posture("Stand")
+    with pytest.raises(BadArgument, match="tolerance"):
+        CollisionRule(tolerance=-0.1)
+    for wrong in ("ab", ["l_ankle", "r_ankle"], [("l_ankle",)], [("a", 1)], 3):
+        with pytest.raises(BadArgument, match="allowed must be pairs of names of links"):
+            nao.clearance(q, allowed=wrong)  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="l_ankel"):
+        nao.collisions(q, allowed=[("l_ankel", "r_ankle")])
+    for ask in (nk.ik.arm, nk.ik.leg):
+        with pytest.raises(BadArgument, match="collisions must be True, False or a CollisionRule, got 1"):
+            ask(nao, "L", nao.fk(q, "LArm"), near=q, collisions=1)  # type: ignore[arg-type]
