@@ -202,8 +202,7 @@ def arm_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
 
 
 def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
-    chain = chain_at_zero(robot, "arm", tuple(side + joint for joint in _JOINTS), frame)
-    chain.require_axes("yzxzx")
+    chain = chain_at_zero(robot, "arm", tuple(side + joint for joint in _JOINTS), "yzxzx", frame)
     chain.require_meeting((0, 1), (2, 3))
     shoulder, elbow, wrist = chain.points[0], chain.points[2], chain.points[4]
     chain.require_zero("the axis of WristYaw misses the elbow", (wrist - elbow)[1:])

@@ -381,10 +381,12 @@ _MAX_CHANGE = 0.3
 
 
 class SecondLeg(NamedTuple):
-    """Geometry and limits of the right leg, for the closed form."""
+    """The right leg, for the closed form, whose value = multiplier · variable + offset."""
 
     leg: Leg
     ranges: Ranges
+    multiplier: tuple[float, ...]
+    offset: tuple[float, ...]
 
 
 @both_ways
@@ -430,8 +432,7 @@ def stand_on_both(body: Body, second_leg: SecondLeg, feet: Floats, x: Floats, T_
             for j in range(4):
                 target[4 * i + j] = T_torso_foot[i, j]
         for k in range(JOINTS):
-            row = body.legs[1, k]
-            values[k] = body.multiplier[row] * x[body.variable[row]] + body.offset[row]
+            values[k] = second_leg.multiplier[k] * x[body.variable[body.legs[1, k]]] + second_leg.offset[k]
         selection = Selection(second_leg.ranges, values, False)
         count = solve_leg(second_leg.leg, target, selection, Workspace(q, branches, report))
         first[:] = 0.0
@@ -441,9 +442,8 @@ def stand_on_both(body: Body, second_leg: SecondLeg, feet: Floats, x: Floats, T_
                 return False
             continue
         for k in range(1, JOINTS):
-            row = body.legs[1, k]
-            x[body.variable[row]] = (branches[k] - body.offset[row]) / body.multiplier[row]
-        asked = (branches[0] - body.offset[hip]) / body.multiplier[hip]
+            x[body.variable[body.legs[1, k]]] = (branches[k] - second_leg.offset[k]) / second_leg.multiplier[k]
+        asked = (branches[0] - second_leg.offset[0]) / second_leg.multiplier[0]
         gap = asked - x[shared]
         gap -= 2.0 * math.pi * round(gap / (2.0 * math.pi))
         if abs(gap) <= _AGREE or (abs(gap) <= _NEARLY and abs(gap) >= 0.5 * last):

@@ -442,7 +442,8 @@ class Solutions(NamedTuple):
 def _types() -> tuple[Any, ...]:
     from numba import types
 
-    second = types.NamedTuple(limb_types(Leg, JOINTS), SecondLeg)
+    of_joints = types.UniTuple(types.float64, JOINTS)
+    second = types.NamedTuple((*limb_types(Leg, JOINTS), of_joints, of_joints), SecondLeg)
     return numba_type(Body), second, *map(numba_type, (Plan, Problems, Solutions))
 
 

@@ -89,7 +89,9 @@ class PreparedRobot:
         self.joints = robot.joints
         legs = limbs[0].joints, limbs[1].joints
         self.tables = {enforce: BodyTables(robot, legs, enforce) for enforce in (True, False)}  # enforced limits
-        self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)  # its closed form
+        leg = limbs[1]
+        motors = tuple(leg.multiplier.tolist()), tuple(leg.offset.tolist())
+        self.second_leg = SecondLeg(leg.numbers._replace(stretched=0.0), leg.ranges, *motors)
         self.corners = {side: robot.sole_outline(f"{side}Leg", "sensors") for side in SIDES}  # shape (k, 3) [m]
         self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))

@@ -1,8 +1,9 @@
 """The limbs of a robot for the closed forms, and running the closed forms on targets.
 
-The positions and axes of the joints are read from the model with all joints at zero, in the axes of the torso. The
-assumptions of the closed forms (axes that meet, are perpendicular, point along x, y or z) are verified here; other
-limbs are rejected.
+The positions and axes of the joints are read from the model, in the axes of the torso, with each joint at the value at
+which the axes are those of the closed form. This value is zero, unless the robot is calibrated or counts from another
+zero; a closed form counts from it. The assumptions of the closed forms (axes that meet, are perpendicular, point along
+x, y or z) are verified here; other limbs are rejected.
 
 A closed form runs as Python for one target while nothing is compiled yet, and compiled for many.
 """
@@ -20,7 +21,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats, choice, join_poses
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import READ_SECONDS, CachedKernel, Floats1, Floats2, numba_type
 from nao_kin._kernels.rows import borrowed, packed, register_borrowed, register_unpacking, run_rows
@@ -48,10 +49,11 @@ from nao_kin.ik.results import IKResult, Obstacles, deferred_result
 from nao_kin.ik.targets import Options
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
-from nao_kin.rotations import nearest_rotation, quat_from_matrix, quat_to_xyzw
+from nao_kin.rotations import exp, nearest_rotation, quat_from_matrix, quat_to_xyzw
 
 # Tolerance of axes and positions [rad, m]: a URDF rounds its numbers.
-_TOLERANCE = 1e-9
+TOLERANCE = 1e-9
+_AXES = dict(zip("xyz", np.eye(3), strict=True))
 
 _SIDES = ("L", "R")
 
@@ -65,18 +67,19 @@ class Limb:
     joints: tuple[str, ...]
     columns: tuple[int, ...]  # indices of the coordinates that move the joints in q
     index: NDArray[np.intp]  # `columns` as an array
-    multiplier: Floats  # value of a joint = multiplier · coordinate + offset, shapes (c,)
+    zeros: Floats  # values of the joints at which the axes are those of the closed form, shape (c,)
+    multiplier: Floats  # value in the closed form, from `zeros` = multiplier · coordinate + offset, shapes (c,)
     offset: Floats
-    ranges: Any  # limits of the joints: `Ranges`, or `LegsRanges` of both legs
+    ranges: Any  # limits of these values: `Ranges`, or `LegsRanges` of both legs
     numbers: Any  # its geometry, the first argument of its closed form
     frame: str  # the frame whose pose is the target
     torso: str  # the frame in which targets are given
     rest: Floats  # all joints at zero, or at the limit nearest to it, shape (nq,)
-    is_scaled: bool  # whether some joint differs from its coordinate
+    is_scaled: bool  # whether some value differs from its coordinate
 
     @cached_property
     def at_rest(self) -> Floats:
-        """The values of the joints at rest, shape (1, c); read only."""
+        """The values at rest, shape (1, c); read only."""
         values = self.rest[self.index]
         return (values * self.multiplier + self.offset if self.is_scaled else values)[None]
 
@@ -86,17 +89,18 @@ class Limb:
         return packed((self.numbers, self.ranges))
 
     def coordinates(self, values: Floats) -> Floats:
-        """Return the coordinates for values of the joints, shape (..., c)."""
+        """Return the coordinates for values in the closed form, shape (..., c)."""
         return (values - self.offset) / self.multiplier if self.is_scaled else values
 
 
 @dataclass(frozen=True, eq=False)
 class ChainAtZero:
-    """The joints of a limb with all joints at zero, and a frame on its last link, in the torso."""
+    """The joints of a limb at the zeros of its closed form, and a frame on its last link, in the torso."""
 
     robot: RobotModel
     limb: str  # name in messages
     joints: tuple[str, ...]
+    zeros: Floats  # values of the joints, shape (c,)
     points: Floats  # on the axes of the joints, shape (c, 3) [m]
     axes: Floats  # unit vectors, shape (c, 3)
     rotation: Floats  # of the frame
@@ -104,27 +108,22 @@ class ChainAtZero:
 
     def require_axis(self, index: int, axis: ArrayLike) -> None:
         """Raise if a joint turns about another axis."""
-        if np.abs(self.axes[index] - axis).max() > _TOLERANCE:
+        if np.abs(self.axes[index] - axis).max() > TOLERANCE:
             actual = ", ".join(f"{value:.6g}" for value in self.axes[index])
             wanted = "xyz"[int(np.argmax(axis))]
             raise self.error(f"{self.joints[index]} turns about ({actual}), not about {wanted}")
-
-    def require_axes(self, axes: str, first: int = 0) -> None:
-        """Raise if joints from `first` on turn about other axes than these."""
-        for index, axis in enumerate(axes, first):
-            self.require_axis(index, np.eye(3)["xyz".index(axis)])
 
     def require_meeting(self, *pairs: tuple[int, int]) -> None:
         """Raise if two joints of a pair are not at one point."""
         for one, other in pairs:
             gap = float(np.linalg.norm(self.points[other] - self.points[one]))
-            if gap > _TOLERANCE:
+            if gap > TOLERANCE:
                 names = f"{self.joints[one]} and {self.joints[other]}"
                 raise self.error(f"the axes of {names} do not meet, they are {gap:.3g} m apart")
 
     def require_zero(self, what: str, values: Floats) -> None:
         """Raise if some of the values are not zero [m]."""
-        if np.abs(values).max() > _TOLERANCE:
+        if np.abs(values).max() > TOLERANCE:
             raise self.error(f"{what} by {float(np.abs(values).max()):.3g} m")
 
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
@@ -196,8 +195,13 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
     return made
 
 
-def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
-    """Return the joints of a limb and the frame on its last link; refuse missing, prismatic or reordered joints."""
+def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], axes: str, frame: str) -> ChainAtZero:
+    """Return the joints of a limb at its closed form's zeros, and the frame on its last link.
+
+    Refuse missing, prismatic or reordered joints, and joints that turn about other axes than these; "?" is any axis.
+    A joint is at zero in the closed form if the next one turns about its own axis there; of parallel axes, if the next
+    is below. The last joint is at zero if the axes of its link are parallel to the torso's.
+    """
     table, model = robot.joints, robot.model
     for joint in joints:
         if joint not in table.names:
@@ -216,24 +220,59 @@ def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: 
         carried = [name for name, i in robot.frame_table.items() if model.frames[i].parentJoint - first == rows[-1]]
         raise BadArgument(f"frame {quoted(frame)} is not carried by {joints[-1]}; its frames are {', '.join(carried)}")
     T = np.linalg.inv(torso_in_trunk(robot))
-    points, axes = [], []
-    for own in rows:
+    zeros, points, directions = np.zeros(len(rows)), [], []
+    for k, own in enumerate(rows):
         T = T @ table.placements[own]
         points.append(T[:3, 3])
-        axes.append(T[:3, :3] @ table.axes[own])
+        directions.append(T[:3, :3] @ table.axes[own])
+        if k + 1 < len(rows):
+            T_next, wanted = T @ table.placements[rows[k + 1]], _AXES[axes[k + 1]]
+            actual = T_next[:3, :3] @ table.axes[rows[k + 1]]
+            if axes[k + 1] == axes[k]:
+                actual, wanted = T_next[:3, 3] - T[:3, 3], -_AXES["z"]
+            zeros[k] = _angle_about(directions[k], actual, wanted)
+        else:
+            zeros[k] = _zero_of_last(T[:3, :3], directions[k], _motors_of(robot, joints[k:])[3])
+        if zeros[k] != 0.0:
+            T = T @ join_poses(exp(zeros[k] * table.axes[own]), np.zeros(3))
     T = T @ T_joint_frame
-    return ChainAtZero(robot, limb, joints, np.array(points), np.array(axes), T[:3, :3], T[:3, 3])
+    chain = ChainAtZero(robot, limb, joints, zeros, np.array(points), np.array(directions), T[:3, :3], T[:3, 3])
+    for k, axis in enumerate(axes):
+        if axis in _AXES:
+            chain.require_axis(k, _AXES[axis])
+    return chain
+
+
+def _zero_of_last(R: Floats, axis: Floats, limits: Floats) -> float:
+    """Return the value of the last joint at which its link, at R, has axes parallel to the torso's.
+
+    Of several, it is the one nearest to zero, or to the middle of limits that are more than half a turn away. If there
+    is none, any value will do.
+    """
+    near = limits.mean() if math.pi < np.abs(limits).max() < math.inf else 0.0
+    angle, quarter = _angle_about(axis, R[:, 2], _AXES["z"]), 0.5 * math.pi
+    aligned = exp(angle * axis) @ R
+    if np.abs(aligned - np.round(aligned)).max() > TOLERANCE:
+        return float(near)
+    return float(angle + quarter * np.round((near - angle) / quarter))
+
+
+def _angle_about(axis: Floats, actual: Floats, wanted: Floats) -> float:
+    """Return the angle about an axis by which one vector turns to the direction of another; 0 within the tolerance."""
+    sine, cosine = axis @ np.cross(actual, wanted), actual @ wanted - (axis @ actual) * (axis @ wanted)
+    angle = math.atan2(sine, cosine)
+    return angle if abs(angle) > TOLERANCE else 0.0
 
 
 def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     """Return a limb with its limits and coordinates; mimic joints are moved by the joints that drive them."""
     robot, joints = chain.robot, chain.joints
-    drivers = [robot.mimics.get(joint, Mimic(joint)) for joint in joints]
-    columns = [robot.joint_names.index(driver.joint) for driver in drivers]
-    multiplier, offset = np.array([(driver.multiplier, driver.offset) for driver in drivers]).T
+    columns, multiplier, offset, limits = _motors_of(robot, joints)
     if not multiplier.all():
         raise chain.error(f"{joints[int(np.argmin(np.abs(multiplier)))]} does not move")
-    lower, upper = np.sort(multiplier * [robot.lower[columns], robot.upper[columns]] + offset, axis=0).tolist()
+    # Of the zeros that differ by whole turns, the one nearest to the middle of the joint's range.
+    middle = np.where(np.isfinite(limits).all(axis=0), limits, chain.zeros).mean(axis=0)
+    zeros = chain.zeros + 2.0 * math.pi * np.round((middle - chain.zeros) / (2.0 * math.pi))
     tables = [table for table in robot.coupled_limits if table.joint in joints and table.of in joints]
     if len(tables) > 1:
         raise chain.error(f"{len(tables)} of its joints have limits that depend on others")
@@ -243,12 +282,31 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
         if bends > MAX_BENDS:
             raise chain.error(f"the table of {table.joint} has more than {MAX_BENDS} rows")
         bounds[:, :bends] = table.at, table.lower, table.upper
-    at, low, high = (tuple(row) for row in bounds.tolist())
-    ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, *places)
+    lower, upper, at, low, high = (tuple(row) for row in (*limits.tolist(), *bounds.tolist()))
+    ranges = shifted(Ranges(lower, upper, bends, at, low, high, *places), zeros)
+    offset = offset - zeros
     index = np.array(columns, dtype=np.intp) + robot.nq_base
     in_q, rest = tuple(index.tolist()), robot.clamp(robot.neutral())
     is_scaled = bool(np.any(multiplier != 1.0) or offset.any())
-    return Limb(joints, in_q, index, multiplier, offset, ranges, numbers, frame, torso_frame(robot), rest, is_scaled)
+    torso = torso_frame(robot)
+    return Limb(joints, in_q, index, zeros, multiplier, offset, ranges, numbers, frame, torso, rest, is_scaled)
+
+
+def _motors_of(robot: RobotModel, joints: tuple[str, ...]) -> tuple[list[int], Floats, Floats, Floats]:
+    """Return the coordinates of joints, their multipliers and offsets (c,), and the limits of the joints (2, c)."""
+    drivers = [robot.mimics.get(joint, Mimic(joint)) for joint in joints]
+    columns = [robot.joint_names.index(driver.joint) for driver in drivers]
+    multiplier, offset = np.array([(driver.multiplier, driver.offset) for driver in drivers]).T
+    limits = multiplier * [robot.lower[columns], robot.upper[columns]] + offset
+    return columns, multiplier, offset, np.sort(limits, axis=0)
+
+
+def shifted(ranges: Ranges, zeros: Floats) -> Ranges:
+    """Return the limits of values that are counted from these values of the joints, shape (c,)."""
+    lower, upper, bends, at, low, high, joint, of = ranges
+    changes = ((lower, zeros), (upper, zeros), (at, zeros[of]), (low, zeros[joint]), (high, zeros[joint]))
+    lower, upper, at, low, high = (tuple((np.array(row) - zero).tolist()) for row, zero in changes)
+    return Ranges(lower, upper, bends, at, low, high, joint, of)
 
 
 def torso_frame(robot: RobotModel) -> str:
@@ -469,7 +527,11 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
     report = output.report.reshape(*batch, output.length)
     branches = branches.reshape(*batch, *branches.shape[1:])
     values, best = branches[..., :c], report[..., BEST : BEST + c]
-    joint, needed, limit = (np.asarray(report[..., place]) for place in (JOINT, NEEDED, LIMIT))
+    joint = np.asarray(report[..., JOINT].astype(np.int64))
+    needed, limit = (np.asarray(report[..., place]) for place in (NEEDED, LIMIT))
+    if limb.is_scaled and not output.is_complete:
+        zero = np.where(joint < 0, 0.0, limb.zeros[joint])  # without a joint, the numbers are no values of one
+        needed, limit = needed + zero, limit + zero
     return {
         "joints": limb.joints,
         "columns": limb.columns,
@@ -480,7 +542,7 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
         "count": output.rows[:, 0].astype(np.int64).reshape(batch),
         "reasons": np.asarray(report[..., REASON], dtype=np.int8),
         "residual": report[..., POSITION_ERROR : ANGLE_ERROR + 1],
-        "obstacles": Obstacles(joint.astype(np.int64), needed, limit),
+        "obstacles": Obstacles(joint, needed, limit),
         "notes": options.notes,
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from functools import partial
 from typing import NamedTuple, NoReturn, SupportsIndex
@@ -16,6 +17,7 @@ from nao_kin.errors import UnknownName
 from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
+    EXCESS,
     NEEDED,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
@@ -38,7 +40,7 @@ from nao_kin.ik.branches import (
     start_report,
     table_range,
 )
-from nao_kin.ik.closed_form import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
+from nao_kin.ik.closed_form import TOLERANCE, ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, without_collisions
 from nao_kin.ik.targets import as_options
 from nao_kin.robot import CollisionRule, RobotModel, body_frame_of, check_robot
@@ -116,21 +118,20 @@ def look_at(
 
     There are two solutions, the second with the head turned backwards and looking over the crown. For a point on the
     axis of HeadYaw any yaw is possible (`YAW_AXIS`). If the limits exclude the solutions, or the point is too near to
-    the neck, `best` and `q` have the smallest angle between the optical axis and the direction to the point.
+    the neck, or to the axis of HeadYaw for a camera that looks past it, `best` and `q` have the smallest angle between
+    the optical axis and the direction to the point.
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
         point: points in the torso, shape (..., 3) [m].
-        camera: one of the robot's cameras, or any frame on the head; its x-axis is the optical axis. Origin and x-axis
-            must be in the head's plane of x and z.
+        camera: one of the robot's cameras, or any frame on the head; its x-axis is the optical axis.
         near: as in `head`.
         limits: as in `head`.
         threads: as in `head`.
         collisions: as in `head`.
 
     Raises:
-        BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry. Or a number is
-            beyond ±1e150.
+        BadArgument: the robot has no such neck, or a number is beyond ±1e150.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -160,7 +161,7 @@ class Head(NamedTuple):
     neck: Vector
     turned: float  # 1 if the frame is rotated in the head
     rotation: Rotation
-    place: Vector  # of a camera: in the plane of x and z
+    place: Vector
 
 
 def head_limb(robot: RobotModel, frame: str) -> Limb:
@@ -169,35 +170,38 @@ def head_limb(robot: RobotModel, frame: str) -> Limb:
 
 
 def camera_limb(robot: RobotModel, frame: str) -> Limb:
-    """Return the head for a camera, which has to be in the head's plane of symmetry."""
+    """Return the head for a camera."""
     return cached_limb(robot, _camera_of, frame)
 
 
 def _head_of(robot: RobotModel, frame: str) -> Limb:
-    chain = chain_at_zero(robot, "head", _JOINTS, frame)
-    chain.require_axes("zy")
+    chain = chain_at_zero(robot, "head", _JOINTS, "zy", frame)
     chain.require_meeting((0, 1))
     neck = chain.points[0]
     return limb_of(chain, frame, Head(tuple(neck.tolist()), *chain.frame_in_link(neck)))
 
 
 def _camera_of(robot: RobotModel, camera: str) -> Limb:
-    chain = chain_at_zero(robot, "head", _JOINTS, camera)
-    aside = np.array([chain.point[1] - chain.points[0][1], chain.rotation[1, 0]])
-    chain.require_zero(f"{camera} is not in the head's plane of symmetry, or does not look along it", aside)
-    return _head_of(robot, camera)
+    limb = _head_of(robot, camera)
+    (x, y, z), rotation = limb.numbers.place, limb.numbers.rotation
+    if max(abs(y), abs(rotation[3])) > TOLERANCE:
+        return limb
+    # In the head's plane of symmetry to within rounding: the yaw is then free for points on its axis.
+    in_plane = limb.numbers._replace(place=(x, 0.0, z), rotation=(*rotation[:3], 0.0, *rotation[4:]))
+    return dataclasses.replace(limb, numbers=in_plane)
 
 
 # --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
 #
-# An orientation is possible if the z of its second column is zero; then there is one solution. A camera is in the
-# head's plane of symmetry, at o with the optical axis n in the head. The point P is on this axis where
+# An orientation is possible if the z of its second column is zero; then there is one solution. A camera is at o, with
+# the optical axis n, in the head. The point P is on this axis where
 #
-#     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
+#     P = Rz(yaw) Ry(pitch) (u, v, w),  (u, v, w) = o + λ n,  λ > 0:
 #
-# |o + λ n| = |P| gives λ, and the direction of P gives the yaw (two values) and the pitch. If a target is not met, a
-# search finds the nearest joint values. For an orientation it is over the yaw, with the best pitch in closed form. For
-# a gaze, whose error may have several valleys over yaw and pitch, it is on a grid and then from each of its valleys.
+# |o + λ n| = |P| gives λ. The pitch turns (u, w) to (r, P_z), and the yaw turns (r, v) to (P_x, P_y), with
+# r = ±√(P_x² + P_y² − v²). If a target is not met, a search finds the nearest joint values. For an orientation it is
+# over the yaw, with the best pitch in closed form. For a gaze, whose error may have several valleys over yaw and pitch,
+# it is on a grid and then from each of its valleys.
 
 JOINTS = 2
 MAX_BRANCHES = 4
@@ -241,30 +245,37 @@ def solve_gaze(head: Head, target: Row, selection: Selection, work: Workspace) -
     point = target[0] - head.neck[0], target[1] - head.neck[1], target[2] - head.neck[2]
     x, y, z = point
     far, aside = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
-    # The optical axis (n_x, n_z), and the camera along and perpendicular to it.
-    nx, nz = head.rotation[0], head.rotation[6]
-    forward, _, up = head.place
-    along, across = forward * nx + up * nz, forward * nz - up * nx
-    beyond = (far - abs(across)) * (far + abs(across))
-    radius = math.sqrt(forward * forward + up * up)
+    # The optical axis, and the camera along and perpendicular to it.
+    nx, ny, nz = head.rotation[0], head.rotation[3], head.rotation[6]
+    forward, left, up = head.place
+    along, across = forward * nx + left * ny + up * nz, _norm_of_cross(head.place, (nx, ny, nz))
+    beyond = (far - across) * (far + across)
+    radius = math.sqrt(forward * forward + left * left + up * up)
     count = 0
     if beyond < 0.0 or (along >= 0.0 and far <= radius):
         report[REASON] = OUT_OF_REACH
-        report[NEEDED] = (radius if along >= 0.0 else abs(across)) - far
+        report[NEEDED] = (radius if along >= 0.0 else across) - far
     else:
         for root in range(2):
             ahead = math.sqrt(beyond) if root == 0 else -math.sqrt(beyond)
             if ahead <= along or (root == 1 and beyond == 0.0):
                 continue  # λ = ahead − along
             u, w = forward + (ahead - along) * nx, up + (ahead - along) * nz
-            if aside <= _ON_AXIS:
+            v = left + (ahead - along) * ny
+            if max(aside, abs(v)) <= _ON_AXIS:
                 q[1] = math.atan2(-u * z, w * z)
                 q[0] = _free_yaw(selection, q[1])
                 count = _add_look(head, point, _YAW_AXIS, selection, work, count)
                 continue
-            for back in range(2):
-                r = aside if back == 0 else -aside
-                q[0] = math.atan2(y, x) if back == 0 else math.atan2(-y, -x)
+            if abs(v) > aside + _ON_AXIS:
+                # The camera looks past the yaw's axis at a larger distance than the point's.
+                if report[EXCESS] == math.inf:
+                    report[REASON], report[NEEDED] = OUT_OF_REACH, abs(v) - aside
+                continue
+            r = math.sqrt(max(0.0, (aside - abs(v)) * (aside + abs(v))))
+            for back in range(2 if r > 0.0 else 1):
+                r = r if back == 0 else -r
+                q[0] = math.atan2(y * r - x * v, x * r + y * v)
                 q[1] = math.atan2(w * r - u * z, u * r + w * z)
                 count = _add_look(head, point, _ALONE, selection, work, count)
     if count == 0 and far > 0.0:
@@ -406,11 +417,18 @@ def gaze_error(head: Head, point: Vector, yaw: float, pitch: float) -> float:
     """Return the angle [rad] between the optical axis and the direction to a point, given relative to the neck."""
     c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     # The point in the head, Ry(−pitch) Rz(−yaw) P, from the camera.
-    x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]
+    x, v = c * point[0] + s * point[1], c * point[1] - s * point[0] - head.place[1]
     u, w = cp * x - sp * point[2] - head.place[0], sp * x + cp * point[2] - head.place[2]
-    nx, nz = head.rotation[0], head.rotation[6]
-    across = w * nx - u * nz
-    return math.atan2(math.sqrt(across * across + y * y), u * nx + w * nz)
+    axis = head.rotation[0], head.rotation[3], head.rotation[6]
+    return math.atan2(_norm_of_cross((u, v, w), axis), u * axis[0] + v * axis[1] + w * axis[2])
+
+
+@both_ways
+def _norm_of_cross(one: Vector, other: Vector) -> float:
+    """Return the length of the cross product of two vectors."""
+    (a, b, c), (d, e, f) = one, other
+    x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
+    return math.sqrt(x * x + y * y + z * z)
 
 
 _types = partial(limb_types, Head, JOINTS)

@@ -148,8 +148,7 @@ def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
 
 
 def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
-    chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
-    chain.require_axes("xyyyx", 1)
+    chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), "?xyyyx", frame)
     _, cosine, sine = chain.axes[0].tolist()
     kappa = math.atan2(sine, cosine)
     chain.require_axis(0, (0.0, math.cos(kappa), math.sin(kappa)))

@@ -14,7 +14,17 @@ from nao_kin._core.arrays import Floats, LimitPolicy, choice, rigid_inverse
 from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
-from nao_kin.ik.branches import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_roots, add_shortfall, least
+from nao_kin.ik.branches import (
+    NOT_RIGID,
+    POSITION_ERROR,
+    REASON,
+    Selection,
+    Vector,
+    Workspace,
+    add_roots,
+    add_shortfall,
+    least,
+)
 from nao_kin.ik.closed_form import (
     ClosedForm,
     KernelOutput,
@@ -25,6 +35,7 @@ from nao_kin.ik.closed_form import (
     limb_types,
     missed_targets,
     result_fields,
+    shifted,
     solve_targets,
 )
 from nao_kin.ik.least_squares import nearest_values
@@ -366,19 +377,23 @@ def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
 
 def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
     one, other = leg_limb(robot, "L", left), leg_limb(robot, "R", right)
-    motor = [(limb.columns[0], limb.multiplier[0], limb.offset[0]) for limb in (one, other)]
+    motor = [(limb.columns[0], limb.multiplier[0]) for limb in (one, other)]
     if motor[0] != motor[1]:
         why = f"{one.joints[0]} and {other.joints[0]} are not one motor that turns both alike; nk.ik.leg takes each"
         raise geometry_error(robot, "pair of legs", why)
+    # The value of the right hip is the left one's plus `turn`.
+    turn = float(other.offset[0] - one.offset[0])
+    ranges = LegsRanges(one.ranges, shifted(other.ranges, np.eye(OF_ONE)[0] * turn))
     return replace(
         one,
         joints=one.joints + other.joints[1:],
         columns=one.columns + other.columns[1:],
         index=np.concatenate([one.index, other.index[1:]]),
+        zeros=np.concatenate([one.zeros, other.zeros[1:]]),
         multiplier=np.concatenate([one.multiplier, other.multiplier[1:]]),
         offset=np.concatenate([one.offset, other.offset[1:]]),
-        ranges=LegsRanges(one.ranges, other.ranges),
-        numbers=Legs(one.numbers, other.numbers),
+        ranges=ranges,
+        numbers=Legs(one.numbers, other.numbers, turn),
         is_scaled=one.is_scaled or other.is_scaled,
     )
 
@@ -478,11 +493,40 @@ def _meets_feet(legs: Legs, target: Row, moved: float, selection: Selection, wor
 
 @both_ways
 def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
-    """Write the target in the torso, with the torso moved by s, into q from `IN_TORSO` on."""
-    mode = target[FREE]
-    if mode == NOTHING:
+    """Write the target in the torso, with the torso moved by s, into q from `IN_TORSO` on.
+
+    The right foot is turned back about its hip's axis by `legs.turn`, so that both hips have one value.
+    """
+    if target[FREE] == NOTHING:
         q[IN_TORSO:SCRATCH] = target[LEFT : PRIORITY + 1]
+    else:
+        _write_in_torso(legs, target, moved, q)
+    if legs.turn == 0.0:
         return
+    leg, s, c = legs.right, math.sin(legs.turn), math.cos(legs.turn)
+    for column in range(4):
+        at, part = IN_TORSO + RIGHT + column, 1.0 if column == 3 else 0.0
+        x, y, z = part * leg.hip[0], part * leg.hip[1], part * leg.hip[2]
+        turned = _turned_back((q[at] - x, q[at + 4] - y, q[at + 8] - z), (0.0, leg.cos_kappa, leg.sin_kappa), s, c)
+        q[at], q[at + 4], q[at + 8] = turned[0] + x, turned[1] + y, turned[2] + z
+
+
+@both_ways
+def _turned_back(vector: Vector, axis: Vector, s: float, c: float) -> Vector:
+    """Return a vector rotated about an axis by minus the angle with this sine and cosine: Rodrigues' formula."""
+    (x, y, z), (ux, uy, uz) = vector, axis
+    along = (1.0 - c) * (ux * x + uy * y + uz * z)
+    return (
+        c * x - s * (uy * z - uz * y) + along * ux,
+        c * y - s * (uz * x - ux * z) + along * uy,
+        c * z - s * (ux * y - uy * x) + along * uz,
+    )
+
+
+@both_ways
+def _write_in_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
+    """Write a target in the world as `move_torso` does."""
+    mode = target[FREE]
     left, right = legs.left.hip, legs.right.hip
     cx, cy, cz = 0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1]), 0.5 * (left[2] + right[2])
     s, c = math.sin(moved), math.cos(moved)
@@ -501,14 +545,9 @@ def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
             y = target[TORSO + 1] * vx + target[TORSO + 5] * vy + target[TORSO + 9] * vz
             z = target[TORSO + 2] * vx + target[TORSO + 6] * vy + target[TORSO + 10] * vz
             if mode != HEIGHT:
-                # Rotated by −s about the axis u through the middle of the hips: Rodrigues' formula.
-                x, y, z = x - part * cx, y - part * cy, z - part * cz
-                along = (1.0 - c) * (ux * x + uy * y + uz * z)
-                x, y, z = (
-                    c * x - s * (uy * z - uz * y) + along * ux + part * cx,
-                    c * y - s * (uz * x - ux * z) + along * uy + part * cy,
-                    c * z - s * (ux * y - uy * x) + along * uz + part * cz,
-                )
+                # Rotated by −s about the axis u through the middle of the hips.
+                x, y, z = _turned_back((x - part * cx, y - part * cy, z - part * cz), (ux, uy, uz), s, c)
+                x, y, z = x + part * cx, y + part * cy, z + part * cz
             at = IN_TORSO + first + column
             q[at], q[at + 4], q[at + 8] = x, y, z
             q[at + 12] = target[first + 12 + column]
@@ -610,7 +649,7 @@ def _types() -> tuple[Any, Any]:
     from numba import types
 
     leg, ranges = limb_types(Leg, OF_ONE)
-    return types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges)
+    return types.NamedTuple((leg, leg, types.float64), Legs), types.NamedUniTuple(ranges, 2, LegsRanges)
 
 
 _LEGS = ClosedForm(

@@ -72,6 +72,7 @@ class Legs(NamedTuple):
 
     left: Leg
     right: Leg
+    turn: float  # the value of the right HipYawPitch minus that of the left one [rad]
 
 
 class LegsRanges(NamedTuple):

@@ -35,11 +35,12 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
 
         - `kind`: "leg", "arm", "head" or "gaze", the last for each camera that `look_at` takes; `side`: "L", "R" or "".
         - `frame`: the frame whose pose is the target; `torso`: the frame in which targets are given.
-        - `joints`: their names from the torso outwards; `columns`: the coordinates of q that move them, by
-          value = `multiplier` · coordinate + `offset`.
-        - `lower`, `upper`: limits of the joints [rad], None if unlimited; `table`: None, or a coupled limit: indices of
-          the limited joint (`joint`) and of the other (`of`), and `lower` and `upper` bounds `at` values of the other,
-          linear between them and constant outside.
+        - `joints`: their names from the torso outwards; `zeros`: the values of these joints from which the closed form
+          counts; `columns`: the coordinates of q that move them, by value from there = `multiplier` · coordinate +
+          `offset`.
+        - `lower`, `upper`: limits of these values [rad], None if unlimited; `table`: None, or a coupled limit: indices
+          of the limited joint (`joint`) and of the other (`of`), and `lower` and `upper` bounds `at` values of the
+          other, linear between them and constant outside.
         - `geometry`: lengths and positions [m], angles [rad] and rotations (nine numbers by rows) by name, as in the
           derivation in docs/inverse_kinematics.md.
 
@@ -76,6 +77,7 @@ def _described(limb: Limb) -> dict[str, Any]:
         "frame": limb.frame,
         "torso": limb.torso,
         "joints": list(limb.joints),
+        "zeros": limb.zeros.tolist(),
         "columns": list(limb.columns),
         "multiplier": limb.multiplier.tolist(),
         "offset": limb.offset.tolist(),

@@ -395,7 +395,11 @@ def test_a_calibrated_model_is_solved_with_its_own_lengths() -> None:
     nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation = np.array([0.0, 0.0, -0.1021])
     T = nao.fk(q, "LLeg")
     assert_solved(nao, "LLeg", T, nk.ik.leg(nao, "L", T))
+    # A knee beside the hip's axis bends another zero; one out of the plane of the leg is no knee of this geometry.
     nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation = np.array([0.001, 0.0, -0.1])
+    T = nao.fk(q, "LLeg")
+    assert_solved(nao, "LLeg", T, nk.ik.leg(nao, "L", T))
+    nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation = np.array([0.0, 0.001, -0.1])
     with pytest.raises(BadArgument, match=r"knee and ankle are not below the hip.*nk\.ik\.numeric"):
         nk.ik.leg(nao, "L", T)
 

@@ -14,7 +14,7 @@ import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.crosscheck.steps import steps_of
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
-from nao_kin.naoqi import NaoqiError, VirtualNao
+from nao_kin.naoqi import VirtualNao
 from nao_kin.rotations import matrix_from_rpy
 
 JOINTS = {"HeadYaw": 0.01, "LHipYawPitch": -0.02, "RHipYawPitch": 0.015, "RKneePitch": 0.03, "LElbowRoll": -0.04}
@@ -140,30 +140,27 @@ def test_an_exported_urdf_brings_the_offsets_back(calibrated: nk.NaoModel, tmp_p
         assert np.abs(again.fk(reordered, frames) - calibrated.fk(q, frames)).max() < 1e-12
 
 
-def test_closed_forms_hold_where_the_geometry_does_and_say_why_where_not(nao: nk.NaoModel) -> None:
-    hand = nao.with_offsets(frames={"LArm": (0.0, 0.0, 0.002, 0.0, 0.0, 0.0), "CameraTop": (0.001, 0, 0, 0, 0.02, 0)})
-    q = nao.posture("StandInit")
-    found = nk.ik.head(hand, hand.rotation(q, "Head"))
-    assert np.abs(hand.rotation(found.q, "Head") - hand.rotation(q, "Head")).max() < 1e-9
-    seen = nk.ik.look_at(hand, [1.0, 0.3, 0.2], "CameraTop")
-    point = nk.screws.transform_point(np.linalg.inv(hand.fk(seen.q, "CameraTop")), [1.0, 0.3, 0.2])
-    assert np.abs(point[1:]).max() < 1e-9
-    knee = nao.with_offsets({"LHipRoll": 0.01})
-    with pytest.raises(BadArgument, match=r"no leg that the closed form fits: \w+ turns about .*nk\.ik\.numeric"):
-        nk.ik.leg(knee, "L", knee.fk(q, "LLeg"))
-    target = knee.fk(q, "LLeg")
-    numeric = nk.ik.numeric(knee, "LLeg", target, near=nao.posture("Stand"))
-    assert np.abs(knee.fk(numeric.q, "LLeg") - target).max() < 1e-6
-
-
-def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.NaoModel) -> None:
-    with VirtualNao(nao.with_offsets({"HeadYaw": 0.01}), stepped=True, posture="StandInit") as virtual:
+def test_a_virtual_nao_with_calibrated_legs_and_head_walks_looks_and_balances(nao: nk.NaoModel) -> None:
+    mine = nao.with_offsets(JOINTS | {"LHipRoll": 0.01}, {"CameraTop": CAMERA})
+    with VirtualNao(mine, stepped=True, posture="StandInit") as virtual:
         virtual.call("ALMotion", "wakeUp")
-        assert virtual.call("ALMotion", "moveTo", 0.02, 0.0, 0.0)
-    with VirtualNao(nao.with_offsets({"LHipRoll": 0.01}), stepped=True, posture="StandInit") as virtual:
-        virtual.call("ALMotion", "wakeUp")
-        with pytest.raises(NaoqiError, match=r"moveTo\s.*no leg that the closed form fits"):
-            virtual.call("ALMotion", "moveTo", 0.02, 0.0, 0.0)
+        feet = []
+        for _ in range(2):
+            state = virtual.state()
+            feet.append(state.T_world_torso @ mine.fk(state.q, ["LLeg", "RLeg"]))
+            assert virtual.call("ALMotion", "moveTo", 0.05, 0.0, 0.0)
+        assert (feet[1] - feet[0])[:, 0, 3].mean() == pytest.approx(0.05, abs=1e-3)
+        assert np.abs(feet[1][:, 2, 3]).max() < 1e-4  # both soles are on the ground
+        point = np.array([1.0, 0.3, 0.2])
+        virtual.call("ALTracker", "lookAt", point.tolist(), 0, 0.5, False)
+        T_torso_camera = mine.fk(virtual.state().q, "CameraTop")
+        seen = nk.screws.transform_point(nk.screws.inverse(T_torso_camera), point)
+        assert np.abs(seen[1:]).max() < 1e-6
+        virtual.call("ALMotion", "wbEnable", True)
+        assert virtual.call("ALMotion", "wbGoToBalance", "LLeg", 1.0)
+        state = virtual.state()
+        com, foot = mine.com(state.q), mine.fk(state.q, "LLeg")
+        assert np.linalg.norm((nk.screws.transform_point(nk.screws.inverse(foot), com))[:2]) < 0.03
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,11 @@ def answered(*jobs: Job) -> None:
     """Let Node solve all of them."""
     rows = [
         {"limb": job.limb, "solver": job.solver, "enforce": job.enforce, "targets": job.targets}
-        | {"references": job.references[:, job.limb["columns"]].tolist()}
+        | {
+            "references": (
+                job.references[:, job.limb["columns"]] * job.limb["multiplier"] + job.limb["offset"]
+            ).tolist()
+        }
         for job in jobs
     ]
     process = started()
@@ -152,12 +156,12 @@ def as_rows(*columns: Floats) -> list[list[Any]]:
 
 
 def branches_of(job: Job, count: int) -> Floats:
-    """Return the branches of the page, shape (n, count, joints), filled up with NaN."""
+    """Return the coordinates of the page's branches, shape (n, count, joints), filled up with NaN."""
     values = np.full((len(job.answers), count, len(job.limb["joints"])), np.nan)
     for i, answer in enumerate(job.answers):
         for k, branch in enumerate(answer["branches"]):
             values[i, k] = branch["values"]
-    return values
+    return (values - job.limb["offset"]) / job.limb["multiplier"]
 
 
 def assert_equal_answers(job: Job, found: IKResult) -> None:
@@ -313,6 +317,17 @@ def test_heads_and_gazes_are_solved_as_in_python(each_nao: nk.NaoModel, limits: 
         assert_equal_answers(job, found)
         if job.enforce:  # without limits the search for a point nearer than the camera ends in any of its valleys
             assert_nearest(job, found)
+
+
+@pytest.mark.parametrize("side", ["L", *full("R")])
+def test_limbs_of_a_calibrated_robot_are_solved_as_in_python(nao: nk.NaoModel, side: str) -> None:
+    rows = np.random.default_rng(19).uniform(-0.05, 0.05, nao.nq)
+    offsets = {name: float(row) for name, row in zip(nao.joint_names, rows, strict=True) if "Hand" not in name}
+    cameras = dict.fromkeys(nao.semantics.cameras, (0.004, -0.01, 0.003, 0.2, -0.1, 0.3))
+    mine = nao.with_offsets(offsets | {"RHipYawPitch": 0.03}, cameras)
+    test_legs_are_solved_as_in_python(mine, side, "enforce")
+    test_poses_of_hands_are_solved_as_in_python(mine, side, "enforce")
+    test_heads_and_gazes_are_solved_as_in_python(mine, "enforce")
 
 
 def assert_nearest(job: Job, found: IKResult) -> None:

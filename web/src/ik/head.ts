@@ -1,11 +1,15 @@
 import { clamp } from "../math/numbers.ts";
 import {
   angleBetween,
+  cross,
+  dot,
   minus,
   norm,
+  plus,
   product,
   rotY,
   rotZ,
+  times,
   transposed,
   type Pose,
   type Rotation,
@@ -98,20 +102,16 @@ const LAST_STEP = 1e-10;
  */
 export class Gaze extends Neck<GazeNumbers> {
   neck: Vector;
-  ahead: number;
-  up: number;
-  nx: number;
-  nz: number;
+  /** o and n in the axes of the head. */
+  place: Vector;
+  axis: Vector;
 
   constructor(numbers: GazeNumbers) {
     super(numbers);
     const { neck, place, rotation } = this.geometry;
     this.neck = neck;
-    // o and n, which lie in the xz plane of the head.
-    this.ahead = place[0];
-    this.up = place[2];
-    this.nx = rotation[0];
-    this.nz = rotation[6];
+    this.place = place;
+    this.axis = [rotation[0], rotation[3], rotation[6]];
   }
 
   /** The joint values with which the frame's x axis passes through a point in the torso. */
@@ -120,12 +120,12 @@ export class Gaze extends Neck<GazeNumbers> {
     const P = minus(target, this.neck);
     const [far, aside] = [norm(P), Math.hypot(P[0], P[1])];
     // The position of the camera along its optical axis and normal to it.
-    const along = this.ahead * this.nx + this.up * this.nz;
-    const across = this.ahead * this.nz - this.up * this.nx;
-    const beyond = (far - Math.abs(across)) * (far + Math.abs(across));
-    const radius = Math.hypot(this.ahead, this.up);
+    const along = dot(this.place, this.axis);
+    const across = norm(cross(this.place, this.axis));
+    const beyond = (far - across) * (far + across);
+    const radius = norm(this.place);
     if (beyond < 0 || (along >= 0 && far <= radius)) {
-      answer.setReason("OUT_OF_REACH", -1, (along >= 0 ? radius : Math.abs(across)) - far);
+      answer.setReason("OUT_OF_REACH", -1, (along >= 0 ? radius : across) - far);
     } else {
       for (const ahead of beyond === 0 ? [0] : [Math.sqrt(beyond), -Math.sqrt(beyond)]) {
         if (ahead > along) this.#look(P, aside, ahead - along, answer);
@@ -143,17 +143,23 @@ export class Gaze extends Neck<GazeNumbers> {
    */
   #look(P: Vector, aside: number, lambda: number, answer: Answer) {
     const [x, y, z] = P;
-    const [u, w] = [this.ahead + lambda * this.nx, this.up + lambda * this.nz];
+    const [u, v, w] = plus(this.place, times(lambda, this.axis));
     const add = (q: number[], family: Family) =>
       answer.checkLimits(q) && answer.addBranch(q, [0, this.#error(P, q)], family);
-    if (aside <= ON_AXIS) {
+    if (Math.max(aside, Math.abs(v)) <= ON_AXIS) {
       const pitch = Math.atan2(-u * z, w * z);
       add([this.#freeYaw(pitch, answer.reference[0], answer.enforce), pitch], "YAW_AXIS");
       return;
     }
-    for (const side of [1, -1]) {
-      const r = side * aside;
-      add([Math.atan2(side * y, side * x), Math.atan2(w * r - u * z, u * r + w * z)], "NONE");
+    const past = Math.abs(v) - aside;
+    if (past > ON_AXIS) {
+      // The camera looks past the yaw's axis at a larger distance than the point's.
+      if (answer.joint < 0) answer.setReason("OUT_OF_REACH", -1, past);
+      return;
+    }
+    const root = Math.sqrt(Math.max(0, -past * (aside + Math.abs(v))));
+    for (const r of root > 0 ? [root, -root] : [0]) {
+      add([Math.atan2(y * r - x * v, x * r + y * v), Math.atan2(w * r - u * z, u * r + w * z)], "NONE");
     }
   }
 
@@ -212,9 +218,9 @@ export class Gaze extends Neck<GazeNumbers> {
   #error(P: Vector, [yaw, pitch]: number[]) {
     const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
     // The point relative to the camera in the axes of the head, Ry(−pitch) Rz(−yaw) P − o.
-    const [x, y] = [c * P[0] + s * P[1], c * P[1] - s * P[0]];
-    const [u, w] = [cp * x - sp * P[2] - this.ahead, sp * x + cp * P[2] - this.up];
-    return Math.atan2(Math.hypot(w * this.nx - u * this.nz, y), u * this.nx + w * this.nz);
+    const x = c * P[0] + s * P[1];
+    const seen = minus([cp * x - sp * P[2], c * P[1] - s * P[0], sp * x + cp * P[2]], this.place);
+    return Math.atan2(norm(cross(seen, this.axis)), dot(seen, this.axis));
   }
 }
 

@@ -120,7 +120,8 @@ export class Answer {
   setLimitReason(values: number[]) {
     const worst = this.limb.violations(values).reduce((a, b) => (b.outside > a.outside ? b : a));
     const { reason, joint, value, low, high } = worst;
-    this.setReason(reason, joint, value, low - value > value - high ? low : high);
+    const zero = this.limb.zeros[joint];
+    this.setReason(reason, joint, value + zero, (low - value > value - high ? low : high) + zero);
   }
 
   /**
@@ -174,7 +175,7 @@ export class Limb<Numbers extends LimbNumbers> {
     this.frameRotation = numbers.geometry.rotation;
   }
 
-  /** Values of the joints in a configuration. */
+  /** Values of the joints in a configuration, from the zeros of the closed form. */
   values(q: ArrayLike<number>) {
     return this.columns.map((column, i) => this.multiplier[i] * q[column] + this.offset[i]);
   }

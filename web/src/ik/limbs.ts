@@ -24,8 +24,10 @@ interface Described<Kind extends string, Geometry> {
   /** The frame whose pose is the target, and below the frame in which the target is given. */
   frame: string;
   torso: string;
-  /** The joints' names from the torso outwards; value = multiplier · q[column] + offset. */
+  /** The joints' names from the torso outwards, and the values from which the closed form counts. */
   joints: string[];
+  zeros: number[];
+  /** Value in the closed form = multiplier · q[column] + offset; the limits are those of these values. */
   columns: number[];
   multiplier: number[];
   offset: number[];
