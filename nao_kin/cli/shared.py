@@ -25,5 +25,6 @@ HIPS = option("RULE", "For two HipYawPitch joints that differ: average (default 
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
 TOLERANCE = option("M", "Overlap of links that is accepted [m].", default=0.0)
 ALLOW = option("LINK,LINK", "Two links that may overlap; repeatable.")
+EXACT = flag("Where hulls overlap, compare the meshes.")
 CONTACTS = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor.")
 FORCES = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor.")
