@@ -11,7 +11,7 @@ import typer
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin.cli.options import RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.shared import ALLOW, CONFIGURATIONS, JSON, LIMITS, TOLERANCE
+from nao_kin.cli.shared import ALLOW, CONFIGURATIONS, EXACT, JSON, LIMITS, TOLERANCE
 from nao_kin.cli.sources import FileOptions, pairs_of
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def collisions(
     ),
     tolerance: float = TOLERANCE,
     allow: list[str] | None = ALLOW,
+    exact: bool = EXACT,
     limits: LimitPolicy = LIMITS,
     json: bool = JSON,
     robot: RobotOptions,
@@ -41,9 +42,9 @@ def collisions(
     """
     model, q, times, _ = given.configurations(robot, file, limits=limits)
     q = q[0] if file is None else q
-    allowed = pairs_of(allow)
-    clearance = model.clearance(q, tolerance=tolerance, allowed=allowed)
-    contacts = model.collisions(q, margin=margin or 0.0, tolerance=tolerance, allowed=allowed)
+    accepted: Any = {"tolerance": tolerance, "allowed": pairs_of(allow), "exact": exact}
+    clearance = model.clearance(q, **accepted)
+    contacts = model.collisions(q, margin=margin or 0.0, **accepted)
     free = np.asarray(clearance.is_free)
     if json:
         head = {"robot": model.name, "margin": margin or 0.0, "units": {"length": "m"}}

@@ -13,7 +13,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import Group, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import ALLOW, HIPS, JSON, OUTSIDE, TOLERANCE
+from nao_kin.cli.shared import ALLOW, EXACT, HIPS, JSON, OUTSIDE, TOLERANCE
 from nao_kin.cli.sources import MotionFile, check_posture, pairs_of
 from nao_kin.errors import BadArgument
 
@@ -113,6 +113,7 @@ def check(
     collisions: bool = flag("Also list links that overlap."),
     tolerance: float = TOLERANCE,
     allow: list[str] | None = ALLOW,
+    exact: bool = EXACT,
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,
     robot: RobotOptions,
@@ -125,9 +126,9 @@ def check(
     check_posture(model, posture)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
     fill = motions.HOLD if posture is None else posture
-    if not collisions and (tolerance or allow):
-        raise BadArgument("--tolerance and --allow are for --collisions")
-    rule = CollisionRule(tolerance, pairs_of(allow)) if collisions else False
+    if not collisions and (tolerance or allow or exact):
+        raise BadArgument("--tolerance, --allow and --exact are for --collisions")
+    rule = CollisionRule(tolerance, pairs_of(allow), exact) if collisions else False
     report = motions.check(model, source.read(model), fill=fill, collisions=rule, **chosen)
     if json:
         print_json(report.as_dict())

@@ -21,5 +21,6 @@ MISSING = option("VALUE", "Values of joints without a column, empty cells and Na
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
 TOLERANCE = option("M", "Overlap of links that is accepted [m].", default=0.0)
 ALLOW = option("LINK,LINK", "Two links that may overlap; repeatable.")
+EXACT = flag("Where hulls overlap, compare the meshes.")
 CONTACTS = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor.")
 FORCES = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor.")

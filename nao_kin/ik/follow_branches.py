@@ -320,9 +320,9 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
         rule = CollisionRule.of(limb.options.get("collisions", False))
         if rule is not None:
             shapes = limb.robot.link_shapes
-            found = shapes.contacts(now, -rule.tolerance, rule)
+            contacts = shapes.contacts(now, -rule.tolerance, rule)
             pairs = {pair for pair, moved in zip(shapes.pairs, shapes.moved(columns), strict=True) if moved}
-            overlapping = [contact for contact in found if contact.links in pairs]
+            overlapping = [contact for contact in contacts if contact.links in pairs]
             if overlapping:
                 return f"its branch ends at sample {sample}, where {overlapping[0].describe()}"
     return "its branch continues, but the jump reduces the total motion"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +16,12 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import CROSSOVER, Floats, check_tolerance, finite_or_none, generator
+from nao_kin._core.arrays import CROSSOVER, Floats, check_tolerance, finite_or_none, flag, generator
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.robot.collision_meshes import LinkMeshes
 from nao_kin.robot.collision_pairs import Capsules, LinkPair, disabled_collisions
 from nao_kin.robot.geometry import capsules, read_mesh, shape_geometry, warn_of_shapes
 from nao_kin.robot.joint_arrays import ROOT
@@ -38,6 +40,7 @@ class CollisionRule:
     Attributes:
         tolerance: overlap that is accepted, of every pair of links [m].
         allowed: pairs of links that may overlap.
+        exact: whether the meshes decide, fingers at the opening of the hand, where hulls overlap.
 
     Raises:
         BadArgument: a negative tolerance, or pairs that are no pairs of names.
@@ -51,9 +54,11 @@ class CollisionRule:
 
     tolerance: float = 0.0
     allowed: Sequence[LinkPair] = ()
+    exact: bool = False
 
     def __post_init__(self) -> None:
         check_tolerance(self.tolerance)
+        flag(self.exact, "exact")
         is_list = isinstance(self.allowed, Sequence) and not isinstance(self.allowed, str)
         pairs = self.allowed if is_list else [self.allowed]
         for pair in pairs:
@@ -360,6 +365,11 @@ class LinkShapes:
         table = np.array(rows, dtype=np.int64).reshape(-1, 3)
         return np.ascontiguousarray(table[:, :2]), table[:, 2]
 
+    @cached_property
+    def meshes(self) -> LinkMeshes:
+        """The meshes of the links."""
+        return LinkMeshes(self._robot, self.links, self._robot._exact_shapes())
+
     def allowed(self, rule: CollisionRule) -> NDArray[np.bool_]:
         """Return which pairs a rule allows to overlap, shape (pairs,)."""
         if not rule.allowed:
@@ -391,10 +401,12 @@ class LinkShapes:
         *,
         tolerance: float = 0.0,
         checked: NDArray[np.bool_] | None = None,
+        exact: bool = False,
     ) -> Clearance:
         """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair.
 
-        `checked` is which pairs are checked, shape (pairs,); None for all.
+        `checked` is which pairs are checked, shape (pairs,); None for all. If `exact`, the meshes of links whose hulls
+        overlap decide.
         """
         rows, places, owner = q.reshape(-1, q.shape[-1]), self._places, self._owner
         if checked is not None and not checked.all():
@@ -410,8 +422,26 @@ class LinkShapes:
             else:
                 self._by_coal(rows[part], places, gaps[part], which[part])
         which = np.where(which >= 0, owner[which], -1) if len(places) else which
+        for k in np.flatnonzero((gaps < 0.0) & (which >= 0)).tolist() if exact else ():
+            gaps[k], which[k] = self._by_meshes(rows[k], below, checked)
         shape = q.shape[:-1]
         return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs, tolerance)
+
+    def _by_meshes(self, q: Floats, below: float, checked: NDArray[np.bool_] | None) -> tuple[float, int]:
+        """Return the clearance and its pair in one configuration, by the meshes of links whose hulls overlap."""
+        depths: dict[int, float] = {}
+        for _, pair, result in self.near(q[None], 0.0, None if checked is None else ~checked):
+            depths[pair] = min(result.min_distance, depths.get(pair, 0.0))
+        poses = self.meshes.poses(q)
+        apart = {pair: self.meshes.nearest(self.pairs[pair], poses) for pair in depths}
+        found = [(depth if apart[pair] is None else apart[pair].min_distance, pair) for pair, depth in depths.items()]
+        if all(distance > 0.0 for distance, _ in found):
+            rest = np.ones(len(self.pairs), dtype=np.bool_) if checked is None else checked.copy()
+            rest[list(depths)] = False
+            other = self.clearance(q, checked=rest)
+            found.append((float(other.distance), int(other.pair_index)))
+        least, pair = min(found)
+        return (least, pair) if least < below else (below, -1)
 
     def clearance_from(self, q: Floats, near: Floats, rule: CollisionRule, columns: Sequence[int]) -> Clearance:
         """Return the clearance of configurations whose columns of q were found by a solver, over the pairs they move.
@@ -419,17 +449,17 @@ class LinkShapes:
         Pairs that overlap in `near`, which broadcasts with q, count only where they overlap more.
         """
         tolerance, checked = rule.tolerance, self.moved(columns) & ~self.allowed(rule)
-        before = self.clearance(near, -tolerance, checked=checked)
+        before = self.clearance(near, -tolerance, checked=checked, exact=rule.exact)
         if np.all(before.pair_index < 0):
-            return self.clearance(q, tolerance=tolerance, checked=checked)
+            return self.clearance(q, tolerance=tolerance, checked=checked, exact=rule.exact)
         overlapping = np.zeros(len(self.pairs), dtype=np.bool_)
         rows = near[before.pair_index >= 0]
         overlapping[[owner for _, owner, _ in self.near(rows, -tolerance) if checked[owner]]] = True
-        found = self.clearance(q, tolerance=tolerance, checked=checked & ~overlapping)
+        found = self.clearance(q, tolerance=tolerance, checked=checked & ~overlapping, exact=rule.exact)
         distance, pair_index = found.distance.copy(), found.pair_index.copy()
         for pair in np.flatnonzero(overlapping).tolist():
             own = np.arange(len(self.pairs)) == pair
-            now, then = (self.clearance(each, checked=own).distance for each in (q, near))
+            now, then = (self.clearance(each, checked=own, exact=rule.exact).distance for each in (q, near))
             worse = (now < np.minimum(then, -tolerance) - _SAME) & (now < distance)
             distance[worse], pair_index[worse] = now[worse], pair
         return Clearance(distance, pair_index, self.pairs, tolerance)
@@ -517,6 +547,10 @@ class LinkShapes:
         nearest: dict[tuple[int, int], Any] = {}
         skipped = None if rule is None else self.allowed(rule)
         for sample, owner, result in self.near(rows, margin, skipped):
+            if rule is not None and rule.exact and result.min_distance < 0.0:
+                result = self.meshes.nearest(self.pairs[owner], self.meshes.poses(rows[sample])) or result
+                if result.min_distance >= margin:
+                    continue
             known = nearest.get((sample, owner))
             if known is None or result.min_distance < known.min_distance:
                 nearest[sample, owner] = result
@@ -541,14 +575,14 @@ def random_free(
 ) -> Floats:
     """Return random configurations in which no links overlap; those that overlap are drawn again."""
     shapes, tolerance = robot.link_shapes, rule.tolerance
-    checked = ~shapes.allowed(rule)
+    options: Any = {"tolerance": tolerance, "checked": ~shapes.allowed(rule), "exact": rule.exact}
     wanted = robot.random(rng, n)  # checks the arguments
     drawn = generator(rng)
     rows = wanted.reshape(-1, robot.nq)
     filled = vain = 0
     while filled < len(rows):
         q = robot.random(drawn, min(max(_DRAWN, len(rows) - filled), _CHUNK))
-        q = q[shapes.clearance(q, -tolerance, tolerance=tolerance, checked=checked).is_free][: len(rows) - filled]
+        q = q[shapes.clearance(q, -tolerance, **options).is_free][: len(rows) - filled]
         vain = 0 if len(q) else vain + _DRAWN
         if vain > _MOST_DRAWN:
             raise BadArgument(

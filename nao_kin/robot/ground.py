@@ -511,12 +511,13 @@ def _on_soles(
     if not count:
         return down, used, rests
     starts = -T_soles[..., :3, 2]
-    most = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
+    most: Floats = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
     if count > 1:
         mean, length = _mean_down(T_soles)
         starts = np.concatenate([np.where(length > 0.0, mean.T, np.nan).T[:, None], starts], axis=1)
         most = np.column_stack([np.full(n, _ONTO_OTHER), most])
-    left, carried = np.arange(n), feet.carried(robot, floor.links)
+    left: NDArray[np.intp] = np.arange(n)
+    carried = feet.carried(robot, floor.links)
     for _ in range(starts.shape[1]):
         found, away, chosen = settle(corners[left], centres[left], starts[left], most[left])
         heights = (corners[left] @ found[..., None])[..., 0]

@@ -57,7 +57,7 @@ from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
 from nao_kin.robot.support_polygon import SupportPolygon, support_polygon
-from nao_kin.robot.urdf import UrdfTree, read_mjcf, read_robot, read_urdf
+from nao_kin.robot.urdf import Collision, UrdfTree, Visual, read_mjcf, read_robot, read_urdf
 
 _Robot = TypeVar("_Robot", bound="RobotModel")
 
@@ -1061,7 +1061,13 @@ class RobotModel:
         """Return the shapes of `link_shapes`: those of the collision elements, or of the visuals if there are none."""
         return shapes_of(self.tree)
 
-    def clearance(self, q: ArrayLike, *, tolerance: float = 0.0, allowed: Sequence[tuple[str, str]] = ()) -> Clearance:
+    def _exact_shapes(self) -> tuple[Visual, ...] | tuple[Collision, ...]:
+        """Return the shapes that the hulls of `link_shapes` contain."""
+        return self.tree.collisions or self.tree.visuals
+
+    def clearance(
+        self, q: ArrayLike, *, tolerance: float = 0.0, allowed: Sequence[tuple[str, str]] = (), exact: bool = False
+    ) -> Clearance:
         """Return the smallest distance between links, and the two links that have it.
 
         The shapes of a NAO are the convex hulls of its meshes. Those of another robot are its collision elements, or
@@ -1074,6 +1080,7 @@ class RobotModel:
             q: configurations, shape (..., nq).
             tolerance: overlap that `is_free` accepts [m].
             allowed: pairs of links that may overlap, and are not checked.
+            exact: whether coal compares the meshes where hulls overlap, with the fingers at the opening of the hand.
 
         Returns:
             Distances, shape (...) [m]. Where links overlap, the distance is negative: minus the length of the least
@@ -1093,8 +1100,9 @@ class RobotModel:
             >>> nao.clearance(nao.random(rng=0, n=1000)).is_free.sum().tolist()
             619
         """
-        rule, shapes = CollisionRule(tolerance, allowed), self.link_shapes
-        return shapes.clearance(self.checked(q), tolerance=rule.tolerance, checked=~shapes.allowed(rule))
+        rule, shapes = CollisionRule(tolerance, allowed, exact), self.link_shapes
+        checked = ~shapes.allowed(rule)
+        return shapes.clearance(self.checked(q), tolerance=rule.tolerance, checked=checked, exact=exact)
 
     def collisions(
         self,
@@ -1103,6 +1111,7 @@ class RobotModel:
         margin: float = 0.0,
         tolerance: float = 0.0,
         allowed: Sequence[tuple[str, str]] = (),
+        exact: bool = False,
     ) -> tuple[Contact, ...]:
         """Return the pairs of links that overlap, or are nearer than a margin, with their nearest points.
 
@@ -1114,6 +1123,7 @@ class RobotModel:
             margin: distance below which links are listed; negative for those that overlap by more [m].
             tolerance: overlap that is accepted, subtracted from `margin` [m].
             allowed: pairs of links that may overlap, and are not listed.
+            exact: as in `clearance`.
 
         Returns:
             The contacts, by configuration and then by distance. Each has the names of its `links`; their `distance`,
@@ -1130,7 +1140,7 @@ class RobotModel:
             >>> [contact.links for contact in nao.collisions(q)]
             [('RBicep', 'l_wrist')]
         """
-        rule = CollisionRule(tolerance, allowed)
+        rule = CollisionRule(tolerance, allowed, exact)
         return self.link_shapes.contacts(self.checked(q), float(shaped(margin, (), "margin")) - rule.tolerance, rule)
 
     # --- internal -------------------------------------------------------------------------------------------------

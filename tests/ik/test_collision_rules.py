@@ -123,3 +123,54 @@ def test_wrong_rules_are_refused(nao: nk.NaoModel) -> None:
     for ask in (nk.ik.arm, nk.ik.leg):
         with pytest.raises(BadArgument, match="collisions must be True, False or a CollisionRule, got 1"):
             ask(nao, "L", nao.fk(q, "LArm"), near=q, collisions=1)  # type: ignore[arg-type]
+
+
+# --- The meshes.
+
+
+def test_with_the_meshes_links_touch_exactly_if_their_meshes_do(nao: nk.NaoModel) -> None:
+    coal = pytest.importorskip("coal")
+    parents = {joint.child: joint.parent for joint in nao.tree.joints}
+    loader, shapes = coal.MeshLoader(), []
+    for visual in nao.tree.visuals:
+        owner = visual.link
+        while owner not in nao.link_shapes.links:
+            owner = parents[owner]
+        mesh = loader.load(str(nao.urdf_path.parent / visual.geometry.filename), np.array(visual.geometry.scale))
+        shapes.append((owner, visual.link, mesh, visual.origin.matrix))
+    q = nao.random(5, 60)
+    q = q[~np.asarray(nao.clearance(q).is_free)]
+    false_alarms = 0
+    for row in q:
+        poses = dict(zip(nao.link_names, nao.fk(row), strict=True))
+        touching = set()
+        for contact in nao.collisions(row):
+            one, other = (
+                [(mesh, poses[link] @ T) for owner, link, mesh, T in shapes if owner == name] for name in contact.links
+            )
+            for mesh, T in one:
+                for second, T_second in other:
+                    places = (coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in (T, T_second))
+                    first, last = places
+                    if coal.collide(mesh, first, second, last, coal.CollisionRequest(), coal.CollisionResult()):
+                        touching.add(contact.links)
+        found = nao.clearance(row, exact=True)
+        assert {contact.links for contact in nao.collisions(row, exact=True)} == touching
+        assert found.is_free == (not touching)
+        assert found.distance >= nao.clearance(row).distance - 1e-9
+        false_alarms += not touching
+    assert 0 < false_alarms < len(q)
+
+
+def test_the_fingers_are_where_the_hand_opens_them(nao: nk.NaoModel) -> None:
+    q = nao.posture("LyingBelly")
+    assert not nao.clearance(q).is_free
+    assert nao.clearance(q, exact=True).is_free
+    rule = CollisionRule(exact=True)
+    assert nk.motion.check(nao, nk.Motion([0.0, 1.0], nao.joint_names, [q, q]), rate=2, collisions=rule).ok
+    near = np.where(_moves_left(nao), 0.0, q)
+    T = nao.fk(q, "LArm")
+    assert nk.ik.arm(nao, "L", T, near=near, collisions=True).reason == Reason.COLLISION
+    assert nk.ik.arm(nao, "L", T, near=near, collisions=rule).success
+    with pytest.raises(BadArgument, match="exact"):
+        nao.clearance(q, exact=1)  # type: ignore[arg-type]

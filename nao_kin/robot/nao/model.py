@@ -24,7 +24,7 @@ from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_name
 from nao_kin.robot.nao.rows import VERSIONS, Version
 from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.semantics import Posture, Semantics, View
-from nao_kin.robot.urdf import UrdfTree, read_urdf
+from nao_kin.robot.urdf import UrdfTree, Visual, read_urdf
 
 # The file of the convex hulls of the meshes of all versions, beside the URDFs.
 HULLS = "collision_hulls.obj"
@@ -59,6 +59,10 @@ class NaoModel(RobotModel):
     def _collision_shapes(self) -> Iterable[Shape]:
         """Return the convex hulls of the meshes; the URDF has simple shapes around these hulls, for simulators."""
         return hulls_in(nao_urdf_path(self.version).with_name(HULLS).read_text(encoding="utf-8"))
+
+    def _exact_shapes(self) -> tuple[Visual, ...]:
+        """Return the visual shapes, which are the meshes."""
+        return self.tree.visuals
 
     def to_body(self, q: ArrayLike) -> Floats:
         """Return joint values in NAOqi's Body order; RHipYawPitch repeats LHipYawPitch.
