@@ -25,7 +25,8 @@ class LinkMeshes:
     """
 
     def __init__(self, robot: RobotModel, links: tuple[str, ...], rows: tuple[Visual | Collision, ...]) -> None:
-        self._robot, self._own, parents = robot, defaultdict(list), {j.child: j.parent for j in robot.tree.joints}
+        self._robot, parents = robot, {j.child: j.parent for j in robot.tree.joints}
+        self._own: defaultdict[str, list[Any]] = defaultdict(list)
         meshes = defaultdict(list)
         for row in rows:
             try:
