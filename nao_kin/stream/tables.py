@@ -329,9 +329,13 @@ def log_columns(
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
-    if look_like_degrees(robot, table.names, in_si_units(row[None], table.units)[0]):
+    values = in_si_units(row[None], table.units)[0]
+    if look_like_degrees(robot, table.names, values):
         return "; are these degrees (degrees=True, --deg)?"
-    return '; limits="clamp" or "ignore" (--limits clamp or ignore) accepts it'
+    by_name = dict(zip(table.names, values, strict=True))
+    q = robot.configuration(by_name, limits="ignore", hips="average", missing=0.0)
+    noise = ', or "measured", as noise of a sensor' if robot.within_limits(q, limits="measured") else ""
+    return f'; limits="clamp" or "ignore" (--limits clamp or ignore) accepts it{noise}'
 
 
 def look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -> bool:

@@ -233,5 +233,5 @@ def test_a_run_over_a_file_counts_what_it_accepted(nao: nk.NaoModel, tmp_path: P
     assert result.bad_rows == 0
     assert result.rows_written == len(rows)
     assert str(caught[0].message).startswith(f"{result.clamped.rows} configurations")
-    with pytest.raises(BadInputFile, match="outside the joint limits"):
+    with pytest.raises(BadInputFile, match="outside the joint limits.* as noise of a sensor$"):
         nk.stream.fk(nao, source, "LArm", sink, hips="average", overwrite=True)
