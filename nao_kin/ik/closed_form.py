@@ -75,22 +75,32 @@ class Limb:
     frame: str  # the frame whose pose is the target
     torso: str  # the frame in which targets are given
     rest: Floats  # all joints at zero, or at the limit nearest to it, shape (nq,)
-    is_scaled: bool  # whether some value differs from its coordinate
+    is_scaled: bool  # whether some multiplier is not 1
+    is_shifted: bool  # whether some offset is not 0
 
     @cached_property
     def at_rest(self) -> Floats:
         """The values at rest, shape (1, c); read only."""
-        values = self.rest[self.index]
-        return (values * self.multiplier + self.offset if self.is_scaled else values)[None]
+        return self.values(self.rest[self.index])[None]
 
     @cached_property
     def packed(self) -> Floats:
         """Its geometry and limits in one array, for kernels."""
         return packed((self.numbers, self.ranges))
 
+    def values(self, coordinates: Floats) -> Floats:
+        """Return the values in the closed form for coordinates (..., c)."""
+        scaled = coordinates * self.multiplier if self.is_scaled else coordinates
+        return scaled + self.offset if self.is_shifted else scaled
+
     def coordinates(self, values: Floats) -> Floats:
         """Return the coordinates for values in the closed form, shape (..., c)."""
-        return (values - self.offset) / self.multiplier if self.is_scaled else values
+        return (values - self.offset) / self.multiplier
+
+    @cached_property
+    def rows(self) -> dict[tuple[int, int], tuple[Floats, Floats]]:
+        """Offsets and multipliers at the places of the joints in rows of a kernel, by report and row length."""
+        return {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,10 +296,9 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     ranges = shifted(Ranges(lower, upper, bends, at, low, high, *places), zeros)
     offset = offset - zeros
     index = np.array(columns, dtype=np.intp) + robot.nq_base
-    in_q, rest = tuple(index.tolist()), robot.clamp(robot.neutral())
-    is_scaled = bool(np.any(multiplier != 1.0) or offset.any())
-    torso = torso_frame(robot)
-    return Limb(joints, in_q, index, zeros, multiplier, offset, ranges, numbers, frame, torso, rest, is_scaled)
+    motors = tuple(index.tolist()), index, zeros, multiplier, offset
+    differs = bool(np.any(multiplier != 1.0)), bool(offset.any())
+    return Limb(joints, *motors, ranges, numbers, frame, torso_frame(robot), robot.clamp(robot.neutral()), *differs)
 
 
 def _motors_of(robot: RobotModel, joints: tuple[str, ...]) -> tuple[list[int], Floats, Floats, Floats]:
@@ -436,13 +445,12 @@ def solve(
 def solve_targets(
     form: ClosedForm, limb: Limb, targets: Floats, options: Options, refuse: Callable[[], object] = lambda: None
 ) -> KernelOutput:
-    """Solve targets of shape (..., m) with a closed form; `refuse` raises for the first target that is not rigid."""
+    """Solve targets of shape (..., m) with a closed form; the output has coordinates in place of the joint values.
+
+    `refuse` raises for the first target that is not rigid.
+    """
     enforce, batch, c = options.enforce, targets.shape[:-1], len(limb.joints)
-    if options.near is limb.rest:
-        joints = limb.at_rest
-    else:
-        joints = options.near[..., limb.index]
-        joints = joints * limb.multiplier + limb.offset if limb.is_scaled else joints
+    joints = limb.at_rest if options.near is limb.rest else limb.values(options.near[..., limb.index])
     if batch:
         # The kernel is compiled for one type of array.
         joints = _contiguous(np.broadcast_to(joints, (*batch, c)).reshape(-1, c))
@@ -455,17 +463,34 @@ def solve_targets(
     else:
         joints = joints.reshape(1, c)
         output = _solve_one(form, limb, _contiguous(targets.reshape(1, targets.size)), joints, enforce)
-    if output.is_complete:
-        return output
-    if output.report[:, REASON].min(initial=0.0) == NOT_RIGID:
-        refuse()
-    if not enforce:
-        # The nearest poses of targets that are missed, turned to within half a turn of the reference.
-        missed, report = output.rows[:, 0] == 0.0, output.report
-        near, best = joints[missed], report[missed, BEST : BEST + c]
-        turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
-        report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
+    if not output.is_complete:
+        if output.report[:, REASON].min(initial=0.0) == NOT_RIGID:
+            refuse()
+        if not enforce:
+            # The nearest poses of targets that are missed, turned to within half a turn of the reference.
+            missed, report = output.rows[:, 0] == 0.0, output.report
+            near, best = joints[missed], report[missed, BEST : BEST + c]
+            turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
+            report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
+    if limb.is_scaled or limb.is_shifted:
+        _write_coordinates(limb, output)
     return output
+
+
+def _write_coordinates(limb: Limb, output: KernelOutput) -> None:
+    """Replace the values of the closed form by coordinates, in the report and in the branches."""
+    c, width = output.joints, output.rows.shape[1]
+    if (output.length, width) not in limb.rows:
+        # One array for a whole row: two operations for a target, not two for each of its parts.
+        offset, multiplier = np.zeros(width), np.ones(width)
+        for row, numbers in ((offset, limb.offset), (multiplier, limb.multiplier)):
+            row[REPORT + BEST : REPORT + BEST + c] = numbers
+            row[REPORT + output.length :].reshape(-1, c + EXTRAS)[:, :c] = numbers
+        limb.rows[output.length, width] = offset, multiplier
+    offset, multiplier = limb.rows[output.length, width]
+    np.subtract(output.rows, offset, out=output.rows)
+    if limb.is_scaled:
+        np.divide(output.rows, multiplier, out=output.rows)
 
 
 def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> KernelOutput:
@@ -529,15 +554,15 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
     values, best = branches[..., :c], report[..., BEST : BEST + c]
     joint = np.asarray(report[..., JOINT].astype(np.int64))
     needed, limit = (np.asarray(report[..., place]) for place in (NEEDED, LIMIT))
-    if limb.is_scaled and not output.is_complete:
+    if limb.is_shifted and not output.is_complete:
         zero = np.where(joint < 0, 0.0, limb.zeros[joint])  # without a joint, the numbers are no values of one
         needed, limit = needed + zero, limit + zero
     return {
         "joints": limb.joints,
         "columns": limb.columns,
         "near": options.near.copy() if options.near is limb.rest else options.near,
-        "best": limb.coordinates(best),
-        "branches": limb.coordinates(values),
+        "best": best,
+        "branches": values,
         "families": branches[..., c + 3].astype(np.int8),
         "count": output.rows[:, 0].astype(np.int64).reshape(batch),
         "reasons": np.asarray(report[..., REASON], dtype=np.int8),
@@ -582,5 +607,5 @@ def solve_or_nearest(
 def unlimited_branches(form: ClosedForm, limb: Limb, targets: Floats) -> list[Floats]:
     """Return the coordinates (n, c) of each branch for targets (n, m) without limits; those at rest if missing."""
     output = solve_targets(form, limb, targets if len(targets) > 1 else targets[0], Options(limb.rest, (), False, None))
-    branches = limb.coordinates(output.branches[..., : len(limb.joints)])
+    branches = output.branches[..., : len(limb.joints)]
     return list(np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1))

@@ -395,6 +395,7 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
         ranges=ranges,
         numbers=Legs(one.numbers, other.numbers, turn),
         is_scaled=one.is_scaled or other.is_scaled,
+        is_shifted=one.is_shifted or other.is_shifted,
     )
 
 
