@@ -7,6 +7,7 @@ its visual shapes; shapes that cannot be read are left out. The page of the view
 from __future__ import annotations
 
 import functools
+import math
 import threading
 import weakref
 from collections.abc import Sequence
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 # Largest angle by which a robot turns from the plane of its soles until it rests on them [rad]: from a sole that its
 # centre of mass is above, because another foot is lower, and otherwise onto another foot. Backlash of the joints makes
 # angles up to the second; a robot that would turn farther onto a foot in the air falls.
-_FROM_OWN, _ONTO_OTHER = np.radians(5.0), np.radians(1.5)
+_FROM_OWN, _ONTO_OTHER = math.radians(5.0), math.radians(1.5)
 # How far above its lowest point a sole is taken for flat, if only its shapes are known [m].
 _FLAT = 0.002
 # How far other links may be below the soles of a robot that stands on them [m].
@@ -511,7 +512,7 @@ def _on_soles(
     if not count:
         return down, used, rests
     starts = -T_soles[..., :3, 2]
-    most: Floats = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
+    most = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
     if count > 1:
         mean, length = _mean_down(T_soles)
         starts = np.concatenate([np.where(length > 0.0, mean.T, np.nan).T[:, None], starts], axis=1)
