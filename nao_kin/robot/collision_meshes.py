@@ -25,9 +25,9 @@ class LinkMeshes:
     """
 
     def __init__(self, robot: RobotModel, links: tuple[str, ...], rows: tuple[Visual | Collision, ...]) -> None:
-        self._robot, parents = robot, {j.child: j.parent for j in robot.tree.joints}
-        self._own: defaultdict[str, list[Any]] = defaultdict(list)
-        meshes = defaultdict(list)
+        self._robot, parents = robot, {joint.child: joint.parent for joint in robot.tree.joints}
+        self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
+        meshes: dict[str, list[tuple[Any, Floats]]] = defaultdict(list)
         for row in rows:
             try:
                 geometry = shape_geometry(row.geometry, robot.tree.packages)

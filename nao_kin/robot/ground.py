@@ -512,7 +512,7 @@ def _on_soles(
     if not count:
         return down, used, rests
     starts = -T_soles[..., :3, 2]
-    most: Floats = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
+    most = np.where(feet.below(T_soles, centres), _FROM_OWN, _ONTO_OTHER)
     if count > 1:
         mean, length = _mean_down(T_soles)
         starts = np.concatenate([np.where(length > 0.0, mean.T, np.nan).T[:, None], starts], axis=1)
