@@ -191,6 +191,7 @@ class TableColumns:
     all: int = 0  # number of columns in the file
     iso_times: IsoTimes | None = None  # None if the times are numbers
     blanks: bool = False  # whether empty cells are NaN rather than errors
+    gaps: bool = False  # whether empty cells of joints and the text NaN are NaN rather than errors
     delimiter: str = ","
     mark: str = "."  # the decimal mark
     fixed: tuple[str, ...] = ()  # fields that are the same in every row
@@ -278,7 +279,8 @@ class TableColumns:
             field = fields[place]
             try:
                 is_time = self.timed and place == self.places[-1]
-                if self.blanks and not is_time and field.strip().lower() in ("", "nan"):
+                text = field.strip()
+                if (self.blanks and not text) or (self.gaps and not is_time and text.lower() in ("", "nan")):
                     values.append(math.nan)
                 elif self.iso_times is not None and is_time:
                     values.append(self.iso_times.seconds(field))

@@ -14,15 +14,16 @@ import _thread
 import fcntl
 import os
 import select
-import shutil
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    import subprocess
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 # Cleanup takes milliseconds; if a disk or a lock delays it, the program exits without it.
@@ -132,6 +133,8 @@ _KILL_SECONDS = _REMOVE_SECONDS = 0.3
 
 def main(folder: str, prefix: str, *command: str) -> None:
     """Run the command until it ends or has to be ended, then remove the folder."""
+    import subprocess
+
     parent = os.getppid()
     asked: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -186,6 +189,8 @@ def kill_group(program: subprocess.Popen[bytes] | subprocess.Popen[str]) -> None
 
 def _remove(folder: str) -> None:
     """Remove a folder to which a program that was just killed may still be writing."""
+    import shutil
+
     end = time.monotonic() + _REMOVE_SECONDS
     while os.path.exists(folder) and time.monotonic() < end:
         shutil.rmtree(folder, ignore_errors=True)
@@ -206,6 +211,8 @@ def _locked(path: str) -> int | None:
 
 def _remove_orphans(parent: str, prefix: str) -> None:
     """Remove folders left behind when a program and its supervisor were killed together."""
+    import shutil
+
     with suppress(OSError), os.scandir(parent) as entries:
         for entry in entries:
             if not entry.name.startswith(prefix) or not entry.is_dir(follow_symlinks=False):

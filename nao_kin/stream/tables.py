@@ -257,7 +257,7 @@ class TableOptions:
             shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
             advice = "" if self.missing is not None else "; missing= (--missing) gives their values"
             raise BadInputFile(name, f"{where}missing joints: {shown}{advice}", line)
-        return table if self.missing is None else replace(table, blanks=True)
+        return table if self.missing is None else replace(table, gaps=True)
 
 
 # Numbers in a row of a NAO's joints without names → the orders that they may have.
@@ -388,7 +388,7 @@ def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -
             except ValueError as error:
                 raise BadInputFile(name, f"{where}time {error}") from None
         for place, (value, heading) in enumerate(zip(row, table.headings, strict=True)):
-            if table.blanks and place < len(table.names) and (value is None or value != value):
+            if table.gaps and place < len(table.names) and (value is None or value != value):
                 row[place] = math.nan
             elif not is_finite_number(value):
                 raise BadInputFile(name, f"{where}{heading} is {described(value)}, expected a finite number")

