@@ -336,7 +336,9 @@ class FileOptions(JointOptions):
                 advice = "are these degrees (--deg)?"
             raise BadInputFile(file, f"{reason}; {advice}")
         if limits == "measured":
-            model.configuration(dict(zip(model.joint_names, path.q.T[model.nq_base :], strict=True)), limits=limits)
+            from nao_kin.stream import clamp
+
+            clamp(model, path.q)[1].warn(model.unit)
         return path.q
 
 

@@ -273,10 +273,8 @@ def check(
 def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float, rule: CollisionRule) -> _Found:
     """Return the intervals of samples in which links overlap, each with the links that overlap most."""
     moves = motion.configurations(robot, rate=rate, fill=fill)
-    times, clearance = (
-        moves.times,
-        robot.clearance(moves.q, tolerance=rule.tolerance, allowed=rule.allowed, exact=rule.exact),
-    )
+    times = moves.times
+    clearance = robot.clearance(moves.q, tolerance=rule.tolerance, allowed=rule.allowed, exact=rule.exact)
     overlap = np.flatnonzero(~np.asarray(clearance.is_free))
     rows = []
     for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():

@@ -276,8 +276,7 @@ class ConfigurationSpace:
         columns = slice(None) if joints is None else [self._coordinates.column[name] for name in joints]
         inside[..., self._offset :][..., columns] = clamped[..., columns]
         if limits == "measured":
-            outside = OutsideRows.of(values, inside[..., self._offset :], names)
-            outside.warn(self._units.get(outside.joint, ""))
+            OutsideRows.of(values, inside[..., self._offset :], names).warn(self._units.__getitem__)
             return q
         return inside
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,10 +105,11 @@ class OutsideRows:
             return cls()
         return cls(int(outside.sum()), float(distances.max()), names[int(np.argmax(distances)) % len(names)])
 
-    def warn(self, unit: str) -> None:
-        """Warn that limits="measured" has accepted these configurations; `unit` is that of the joint."""
+    def warn(self, unit_of: Callable[[str], str]) -> None:
+        """Warn that limits="measured" has accepted these configurations, if any; `unit_of` gives a joint's unit."""
         if not self.rows:
             return
+        unit = unit_of(self.joint)
         angle = unit == "rad"
         distance = f"{math.degrees(self.largest):.2g}°" if angle else f"{self.largest:.2g} {unit}".removesuffix(" 1")
         several = "1 configuration has" if self.rows == 1 else f"{self.rows} configurations have"

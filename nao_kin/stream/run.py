@@ -202,8 +202,8 @@ def fk(
         identity = _identity(files)
         run = None if identity is None else {**_provenance(robot), "source": identity, **arguments}
         result = _to_sink(job, files, sink, run, progress)
-    if limits == "measured" and result.clamped.rows:
-        result.clamped.warn(robot.unit(result.clamped.joint))
+    if limits == "measured":
+        result.clamped.warn(robot.unit)
     return result
 
 
