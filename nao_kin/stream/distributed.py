@@ -88,6 +88,8 @@ def connect(
     if workers is not None:
         raise BadArgument("workers are started on this machine only: leave out either workers or address")
     try:
+        # A default client that fails to connect would remain dask's scheduler: another one tries first.
+        Client(address, timeout=timeout, set_as_default=False).close()
         return Client(address, timeout=timeout)
     except (OSError, asyncio.TimeoutError, TypeError, ValueError) as error:
         raise BadArgument(f"no dask scheduler answers at {quoted(address)}: {abbreviated(error)}") from None

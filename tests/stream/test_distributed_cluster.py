@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import dask
 import dask.array as da
 import numpy as np
 import pytest
@@ -179,6 +180,7 @@ def test_where_no_scheduler_answers_one_line_says_so() -> None:
         distributed.connect("tcp://127.0.0.1:1", workers=2)
     with pytest.raises(BadArgument, match="workers must be at least 1, got 0"):
         distributed.connect(workers=0)
+    assert dask.config.get("scheduler", None) is None  # dask computes in this process as before
 
 
 @pytest.mark.full
