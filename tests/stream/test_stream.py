@@ -489,7 +489,7 @@ def _columns(**columns: object) -> Callable[[Path], Path]:
         (_save("q.npy", np.zeros((3, 25), complex)), "an array of complex128, expected real numbers"),
         (_save("q.npy", np.full((3, 25), None), pickle=True), "not a whole NumPy array"),
         (_text("q.npy", "HeadYaw"), "not a whole NumPy array"),
-        (_text("q.npy", _BROKEN_NPY), "not a whole NumPy array: EOF in multi-line statement"),
+        (_text("q.npy", _BROKEN_NPY), "not a whole NumPy array: .*EOF in multi-line statement"),
         (_text("q.npy", ""), "not a whole NumPy array"),
         (_text("q.parquet", "HeadYaw"), "not a Parquet file"),
         (_text("q.arrow", "HeadYaw"), "not an Arrow IPC file"),
