@@ -31,11 +31,11 @@ _BLOCK = 1000
 
 def coal_seconds(nao: nk.NaoModel, q: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the time of a loop over coal for given poses, per configuration [s], and the clearances."""
-    shapes = nao.link_shapes
-    of_link = {link: [k for k, s in enumerate(shapes.shapes) if s.link == link] for link in shapes.links}
-    pairs = [(a, b) for one, other in shapes.pairs for a in of_link[one] for b in of_link[other]]
-    geometries = [shape.geometry for shape in shapes.shapes]
-    T = nao.fk(q, [shape.link for shape in shapes.shapes]) @ np.array([s.T_link_geometry for s in shapes.shapes])
+    shapes = [(whole.link, shape) for whole in nao.link_shapes.shapes for shape in whole.parts or (whole,)]
+    of_link = {link: [k for k, (owner, _) in enumerate(shapes) if owner == link] for link in nao.link_shapes.links}
+    pairs = [(a, b) for one, other in nao.link_shapes.pairs for a in of_link[one] for b in of_link[other]]
+    geometries = [shape.geometry for _, shape in shapes]
+    T = nao.fk(q, [shape.link for _, shape in shapes]) @ np.array([shape.T_link_geometry for _, shape in shapes])
     request = coal.DistanceRequest()
     request.enable_signed_distance = True
     request.gjk_tolerance = request.epa_tolerance = 1e-10

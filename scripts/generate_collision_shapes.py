@@ -1,10 +1,11 @@
 """Fit the collision shapes of the NAO to its meshes and sort their pairs, or check that the files are up to date.
 
 Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, four of them for
-the trunk, are used by `NaoModel.clearance`: each is bounded by planes that touch the mesh, and no corner is farther
-than 2 mm from the mesh's hull. Simple shapes are used in the collision elements of the URDFs, which simulators read: a
-capsule of least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and
-wide, have boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
+the trunk and one for each phalanx, are used by `NaoModel.clearance`: each is bounded by planes that touch the mesh, and
+no corner is farther than 2 mm from the mesh's hull. Simple shapes are used in the collision elements of the URDFs,
+which simulators read: a capsule of least volume for each link, and a second one for the fingers; the trunk and the
+feet, which are flat and wide, have boxes. Lengths are rounded outwards. The right side is the mirror image of the left
+one.
 
 Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows, on any processor.
 
@@ -33,7 +34,7 @@ from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
 from nao_kin.robot import load_nao, read_mesh
 from nao_kin.robot.collision_pairs import DEFAULT, NEVER, disabled_collisions, never_touch
-from nao_kin.robot.collisions import LinkShapes, hulls_in
+from nao_kin.robot.link_shapes import LinkShapes, hulls_in
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
 from nao_kin.robot.nao.rows import ShapeRow
@@ -42,13 +43,15 @@ _TOP = Path(__file__).resolve().parent.parent
 ROWS, HULLS_FILE = _TOP / "nao_kin" / "robot" / "nao" / "collision_rows.py", _TOP / "urdf" / HULLS
 # Edges of the triangles whose corners are inside the shapes, and the unit of lengths [m].
 _FINE, _UNIT = 0.006, 1e-4
-# How far a corner of a hull may be from the mesh's hull, and the unit of its corners [m].
-_GAP, _FINE_UNIT = 0.002, 1e-5
+# How far a corner of a hull may be from the mesh's hull, less where links pass close to each other, and the unit of
+# the corners [m].
+_GAP, _GAPS, _FINE_UNIT = 0.002, {"HeadPitch": 0.0015, "LShoulderPitch": 0.0003}, 1e-5
 # Heights between the boxes of the trunk [m]: of its pelvis, waist, chest and neck.
 _CUTS = (-math.inf, -0.046, 0.0, 0.1, math.inf)
 # Enough openings that the hull of a finger at all of them also contains the finger between them.
 _OPENINGS = np.linspace(0.0, 1.0, 81)
-_MIRROR = np.array([1.0, -1.0, 1.0])
+# What is symmetric is so across y, or a phalanx, whose mesh serves on both sides, across z.
+_MIRROR, _MIRROR_Z = np.array([1.0, -1.0, 1.0]), np.array([1.0, 1.0, -1.0])
 # Random configurations, and boxes in the proof that a pair of links never touches.
 _SAMPLES = 20_000
 _UP: Vector = (0.0, 0.0, 1.0)
@@ -93,12 +96,12 @@ def pieces() -> Iterator[tuple[str, str, Floats]]:
     """Yield joint, name and points of the convex pieces of the torso and the left links, of all versions [m]."""
     for (joint, part), triangles in surfaces().items():
         if joint != "torso":
-            yield joint, f"{joint}{part}", _corners(triangles, symmetric=joint.startswith("Head"))
+            yield joint, f"{joint}{part}", _corners(triangles, _MIRROR if joint.startswith("Head") else None)
             continue
         heights = triangles[..., 2]
         for number, (low, high) in enumerate(itertools.pairwise(_CUTS), 1):
             inside = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
-            yield joint, f"torso{number}", _corners(triangles[inside], symmetric=True)
+            yield joint, f"torso{number}", _corners(triangles[inside], _MIRROR)
 
 
 def _products(vectors: Floats, rows: Floats) -> Floats:
@@ -109,9 +112,9 @@ def _products(vectors: Floats, rows: Floats) -> Floats:
     return np.asarray((vectors[:, None] * rows).sum(axis=-1))
 
 
-def _corners(triangles: Floats, *, symmetric: bool) -> Floats:
+def _corners(triangles: Floats, mirror: Floats | None) -> Floats:
     points = triangles.reshape(-1, 3).round(6)
-    points = np.unique(np.concatenate([points, points * _MIRROR]) if symmetric else points, axis=0)
+    points = np.unique(points if mirror is None else np.concatenate([points, points * mirror]), axis=0)
     return np.asarray(points[ConvexHull(points).vertices])
 
 
@@ -131,24 +134,50 @@ def shapes(found: list[tuple[str, str, Floats]]) -> Iterator[ShapeRow]:
 
 
 def hulls_text(found: list[tuple[str, str, Floats]]) -> str:
-    """Return the OBJ file of the convex hulls, an object for each, in the frames of their links."""
+    """Return the OBJ file of the convex hulls, an object for each, in the frames of their links.
+
+    After the hull of the fingers at all openings follow the phalanges, its parts, in their own frames.
+    """
     links = {joint.name: joint.link for joint in load_nao("v6").parameters.joints}
-    count, blocks = 0, ["# nao_kin: generated by scripts/generate_collision_shapes.py"]
+    file = _ObjFile()
     for joint, name, points in found:
         link, part = links.get(joint, joint), name.removeprefix(joint)
-        corners = _cover(points, symmetric=not joint.startswith("L"))
-        faces = [face if _outwards(corners, face) else face[::-1] for face in ConvexHull(corners).simplices.tolist()]
+        corners = _cover(points, _GAPS.get(joint, _GAP), None if joint.startswith("L") else _MIRROR)
         for side in (1.0, -1.0) if joint.startswith("L") else (1.0,):
-            owner = link if side > 0.0 else _mirrored(link)
-            blocks.append(f"o {owner}.{part}" if part else f"o {owner}")
-            blocks += [f"v {x:.5f} {side * y:.5f} {z:.5f}".replace("-0.00000", "0.00000") for x, y, z in corners]
-            turned = (face[:: int(side)] for face in faces)
-            blocks += ["f " + " ".join(str(corner + count + 1) for corner in face) for face in turned]
-            count += len(corners)
-    return "\n".join(blocks) + "\n"
+            owner = (link if side > 0.0 else _mirrored(link)) + (f".{part}" if part else "")
+            file.add(owner, corners * [1.0, side, 1.0])
+            if part == "Fingers":
+                for phalanx, hull in phalanges("L" if side > 0.0 else "R"):
+                    file.add(f"{owner}.{phalanx}", _cover(hull, _GAP, _MIRROR_Z))
+    return file.text
 
 
-def _cover(points: Floats, *, symmetric: bool) -> Floats:
+class _ObjFile:
+    def __init__(self) -> None:
+        self.text, self._count = "# nao_kin: generated by scripts/generate_collision_shapes.py\n", 0
+
+    def add(self, name: str, corners: Floats) -> None:
+        """Add the hull of corners as an object, its faces counter-clockwise from outside."""
+        faces = [face if _outwards(corners, face) else face[::-1] for face in ConvexHull(corners).simplices.tolist()]
+        lines = [f"o {name}", *(f"v {x:.5f} {y:.5f} {z:.5f}".replace("-0.00000", "0.00000") for x, y, z in corners)]
+        lines += ["f " + " ".join(str(corner + self._count + 1) for corner in face) for face in faces]
+        self.text, self._count = self.text + "\n".join(lines) + "\n", self._count + len(corners)
+
+
+def phalanges(side: str) -> Iterator[tuple[str, Floats]]:
+    """Yield link and points of the phalanges of a hand, of all versions, in their own frames [m]."""
+    points: dict[str, list[Floats]] = {}
+    for version in VERSIONS:
+        nao = load_nao(version)
+        jointed = {joint.link for joint in nao.parameters.joints}
+        for visual in nao.tree.visuals:
+            if visual.link not in jointed and visual.link.startswith(side):
+                path = visual.geometry.path(nao.tree.packages)  # type: ignore[union-attr]
+                points.setdefault(visual.link, []).append(_hull(path))
+    yield from ((link, _corners(np.concatenate(hulls), _MIRROR_Z)) for link, hulls in points.items())
+
+
+def _cover(points: Floats, gap: float, mirror: Floats | None) -> Floats:
     """Return the corners of a polytope that contains points, cut out by planes that touch them.
 
     Where a corner is farthest outside the points' hull, the plane parallel to that face of the hull is added, until no
@@ -160,14 +189,14 @@ def _cover(points: Floats, *, symmetric: bool) -> Floats:
         reach = _products(points, normals).max(axis=0) + _FINE_UNIT
         corners = HalfspaceIntersection(np.column_stack([normals, -reach]), points.mean(axis=0)).intersections
         corners = np.unique(corners.round(5), axis=0)
-        if symmetric:
-            half = corners[corners[:, 1] >= 0.0]
-            corners = np.unique(np.concatenate([half, half * _MIRROR]) + 0.0, axis=0)
+        if mirror is not None:
+            half = corners[corners[:, mirror.argmin()] >= 0.0]
+            corners = np.unique(np.concatenate([half, half * mirror]) + 0.0, axis=0)
         outside = _products(corners, faces[:, :3]) + faces[:, 3]
-        if outside.max() <= _GAP:
+        if outside.max() <= gap:
             return np.asarray(corners[np.sort(ConvexHull(corners).vertices)])
         normal = faces[np.unravel_index(outside.argmax(), outside.shape)[1], :3]
-        normals = np.vstack([normals, normal, *([normal * _MIRROR] if symmetric else [])])
+        normals = np.vstack([normals, normal, *([] if mirror is None else [normal * mirror])])
 
 
 def _outwards(corners: Floats, face: list[int]) -> bool:

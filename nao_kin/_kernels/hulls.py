@@ -42,7 +42,7 @@ _CORNERS, _FACES = 128, 512
 
 
 class HullTable(NamedTuple):
-    """The hulls of a robot, s of them."""
+    """The hulls of a robot, s of them; those that are parts of another hull come last."""
 
     link: Ints1  # the link of each hull
     first: Ints1  # index in `points` of the first vertex of each hull, then the number of points, shape (s + 1,)
@@ -50,6 +50,7 @@ class HullTable(NamedTuple):
     radius: Floats1  # by which each hull is grown [m]
     ends: Floats2  # ends of the segment of a capsule that contains the hull, in its link, shape (s, 6) [m]
     width: Floats1  # radius of that capsule [m]
+    parts: Ints2  # the hulls that count for each: itself, or the range of its parts, which it contains, shape (s, 2)
 
 
 @both_ways
@@ -400,31 +401,35 @@ def _clearances(poses: Floats4, hulls: HullTable, pairs: Ints2, below: float, ga
                 for k in range(3):
                     centre[s, i] += 0.5 * T[i, k] * (hulls.ends[s, k] + hulls.ends[s, k + 3])
                     half[s, i] += 0.5 * T[i, k] * (hulls.ends[s, k + 3] - hulls.ends[s, k])
-        best, found, first = below, -1, 0
+        best, found, first, smallest = below, -1, 0, np.inf
         for pair in range(len(pairs)):
             a, b = pairs[pair, 0], pairs[pair, 1]
             r = _minus(_row(centre, a), _row(centre, b))
             least[pair] = np.sqrt(segments_squared(r, _row(half, a), _row(half, b))) - hulls.width[a] - hulls.width[b]
-            if least[pair] < least[first]:
-                first = pair
+            if least[pair] < smallest and hulls.parts[a, 0] == a and hulls.parts[b, 0] == b:
+                first, smallest = pair, least[pair]
         for number in range(-1, len(pairs)):  # the pair that is likely to be nearest goes first
             pair = number if number >= 0 else first
             if least[pair] >= best or number == first:
                 continue
-            a, b = pairs[pair, 0], pairs[pair, 1]
-            A, B = poses[sample, hulls.link[a]], poses[sample, hulls.link[b]]
-            away = _minus(_column(B, 3), _column(A, 3))
-            for i in range(3):
-                for k in range(3):
-                    R[i, k] = _dot(_column(A, i), _column(B, k))
-            t = _dot(_column(A, 0), away), _dot(_column(A, 1), away), _dot(_column(A, 2), away)
-            one, other = (hulls.first[a], hulls.first[a + 1]), (hulls.first[b], hulls.first[b + 1])
-            grown = hulls.radius[a] + hulls.radius[b]
-            gap, corners = _distance(hulls.points, one, other, R, t, max(best + grown, _EXACT), work[0])
-            if gap == 0.0:
-                gap = -_depth(hulls.points, one, other, R, t, -(best + grown), work, corners)
-            if gap - grown < best:
-                best, found = gap - grown, pair
+            for a in range(hulls.parts[pairs[pair, 0], 0], hulls.parts[pairs[pair, 0], 1]):
+                for b in range(hulls.parts[pairs[pair, 1], 0], hulls.parts[pairs[pair, 1], 1]):
+                    grown = hulls.radius[a] + hulls.radius[b]
+                    r, size = _minus(_row(centre, a), _row(centre, b)), hulls.width[a] + hulls.width[b]
+                    if np.sqrt(segments_squared(r, _row(half, a), _row(half, b))) - size >= best:
+                        continue
+                    A, B = poses[sample, hulls.link[a]], poses[sample, hulls.link[b]]
+                    away = _minus(_column(B, 3), _column(A, 3))
+                    for i in range(3):
+                        for k in range(3):
+                            R[i, k] = _dot(_column(A, i), _column(B, k))
+                    t = _dot(_column(A, 0), away), _dot(_column(A, 1), away), _dot(_column(A, 2), away)
+                    one, other = (hulls.first[a], hulls.first[a + 1]), (hulls.first[b], hulls.first[b + 1])
+                    gap, corners = _distance(hulls.points, one, other, R, t, max(best + grown, _EXACT), work[0])
+                    if gap == 0.0:
+                        gap = -_depth(hulls.points, one, other, R, t, -(best + grown), work, corners)
+                    if gap - grown < best:
+                        best, found = gap - grown, pair
         gaps[sample], which[sample] = best, found
 
 

@@ -319,7 +319,7 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
             return f"its branch ends at sample {sample}, where {outside[0].describe()}"
         rule = CollisionRule.of(limb.options.get("collisions", False))
         if rule is not None:
-            shapes = limb.robot.link_shapes
+            shapes = limb.robot.link_shapes.among(rule.obstacles)
             contacts = shapes.contacts(now, -rule.tolerance, rule)
             pairs = {pair for pair, moved in zip(shapes.pairs, shapes.moved(columns), strict=True) if moved}
             overlapping = [contact for contact in contacts if contact.links in pairs]

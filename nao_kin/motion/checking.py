@@ -274,7 +274,7 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
     """Return the intervals of samples in which links overlap, each with the links that overlap most."""
     moves = motion.configurations(robot, rate=rate, fill=fill)
     times = moves.times
-    clearance = robot.clearance(moves.q, tolerance=rule.tolerance, allowed=rule.allowed, exact=rule.exact)
+    clearance = robot.clearance(moves.q, **vars(rule))
     overlap = np.flatnonzero(~np.asarray(clearance.is_free))
     rows = []
     for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():

@@ -6,7 +6,7 @@ from nao_kin.robot.camera_frames import (
     pose_of_body as pose_of_body,
 )
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
-from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, LinkShapes as LinkShapes
+from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
 from nao_kin.robot.geometry import (
     GeometryKind,
     capsules as capsules,
@@ -22,6 +22,7 @@ from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import Expression, Kinematics as Kinematics, PoseForm
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LimitPolicy, LimitViolation, OutsideRows as OutsideRows
+from nao_kin.robot.link_shapes import LinkShapes as LinkShapes
 from nao_kin.robot.model import RobotModel, check_robot as check_robot
 from nao_kin.robot.nao.model import NaoModel, load_nao
 from nao_kin.robot.offsets import (
@@ -47,6 +48,7 @@ __all__ = [
     "LimitPolicy",
     "LimitViolation",
     "NaoModel",
+    "Obstacle",
     "OutlineKind",
     "PoseForm",
     "RobotModel",

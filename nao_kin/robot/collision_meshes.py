@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import coal
@@ -11,10 +12,11 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin.robot.geometry import shape_geometry
-from nao_kin.robot.urdf import Collision, UnreadableShape, Visual
+from nao_kin.robot.urdf import Collision, Packages, UnreadableShape, Visual
 
 if TYPE_CHECKING:
     from nao_kin.robot.collision_pairs import LinkPair
+    from nao_kin.robot.collisions import Obstacle
     from nao_kin.robot.model import RobotModel
 
 
@@ -24,7 +26,13 @@ class LinkMeshes:
     A shape of a link without a hull, as of a finger, belongs to the next link towards the root that has one.
     """
 
-    def __init__(self, robot: RobotModel, links: tuple[str, ...], rows: tuple[Visual | Collision, ...]) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        links: tuple[str, ...],
+        rows: tuple[Visual | Collision, ...],
+        obstacles: tuple[Obstacle, ...] = (),
+    ) -> None:
         self._robot, parents = robot, {joint.child: joint.parent for joint in robot.tree.joints}
         self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
         meshes: dict[str, list[tuple[Any, Floats]]] = defaultdict(list)
@@ -40,6 +48,10 @@ class LinkMeshes:
         for link, parts in meshes.items():
             self._add(link, links, parents, _joined(parts), np.eye(4))
         self.links = tuple(dict.fromkeys(link for shapes in self._own.values() for link, _, _ in shapes))
+        self._standing = {obstacle.name: obstacle.T for obstacle in obstacles}
+        for obstacle in obstacles:
+            geometry = shape_geometry(obstacle.geometry, Packages(Path()))
+            self._own[obstacle.name] = [(obstacle.name, geometry, np.eye(4))]
 
     def _add(self, link: str, links: tuple[str, ...], parents: dict[str, str], geometry: Any, T: Floats) -> None:
         owner: str | None = link
@@ -49,21 +61,28 @@ class LinkMeshes:
             self._own[owner].append((link, geometry, T))
 
     def poses(self, q: Floats) -> dict[str, Floats]:
-        """Return the poses of the links with shapes in one configuration."""
-        return dict(zip(self.links, self._robot.fk(q, self.links), strict=True))
+        """Return the poses of the links with shapes and of the obstacles, shape (..., 4, 4) each."""
+        poses = dict(zip(self.links, np.moveaxis(self._robot.fk(q, self.links), -3, 0), strict=True))
+        return poses | {name: np.broadcast_to(T, (*q.shape[:-1], 4, 4)) for name, T in self._standing.items()}
 
-    def nearest(self, pair: LinkPair, poses: dict[str, Floats]) -> Any:
-        """Return coal's distance of the shapes of two links; None if they touch, or if one has none."""
+    def _pairs(self, pair: LinkPair, poses: dict[str, Floats]) -> list[Any]:
         ours, others = (
             [(geometry, _transform(poses[link] @ T)) for link, geometry, T in self._own[owner]] for owner in pair
         )
-        pairs = list(product(ours, others))
-        if any(_touch(*one, *other) for one, other in pairs):
-            return None
+        return list(product(ours, others))
+
+    def touch(self, pair: LinkPair, poses: dict[str, Floats]) -> bool:
+        """Return whether the shapes of two links touch; so they do if one has none."""
+        pairs = self._pairs(pair, poses)
+        return not pairs or any(_touch(*one, *other) for one, other in pairs)
+
+    def nearest(self, pair: LinkPair, poses: dict[str, Floats]) -> Any:
+        """Return coal's distance of the shapes of two links that do not touch."""
+        pairs = self._pairs(pair, poses)
         results = [coal.DistanceResult() for _ in pairs]
         for (one, other), result in zip(pairs, results, strict=True):
             coal.distance(*one, *other, coal.DistanceRequest(), result)
-        return min(results, key=lambda result: result.min_distance, default=None)
+        return min(results, key=lambda result: result.min_distance)
 
 
 def _touch(first: Any, T_first: Any, second: Any, T_second: Any) -> bool:

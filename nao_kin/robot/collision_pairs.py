@@ -15,7 +15,7 @@ from nao_kin._kernels.hulls import between_segments
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
 
 if TYPE_CHECKING:
-    from nao_kin.robot.collisions import LinkShapes
+    from nao_kin.robot.link_shapes import LinkShapes
     from nao_kin.robot.model import RobotModel
 
 # Two names in alphabetical order.

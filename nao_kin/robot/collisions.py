@@ -1,36 +1,111 @@
-"""Self-collision: the shapes of the links as convex hulls, and distances between them.
+"""Self-collision: which overlaps count, and the answers of `RobotModel.clearance` and `collisions`.
 
 Distances are negative where shapes overlap: the least translation that separates them.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from itertools import combinations, product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import coal
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import CROSSOVER, Floats, check_tolerance, finite_or_none, flag, generator
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin._kernels.cache import may_compile
-from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot.collision_meshes import LinkMeshes
-from nao_kin.robot.collision_pairs import Capsules, LinkPair, disabled_collisions
-from nao_kin.robot.geometry import capsules, read_mesh, shape_geometry, warn_of_shapes
-from nao_kin.robot.joint_arrays import ROOT
-from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
+from nao_kin._core.arrays import (
+    Floats,
+    as_floats,
+    check_tolerance,
+    finite_or_none,
+    flag,
+    generator,
+    join_poses,
+    shaped,
+)
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, BadInputFile, WrongShape
+from nao_kin.robot.collision_pairs import LinkPair
+from nao_kin.robot.geometry import read_mesh
+from nao_kin.robot.offsets import rigid_poses
+from nao_kin.robot.urdf import Box, MeshFile, Sphere, UnreadableShape
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
-# --- The answers.
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """A box, a ball or a mesh near the robot, as made by `box`, `ball` and `mesh`.
+
+    `at` is the position (3,) of its origin or its pose (4, 4) [m]: in the frame of the root with a fixed base, in the
+    world with a floating one. For a table on the floor, transform its pose from a foot: `nao.fk(q, "LFoot") @ T`.
+
+    Attributes:
+        name: for answers, and for `allowed`; no name of a link.
+        geometry: a box of a `size` (3,), a ball of a `radius`, or a mesh: a `filename`, and the `scale` along its axes
+            to metres [m].
+        T: the pose, shape (4, 4) [m].
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> table = nk.robot.Obstacle.box("table", [0.3, 0.6, 0.02], [0.2, 0.0, -0.05])
+        >>> nao.clearance(nao.posture("StandZero"), obstacles=[table]).is_free
+        True
+        >>> q = nao.posture("StandZero", LShoulderPitch=0.6)
+        >>> [contact.describe() for contact in nao.collisions(q, obstacles=[table])]
+        ['l_wrist and table overlap by 19.1 mm']
+    """
+
+    name: str
+    geometry: Box | Sphere | MeshFile
+    T: Floats = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise BadArgument(f"the name of an obstacle must be a text, got {quoted(self.name)}")
+
+    @staticmethod
+    def box(name: str, size: ArrayLike, at: ArrayLike) -> Obstacle:
+        """Return a box with edges along x, y, z of these lengths, shape (3,) [m], about its origin."""
+        x, y, z = _lengths(size, (3,), f"size of {quoted(name)}").tolist()
+        return Obstacle(name, Box((x, y, z)), _pose(at))
+
+    @staticmethod
+    def ball(name: str, radius: float, at: ArrayLike) -> Obstacle:
+        """Return a ball about its origin, of a radius [m]."""
+        return Obstacle(name, Sphere(float(_lengths(radius, (), f"radius of {quoted(name)}"))), _pose(at))
+
+    @staticmethod
+    def mesh(name: str, path: str | Path, at: ArrayLike, *, scale: float = 1.0) -> Obstacle:
+        """Return the convex hull of the mesh in a file, or with `exact=True` the mesh itself; its unit is 1/scale [m].
+
+        Raises:
+            BadInputFile: the file is missing, or holds no mesh.
+        """
+        factor = float(_lengths(scale, (), f"scale of {quoted(name)}"))
+        file = Path(path).resolve()
+        try:
+            read_mesh(file, lambda _: None)
+        except UnreadableShape as reason:
+            raise BadInputFile(str(path), str(reason)) from None
+        return Obstacle(name, MeshFile(str(file), (factor, factor, factor)), _pose(at))
+
+
+def _lengths(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    lengths = shaped(value, shape, what)
+    if (lengths <= 0.0).any():
+        raise BadArgument(f"{what} must be > 0, got {quoted(value)}")
+    return lengths
+
+
+def _pose(at: ArrayLike) -> Floats:
+    array = as_floats(at, (), "at")
+    if array.shape == (3,):
+        return join_poses(np.eye(3), array)
+    if array.shape != (4, 4):
+        raise WrongShape("at", "(3,) or (4, 4)", array.shape)
+    return rigid_poses(array, "at")
 
 
 @dataclass(frozen=True)
@@ -41,9 +116,10 @@ class CollisionRule:
         tolerance: overlap that is accepted, of every pair of links [m].
         allowed: pairs of links that may overlap.
         exact: whether the meshes decide, fingers at the opening of the hand, where hulls overlap.
+        obstacles: what stands near the robot; its names serve in pairs as those of links do.
 
     Raises:
-        BadArgument: a negative tolerance, or pairs that are no pairs of names.
+        BadArgument: a negative tolerance, pairs that are no pairs of names, or obstacles that are none or share a name.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -55,6 +131,7 @@ class CollisionRule:
     tolerance: float = 0.0
     allowed: Sequence[LinkPair] = ()
     exact: bool = False
+    obstacles: Sequence[Obstacle] = ()
 
     def __post_init__(self) -> None:
         check_tolerance(self.tolerance)
@@ -66,6 +143,9 @@ class CollisionRule:
                 raise BadArgument(f"allowed must be pairs of names of links, got {quoted(pair)}")
         object.__setattr__(self, "allowed", tuple((min(a, b), max(a, b)) for a, b in pairs))
         object.__setattr__(self, "tolerance", float(self.tolerance))
+        if not isinstance(self.obstacles, Sequence) or any(type(one) is not Obstacle for one in self.obstacles):
+            raise BadArgument(f"obstacles must be a list of nk.robot.Obstacle, got {quoted(self.obstacles)}")
+        object.__setattr__(self, "obstacles", tuple(self.obstacles))
 
     @staticmethod
     def of(collisions: object, name: str = "collisions") -> CollisionRule | None:
@@ -98,9 +178,9 @@ class Contact:
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04})
+            >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04, "LHand": 1.0})
             >>> nao.collisions(q)[0].describe()
-            'RBicep and l_wrist overlap by 15.9 mm'
+            'RBicep and l_wrist overlap by 14.5 mm'
         """
         apart = "overlap by" if self.distance < 0.0 else "are apart by"
         where = f" (configuration {', '.join(map(str, self.index))})" if self.index else ""
@@ -118,7 +198,8 @@ class Clearance:
     Attributes:
         distance: negative if some links overlap; infinite without links to check; shape (...) [m].
         pair_index: which of `pairs` has it, −1 for none, shape (...).
-        pairs: the pairs of links that are checked, and those that the rule allows to overlap.
+        pairs: the pairs of links that are checked, also those of a link and an obstacle, and those that the rule
+            allows to overlap.
         tolerance: overlap that is accepted [m].
     """
 
@@ -149,432 +230,17 @@ class Clearance:
         return {"distance": finite_or_none(float(self.distance)), "pair": pair and list(pair)}
 
 
-# --- The shapes of the links.
+# --- Random configurations.
 
-# Random configurations, and boxes in a proof, that sort the pairs of a robot whose semantics do not.
-_SAMPLES = 1000
-_CHUNK = 4096
-# Configurations whose pairs are tested for nearness at once.
-_FEW = 64
-# Shapes at this distance may touch: coal reports shapes within its tolerance as touching [m].
-_TOUCHING = 1e-5
-# Sides of the prism around a cylinder: it is larger by 0.5 % of the radius.
-_SIDES = 32
-# Overlaps that differ by less are equal: coal and the kernel find them to some tolerance [m].
-_SAME = 1e-5
-# Hulls flatter than this have no volume [m].
-_THIN = 1e-6
-# Vertices of meshes that are farther away are errors of the file [m].
-_LARGEST = 1e6
-_SIGNED = coal.DistanceRequest()
-_SIGNED.enable_signed_distance = True
-_SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
-
-
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """A shape of a link: coal's geometry and its pose in the link, and points whose hull, grown, contains it [m].
-
-    The hull grown by the radius is the shape, except for a flat-ended cylinder (two points) and a concave mesh.
-    """
-
-    link: str
-    points: Floats  # one with a radius is a ball, two a capsule; a hull of more has no radius
-    radius: float
-    geometry: Any
-    T_link_geometry: Floats
-    triangles: Any = None  # coal's geometry of a mesh of which `geometry` is the hull; None if only the hull counts
-
-
-def round_shape(link: str, ends: Floats, radius: float) -> Shape:
-    """Return a ball, or a capsule: its ends in the link, shape (2, 3), and its radius [m]."""
-    T, along = np.eye(4), ends[1] - ends[0]
-    length = float(np.linalg.norm(along))
-    T[:3, 3] = 0.5 * (ends[0] + ends[1])
-    if length <= _THIN:
-        return Shape(link, T[None, :3, 3], radius + 0.5 * length, coal.Sphere(radius + 0.5 * length), T)
-    axes = np.linalg.svd(along[None])[2][[1, 2, 0]].T
-    T[:3, :3] = np.linalg.det(axes) * axes
-    return Shape(link, ends, radius, coal.Capsule(radius, length), T)
-
-
-def hull_shape(link: str, points: Floats) -> Shape:
-    """Return the convex hull of points in a link, shape (n, 3) [m]; flat points get a thickness of 2 µm."""
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
-    if len(axes) < 3 or np.ptp(points @ axes[2]) < _THIN:
-        points = (points[:, None] + _THIN * np.concatenate([np.eye(3), -np.eye(3)])).reshape(-1, 3)
-    mesh = coal.BVHModelOBBRSS()
-    mesh.beginModel(0, 0)
-    mesh.addVertices(points)
-    mesh.endModel()
-    mesh.buildConvexHull(True, "Qt")
-    return Shape(link, np.array(mesh.convex.points()).reshape(-1, 3), 0.0, mesh.convex, np.eye(4))
-
-
-def exact_shape(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
-    """Return a box, a cylinder with flat ends, or a mesh with its triangles; T is the pose in the link."""
-    geometry, triangles, radius = shape_geometry(shape, tree.packages), None, 0.0
-    if isinstance(shape, Cylinder):
-        points, radius = np.array([[0.0, 0.0, -0.5 * shape.length], [0.0, 0.0, 0.5 * shape.length]]), shape.radius
-    elif isinstance(shape, MeshFile):
-        try:
-            geometry.buildConvexHull(True, "Qt")
-            geometry, triangles = geometry.convex, geometry
-            points = np.array(geometry.points())
-        except (RuntimeError, ValueError):  # a flat mesh has no hull
-            points = np.array(geometry.vertices())
-    else:
-        points = _corners(shape, tree)
-    return Shape(link, points @ T[:3, :3].T + T[:3, 3], radius, geometry, T, triangles)
-
-
-def _hull_of(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
-    return hull_shape(link, _corners(shape, tree) @ T[:3, :3].T + T[:3, 3])
-
-
-def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
-    """Yield the hulls of the collision shapes of a tree, or else of the visual ones; warn of those left out."""
-    notes = list(tree.collision_notes if tree.collisions else (*tree.collision_notes, *tree.visual_notes))
-    yield from _shapes(tree.collisions or tree.visuals, tree, _hull_of, notes)
-    warn_of_shapes(tree, notes)
-
-
-def _shapes(
-    rows: tuple[Visual | Collision, ...], tree: UrdfTree, make: Callable[..., Shape], notes: list[str]
-) -> Iterator[Shape]:
-    """Yield the shapes of rows, with capsules joined; add a note for each that cannot be read."""
-    round_ended = capsules(rows)
-    caps = {cap for both in round_ended.values() for cap in both}
-    for index, row in enumerate(rows):
-        T, shape = row.origin.matrix, row.geometry
-        if index in caps:
-            continue
-        if isinstance(shape, Sphere) or index in round_ended:
-            half = 0.5 * shape.length * T[:3, 2] if isinstance(shape, Cylinder) else np.zeros(3)
-            yield round_shape(row.link, np.array([T[:3, 3] - half, T[:3, 3] + half]), shape.radius)  # type: ignore[union-attr]
-            continue
-        try:
-            yield make(row.link, T, shape, tree)
-        except UnreadableShape as reason:
-            kind = "visual" if isinstance(row, Visual) else "collision"
-            notes.append(f"a {kind} shape of {abbreviated(row.link)} is left out: {reason}")
-
-
-def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
-    """Return points whose hull is a box or a mesh, or contains a cylinder."""
-    if isinstance(shape, MeshFile):
-        corners = read_mesh(shape.path(tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
-        corners = corners * np.array(shape.scale)
-        if not (np.abs(corners) < _LARGEST).all():
-            raise UnreadableShape(
-                f"its mesh {quoted(shape.filename)} has vertices that are not finite, or too far away"
-            )
-        return np.asarray(corners)
-    if isinstance(shape, Box):
-        return np.array(list(product((-0.5, 0.5), repeat=3))) * shape.size
-    assert isinstance(shape, Cylinder)
-    angles = 2.0 * np.pi / _SIDES * np.arange(_SIDES)
-    x, y = shape.radius / np.cos(np.pi / _SIDES) * np.array([np.cos(angles), np.sin(angles)])
-    return np.concatenate(
-        [np.column_stack([x, y, np.full(_SIDES, z)]) for z in (-0.5 * shape.length, 0.5 * shape.length)]
-    )
-
-
-def hulls_in(text: str) -> Iterator[Shape]:
-    """Yield the shapes of an OBJ file: the hull of each object, in the link after which it is named ("torso.2")."""
-    for block in text.split("\no ")[1:]:
-        name, *lines = block.splitlines()
-        points = [line.split()[1:] for line in lines if line.startswith("v ")]
-        yield hull_shape(name.split(".")[0], np.array(points, dtype=float))
-
-
-def covering_capsule(points: Floats) -> tuple[Floats, float]:
-    """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
-    if len(points) <= 2:
-        return points[[0, -1]], 0.0
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T[:, ::-1]
-    low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
-    local = points @ axes - (low + high) / 2.0
-    across = np.linalg.norm(local[:, :2], axis=1)
-    radius = float(across.max())
-    # Each point is within the radius of the segment if this reaches so far along the axis.
-    half = max(float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - across**2, 0.0))).max()), 0.0)
-    centre = axes @ (low + high) / 2.0
-    return np.array([centre - half * axes[:, 2], centre + half * axes[:, 2]]), radius
-
-
-class LinkShapes:
-    """The shapes of a robot's links, in the links' order, and the distances between the `pairs` that are checked."""
-
-    def __init__(
-        self,
-        robot: RobotModel,
-        disabled: dict[LinkPair, str] | None = None,  # the other pairs, and the reason
-        shapes: Iterable[Shape] | None = None,
-    ) -> None:
-        self._robot, self.notes = robot, list[str]()
-        own = list(robot._collision_shapes() if shapes is None else shapes)
-        if shapes is None and not own:
-            raise BadArgument(f"{robot.name} has no shapes: its links have neither collisions nor visuals")
-        self.links = tuple(link for link in robot.link_names if any(shape.link == link for shape in own))
-        self.shapes = tuple(sorted(own, key=lambda shape: self.links.index(shape.link)))
-        link = np.array([self.links.index(shape.link) for shape in self.shapes], dtype=np.int64)
-        first = np.cumsum([0, *(len(shape.points) for shape in self.shapes)])
-        radius = np.array([shape.radius for shape in self.shapes])
-        around = [covering_capsule(shape.points) for shape in self.shapes]
-        ends = np.array([ends for ends, _ in around]).reshape(-1, 6)
-        width = radius + np.array([width for _, width in around])
-        points = np.concatenate([*(shape.points for shape in self.shapes), np.empty((0, 3))])
-        self._table = HullTable(link, first, points, radius, ends, width)
-        self.capsules: Capsules = {link: [] for link in self.links}
-        for shape, segment, size in zip(self.shapes, ends, width.tolist(), strict=True):
-            self.capsules[shape.link].append((segment.reshape(2, 3), size))
-        self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))
-        self.disabled = self._disabled() if disabled is None else disabled
-        self.pairs = tuple(pair for pair in self.pairs if pair not in self.disabled)
-        self._places, self._owner = self._pairs_of_shapes(self.pairs)
-        self._some: dict[Any, NDArray[np.bool_]] = {}  # by the columns of q, or the pairs that are allowed
-
-    @classmethod
-    def exact(cls, robot: RobotModel) -> LinkShapes:
-        """Return the collision elements as they are, for tests of contact; `notes` says which are left out."""
-        notes: list[str] = []
-        made = cls(robot, {}, list(_shapes(robot.tree.collisions, robot.tree, exact_shape, notes)))
-        made.notes = notes
-        return made
-
-    def _disabled(self) -> dict[LinkPair, str]:
-        rows = self._robot.semantics.disabled_collisions
-        for name in (name for row in rows for name in row[:2]):
-            if name not in self._robot.tree.links:
-                raise UnknownName("link in disabled_collisions", name, self._robot.tree.links)
-        if rows:
-            return {(min(a, b), max(a, b)): reason for a, b, reason in rows}
-        return self.found_disabled(_SAMPLES, 0)
-
-    def found_disabled(self, samples: int, seed: int) -> dict[LinkPair, str]:
-        """Return the pairs of links that need no check, and the reason, by the rules of `disabled_collisions`."""
-        return disabled_collisions(self._robot, self, samples=samples, seed=seed)
-
-    def _pairs_of_shapes(self, pairs: Iterable[LinkPair]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the pairs of shapes of pairs of links, shape (p, 2), and the index of the pair of links of each."""
-        of_link = defaultdict(list)
-        for place, shape in enumerate(self.shapes):
-            of_link[shape.link].append(place)
-        rows = [(a, b, owner) for owner, pair in enumerate(pairs) for a in of_link[pair[0]] for b in of_link[pair[1]]]
-        table = np.array(rows, dtype=np.int64).reshape(-1, 3)
-        return np.ascontiguousarray(table[:, :2]), table[:, 2]
-
-    @cached_property
-    def meshes(self) -> LinkMeshes:
-        """The meshes of the links."""
-        return LinkMeshes(self._robot, self.links, self._robot._exact_shapes())
-
-    def allowed(self, rule: CollisionRule) -> NDArray[np.bool_]:
-        """Return which pairs a rule allows to overlap, shape (pairs,)."""
-        if not rule.allowed:
-            return np.zeros(len(self.pairs), dtype=np.bool_)
-        if rule.allowed not in self._some:
-            for name in (name for pair in rule.allowed for name in pair):
-                if name not in self._robot.tree.links:
-                    raise UnknownName("link", name, self.links)
-            self._some[rule.allowed] = np.array([pair in rule.allowed for pair in self.pairs], dtype=np.bool_)
-        return self._some[rule.allowed]
-
-    def moved(self, columns: Sequence[int]) -> NDArray[np.bool_]:
-        """Return which pairs the coordinates in these columns of q move relative to each other, shape (pairs,)."""
-        key = tuple(sorted(columns))
-        if key not in self._some:
-            model, joints = self._robot.model, self._robot.joints
-            rows = {name: row for row, name in enumerate(joints.names)}
-            bodies = (model.names[model.frames[i].parentJoint] for i in self._robot.frame_ids(self.links))
-            of_link = dict(zip(self.links, (rows.get(name, ROOT) for name in bodies), strict=True))
-            paths = (joints.paths(of_link[a], of_link[b]) for a, b in self.pairs)
-            moved = [not {*joints.coordinates[[*one, *other]].tolist()}.isdisjoint(key) for one, other in paths]
-            self._some[key] = np.array(moved, dtype=np.bool_)
-        return self._some[key]
-
-    def clearance(
-        self,
-        q: Floats,
-        below: float = np.inf,
-        *,
-        tolerance: float = 0.0,
-        checked: NDArray[np.bool_] | None = None,
-        exact: bool = False,
-    ) -> Clearance:
-        """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair.
-
-        `checked` is which pairs are checked, shape (pairs,); None for all. If `exact`, the meshes of links whose hulls
-        overlap decide.
-        """
-        rows, places, owner = q.reshape(-1, q.shape[-1]), self._places, self._owner
-        if checked is not None and not checked.all():
-            own = checked[owner]
-            places, owner = places[own], owner[own]
-        gaps, which = np.full(len(rows), below), np.full(len(rows), -1, dtype=np.int64)
-        compiled = clearances.in_memory or (len(rows) >= CROSSOVER and may_compile())
-        for start in range(0, len(rows) if len(places) else 0, _CHUNK):
-            part = slice(start, start + _CHUNK)
-            if compiled:
-                poses = np.ascontiguousarray(self._robot.fk(rows[part], self.links))
-                clearances(poses, self._table, places, float(below), gaps[part], which[part])
-            else:
-                self._by_coal(rows[part], places, gaps[part], which[part])
-        which = np.where(which >= 0, owner[which], -1) if len(places) else which
-        for k in np.flatnonzero((gaps < 0.0) & (which >= 0)).tolist() if exact else ():
-            gaps[k], which[k] = self._by_meshes(rows[k], below, checked)
-        shape = q.shape[:-1]
-        return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs, tolerance)
-
-    def _by_meshes(self, q: Floats, below: float, checked: NDArray[np.bool_] | None) -> tuple[float, int]:
-        """Return the clearance and its pair in one configuration, by the meshes of links whose hulls overlap."""
-        depths: dict[int, float] = {}
-        for _, pair, result in self.near(q[None], 0.0, None if checked is None else ~checked):
-            depths[pair] = min(result.min_distance, depths.get(pair, 0.0))
-        poses = self.meshes.poses(q)
-        apart = {pair: self.meshes.nearest(self.pairs[pair], poses) for pair in depths}
-        found = [(depth if apart[pair] is None else apart[pair].min_distance, pair) for pair, depth in depths.items()]
-        if all(distance > 0.0 for distance, _ in found):
-            rest = np.ones(len(self.pairs), dtype=np.bool_) if checked is None else checked.copy()
-            rest[list(depths)] = False
-            other = self.clearance(q, checked=rest)
-            found.append((float(other.distance), int(other.pair_index)))
-        least, pair = min(found)
-        return (least, pair) if least < below else (below, -1)
-
-    def clearance_from(self, q: Floats, near: Floats, rule: CollisionRule, columns: Sequence[int]) -> Clearance:
-        """Return the clearance of configurations whose columns of q were found by a solver, over the pairs they move.
-
-        Pairs that overlap in `near`, which broadcasts with q, count only where they overlap more.
-        """
-        tolerance, checked = rule.tolerance, self.moved(columns) & ~self.allowed(rule)
-        before = self.clearance(near, -tolerance, checked=checked, exact=rule.exact)
-        if np.all(before.pair_index < 0):
-            return self.clearance(q, tolerance=tolerance, checked=checked, exact=rule.exact)
-        overlapping = np.zeros(len(self.pairs), dtype=np.bool_)
-        rows = near[before.pair_index >= 0]
-        overlapping[[owner for _, owner, _ in self.near(rows, -tolerance) if checked[owner]]] = True
-        found = self.clearance(q, tolerance=tolerance, checked=checked & ~overlapping, exact=rule.exact)
-        distance, pair_index = found.distance.copy(), found.pair_index.copy()
-        for pair in np.flatnonzero(overlapping).tolist():
-            own = np.arange(len(self.pairs)) == pair
-            now, then = (self.clearance(each, checked=own, exact=rule.exact).distance for each in (q, near))
-            worse = (now < np.minimum(then, -tolerance) - _SAME) & (now < distance)
-            distance[worse], pair_index[worse] = now[worse], pair
-        return Clearance(distance, pair_index, self.pairs, tolerance)
-
-    def _by_coal(self, q: Floats, places: NDArray[np.int64], gaps: Floats, which: NDArray[np.int64]) -> None:
-        for sample, T, least in self._bounds(q, places):
-            for pair in np.argsort(least):
-                if least[pair] >= gaps[sample]:
-                    break
-                gap = self._coals(T, places[pair]).min_distance
-                if gap < gaps[sample]:
-                    gaps[sample], which[sample] = gap, pair
-
-    def _bounds(self, q: Floats, places: NDArray[np.int64]) -> Iterator[tuple[int, Floats, Floats]]:
-        """Yield index, poses of the links (links, 4, 4) and least possible distances of the pairs of shapes."""
-        (a, b), width = places.T, self._table.width
-        for start in range(0, len(q) if len(places) else 0, _FEW):
-            T = self._robot.fk(q[start : start + _FEW], self.links)
-            placed = T[:, self._table.link]
-            ends = placed[..., None, :3, :3] @ self._table.ends.reshape(-1, 2, 3, 1)
-            one, other = ends[..., 0].transpose(2, 3, 0, 1)
-            centre, half = 0.5 * (one + other) + np.moveaxis(placed[..., :3, 3], -1, 0), 0.5 * (other - one)
-            r = centre[..., a] - centre[..., b]
-            between = np.sqrt(segments_squared(tuple(r), tuple(half[..., a]), tuple(half[..., b])))
-            yield from zip(range(start, start + _FEW), T, between - width[a] - width[b], strict=False)
-
-    def _place(self, T: Floats, s: int) -> Any:
-        """Return the pose of a shape's geometry for coal, at poses of the links."""
-        T_root_geometry = T[self._table.link[s]] @ self.shapes[s].T_link_geometry
-        return coal.Transform3s(T_root_geometry[:3, :3], T_root_geometry[:3, 3])
-
-    def _coals(self, T: Floats, pair: Any) -> Any:
-        """Return coal's distance of a pair of shapes and their nearest points, at poses of the links."""
-        a, b = pair
-        result = coal.DistanceResult()
-        one, other = self.shapes[a].geometry, self.shapes[b].geometry
-        coal.distance(one, self._place(T, a), other, self._place(T, b), _SIGNED, result)
-        return result
-
-    def _touch(self, T: Floats, a: int, b: int) -> bool:
-        """Return whether two shapes touch; the hulls of meshes, which are tested first, are much faster."""
-        one, other, places = self.shapes[a], self.shapes[b], (self._place(T, a), self._place(T, b))
-        return _collide(one.geometry, other.geometry, *places) and (
-            (one.triangles is None and other.triangles is None)
-            or _collide(one.triangles or one.geometry, other.triangles or other.geometry, *places)
-        )
-
-    def touching(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> set[tuple[LinkPair, int]]:
-        """Return which pairs touch in which of n configurations (n, nq), for each pair in at most `limit` of them."""
-        counts, names = dict.fromkeys(sorted(pairs), 0), sorted(pairs)
-        places, owner = self._pairs_of_shapes(names)
-        seen: set[tuple[LinkPair, int]] = set()
-        for sample, T, least in self._bounds(q, places):
-            for k in np.flatnonzero(least <= _TOUCHING).tolist():
-                pair = names[owner[k]]
-                if (pair, sample) in seen or (limit is not None and counts[pair] >= limit):
-                    continue
-                if self._touch(T, *places[k]):
-                    seen.add((pair, sample))
-                    counts[pair] += 1
-        return seen
-
-    def count(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> dict[LinkPair, int]:
-        """Return the number of configurations (n, nq) in which the links of each pair touch, at most `limit`."""
-        counts = dict.fromkeys(sorted(pairs), 0)
-        for pair, _ in self.touching(q, pairs, limit=limit):
-            counts[pair] += 1
-        return counts
-
-    def near(
-        self, q: Floats, margin: float, skipped: NDArray[np.bool_] | None = None
-    ) -> Iterator[tuple[int, int, Any]]:
-        """Yield configuration, pair of links and coal's distance of those nearer than a margin; q (n, nq)."""
-        for sample, T, least in self._bounds(q, self._places):
-            for pair in np.flatnonzero(least < margin).tolist():
-                if skipped is not None and skipped[self._owner[pair]]:
-                    continue
-                result = self._coals(T, self._places[pair])
-                if result.min_distance < margin:
-                    yield sample, int(self._owner[pair]), result
-
-    def contacts(self, q: Floats, margin: float, rule: CollisionRule | None = None) -> tuple[Contact, ...]:
-        """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance."""
-        rows = q.reshape(-1, q.shape[-1])
-        nearest: dict[tuple[int, int], Any] = {}
-        skipped = None if rule is None else self.allowed(rule)
-        for sample, owner, result in self.near(rows, margin, skipped):
-            if rule is not None and rule.exact and result.min_distance < 0.0:
-                result = self.meshes.nearest(self.pairs[owner], self.meshes.poses(rows[sample])) or result
-                if result.min_distance >= margin:
-                    continue
-            known = nearest.get((sample, owner))
-            if known is None or result.min_distance < known.min_distance:
-                nearest[sample, owner] = result
-        found = []
-        for (sample, owner), result in sorted(nearest.items(), key=lambda item: (item[0][0], item[1].min_distance)):
-            index = tuple(map(int, np.unravel_index(sample, q.shape[:-1])))
-            points = np.array([result.getNearestPoint1(), result.getNearestPoint2()])
-            found.append(Contact(self.pairs[owner], float(result.min_distance), points, index))
-        return tuple(found)
-
-
-def _collide(one: Any, other: Any, T_one: Any, T_other: Any) -> bool:
-    return bool(coal.collide(one, T_one, other, T_other, coal.CollisionRequest(), coal.CollisionResult()))
-
-
-# Random configurations drawn at a time, and drawn without success before giving up.
-_DRAWN, _MOST_DRAWN = 256, 100_000
+# Least and largest number of random configurations drawn at a time, and drawn without success before giving up.
+_DRAWN, _CHUNK, _MOST_DRAWN = 256, 4096, 100_000
 
 
 def random_free(
     robot: RobotModel, rule: CollisionRule, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None
 ) -> Floats:
     """Return random configurations in which no links overlap; those that overlap are drawn again."""
-    shapes, tolerance = robot.link_shapes, rule.tolerance
+    shapes, tolerance = robot.link_shapes.among(rule.obstacles), rule.tolerance
     options: Any = {"tolerance": tolerance, "checked": ~shapes.allowed(rule), "exact": rule.exact}
     wanted = robot.random(rng, n)  # checks the arguments
     drawn = generator(rng)

@@ -30,7 +30,7 @@ from nao_kin._core.warn import MOST, hides_former
 from nao_kin.errors import BadArgument, NotFinite
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, LinkShapes, Shape, random_free, shapes_of
+from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle, random_free
 from nao_kin.robot.configurations import (
     ConfigurationSpace,
     Coordinates,
@@ -53,6 +53,7 @@ from nao_kin.robot.kinematics import (
     Question,
 )
 from nao_kin.robot.limits import JointLimits, LimitViolation
+from nao_kin.robot.link_shapes import LinkShapes, Shape, shapes_of
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
@@ -1066,7 +1067,13 @@ class RobotModel:
         return self.tree.collisions or self.tree.visuals
 
     def clearance(
-        self, q: ArrayLike, *, tolerance: float = 0.0, allowed: Sequence[tuple[str, str]] = (), exact: bool = False
+        self,
+        q: ArrayLike,
+        *,
+        tolerance: float = 0.0,
+        allowed: Sequence[tuple[str, str]] = (),
+        exact: bool = False,
+        obstacles: Sequence[Obstacle] = (),
     ) -> Clearance:
         """Return the smallest distance between links, and the two links that have it.
 
@@ -1080,7 +1087,8 @@ class RobotModel:
             q: configurations, shape (..., nq).
             tolerance: overlap that `is_free` accepts [m].
             allowed: pairs of links that may overlap, and are not checked.
-            exact: whether coal compares the meshes where hulls overlap, with the fingers at the opening of the hand.
+            exact: whether coal compares the meshes where hulls overlap.
+            obstacles: `nk.robot.Obstacle`s near the robot, each of which is compared with all links.
 
         Returns:
             Distances, shape (...) [m]. Where links overlap, the distance is negative: minus the length of the least
@@ -1098,9 +1106,10 @@ class RobotModel:
             >>> found.distance.round(4).tolist(), found.pair
             (-0.0028, ('LForeArm', 'torso'))
             >>> nao.clearance(nao.random(rng=0, n=1000)).is_free.sum().tolist()
-            619
+            643
         """
-        rule, shapes = CollisionRule(tolerance, allowed, exact), self.link_shapes
+        rule = CollisionRule(tolerance, allowed, exact, obstacles)
+        shapes = self.link_shapes.among(rule.obstacles)
         checked = ~shapes.allowed(rule)
         return shapes.clearance(self.checked(q), tolerance=rule.tolerance, checked=checked, exact=exact)
 
@@ -1112,6 +1121,7 @@ class RobotModel:
         tolerance: float = 0.0,
         allowed: Sequence[tuple[str, str]] = (),
         exact: bool = False,
+        obstacles: Sequence[Obstacle] = (),
     ) -> tuple[Contact, ...]:
         """Return the pairs of links that overlap, or are nearer than a margin, with their nearest points.
 
@@ -1124,6 +1134,7 @@ class RobotModel:
             tolerance: overlap that is accepted, subtracted from `margin` [m].
             allowed: pairs of links that may overlap, and are not listed.
             exact: as in `clearance`.
+            obstacles: as in `clearance`.
 
         Returns:
             The contacts, by configuration and then by distance. Each has the names of its `links`; their `distance`,
@@ -1136,12 +1147,13 @@ class RobotModel:
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04})
+            >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04, "LHand": 1.0})
             >>> [contact.links for contact in nao.collisions(q)]
             [('RBicep', 'l_wrist')]
         """
-        rule = CollisionRule(tolerance, allowed, exact)
-        return self.link_shapes.contacts(self.checked(q), float(shaped(margin, (), "margin")) - rule.tolerance, rule)
+        rule = CollisionRule(tolerance, allowed, exact, obstacles)
+        shapes, distance = self.link_shapes.among(rule.obstacles), float(shaped(margin, (), "margin"))
+        return shapes.contacts(self.checked(q), distance - rule.tolerance, rule)
 
     # --- internal -------------------------------------------------------------------------------------------------
 

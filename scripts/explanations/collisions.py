@@ -11,7 +11,7 @@ import nao_kin as nk
 from explanations.drawing import INK, ORANGE, Drawing, Floats
 from explanations.limits import FREE, Chart
 from nao_kin.robot.collision_pairs import LinkPair
-from nao_kin.robot.collisions import LinkShapes
+from nao_kin.robot.link_shapes import LinkShapes
 from nao_kin.robot.urdf import Collision
 
 Mask = NDArray[np.bool_]

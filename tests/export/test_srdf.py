@@ -23,7 +23,7 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.srdf import Planning
 from nao_kin.export.variants import Variant
-from nao_kin.robot import LinkShapes, collisions
+from nao_kin.robot import LinkShapes, link_shapes
 from nao_kin.robot.collision_pairs import adjacent_links
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
@@ -32,7 +32,7 @@ VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 DATA = Path(__file__).resolve().parents[1] / "data"
 FEW = 60
 srdf_module = importlib.import_module("nao_kin.export.srdf")  # a face gives the function of this name
-COLLIDE = collisions._collide
+COLLIDE = link_shapes._collide
 
 
 class Document(NamedTuple):
@@ -250,7 +250,7 @@ def test_contacts_of_hollow_meshes_are_those_of_their_triangles(tmp_path: Path) 
 
 def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot, looks = _before_a_wall(tmp_path, 0.5), []
-    monkeypatch.setattr(collisions, "_collide", lambda *shapes: looks.append(shapes) or COLLIDE(*shapes))
+    monkeypatch.setattr(link_shapes, "_collide", lambda *shapes: looks.append(shapes) or COLLIDE(*shapes))
     assert ("base", "b_l") not in LinkShapes.exact(robot).found_disabled(10_000, 0)
     assert 0 < len(looks) < 200
 

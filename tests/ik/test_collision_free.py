@@ -10,7 +10,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.ik import IKResult, Reason, follow_branches, follow_limbs
 
-CROSSED = {"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04}
+CROSSED = {"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04, "LHand": 1.0}
 ARMS, LEGS = ("Shoulder", "Elbow", "Wrist"), ("Hip", "Knee", "Ankle")
 
 
@@ -89,11 +89,11 @@ def test_exactly_the_solutions_in_collision_are_left_out(solver: str) -> None:
 def test_one_target_says_which_links_overlap() -> None:
     nao = nk.load_nao()
     q = nao.configuration(CROSSED)
-    near = nao.configuration({"RElbowRoll": CROSSED["RElbowRoll"]})
+    near = nao.configuration({name: CROSSED[name] for name in ("RElbowRoll", "LHand")})
     result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"), near=near, collisions=True)
     assert result.reason is Reason.COLLISION
     assert not result.success
-    assert result.message == "every solution has links that overlap: RBicep and l_wrist by 15.94 mm or more"
+    assert result.message == "every solution has links that overlap: RBicep and l_wrist by 14.5 mm or more"
     np.testing.assert_allclose(result.q, q, atol=1e-9)
 
 
@@ -209,9 +209,9 @@ def test_a_jump_to_a_branch_without_overlap_says_which_links_overlap_on_the_othe
 
 def test_a_limb_is_reached_when_another_one_has_made_room() -> None:
     nao = nk.load_nao()
-    angles = {"ShoulderPitch": (-0.606, -0.385), "ShoulderRoll": (-0.133, 0.239), "ElbowYaw": (0.721, -0.237)}
-    angles |= {"ElbowRoll": (-0.218, 0.715), "WristYaw": (-1.537, -0.933)}
-    start = nao.posture("StandInit")
+    angles = {"ShoulderPitch": (-1.558, -1.343), "ShoulderRoll": (-0.124, -0.958), "ElbowYaw": (-1.219, 0.579)}
+    angles |= {"ElbowRoll": (-0.188, 0.642), "WristYaw": (-0.724, 1.209), "Hand": (1.0, 1.0)}
+    start = nao.posture("StandInit", {"LHand": 1.0, "RHand": 1.0})
     angle_of = {f"{side}{name}": pair[k] for name, pair in angles.items() for k, side in enumerate("LR")}
     q = nao.posture("StandInit", angle_of)
     path, directions = _hands(nao, q[None], "RArm", "LArm")

@@ -52,6 +52,8 @@ DISABLED_COLLISIONS: tuple[tuple[str, str, str], ...] = (
     ("Head", "RPelvis", "Never"),
     ("Head", "RThigh", "Never"),
     ("Head", "RTibia", "Never"),
+    ("Head", "l_ankle", "Never"),
+    ("Head", "r_ankle", "Never"),
     ("Head", "torso", "Default"),
     ("LAnklePitch_link", "LPelvis", "Never"),
     ("LAnklePitch_link", "LShoulder", "Never"),
