@@ -13,8 +13,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import Group, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import ALLOW, EXACT, HIPS, JSON, OUTSIDE, TOLERANCE
-from nao_kin.cli.sources import MotionFile, check_posture, pairs_of
+from nao_kin.cli.shared import ALLOW, COLUMNS, EXACT, HIPS, JSON, MISSING, OUTSIDE, TOLERANCE
+from nao_kin.cli.sources import MotionFile, check_posture, pairs_of, recorded
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def convert(
     print_written(sink)
 
 
-@command("motion check", "Example: nao-kin motion check wave.motion --deg")
+@command("motion check", "Example: nao-kin motion check log.csv --missing Stand --limits measured --ignore-other")
 def check(
     *,
     source: MotionFile,
@@ -114,6 +114,12 @@ def check(
     tolerance: float = TOLERANCE,
     allow: list[str] | None = ALLOW,
     exact: bool = EXACT,
+    limits: Literal["enforce", "measured"] = option(
+        None, "measured: accept joints past their limits by the noise of sensors.", default="enforce"
+    ),
+    columns: list[str] | None = COLUMNS,
+    hips: str | None = HIPS,
+    missing: str | None = MISSING,
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,
     robot: RobotOptions,
@@ -129,7 +135,10 @@ def check(
     if not collisions and (tolerance or allow or exact):
         raise BadArgument("--tolerance, --allow and --exact are for --collisions")
     rule = CollisionRule(tolerance, pairs_of(allow), exact) if collisions else False
-    report = motions.check(model, source.read(model), fill=fill, collisions=rule, **chosen)
+    if posture is not None and missing is not None:
+        raise BadArgument("--posture and --missing both give the values of joints that a motion does not name")
+    motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
+    report = motions.check(model, motion, fill=fill, collisions=rule, limits=limits, **chosen)
     if json:
         print_json(report.as_dict())
     else:
@@ -221,8 +230,7 @@ def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
             print(f"and {more} more intervals of these joints (--all lists them)")
     lines = report.describe(degrees=deg).splitlines()
     print(lines[0])
-    if not report.ok:
-        print("".join(f"{line}\n" for line in lines if " sampled " in line), end="")
+    print("".join(f"{line}\n" for line in lines[1:] if " sampled " in line or line.startswith("accepted")), end="")
 
 
 def _report_cells(row: MotionViolation, deg: bool) -> list[str]:

@@ -165,6 +165,25 @@ class MotionFile:
         )
 
 
+def recorded(
+    source: MotionFile, model: RobotModel, *, columns: list[str] | None, hips: str | None, missing: str | None
+) -> Motion:
+    """Return a motion; with columns or missing values from a table, as a robot records one."""
+    from nao_kin import motion as motions
+
+    if not (columns or missing):
+        motion = source.read(model)
+        return motion if hips is None else motions.share_motors(model, motion, hips).motion  # type: ignore[arg-type]
+    if source.from_ is not None or source.timeline is not None:
+        raise BadArgument("--columns and --missing are for a table; leave out --from and --timeline")
+    options = FileOptions(None, None, source.deg, columns, source.ignore_other, None, hips, missing, None)
+    log = options.log(model, source.file, hips=hips or "average")
+    print_note(*log.notes)
+    if log.times is None:
+        raise BadInputFile(source.file, "it has no times: a motion needs a column of them")
+    return motions.Motion(log.times, model.joint_names, log.q[:, model.nq_base :])
+
+
 class Input(NamedTuple):
     """A robot, configurations (n, nq), their times (n,) [s] if they have any, and whether they are a list."""
 

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COUPLING_TOLERANCE, LIMIT_TOLERANCE, Floats, finite_or_none
+from nao_kin._core.arrays import (
+    COUPLING_TOLERANCE,
+    LIMIT_TOLERANCE,
+    MEASURED_TOLERANCES,
+    Floats,
+    choice,
+    finite_or_none,
+)
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
@@ -125,6 +132,7 @@ class MotionReport:
         sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all violations
             were found in closed form.
         collisions_sampled: samples per second of collisions; None if they were not checked.
+        accepted: with `limits="measured"`, the limits that are exceeded by no more than its tolerances; no violations.
     """
 
     robot: str
@@ -135,6 +143,7 @@ class MotionReport:
     left_out: int
     sampled: float | None
     collisions_sampled: float | None = None
+    accepted: tuple[MotionViolation, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -161,7 +170,7 @@ class MotionReport:
         """
         span = f"{len(self.joints)} joints, {self.start:g} to {self.end:g} s"
         if self.ok:
-            return f"{self.robot} can perform the motion: {span}"
+            return "\n".join([f"{self.robot} can perform the motion: {span}", *self._accepted(degrees)])
         lines = [f"{self.robot} cannot perform the motion: {span}, {_counted(self.violations)}"]
         groups: dict[tuple[str, str], list[MotionViolation]] = {}
         for violation in self.violations:
@@ -177,7 +186,15 @@ class MotionReport:
             lines.append(f"coupled limits and shared motors were sampled {self.sampled:g} times per second")
         if self.collisions_sampled is not None:
             lines.append(f"collisions were sampled {self.collisions_sampled:g} times per second")
-        return "\n".join(lines)
+        return "\n".join([*lines, *self._accepted(degrees)])
+
+    def _accepted(self, degrees: bool) -> list[str]:
+        """Return a line on what `limits="measured"` accepted, none without it."""
+        if not self.accepted:
+            return []
+        worst = max(self.accepted, key=lambda row: row.excess / MEASURED_TOLERANCES[row.unit])
+        count = len({row.joint for row in self.accepted})
+        return [f"accepted as measured: {count} joint{'s'[: count > 1]}, most {worst.describe(degrees=degrees)}"]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report for JSON, in seconds, radians, metres and ratios."""
@@ -191,6 +208,7 @@ class MotionReport:
             "collisions_sampled": self.collisions_sampled,
             "left_out": self.left_out,
             "violations": [violation.as_dict() for violation in self.violations],
+            "accepted": [violation.as_dict() for violation in self.accepted],
         }
 
     def __repr__(self) -> str:
@@ -222,6 +240,7 @@ def check(
     fill: str | ArrayLike = HOLD,
     rate: float = _RATE,
     collisions: bool | CollisionRule = False,
+    limits: Literal["enforce", "measured"] = "enforce",
 ) -> MotionReport:
     """Return the violations of a robot's limits by a motion, also between its keys.
 
@@ -238,6 +257,8 @@ def check(
         rate: samples per second.
         collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second: True,
             or a `nk.robot.CollisionRule`.
+        limits: "enforce", or "measured" for a recorded motion: joints may be past their limits by the noise of sensors
+            (1°, 0.02 of a hand's opening), and the report counts them as `accepted`.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -245,6 +266,7 @@ def check(
         True
     """
     check_both(robot, motion)
+    choice(limits, ("enforce", "measured"), "limits")
     rate = checked_rate(rate)
     curves, rule = JointCurves(motion, fill, robot, rate), CollisionRule.of(collisions)
     findings = [
@@ -258,16 +280,22 @@ def check(
         ),
         *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
     ]
+    rows = [(row, limits == "measured" and _is_noise(row)) for found, _ in findings for row in found]
     return MotionReport(
         robot=robot.name,
         joints=motion.joint_names,
         start=motion.start,
         end=motion.end,
-        violations=tuple(row for rows, _ in findings for row in rows),
+        violations=tuple(row for row, accepted in rows if not accepted),
         left_out=sum(left_out for _, left_out in findings),
         sampled=rate if curves.sampled else None,
         collisions_sampled=None if rule is None else rate,
+        accepted=tuple(row for row, accepted in rows if accepted),
     )
+
+
+def _is_noise(row: MotionViolation) -> bool:
+    return row.kind in ("limit", "coupled limit") and row.excess <= MEASURED_TOLERANCES.get(row.unit, 0.0)
 
 
 def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float, rule: CollisionRule) -> _Found:

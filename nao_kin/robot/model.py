@@ -1088,7 +1088,7 @@ class RobotModel:
             tolerance: overlap that `is_free` accepts [m].
             allowed: pairs of links that may overlap, and are not checked.
             exact: whether coal compares the meshes where hulls overlap.
-            obstacles: `nk.robot.Obstacle`s near the robot, each of which is compared with all links.
+            obstacles: objects near the robot, made by `nk.robot.Obstacle`; each is compared with all links.
 
         Returns:
             Distances, shape (...) [m]. Where links overlap, the distance is negative: minus the length of the least

@@ -466,3 +466,50 @@ def test_view_writes_a_page_that_plays_the_motion(
         viewer.animate(_nod().configurations(nao, rate=rate, fill="Crouch").q, fps)
         viewer.camera("three-quarter")
         assert page.read_text(encoding="utf-8") == viewer.static_html()
+
+
+# --- Recordings of a robot.
+
+
+def test_a_recording_of_a_robot_is_checked(
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    times = np.arange(0.0, 1.0, 0.02)
+    body = nao.to_body(np.tile(nao.posture("Stand", LElbowRoll=0.0, limits="clamp"), (times.size, 1)))
+    body += np.random.default_rng(0).normal(0.0, np.radians(0.1), body.shape)
+    table = dict(zip(nao.body_order, body.T, strict=True)) | {"LHand": np.full(times.size, np.nan)}
+    rows = np.column_stack([times, times + 26.0, *table.values()])
+    header = ",".join(["time", "LFsr", *table])
+    np.savetxt("log.csv", rows, delimiter=",", header=header, comments="")
+    command = ("motion", "check", "log.csv", "--ignore-other")
+    assert run(command) == 2
+    assert "LHand is 'nan'" in capsys.readouterr().err
+    strict = _json(capsys, *command, "--missing", "Stand", "--json", code=1)
+    assert {row["kind"] for row in strict["violations"]} == {"limit"}
+    report = _json(capsys, *command, "--missing", "Stand", "--limits", "measured", "--json")
+    assert report["violations"] == []
+    assert len(report["accepted"]) == len(strict["violations"])
+    assert run([*command, "--missing", "Stand", "--limits", "measured", "--collisions", "--rate", "10"]) == 0
+    assert "accepted as measured: 2 joints, most LKneePitch" in capsys.readouterr().out
+    # Without missing values it is a motion, and the sensors of the hips differ.
+    np.savetxt("whole.csv", np.nan_to_num(rows), delimiter=",", header=header, comments="")
+    whole = ("motion", "check", "whole.csv", "--ignore-other", "--limits", "measured")
+    assert {row["kind"] for row in _json(capsys, *whole, "--json", code=1)["violations"]} == {"motor"}
+    assert run([*whole, "--hips", "left"]) == 0
+    renamed = Path("log.csv").read_text().replace("HeadYaw", "yaw")
+    Path("renamed.csv").write_text(renamed)
+    options = ("--columns", "yaw=HeadYaw", "--columns", "LFsr=", "--missing", "0", "--limits", "measured")
+    assert run(["motion", "check", "renamed.csv", *options]) == 0
+    Path("still.csv").write_text("HeadYaw\n0.1\n")
+    capsys.readouterr()
+    for wrong, reason in (
+        ((*command, "--missing", "Stand", "--posture", "Stand"), "--posture and --missing both give"),
+        ((*command, "--missing", "Stand", "--from", "csv"), "leave out --from and --timeline"),
+        ((*command, "--missing", "Sand"), "unknown posture 'Sand' (nearest: Stand"),
+        (("motion", "check", "still.csv", "--missing", "Stand"), "it has no times: a motion needs a column of them"),
+        ((*whole, "--hips", "middle"), "middle"),
+        ((*command, "--limits", "ignore"), "ignore"),
+    ):
+        assert run(wrong) == 2, wrong
+        assert reason in capsys.readouterr().err

@@ -16,6 +16,7 @@ from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin._core.arrays import COUPLING_TOLERANCE, Floats
+from nao_kin.errors import UnknownName
 from nao_kin.motion import MotionReport, check, share_motors, slow_down
 from nao_kin.motion.interpolation import INTERPOLATIONS
 
@@ -354,3 +355,36 @@ def test_overlapping_links_are_found_between_keys_and_only_if_asked(monkeypatch:
     shorter = nk.motion.check(nao, motion, collisions=True, rate=100.0)
     assert shorter.violations == (deepest,)
     assert shorter.left_out == len(report.violations) - 1
+
+
+# --- Recorded motions.
+
+
+@pytest.mark.parametrize(("excess", "accepted"), [(0.0, 0), (np.radians(0.9), 1), (np.radians(1.1), None)])
+def test_the_noise_of_sensors_is_accepted_by_name(nao: nk.NaoModel, excess: float, accepted: int | None) -> None:
+    upper = nao.joints.limits("LShoulderRoll")[1]
+    motion = nk.Motion([0.0, 1.0, 2.0], ["LShoulderRoll"], [[upper - 0.1], [upper + excess], [upper - 0.1]])
+    strict, report = check(nao, motion), check(nao, motion, limits="measured")
+    assert strict.accepted == ()
+    assert strict.ok == (accepted == 0)
+    assert report.ok == (accepted is not None)
+    assert report.accepted == (strict.violations if accepted else ())
+    assert report.as_dict()["accepted"] == [row.as_dict() for row in report.accepted]
+    said = "accepted as measured: 1 joint, most LShoulderRoll"
+    assert (said in report.describe(degrees=True)) == bool(accepted)
+
+
+def test_only_limits_are_accepted_as_measured(nao: nk.NaoModel) -> None:
+    fast = nk.Motion([0.0, 0.01], ["HeadYaw", "LHand"], [[0.0, 0.0], [1.0, 1.01]])
+    report = check(nao, fast, limits="measured")
+    assert {row.kind for row in report.violations} == {"speed"}
+    assert [row.joint for row in report.accepted] == ["LHand"]
+    # The head's pitch is limited by its yaw, too.
+    yaw = 1.0
+    (table,) = [table for table in nao.coupled_limits if table.joint == "HeadPitch"]
+    highest = float(table.range(np.array(yaw))[1])
+    for more, kinds in ((0.8, set()), (1.2, {"coupled limit"})):
+        still = nk.Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[yaw, highest + np.radians(more)]] * 2)
+        assert {row.kind for row in check(nao, still, limits="measured").violations} == kinds
+    with pytest.raises(UnknownName, match="unknown limits .ignore."):
+        check(nao, fast, limits="ignore")  # type: ignore[arg-type]
