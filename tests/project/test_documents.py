@@ -56,9 +56,8 @@ def _write_inputs(folder: Path, nao: nk.NaoModel) -> None:
     rows = [f"{0.1 * k},{','.join(map(str, row))}" for k, row in enumerate(nao.random(0, 3, collision_free=True))]
     (folder / "walk.csv").write_text("\n".join([f"time,{names}", *rows]) + "\n")
     measured = "LFsr,RFsr,GyroX,GyroY,GyroZ"
-    (folder / "log.csv").write_text(
-        "\n".join([f"time,{names},{measured}", *(f"{row},20,30,0,0,0" for row in rows)]) + "\n"
-    )
+    still = [f"{0.1 * k},{rows[0].partition(',')[2]},20,30,0,0,0" for k in range(3)]
+    (folder / "log.csv").write_text("\n".join([f"time,{names},{measured}", *still]) + "\n")
     (folder / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
     wave = nk.Motion([[0.0, 1.0, 2.0], [0.5, 1.5]], ["LShoulderRoll", "LHand"], [[0.2, 1.0, 0.2], [0.0, 1.0]], "smooth")
     nk.motion.write_motion(wave, folder / "wave.xar")
