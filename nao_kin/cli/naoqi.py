@@ -22,6 +22,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.shared import JSON
+from nao_kin.cli.sources import posture_or_number
 from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
@@ -201,6 +202,7 @@ def live(
     address: str | None = argument("[tcp://HOST:PORT]", "A robot, or a virtual NAO, over NAOqi.", None),
     lola: str | None = option("SOCKET", "Read a NAO6's RoboCup interface instead, from its Unix socket."),
     rate: float = option("N", "Largest number of readings per second.", default=_RATE),
+    missing: str | None = option("VALUE", "Values of joints whose sensors give none: a posture, or a number."),
     output: str | None = option("FILE", "Write the readings as a motion at the end.", *OUTPUT),
     seconds: float | None = option("S", "End after this many seconds of readings, or as many without one."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
@@ -243,7 +245,8 @@ def live(
         def wanted() -> bool:
             return not ended() and time.monotonic() < since + patience
 
-        for reading in readings(source, model, rate=rate, wanted=wanted, on_state=print_note):
+        rest = posture_or_number(missing)
+        for reading in readings(source, model, rate=rate, wanted=wanted, on_state=print_note, missing=rest):
             since = time.monotonic()
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)

@@ -141,6 +141,12 @@ def check_posture(model: RobotModel, posture: str | None) -> None:
         raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
 
 
+def posture_or_number(text: str | None) -> str | float | None:
+    """Return a number, or the name of a posture, of `--missing`."""
+    number = None if text is None else finite_decimal(text)
+    return text if number is None else number
+
+
 @dataclass(frozen=True)
 class MotionFile:
     """A motion file of any format, and the options of its reading."""
@@ -288,8 +294,7 @@ class FileOptions(JointOptions):
     @property
     def value_of_missing(self) -> str | float | None:
         """The posture or the number of --missing."""
-        number = None if self.missing is None else finite_decimal(self.missing)
-        return self.missing if number is None else number
+        return posture_or_number(self.missing)
 
     def measured(self, file: str | None, **named: str | None) -> tuple[FileOptions, dict[str, Any]]:
         """Return the options to read the joints, and numbers in other columns, whose headings are given with commas.

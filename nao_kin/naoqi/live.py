@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, NaoKinError, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, NotFinite, WrongShape
 from nao_kin.motion import Motion
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.names import from_order
@@ -175,16 +175,16 @@ def _checked(frame: object) -> LolaFrame:
 
 
 def _numbers(name: str, values: object) -> Floats:
-    """Return the numbers of an entry; only positions must be finite: a broken sensor must not hide the joints."""
-    count = LOLA_ENTRIES[name]
+    """Return the numbers of an entry: a broken sensor must not hide the joints; positions may be NaN, not infinite."""
+    count, what = LOLA_ENTRIES[name], f"a LoLA frame's {name}"
     if name == "Position":
-        return np.array(as_floats(np.asarray(values, dtype=object).tolist(), (count,), f"a LoLA frame's {name}"))
+        return np.array(as_floats(np.asarray(values, dtype=object).tolist(), (count,), what, gaps=True))
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         array = np.zeros(0)
     if array.shape != (count,):
-        raise BadArgument(f"a LoLA frame's {name} must be {count} numbers, got {quoted(values)}")
+        raise BadArgument(f"{what} must be {count} numbers, got {quoted(values)}")
     return array
 
 
@@ -225,6 +225,7 @@ class JointSource(ABC):
     Attributes:
         address: the robot's address, for messages.
         wanted: called while the source waits; returns whether to continue.
+        missing: values of joints that are NaN, as in `from_order`.
 
     Examples:
         >>> issubclass(nk.naoqi.LolaSource, nk.naoqi.JointSource)
@@ -233,6 +234,7 @@ class JointSource(ABC):
 
     address: str
     wanted: Callable[[], bool] = staticmethod(lambda: True)
+    missing: str | float | None = None
 
     @abstractmethod
     def connect(self) -> None:
@@ -293,7 +295,7 @@ class NaoqiSource(JointSource):
             angles = self._answer(self._memory.getListData(_TORSO_ANGLES, _async=True))
             if all(isinstance(angle, (int, float)) for angle in angles):
                 up = vertical(float(angles[0]), float(angles[1]))
-        return _configuration(robot, body, names), up
+        return _configuration(robot, body, names, self.missing), up
 
     def close(self) -> None:
         """Close the connection."""
@@ -358,7 +360,7 @@ class LolaSource(JointSource):
         angles = frame.get("Angles")
         known = isinstance(angles, np.ndarray) and bool(np.isfinite(angles).all())
         up = vertical(float(angles[0]), float(angles[1])) if known and angles is not None else None
-        return _configuration(robot, frame["Position"], "LoLA"), up
+        return _configuration(robot, frame["Position"], "LoLA", self.missing), up
 
     def close(self) -> None:
         """Close the connection."""
@@ -393,6 +395,7 @@ def readings(
     rate: float = 25.0,
     wanted: Callable[[], bool] = lambda: True,
     on_state: Callable[[str], object] | None = None,
+    missing: str | float | None = None,
 ) -> Iterator[JointReading]:
     """Read a robot's joints repeatedly; a lost connection is reestablished.
 
@@ -402,6 +405,7 @@ def readings(
         rate: the largest number of readings per second.
         wanted: called repeatedly; returns whether to continue.
         on_state: receives a line whenever the robot is connected or lost.
+        missing: values of joints whose sensors give none (NaN), such as hands: those of a posture, or a number.
 
     Yields:
         Readings with ascending times.
@@ -416,7 +420,9 @@ def readings(
     for what, function in (("wanted", wanted), ("on_state", report)):
         if not callable(function):
             raise BadArgument(f"{what} must be a function, got {quoted(function)}")
-    source.wanted = wanted
+    if missing is not None:
+        robot.configuration({}, missing=missing)  # refuse it now, not as a robot that is lost
+    source.wanted, source.missing = wanted, missing
     start: float | None = None
     last = -math.inf
     pause, silent = _FIRST_PAUSE, False
@@ -485,9 +491,14 @@ def vertical(roll: float, pitch: float) -> Floats:
     return np.array(matrix_from_rpy(np.append(angles, 0.0))[2])
 
 
-def _configuration(robot: RobotModel, values: Sequence[float] | Floats | Any, order: str) -> Floats:
+def _configuration(
+    robot: RobotModel, values: Sequence[float] | Floats | Any, order: str, missing: str | float | None
+) -> Floats:
     try:
-        return from_order(robot, values, order, hips="left")
+        return from_order(robot, values, order, hips="left", missing=missing)
+    except NotFinite as error:
+        advice = "missing= (--missing) gives them values"
+        raise Lost(f"the robot has no values of some joints: {error}; {advice}") from None
     except NaoKinError as error:
         raise Lost(f"the robot's joint values are wrong: {error}") from None
 

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import textwrap
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -43,6 +43,7 @@ LOLA_ROBOT = """
             for _ in range(count):
                 position = np.zeros(25)
                 position[0] = 0.001 * number
+                position[hands] = float("nan")
                 robot.sendall(encode_lola({"Position": position, "Angles": [0.0, 0.5]}))
                 number += 1
                 if number == 100:
@@ -61,9 +62,13 @@ LOLA_ROBOT = """
 
 
 @contextmanager
-def _lola_robot(folder: Path, count: int, times: int = 1) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+def _lola_robot(
+    folder: Path, count: int, times: int = 1, without: Sequence[int] = ()
+) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """A robot without values of the joints of these numbers."""
     path = folder / "robocup"
-    command = [sys.executable, "-c", textwrap.dedent(LOLA_ROBOT), str(path), str(count), str(times)]
+    program = textwrap.dedent(LOLA_ROBOT).replace("[hands]", f"[{list(without)}]")
+    command = [sys.executable, "-c", program, str(path), str(count), str(times)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
@@ -121,6 +126,31 @@ def test_a_robot_that_is_lost_is_found_again(nao: nk.NaoModel, short_folder: Pat
     assert found == pytest.approx(0.001 * np.arange(6), abs=1e-8)
     assert [line.split()[0] for line in lines] == ["connected", path, "connected"]
     assert "trying again" in lines[1]
+
+
+def test_hands_without_a_sensor_do_not_hide_the_robot(nao: nk.NaoModel, short_folder: Path) -> None:
+    names = nk.naoqi.BODY_ORDERS["LoLA"]
+    hands = [names.index(name) for name in ("LHand", "RHand")]
+    with _lola_robot(short_folder, 5, without=hands) as (path, _):
+        found: list[nk.naoqi.JointReading] = []
+        for reading in readings(LolaSource(path), nao, rate=1e6, wanted=lambda: len(found) < 3, missing="StandInit"):
+            found.append(reading)
+    for row, yaw in zip(found, (0.0, 0.001, 0.002), strict=True):
+        angles = nao.angles(row.q)
+        assert angles["LHand"] == angles["RHand"] == 0.25
+        assert angles["HeadYaw"] == pytest.approx(yaw, abs=1e-8)
+    with _lola_robot(short_folder, 100, without=hands) as (path, _):
+        done = _live("--lola", path, "--seconds", "0.2", "--missing", "0.5", "--json")
+        assert json.loads(done.stdout)["last"]["LHand"] == 0.5
+    # Without a value for them the robot is not shown, and the reason is said.
+    with _lola_robot(short_folder, 100, without=hands) as (path, _):
+        done = _live("--lola", path, "--seconds", "0.2", "--json")
+        assert done.returncode == 2
+        assert "LHand" in done.stderr
+        assert "missing" in done.stderr
+    refused = _live("--lola", path, "--missing", "Sand")
+    assert refused.returncode == 2
+    assert "unknown posture 'Sand' (nearest: Stand" in refused.stderr
 
 
 def test_no_more_readings_than_wanted(nao: nk.NaoModel, short_folder: Path) -> None:

@@ -67,7 +67,7 @@ def test_bytes_that_come_in_pieces_make_the_same_frames() -> None:
         (b"\x91" * 5000, "must be a MessagePack map"),
         (b"\xdf\xff\xff\xff\xff", "must be a MessagePack map"),
         (umsgpack.packb({"Position": [0.0] * 24}), "Position must have shape"),
-        (umsgpack.packb({"Position": [float("nan")] * 25}), "Position must be finite"),
+        (umsgpack.packb({"Position": [float("inf")] * 25}), "Position must be finite"),
         (umsgpack.packb({"Position": ["x"] * 25}), "Position must be real numbers"),
         (umsgpack.packb({"Position": [0.0] * 25, "FSR": 3}), "FSR must be 8 numbers, got 3"),
         (umsgpack.packb({"Position": [0.0] * 25, "RobotConfig": [1, 2]}), "RobotConfig must be 4 texts"),
