@@ -64,6 +64,8 @@ ENDLESS = {
     ("wait", "timeout", "None"),
     ("naoqi.readings", "rate", "huge"),
     ("naoqi.readings", "on_state", "None"),
+    ("naoqi.readings", "missing", "None"),
+    ("naoqi.readings", "missing", "huge"),
 }
 _SECONDS = 120
 
