@@ -14,7 +14,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import Group, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
 from nao_kin.cli.shared import ALLOW, COLUMNS, EXACT, HIPS, JSON, MISSING, OUTSIDE, TOLERANCE
-from nao_kin.cli.sources import MotionFile, check_posture, pairs_of, recorded
+from nao_kin.cli.sources import MotionFile, check_posture, pairs_of, recorded, refuse_both
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -135,8 +135,7 @@ def check(
     if not collisions and (tolerance or allow or exact):
         raise BadArgument("--tolerance, --allow and --exact are for --collisions")
     rule = CollisionRule(tolerance, pairs_of(allow), exact) if collisions else False
-    if posture is not None and missing is not None:
-        raise BadArgument("--posture and --missing both give the values of joints that a motion does not name")
+    refuse_both(posture, missing)
     motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
     report = motions.check(model, motion, fill=fill, collisions=rule, limits=limits, **chosen)
     if json:

@@ -141,6 +141,12 @@ def check_posture(model: RobotModel, posture: str | None) -> None:
         raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
 
 
+def refuse_both(posture: str | None, missing: str | None) -> None:
+    """Refuse --posture together with --missing."""
+    if posture is not None and missing is not None:
+        raise BadArgument("--posture and --missing both give the values of joints that a motion does not name")
+
+
 def posture_or_number(text: str | None) -> str | float | None:
     """Return a number, or the name of a posture, of `--missing`."""
     number = None if text is None else finite_decimal(text)
@@ -182,7 +188,17 @@ def recorded(
         return motion if hips is None else motions.share_motors(model, motion, hips).motion  # type: ignore[arg-type]
     if source.from_ is not None or source.timeline is not None:
         raise BadArgument("--columns and --missing are for a table; leave out --from and --timeline")
-    options = FileOptions(None, None, source.deg, columns, source.ignore_other, None, hips, missing, None)
+    options = FileOptions(
+        posture=None,
+        joint=None,
+        deg=source.deg,
+        columns=columns,
+        ignore_other=source.ignore_other,
+        rate=None,
+        hips=hips,
+        missing=missing,
+        timeline=None,
+    )
     log = options.log(model, source.file, hips=hips or "average")
     print_note(*log.notes)
     if log.times is None:
@@ -234,8 +250,7 @@ class FileOptions(JointOptions):
         """Refuse options that do not fit the input; return whether it is a motion, False for `unread` input."""
         if file is None and (self.columns or self.ignore_other or self.hips or self.missing):
             raise BadArgument("--columns, --ignore-other, --hips and --missing are for a file; name it")
-        if self.posture is not None and self.missing is not None:
-            raise BadArgument("--posture and --missing both give the values of joints that a motion does not name")
+        refuse_both(self.posture, self.missing)
         moves = file is not None and not unread and is_motion(file)
         for name, value in (("--rate", self.rate), ("--timeline", self.timeline)):
             if file is None and value is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from copy import copy
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,13 +27,7 @@ class LinkMeshes:
     A shape of a link without a hull, as of a finger, belongs to the next link towards the root that has one.
     """
 
-    def __init__(
-        self,
-        robot: RobotModel,
-        links: tuple[str, ...],
-        rows: tuple[Visual | Collision, ...],
-        obstacles: tuple[Obstacle, ...] = (),
-    ) -> None:
+    def __init__(self, robot: RobotModel, links: tuple[str, ...], rows: tuple[Visual | Collision, ...]) -> None:
         self._robot, parents = robot, {joint.child: joint.parent for joint in robot.tree.joints}
         self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
         meshes: dict[str, list[tuple[Any, Floats]]] = defaultdict(list)
@@ -48,10 +43,15 @@ class LinkMeshes:
         for link, parts in meshes.items():
             self._add(link, links, parents, _joined(parts), np.eye(4))
         self.links = tuple(dict.fromkeys(link for shapes in self._own.values() for link, _, _ in shapes))
-        self._standing = {obstacle.name: obstacle.T for obstacle in obstacles}
-        for obstacle in obstacles:
-            geometry = shape_geometry(obstacle.geometry, Packages(Path()))
-            self._own[obstacle.name] = [(obstacle.name, geometry, np.eye(4))]
+        self._standing = dict[str, Floats]()
+
+    def among(self, obstacles: tuple[Obstacle, ...]) -> LinkMeshes:
+        """Return these meshes among obstacles."""
+        made = copy(self)
+        made._standing = {obstacle.name: obstacle.T for obstacle in obstacles}
+        geometries = {obstacle.name: shape_geometry(obstacle.geometry, Packages(Path())) for obstacle in obstacles}
+        made._own = self._own | {name: [(name, geometry, np.eye(4))] for name, geometry in geometries.items()}
+        return made
 
     def _add(self, link: str, links: tuple[str, ...], parents: dict[str, str], geometry: Any, T: Floats) -> None:
         owner: str | None = link

@@ -119,7 +119,7 @@ class CollisionRule:
         obstacles: what stands near the robot; its names serve in pairs as those of links do.
 
     Raises:
-        BadArgument: a negative tolerance, pairs that are no pairs of names, or obstacles that are none or share a name.
+        BadArgument: a negative tolerance, pairs that are no pairs of names, or obstacles that are none.
 
     Examples:
         >>> nao = nk.load_nao()

@@ -241,10 +241,10 @@ class LinkShapes:
         width = radius + np.array([width for _, width in around])
         points = np.concatenate([*(shape.points for shape in self._all), np.empty((0, 3))])
         behind = len(self.shapes) + np.cumsum([0, *(len(shape.parts) for shape in self.shapes)])
-        counting = [range(s, s + 1) for s in range(len(self._all))]
-        for s, shape in enumerate(self.shapes):
-            counting[s] = range(behind[s], behind[s + 1]) if shape.parts else counting[s]
-        self._counting, ranges = counting, np.array([(own.start, own.stop) for own in counting]).reshape(-1, 2)
+        self._counting = [
+            range(behind[s], behind[s + 1]) if shape.parts else range(s, s + 1) for s, shape in enumerate(self._all)
+        ]
+        ranges = np.array([(own.start, own.stop) for own in self._counting]).reshape(-1, 2)
         self._table = HullTable(link, first, points, radius, ends, width, ranges)
         self.capsules: Capsules = {link: [] for link in (*self.links, *names)}
         for shape, segment, size in zip(self.shapes, ends, width.tolist(), strict=False):
@@ -256,9 +256,10 @@ class LinkShapes:
         self._places, self._owner = self._pairs_of_shapes(self.pairs)
         self._some: dict[Any, NDArray[np.bool_]] = {}  # by the columns of q, or the pairs that are allowed
         self._last: LinkShapes | None = None  # these shapes among the obstacles of the last question
+        self._alone = self  # these shapes without obstacles
 
     def among(self, obstacles: Sequence[Obstacle]) -> LinkShapes:
-        """Return these shapes among obstacles, instead of those that they are among."""
+        """Return the shapes of a robot alone among obstacles; they share its meshes."""
         wanted = tuple(obstacles)
         if wanted == self.obstacles:
             return self
@@ -267,8 +268,8 @@ class LinkShapes:
             for name in names:
                 if name in self._robot.tree.links or names.count(name) > 1:
                     raise BadArgument(f"the name of obstacle {quoted(name)} is that of a link or of another obstacle")
-            own = [shape for shape in self.shapes if shape.link in self.links]
-            self._last = LinkShapes(self._robot, self.disabled, own, wanted)
+            self._last = LinkShapes(self._robot, self.disabled, self.shapes, wanted)
+            self._last._alone = self
         return self._last
 
     def _poses(self, q: Floats) -> Floats:
@@ -310,8 +311,10 @@ class LinkShapes:
 
     @cached_property
     def meshes(self) -> LinkMeshes:
-        """The meshes of the links."""
-        return LinkMeshes(self._robot, self.links, self._robot._exact_shapes(), self.obstacles)
+        """The meshes of the links and of the obstacles; those of the links are read once."""
+        if self.obstacles:
+            return self._alone.meshes.among(self.obstacles)
+        return LinkMeshes(self._robot, self.links, self._robot._exact_shapes())
 
     def allowed(self, rule: CollisionRule) -> NDArray[np.bool_]:
         """Return which pairs a rule allows to overlap, shape (pairs,)."""

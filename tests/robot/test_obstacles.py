@@ -100,6 +100,11 @@ def test_a_hand_in_a_ring_touches_its_hull_and_not_the_ring(tmp_path: Path, nao:
     (near,) = [c for c in nao.collisions(q, obstacles=[obstacle], margin=0.06, exact=True) if "ring" in c.links][:1]
     assert near.links == ("l_wrist", "ring")
     assert 0.0 < near.distance < 0.06
+    # The robot's own meshes are read once, however often obstacles move.
+    own = nao.link_shapes.meshes._own
+    assert all(
+        shapes is own[link] for link, shapes in nao.link_shapes.among((obstacle,)).meshes._own.items() if link != "ring"
+    )
     aside = Obstacle.mesh("ring", ring, across @ _moved([0.0, 0.05, 0.0]))
     assert not nao.clearance(q, obstacles=[aside], exact=True).is_free
 
