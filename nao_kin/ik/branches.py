@@ -337,6 +337,39 @@ def finish_report(work: Workspace, joints: int, count: int) -> None:
 
 
 @both_ways
+def write_values(motors: Row, coordinates: Row, values: Row) -> None:
+    """Write the values in the closed form for coordinates of the c joints, multiplier · coordinate + offset.
+
+    `motors` has the multipliers, the offsets, and the values of the joints from which the closed form counts.
+    """
+    joints = len(values)
+    for j in range(joints):
+        values[j] = motors[j] * coordinates[j] + motors[joints + j]
+
+
+@both_ways
+def write_coordinates(motors: Row, selection: Selection, work: Workspace, count: int) -> None:
+    """Replace the values of the closed form by coordinates in the branches, and in the report by those of the joints.
+
+    Without limits, the nearest pose of a target that is missed is first turned to within half a turn of the reference.
+    """
+    branches, report, joints = work.branches, work.report, len(selection.reference)
+    if count == 0 and not selection.enforce:
+        for j in range(joints):
+            if report[BEST + j] == report[BEST + j]:  # not NaN
+                report[BEST + j] = turned_towards(report[BEST + j], selection.reference[j])
+    for j in range(joints):
+        multiplier, offset = motors[j], motors[joints + j]
+        report[BEST + j] = (report[BEST + j] - offset) / multiplier
+        for k in range(j, count * (joints + EXTRAS), joints + EXTRAS):
+            branches[k] = (branches[k] - offset) / multiplier
+    if report[JOINT] >= 0.0:
+        zero = motors[2 * joints + int(report[JOINT])]
+        report[NEEDED] += zero
+        report[LIMIT] += zero
+
+
+@both_ways
 def write_branches(branches: Row, count: int, joints: int, out: Row) -> None:
     """Write the branches of one target into a row, as far as it has space, then nan."""
     width = joints + EXTRAS

@@ -33,7 +33,6 @@ from nao_kin.ik.branches import (
     JOINT,
     LIMIT,
     MAX_BENDS,
-    MAX_TURNED,
     NEEDED,
     NOT_RIGID,
     POSITION_ERROR,
@@ -44,6 +43,8 @@ from nao_kin.ik.branches import (
     Vector,
     Workspace,
     write_branches,
+    write_coordinates,
+    write_values,
 )
 from nao_kin.ik.results import IKResult, Obstacles, deferred_result
 from nao_kin.ik.targets import Options
@@ -75,32 +76,25 @@ class Limb:
     frame: str  # the frame whose pose is the target
     torso: str  # the frame in which targets are given
     rest: Floats  # all joints at zero, or at the limit nearest to it, shape (nq,)
-    is_scaled: bool  # whether some multiplier is not 1
-    is_shifted: bool  # whether some offset is not 0
+
+    @cached_property
+    def motors(self) -> Floats:
+        """Multipliers, offsets and zeros for kernels, shape (3c,)."""
+        return np.concatenate([self.multiplier, self.offset, self.zeros])
 
     @cached_property
     def at_rest(self) -> Floats:
-        """The values at rest, shape (1, c); read only."""
-        return self.values(self.rest[self.index])[None]
+        """The coordinates at rest, shape (1, c); read only."""
+        return self.rest[self.index][None]
 
     @cached_property
     def packed(self) -> Floats:
         """Its geometry and limits in one array, for kernels."""
         return packed((self.numbers, self.ranges))
 
-    def values(self, coordinates: Floats) -> Floats:
-        """Return the values in the closed form for coordinates (..., c)."""
-        scaled = coordinates * self.multiplier if self.is_scaled else coordinates
-        return scaled + self.offset if self.is_shifted else scaled
-
     def coordinates(self, values: Floats) -> Floats:
         """Return the coordinates for values in the closed form, shape (..., c)."""
         return (values - self.offset) / self.multiplier
-
-    @cached_property
-    def rows(self) -> dict[tuple[int, int], tuple[Floats, Floats]]:
-        """Offsets and multipliers at the places of the joints in rows of a kernel, by report and row length."""
-        return {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,8 +291,7 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     offset = offset - zeros
     index = np.array(columns, dtype=np.intp) + robot.nq_base
     motors = tuple(index.tolist()), index, zeros, multiplier, offset
-    differs = bool(np.any(multiplier != 1.0)), bool(offset.any())
-    return Limb(joints, *motors, ranges, numbers, frame, torso_frame(robot), robot.clamp(robot.neutral()), *differs)
+    return Limb(joints, *motors, ranges, numbers, frame, torso_frame(robot), robot.clamp(robot.neutral()))
 
 
 def _motors_of(robot: RobotModel, joints: tuple[str, ...]) -> tuple[list[int], Floats, Floats, Floats]:
@@ -353,7 +346,7 @@ class ClosedForm:
     without search, or None if all of it is a search. If `alone` finds nothing, the kernel searches for the nearest
     pose. If a target has more than the `usual` number of branches, all are solved again with more space. In a report,
     `more` numbers follow the joints; `scratch` numbers follow them in q. `types` returns Numba's types of geometry and
-    limits; compiling takes `seconds`.
+    limits; compiling takes `seconds`. References and rows have coordinates, `solve` has the values of the joints.
     """
 
     def __init__(
@@ -375,16 +368,19 @@ class ClosedForm:
         def unpacked(numbers: Any) -> Any:
             return numbers  # as Python, `run` takes the tuples themselves
 
-        def run(numbers: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
-            joints = references.shape[1]
+        def run(numbers: Any, motors: Floats, targets: Floats, near: Floats, enforce: bool, out: Floats) -> None:
+            joints = near.shape[1]
             first = REPORT + BEST + joints + more
             limb, ranges = unpacked(numbers)
-            owner = np.empty(joints + scratch + max_branches * (joints + EXTRAS))
-            q, branches = borrowed(owner[: joints + scratch]), borrowed(owner[joints + scratch :])
-            targets, references, out = borrowed(targets), borrowed(references), borrowed(out)
+            owner = np.empty(2 * joints + scratch + max_branches * (joints + EXTRAS))
+            reference, q = borrowed(owner[:joints]), borrowed(owner[joints : 2 * joints + scratch])
+            branches = borrowed(owner[2 * joints + scratch :])
+            motors, targets, near, out = borrowed(motors), borrowed(targets), borrowed(near), borrowed(out)
             for i in range(targets.shape[0]):
-                work = Workspace(q, branches, out[i, REPORT:first])
-                count = solve(limb, targets[i], Selection(ranges, references[i], enforce), work)
+                write_values(motors, near[i], reference)
+                selection, work = Selection(ranges, reference, enforce), Workspace(q, branches, out[i, REPORT:first])
+                count = solve(limb, targets[i], selection, work)
+                write_coordinates(motors, selection, work, count)
                 out[i, 0] = count
                 write_branches(branches, count, joints, out[i, first:])
             owner[0] = 0.0  # used once more, as `borrowed` requires
@@ -392,7 +388,7 @@ class ClosedForm:
         def signature() -> tuple[Any, ...]:
             register_borrowed()
             register_unpacking(unpacked, types())
-            return tuple(map(numba_type, (Floats1, Floats2, Floats2, bool, Floats2)))
+            return tuple(map(numba_type, (Floats1, Floats1, Floats2, Floats2, bool, Floats2)))
 
         run.__module__ = solve.__module__  # the module that a compiling process has to import
         self.kernel = CachedKernel(
@@ -445,12 +441,12 @@ def solve(
 def solve_targets(
     form: ClosedForm, limb: Limb, targets: Floats, options: Options, refuse: Callable[[], object] = lambda: None
 ) -> KernelOutput:
-    """Solve targets of shape (..., m) with a closed form; the output has coordinates in place of the joint values.
+    """Solve targets of shape (..., m) with a closed form; the output has coordinates.
 
     `refuse` raises for the first target that is not rigid.
     """
     enforce, batch, c = options.enforce, targets.shape[:-1], len(limb.joints)
-    joints = limb.at_rest if options.near is limb.rest else limb.values(options.near[..., limb.index])
+    joints = limb.at_rest if options.near is limb.rest else options.near[..., limb.index]
     if batch:
         # The kernel is compiled for one type of array.
         joints = _contiguous(np.broadcast_to(joints, (*batch, c)).reshape(-1, c))
@@ -463,34 +459,9 @@ def solve_targets(
     else:
         joints = joints.reshape(1, c)
         output = _solve_one(form, limb, _contiguous(targets.reshape(1, targets.size)), joints, enforce)
-    if not output.is_complete:
-        if output.report[:, REASON].min(initial=0.0) == NOT_RIGID:
-            refuse()
-        if not enforce:
-            # The nearest poses of targets that are missed, turned to within half a turn of the reference.
-            missed, report = output.rows[:, 0] == 0.0, output.report
-            near, best = joints[missed], report[missed, BEST : BEST + c]
-            turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
-            report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
-    if limb.is_scaled or limb.is_shifted:
-        _write_coordinates(limb, output)
+    if not output.is_complete and output.report[:, REASON].min(initial=0.0) == NOT_RIGID:
+        refuse()
     return output
-
-
-def _write_coordinates(limb: Limb, output: KernelOutput) -> None:
-    """Replace the values of the closed form by coordinates, in the report and in the branches."""
-    c, width = output.joints, output.rows.shape[1]
-    if (output.length, width) not in limb.rows:
-        # One array for a whole row: two operations for a target, not two for each of its parts.
-        offset, multiplier = np.zeros(width), np.ones(width)
-        for row, numbers in ((offset, limb.offset), (multiplier, limb.multiplier)):
-            row[REPORT + BEST : REPORT + BEST + c] = numbers
-            row[REPORT + output.length :].reshape(-1, c + EXTRAS)[:, :c] = numbers
-        limb.rows[output.length, width] = offset, multiplier
-    offset, multiplier = limb.rows[output.length, width]
-    np.subtract(output.rows, offset, out=output.rows)
-    if limb.is_scaled:
-        np.divide(output.rows, multiplier, out=output.rows)
 
 
 def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> KernelOutput:
@@ -498,16 +469,18 @@ def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, 
     quick = form.kernel.entry_point
     if quick is not None:
         output = _empty_output(form, limb, 1, form.max_branches)
-        quick(limb.packed, target, reference, enforce, output.rows)
+        quick(limb.packed, limb.motors, target, reference, enforce, output.rows)
         return output
     is_early = form.kernel.python_seconds < READ_SECONDS
     if form.alone is not None and (is_early or not form.kernel.is_worthwhile()):
         started, c = time.perf_counter(), len(limb.joints)
         values = [0.0] * (form.max_branches * (c + EXTRAS))
         report = [0.0] * BEST + [math.nan] * (c + form.more)
-        selection = Selection(limb.ranges, reference[0].tolist(), enforce)
-        work = Workspace([0.0] * (c + form.scratch), values, report)
+        near, motors = [0.0] * c, limb.motors.tolist()
+        write_values(motors, reference[0].tolist(), near)
+        selection, work = Selection(limb.ranges, near, enforce), Workspace([0.0] * (c + form.scratch), values, report)
         count = form.alone(limb.numbers, target[0].tolist(), selection, work)
+        write_coordinates(motors, selection, work, count)
         form.kernel.python_seconds += time.perf_counter() - started
         if count > 0 or not form.searches or report[REASON] == NOT_RIGID:
             return KernelOutput(np.array([[count, *report, *values]]), c, len(report))
@@ -522,7 +495,7 @@ def _solve_by_kernel(
 
     def solve(function: Callable[..., object], part: slice) -> None:
         numbers = (limb.numbers, limb.ranges) if function == form.kernel.uncompiled else limb.packed
-        function(numbers, targets[part], references[part], enforce, output.rows[part])
+        function(numbers, limb.motors, targets[part], references[part], enforce, output.rows[part])
 
     run_rows(form.kernel, solve, len(targets), threads)
     return output
@@ -554,9 +527,6 @@ def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, opti
     values, best = branches[..., :c], report[..., BEST : BEST + c]
     joint = np.asarray(report[..., JOINT].astype(np.int64))
     needed, limit = (np.asarray(report[..., place]) for place in (NEEDED, LIMIT))
-    if limb.is_shifted and not output.is_complete:
-        zero = np.where(joint < 0, 0.0, limb.zeros[joint])  # without a joint, the numbers are no values of one
-        needed, limit = needed + zero, limit + zero
     return {
         "joints": limb.joints,
         "columns": limb.columns,

@@ -394,8 +394,6 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
         offset=np.concatenate([one.offset, other.offset[1:]]),
         ranges=ranges,
         numbers=Legs(one.numbers, other.numbers, turn),
-        is_scaled=one.is_scaled or other.is_scaled,
-        is_shifted=one.is_shifted or other.is_shifted,
     )
 
 

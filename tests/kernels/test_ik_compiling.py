@@ -86,11 +86,11 @@ def test_one_target_and_a_batch_get_the_same_bits_of_a_kernel_in_memory(nao: nk.
 
 
 @pytest.mark.parametrize("limbs", ["legs", "arms by pose"])
-def test_a_kernel_reads_the_numbers_of_a_limb_from_one_array(limbs: str) -> None:
+def test_a_kernel_reads_the_numbers_of_a_limb_from_arrays(limbs: str) -> None:
     """Numba takes 3 µs in each call to read a hundred floats from tuples: a third of a call of `fk`."""
     (types,) = nk._kernels.KERNELS[f"ik kernel, {limbs}"].ready().signatures  # type: ignore[attr-defined]
     assert [str(kind) for kind in types] == [
-        "array(float64, 1d, C)",
+        *["array(float64, 1d, C)"] * 2,
         *["array(float64, 2d, C)"] * 2,
         "bool",
         "array(float64, 2d, C)",
