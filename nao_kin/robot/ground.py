@@ -295,10 +295,12 @@ class Floor(NamedTuple):
         most = self._deepest(T, down)
         if without is not None:
             most[without] = -np.inf
-        for k in np.argsort(-most.max(axis=0), kind="stable"):
+        peaks = most.max(axis=0)
+        for k in np.argsort(-peaks, kind="stable"):
+            if peaks[k] <= lowest.min():
+                break
             rows = np.flatnonzero(most[:, k] > lowest)
-            if len(rows):
-                lowest[rows] = np.maximum(lowest[rows], self._depth_of(k, T[rows], down[rows], exact))
+            lowest[rows] = np.maximum(lowest[rows], self._depth_of(k, T[rows], down[rows], exact))
         return lowest
 
     def _deepest(self, T: Floats, down: Floats) -> Floats:
@@ -314,10 +316,9 @@ class Floor(NamedTuple):
     def touching(self, T: Floats, down: Floats, least: Floats) -> NDArray[np.bool_]:
         """Return which links have a point at least so far down, shape (n, L)."""
         found: NDArray[np.bool_] = self._deepest(T, down) >= least[:, None]
-        for k in range(len(self.links)):
+        for k in np.flatnonzero(found.any(axis=0)):
             rows = np.flatnonzero(found[:, k])
-            if len(rows):
-                found[rows, k] = self._depth_of(k, T[rows], down[rows]) >= least[rows]
+            found[rows, k] = self._depth_of(k, T[rows], down[rows]) >= least[rows]
         return found
 
     def placed(self, T: Floats) -> Floats:
