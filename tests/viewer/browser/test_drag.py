@@ -491,6 +491,28 @@ def test_a_floating_robot_is_dragged_where_it_floats(browser: Any, tmp_path: Pat
         page.tab.mouse.up()
 
 
+def test_hands_feet_and_gaze_of_a_calibrated_robot_are_dragged(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    offsets = np.random.default_rng(2).normal(0.0, np.radians(1.0), nao.nq)
+    mine = nao.with_offsets(
+        {joint: float(value) for joint, value in zip(nao.joint_names, offsets, strict=True) if "Hand" not in joint},
+        {"CameraTop": (0.0, 0.0, 0.0, 0.02, -0.03, 0.01)},
+    )
+    viewer = Viewer(mine)
+    viewer.display(mine.posture("StandInit", limits="clamp"))
+    with opened(browser, viewer.save_html(tmp_path / "calibrated.html"), SIZE) as page:
+        # Both legs have the motor of the hips.
+        drags = ("RArm", (12, -10), ["RArm"]), ("LLeg", (5, -20), ["LLeg", "RLeg"]), ("CameraTop", (-20, 8), ["Head"])
+        for frame, by, chains in drags:
+            before = page.q
+            pointer = drag(page, frame, by)
+            assert np.abs(on_screen(page, frame) - pointer).max() < 0.1
+            page.tab.mouse.up()
+            moved = np.flatnonzero(np.abs(assert_consistent(page, mine) - before) > 1e-9)
+            assert moved.size
+            joints = {joint for chain in chains for joint in mine.chains[chain]}
+            assert {mine.joint_names[column] for column in moved} <= joints
+
+
 def test_a_robot_without_such_limbs_has_no_handles(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "bare.urdf"
     path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
