@@ -262,21 +262,36 @@ def _for_eaik(poses: Floats, turn: Floats) -> Floats:
 
 def _axes(links: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     """Return axes and origins (n, c, 3) of the joints at values (n, c), and poses of the frame (n, 4, 4)."""
-    axes, points = np.empty((*values.shape, 3)), np.empty((*values.shape, 3))
-    T, cosines, sines = np.tile(links[0], (len(values), 1, 1)), np.cos(values), np.sin(values)
-    for k, link in enumerate(links[1:]):
-        axes[:, k], points[:, k] = T[:, :3, 2], T[:, :3, 3]
-        c, s = cosines[:, k, None], sines[:, k, None]
-        T[..., 0], T[..., 1] = c * T[..., 0] + s * T[..., 1], c * T[..., 1] - s * T[..., 0]
-        T = (T.reshape(-1, 4) @ link).reshape(T.shape)  # one product of matrices is faster than many small ones
-    return axes, points, T
+    axes, points, ends = _columns(links, values)
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    T[:, :3] = ends.transpose(2, 1, 0)
+    return axes.transpose(2, 0, 1), points.transpose(2, 0, 1), T
+
+
+def _columns(links: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return axes and origins (c, 3, n) of the joints at values (n, c), and the columns of the frame's pose (4, 3, n).
+
+    With the configurations along the last axis, each step is one product of matrices and a few of long rows.
+    """
+    axes, points = np.empty((2, values.shape[1], 3, len(values)))
+    columns = np.repeat(links[0, :3].T[..., None], len(values), axis=-1)
+    for k, (link, cosine, sine) in enumerate(zip(links[1:], np.cos(values.T), np.sin(values.T), strict=True)):
+        axes[k], points[k] = columns[2], columns[3]
+        x, y = columns[0] * cosine + columns[1] * sine, columns[1] * cosine - columns[0] * sine
+        columns[0], columns[1] = x, y
+        columns = (link.T @ columns.reshape(4, -1)).reshape(columns.shape)
+    return axes, points, columns
 
 
 def _jacobians(links: Floats, values: Floats) -> Floats:
     """Return the frame's Jacobians for joint values (n, c), with lengths in units of `ANGLE_WEIGHT`, (n, 6, c)."""
-    axes, points, poses = _axes(links, values)
-    lever = np.cross(axes, poses[:, None, :3, 3] - points) / ANGLE_WEIGHT
-    return np.asarray(np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2))
+    axes, points, ends = _columns(links, values)
+    levers = (ends[3] - points) / ANGLE_WEIGHT
+    J = np.empty((len(values), 6, len(axes)))
+    for row, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+        J[:, row] = (axes[:, i] * levers[:, j] - axes[:, j] * levers[:, i]).T
+        J[:, row + 3] = axes[:, row].T
+    return J
 
 
 # --- Solutions of a block of targets.
@@ -361,17 +376,14 @@ class _Problem:
         n, limb = len(self.targets), self.limb
         given, least_squares = self._given()
         exact, itself = self._is_exact(given), self._verified(np.arange(n), self.near)
-        # A search tells whether EAIK missed the solutions of targets for which it has none.
-        missed = ~given.where(exact).of(n)
-        beside = self._descended(limb.free, self._beside(given, exact), _PRECISE)
-        found = self._descended(limb.free, _together(given.at(missed), itself.at(missed)), _PRECISE)
-        # A pose beside a target is met by six joints only, so only their answers there tell how many branches it has.
-        lacking = beside.where(~self._is_exact(beside)).of(n) & (len(limb.names) == _MOST_JOINTS)
-        same, found, beside = (each.where(self._is_exact(each)) for each in (itself, found, beside))
-        solutions = self._distinct(_together(same, given.where(exact), found, beside))
-        known = self._distinct(given.where(exact).at(beside.of(n)))
-        more = known.of(n) & (np.bincount(solutions.owner, minlength=n) > np.bincount(known.owner, minlength=n))
-        solutions = self._with_members(solutions)
+        # If all answers for a target are solutions with independent axes, EAIK has all of its branches.
+        odd = ~given.of(n)
+        odd[given.owner[~exact]] = odd[given.owner[self._dependent(given)[0]]] = True
+        solutions = self._distinct(_together(itself.where(self._is_exact(itself)), given).at(~odd))
+        searched, more, lacking = np.zeros((3, n), dtype=np.bool_)
+        if odd.any():
+            completed, searched, more, lacking = self._completed(odd, given, exact, itself)
+            solutions = _together(solutions, completed)
 
         turned, _ = self._turned(solutions)
         outside = limb.limited.worst(self._values(turned))
@@ -379,21 +391,44 @@ class _Problem:
         unmet = ~inside.of(n)
         starts = _together(given.at(unmet), turned.at(unmet), itself.at(unmet))
         near = self._descended(limb.limited if self.enforce else limb.free, starts, 0.0)
-        # Beside a singularity EAIK may have one member of what is nearly a family, and another one is inside.
-        others = near.where(self._is_exact(near))
-        others = others.where(_least(self._away(others), others.owner))
-        others.families[self._null_projectors(others).any(axis=(-1, -2))] = Family.SINGULAR
-        inside = _together(inside, others)
+        if unmet.any():
+            # Beside a singularity EAIK may have one member of what is nearly a family, and another one is inside.
+            others = near.where(self._is_exact(near))
+            others = others.where(_least(self._away(others), others.owner))
+            others.families[self._null_projectors(others).any(axis=(-1, -2))] = Family.SINGULAR
+            inside, searched = _together(inside, others), searched | others.of(n)
         inside = inside.where(np.lexsort((self._away(inside), inside.owner)))
         reached = inside.of(n)
 
         near = near.at(~reached)
         near = near.where(_least(np.hypot(near.errors[:, 0], ANGLE_WEIGHT * near.errors[:, 1]), near.owner))
         firsts = _together(inside.where(_places(inside.owner) == 0), near)  # one for each target
-        searched, unreached = (missed & found.of(n)) | others.of(n), ~solutions.of(n) & given.where(least_squares).of(n)
+        unreached = ~solutions.of(n) & given.where(least_squares).of(n)
         counted = ~exact & ~least_squares, searched, more, lacking & solutions.of(n), unreached & ~reached
         counts = np.array([np.count_nonzero(each) for each in counted])
         return inside, (firsts.u, firsts.errors, *self._obstacles(turned, outside, reached)), counts
+
+    def _completed(
+        self, odd: NDArray[np.bool_], given: _Answers, exact: NDArray[np.bool_], itself: _Answers
+    ) -> tuple[_Answers, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return the solutions of odd targets, with those that EAIK misses, `near` itself, and members of families.
+
+        The masks (n,) have the targets that only a search reached, those with more solutions than EAIK has, and those
+        for which a search for more failed.
+        """
+        n, exact = len(odd), exact[odd[given.owner]]
+        given, itself = given.at(odd), itself.at(odd)
+        # A search tells whether EAIK missed the solutions of targets for which it has none.
+        missed = odd & ~given.where(exact).of(n)
+        beside = self._descended(self.limb.free, self._beside(given, exact), _PRECISE)
+        found = self._descended(self.limb.free, _together(given.at(missed), itself.at(missed)), _PRECISE)
+        # A pose beside a target is met by six joints only, so only their answers there tell how many branches it has.
+        lacking = beside.where(~self._is_exact(beside)).of(n) & (len(self.limb.names) == _MOST_JOINTS)
+        same, found, beside = (each.where(self._is_exact(each)) for each in (itself, found, beside))
+        solutions = self._distinct(_together(same, given.where(exact), found, beside))
+        known = self._distinct(given.where(exact).at(beside.of(n)))
+        more = known.of(n) & (np.bincount(solutions.owner, minlength=n) > np.bincount(known.owner, minlength=n))
+        return self._with_members(solutions), missed & found.of(n), more, lacking
 
     def _obstacles(self, turned: _Answers, outside: Violations, reached: NDArray[np.bool_]) -> tuple[NDArray[Any], ...]:
         """Return reasons, joints, needed values and limits of all targets, as in `IKResult`."""
@@ -526,7 +561,8 @@ class _Problem:
         """Return the indices of answers where axes are dependent, or nearly so, and the Jacobians of these."""
         chain = self.limb.chain
         J = _jacobians(self.limb.links, chain.ratio * answers.u + chain.offset) * chain.ratio
-        rows = np.flatnonzero(np.linalg.det(J.swapaxes(-1, -2) @ J) < _REGULAR)
+        size = np.linalg.det(J) ** 2 if len(self.limb.names) == 6 else np.linalg.det(J.swapaxes(-1, -2) @ J)
+        rows = np.flatnonzero(size < _REGULAR)
         return rows, J[rows]
 
     def _null_projectors(self, answers: _Answers) -> Floats:

@@ -316,7 +316,7 @@ class Floor(NamedTuple):
     def touching(self, T: Floats, down: Floats, least: Floats) -> NDArray[np.bool_]:
         """Return which links have a point at least so far down, shape (n, L)."""
         found: NDArray[np.bool_] = self._deepest(T, down) >= least[:, None]
-        for k in np.flatnonzero(found.any(axis=0)):
+        for k in np.flatnonzero(found.any(axis=0)).tolist():
             rows = np.flatnonzero(found[:, k])
             found[rows, k] = self._depth_of(k, T[rows], down[rows]) >= least[rows]
         return found
