@@ -72,6 +72,7 @@ def main() -> int:
         "pixel_to_ground_with_distortion": best(lambda: nk.world.pixel_to_ground(nao, stand, pixels, lens), 1)
         / len(pixels),
         "odometry": best(lambda: nk.world.odometry(nao, times, q), rounds) / count,
+        "dynamic_balance": best(lambda: nk.world.dynamic_balance(nao, times[:6000], q[:6000]), rounds) / len(q[:6000]),
     }
     figures = {f"{name}_us": round(1e6 * value, 2) for name, value in us.items()}
     figures |= {

@@ -57,6 +57,7 @@ def convert(
     gap: float | None = option("S", "With --loop: seconds from each end to the next beginning."),
     limits: Literal["clamp", "ignore"] = option(None, OUTSIDE, default="ignore"),
     slow_down: bool = flag("Slow down where a joint would be too fast."),
+    balance: bool = flag("With --slow-down: also until the robot does not tip."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
     written: OutputOptions,
     robot: RobotOptions,
@@ -95,7 +96,9 @@ def convert(
     motion = motion if stretch is None else motions.time_warp(motion, stretch)
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
     motion = mended(motions.clamp(model, motion)) if limits == "clamp" else motion
-    motion = mended(motions.slow_down(model, motion)) if slow_down else motion
+    if balance and not slow_down:
+        raise BadArgument("--balance is for --slow-down")
+    motion = mended(motions.slow_down(model, motion, balance=balance)) if slow_down else motion
     motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
     if written.json:
         print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
@@ -111,6 +114,7 @@ def check(
     posture: str | None = option("NAME", "Values of the joints that are not in the motion."),
     rate: float | None = option("N", "Samples per second for curves without a closed form, and for collisions."),
     collisions: bool = flag("Also list links that overlap."),
+    balance: bool = flag("Also say which soles carry, and where the robot tips at this speed."),
     tolerance: float = TOLERANCE,
     allow: list[str] | None = ALLOW,
     exact: bool = EXACT,
@@ -137,7 +141,7 @@ def check(
     rule = CollisionRule(tolerance, pairs_of(allow), exact) if collisions else False
     refuse_both(posture, missing)
     motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
-    report = motions.check(model, motion, fill=fill, collisions=rule, limits=limits, **chosen)
+    report = motions.check(model, motion, fill=fill, collisions=rule, balance=balance, limits=limits, **chosen)
     if json:
         print_json(report.as_dict())
     else:
@@ -168,6 +172,7 @@ def plot(
     target: OutOptions,
     joints: list[str] | None = option("NAME", "Draw this joint; repeatable. Default: all.", "--joint"),
     speed: bool = flag("Draw speeds instead of values."),
+    balance: bool = flag("Also draw the margins of the balance."),
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
@@ -182,7 +187,7 @@ def plot(
     model = robot.load()
     motion = source.read(model)
     content = io.BytesIO()
-    draw(model, motion, joints=joints, speed=speed).savefig(content, format=kind, dpi=120)
+    draw(model, motion, joints=joints, speed=speed, balance=balance).savefig(content, format=kind, dpi=120)
     atomic.write_bytes(picture, content.getvalue())
     if written.json:
         print_json({"picture": picture, "joints": list(joints or motion.joint_names)})
@@ -229,7 +234,10 @@ def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
             print(f"and {more} more intervals of these joints (--all lists them)")
     lines = report.describe(degrees=deg).splitlines()
     print(lines[0])
-    print("".join(f"{line}\n" for line in lines[1:] if " sampled " in line or line.startswith("accepted")), end="")
+    print(
+        "".join(f"{line}\n" for line in lines[1:] if " sampled " in line or line.startswith(("accepted", "balance: "))),
+        end="",
+    )
 
 
 def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
@@ -237,10 +245,10 @@ def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
     unit = {"1": "", "1/s": " /s"}.get(row.unit, f" {row.unit}") if scale == 1.0 else row.unit.replace("rad", "°")
     if row.kind == "motor":
         allowed = f"as {row.of} = {_cell(row.lower * scale)}"
-    elif row.kind == "collision":
+    elif row.kind in ("collision", "balance"):
         return [
             row.kind,
-            f"{row.joint}, {row.of}",
+            f"{row.joint}, {row.of}{' edge' if row.kind == 'balance' else ''}",
             *map(_cell, (row.start, row.end, row.time, row.value)),
             "0 m … ",
             f"{row.excess:.3g} m",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     COUPLING_TOLERANCE,
@@ -26,13 +27,14 @@ from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import HOLD, Motion, check_both, checked_names, checked_rate
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
+from nao_kin.world import EDGES, DynamicBalance, dynamic_balance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # --- The violations that a check finds.
 
-Kind = Literal["limit", "coupled limit", "speed", "motor", "collision"]
+Kind = Literal["limit", "coupled limit", "speed", "motor", "collision", "balance"]
 # For each joint and kind a message lists this many intervals, those with the largest excess.
 _MAX_LISTED = 3
 
@@ -49,8 +51,8 @@ class MotionViolation:
     Attributes:
         kind: "limit": its own range. "coupled limit": the range that depends on another joint. "speed": its largest
             speed. "motor": the value that follows from another joint of its motor. "collision": the least distance
-            between its links.
-        joint: name of the joint; of a link for "collision".
+            between its links. "balance": the least distance of the zero-moment point from the edge of the support.
+        joint: name of the joint; of a link for "collision"; the soles on the floor for "balance".
         start: beginning of the interval [s].
         end: end of the interval [s].
         time: time of the largest excess [s].
@@ -58,8 +60,10 @@ class MotionViolation:
         lower: smallest value allowed then.
         upper: largest value allowed then.
         unit: unit of value, lower and upper.
-        of: the other joint, for a coupled limit and a motor; the other link for "collision"; else None.
-        of_value: its value at that time; 0 for a link.
+        of: the other joint, for a coupled limit and a motor; the other link for "collision"; for "balance" the edge
+            over which the robot tips, "front", "left", "back" or "right"; else None.
+        of_value: its value at that time; 0 for a link; for "balance" how many times as long the motion has to take,
+            infinite if the robot falls at any speed.
     """
 
     kind: Kind
@@ -91,6 +95,15 @@ class MotionViolation:
         if self.kind == "collision":
             overlap = f"overlap by {self.excess * 1e3:.3g} mm at {self.time:.6g} s"
             return f"{self.joint} and {self.of} {overlap} ({interval(self.start, self.end)})"
+        if self.kind == "balance":
+            outside = f"{self.excess * 1e3:.3g} mm outside"
+            at = (
+                "at any speed"
+                if self.of_value == math.inf
+                else f"not if it takes about {self.of_value:.3g} times as long"
+            )
+            tips = f"{self.joint}: tips over the {self.of} edge at {self.time:.6g} s, {outside}, {at}"
+            return f"{tips} ({interval(self.start, self.end)})"
         turns = degrees and self.unit.startswith("rad")
         scale = math.degrees(1.0) if turns else 1.0
         unit = self.unit.replace("rad", "°") if turns else {"1": "", "1/s": "/s"}.get(self.unit, f" {self.unit}")
@@ -111,7 +124,47 @@ class MotionViolation:
         numbers = ("start", "end", "time", "value", "lower", "upper", "excess")
         row: dict[str, Any] = {"kind": self.kind, "joint": self.joint, "unit": self.unit}
         row |= {name: finite_or_none(float(getattr(self, name))) for name in numbers}
-        return row | ({} if self.of is None else {"of": self.of, "of_value": self.of_value})
+        return row | ({} if self.of is None else {"of": self.of, "of_value": finite_or_none(self.of_value)})
+
+
+@dataclass(frozen=True)
+class BalanceInterval:
+    """A time interval of a motion in which the same soles are on the floor.
+
+    Attributes:
+        start: beginning of the interval [s].
+        end: end of the interval [s].
+        soles: the soles on the floor; none if the robot does not stand on its soles, and then nothing is known.
+        com_margin: least signed distance of the centre of mass, seen from above, from the edge of the support polygon,
+            positive inside [m]: the margin of a robot that moves slowly.
+        margin: least signed distance of the zero-moment point from that edge [m].
+        time: when it is least [s].
+        edge: the nearest edge then, as the robot sees it: "front", "left", "back" or "right".
+        slower: how many times as long the motion has to take for the zero-moment point to stay inside in this interval;
+            below 1 it may be faster, infinite if the robot falls at any speed.
+    """
+
+    start: float
+    end: float
+    soles: tuple[str, ...]
+    com_margin: float
+    margin: float
+    time: float
+    edge: str
+    slower: float
+
+    def describe(self) -> str:
+        """Return one line of text."""
+        span = interval(self.start, self.end)
+        if not self.soles:
+            return f"{span}: not on its soles"
+        margins = f"margin {self.com_margin * 1e3:.3g} mm at rest, {self.margin * 1e3:.3g} mm moving"
+        return f"{span}: on {' and '.join(self.soles)}, {margins} ({self.edge} edge at {self.time:.6g} s)"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields for JSON; what is not known is None, and so is an infinite factor."""
+        row = {**vars(self), "soles": list(self.soles), "edge": self.edge or None}
+        return row | {name: finite_or_none(float(row[name])) for name in ("com_margin", "margin", "time", "slower")}
 
 
 @dataclass(frozen=True)
@@ -124,7 +177,8 @@ class MotionReport:
         start: time of the first key [s].
         end: time of the last key [s].
         violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst. Each has a `kind`
-            ("limit", "coupled limit", "speed", "motor" or "collision"), a `joint` (a link for "collision"), the
+            ("limit", "coupled limit", "speed", "motor", "collision" or "balance"), a `joint` (a link for "collision",
+            the soles for "balance"), the
             interval from `start` to `end` [s], the `time` of the largest excess [s], the `value` then, the bounds
             `lower` and `upper`, their `unit`, and for all but "limit" and "speed" the other joint or link `of`, and
             its value `of_value`; `describe()` says it in words.
@@ -133,6 +187,10 @@ class MotionReport:
             were found in closed form.
         collisions_sampled: samples per second of collisions; None if they were not checked.
         accepted: with `limits="measured"`, the limits that are exceeded by no more than its tolerances; no violations.
+        balance: with `balance=True`, the intervals of the motion in which the same `soles` are on the floor (none if it
+            does not stand on them), from `start` to `end` [s], with the least margin of the centre of mass at rest,
+            `com_margin`, and of the zero-moment point, `margin` [m], the `time` of the latter, the nearest `edge` then,
+            and how many times as long, `slower`, the motion has to take for this point to stay inside.
     """
 
     robot: str
@@ -144,6 +202,7 @@ class MotionReport:
     sampled: float | None
     collisions_sampled: float | None = None
     accepted: tuple[MotionViolation, ...] = ()
+    balance: tuple[BalanceInterval, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -170,7 +229,7 @@ class MotionReport:
         """
         span = f"{len(self.joints)} joints, {self.start:g} to {self.end:g} s"
         if self.ok:
-            return "\n".join([f"{self.robot} can perform the motion: {span}", *self._accepted(degrees)])
+            return "\n".join([f"{self.robot} can perform the motion: {span}", *self._more(degrees)])
         lines = [f"{self.robot} cannot perform the motion: {span}, {_counted(self.violations)}"]
         groups: dict[tuple[str, str], list[MotionViolation]] = {}
         for violation in self.violations:
@@ -186,15 +245,19 @@ class MotionReport:
             lines.append(f"coupled limits and shared motors were sampled {self.sampled:g} times per second")
         if self.collisions_sampled is not None:
             lines.append(f"collisions were sampled {self.collisions_sampled:g} times per second")
-        return "\n".join([*lines, *self._accepted(degrees)])
+        return "\n".join([*lines, *self._more(degrees)])
 
-    def _accepted(self, degrees: bool) -> list[str]:
-        """Return a line on what `limits="measured"` accepted, none without it."""
+    def _more(self, degrees: bool) -> list[str]:
+        """Return a line on what `limits="measured"` accepted, if anything, and lines on the balance, if checked."""
+        lines = [f"balance: {row.describe()}" for row in self.balance[:_MAX_LISTED]]
+        if len(self.balance) > _MAX_LISTED:
+            lines.append(f"balance: and {len(self.balance) - _MAX_LISTED} more intervals")
         if not self.accepted:
-            return []
+            return lines
         worst = max(self.accepted, key=lambda row: row.excess / MEASURED_TOLERANCES[row.unit])
         count = len({row.joint for row in self.accepted})
-        return [f"accepted as measured: {count} joint{'s'[: count > 1]}, most {worst.describe(degrees=degrees)}"]
+        line = f"accepted as measured: {count} joint{'s'[: count > 1]}, most {worst.describe(degrees=degrees)}"
+        return [*lines, line]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report for JSON, in seconds, radians, metres and ratios."""
@@ -209,6 +272,7 @@ class MotionReport:
             "left_out": self.left_out,
             "violations": [violation.as_dict() for violation in self.violations],
             "accepted": [violation.as_dict() for violation in self.accepted],
+            "balance": [part.as_dict() for part in self.balance],
         }
 
     def __repr__(self) -> str:
@@ -219,6 +283,7 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
     counts = Counter(violation.kind for violation in violations)
     words = {"limit": "outside limits", "coupled limit": "outside coupled limits"}
     words |= {"speed": "too fast", "motor": "of disagreeing joints", "collision": "with links that overlap"}
+    words |= {"balance": "in which it tips"}
     return ", ".join(f"{count} {words[kind]}" for kind, count in counts.items())
 
 
@@ -228,6 +293,8 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
 SPEED_TOLERANCE = 1e-9
 _RATE = 1000.0
 _MOST_COLLISIONS = 1000
+# Samples per second of the balance, and samples at rest before and after the motion.
+_BALANCE_RATE, _REST = 100.0, 20
 
 # Violations, and the number of omitted ones.
 _Found = tuple[list[MotionViolation], int]
@@ -240,6 +307,7 @@ def check(
     fill: str | ArrayLike = HOLD,
     rate: float = _RATE,
     collisions: bool | CollisionRule = False,
+    balance: bool = False,
     limits: Literal["enforce", "measured"] = "enforce",
 ) -> MotionReport:
     """Return the violations of a robot's limits by a motion, also between its keys.
@@ -257,6 +325,8 @@ def check(
         rate: samples per second.
         collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second: True,
             or a `nk.robot.CollisionRule`.
+        balance: also report where the robot tips, by `nk.world.dynamic_balance` at 100 samples per second; the robot
+            stands still before and after the motion.
         limits: "enforce", or "measured" for a recorded motion: joints may be past their limits by the noise of sensors
             (1°, 0.02 of a hand's opening), and the report counts them as `accepted`.
 
@@ -280,6 +350,8 @@ def check(
         ),
         *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
     ]
+    intervals, tips = _balance(robot, balanced(robot, motion, fill)) if balance else ([], [])
+    findings.append((tips, 0))
     rows = [(row, limits == "measured" and _is_noise(row)) for found, _ in findings for row in found]
     return MotionReport(
         robot=robot.name,
@@ -291,6 +363,7 @@ def check(
         sampled=rate if curves.sampled else None,
         collisions_sampled=None if rule is None else rate,
         accepted=tuple(row for row, accepted in rows if accepted),
+        balance=tuple(intervals),
     )
 
 
@@ -313,6 +386,48 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
         rows.append(MotionViolation("collision", one, start, end, at, value, 0.0, math.inf, "m", other))
     kept = sorted(sorted(rows, key=lambda row: row.value)[:_MOST_COLLISIONS], key=lambda row: row.start)
     return kept, len(rows) - len(kept)
+
+
+def balanced(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> DynamicBalance:
+    """Return the balance during a motion, before and after which the robot stands still."""
+    steps = math.ceil(motion.duration * _BALANCE_RATE) + 2 * _REST
+    times = motion.start + (np.arange(steps + 1) - _REST) / _BALANCE_RATE
+    q = motion.configurations(robot, times=np.clip(times, motion.start, motion.end), fill=fill).q
+    return dynamic_balance(robot, times, q)
+
+
+def _balance(robot: RobotModel, found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionViolation]]:
+    """Return the intervals in which the same soles are on the floor, and those in which the robot tips."""
+    times = found.times[_REST:-_REST]
+    kept = slice(_REST, _REST + len(times))
+    on_floor = found.down.touching[kept] & found.stands[kept, None]
+    com_margin, margin, edge, slower = (
+        array[kept] for array in (found.com_margin, found.margin, found.edge, found.slower)
+    )
+    intervals, tips = [], []
+    for part in _runs(np.flatnonzero(np.diff(on_floor, axis=0).any(axis=1)) + 1, len(times)):
+        names = tuple(name for name, down in zip(found.down.soles, on_floor[part.start], strict=True) if down)
+        span = float(times[part.start]), float(times[part.stop - 1])
+        if not names:
+            intervals.append(BalanceInterval(*span, (), math.nan, math.nan, math.nan, "", math.nan))
+            continue
+        worst = part.start + int(margin[part].argmin())
+        least = float(com_margin[part].min()), float(margin[worst]), float(times[worst])
+        intervals.append(BalanceInterval(*span, names, *least, EDGES[edge[worst]], float(slower[part].max())))
+        falls = margin[part] < 0.0
+        for run in _runs(np.flatnonzero(np.diff(falls)) + 1, len(falls)):
+            if falls[run.start]:
+                own = slice(part.start + run.start, part.start + run.stop)
+                worst = own.start + int(margin[own].argmin())
+                at = float(times[own.start]), float(times[own.stop - 1]), float(times[worst]), float(margin[worst])
+                name, factor = " and ".join(names), float(slower[own].max())
+                tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", EDGES[edge[worst]], factor))
+    return intervals, tips
+
+
+def _runs(changes: Sequence[int] | NDArray[np.intp], count: int) -> list[slice]:
+    """Return the slices of rows between the rows at which something changes."""
+    return [slice(int(a), int(b)) for a, b in itertools.pairwise([0, *changes, count])]
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
@@ -397,7 +512,15 @@ _SIZE = (4.2, 2.0)
 _LINE, _LIMIT, _OUTSIDE = "#1f6fb4", "#888888", "#d62728"
 
 
-def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = None, speed: bool = False) -> Figure:
+def plot(
+    robot: RobotModel,
+    motion: Motion,
+    *,
+    joints: Sequence[str] | None = None,
+    speed: bool = False,
+    balance: bool = False,
+    fill: str | ArrayLike = HOLD,
+) -> Figure:
     """Draw a diagram for each joint: its values over time, its limits dashed, and violations of them in red.
 
     Args:
@@ -405,6 +528,8 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         motion: the motion to draw.
         joints: names of the joints to draw; None for all.
         speed: draw speeds and their limits instead.
+        balance: add a diagram of the margins of the centre of mass and of the zero-moment point, as in `check`.
+        fill: values of the joints that the motion does not name, for `balance`.
 
     Returns:
         A matplotlib figure: `figure.savefig("motion.png")` writes it. Angles are in degrees.
@@ -427,8 +552,9 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         if name not in motion.joint_names:
             raise UnknownName("joint of the motion", name, motion.joint_names)
     violations = check(robot, motion).violations
-    columns = min(_COLUMNS, len(names))
-    rows = math.ceil(len(names) / columns)
+    count = len(names) + balance
+    columns = min(_COLUMNS, count)
+    rows = math.ceil(count / columns)
     figure = Figure(figsize=(_SIZE[0] * columns, _SIZE[1] * rows + 0.4), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     t = np.unique(np.concatenate([np.linspace(motion.start, motion.end, _SAMPLES), motion.key_times]))
@@ -447,13 +573,29 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         unit = "°" if turns else "" if robot.unit(name) == "1" else robot.unit(name)
         unit += "/s" if speed else ""
         axes.set_title(f"{name}{f' [{unit}]' if unit else ''}", fontsize=9)
+    if balance:
+        _draw_margins(grid.flat[len(names)], balanced(robot, motion, fill))
     for index, axes in enumerate(grid.flat):
-        if index >= len(names):
+        if index >= count:
             axes.set_visible(False)
-        elif index + columns >= len(names):
+        elif index + columns >= count:
             axes.set_xlabel("time [s]", fontsize=8)
             axes.tick_params(labelbottom=True)
     return figure
+
+
+def _draw_margins(axes: Any, found: DynamicBalance) -> None:
+    for margin, colour, name in ((found.com_margin, _LIMIT, "at rest"), (found.margin, _LINE, "moving")):
+        axes.plot(found.times, 1e3 * margin, color=colour, linewidth=1.2, label=name)
+    axes.axhline(0.0, color=_LIMIT, linewidth=0.9, linestyle="--")
+    for run in _runs(np.flatnonzero(np.diff(found.margin < 0.0)) + 1, len(found.times)):
+        if found.margin[run.start] < 0.0:
+            axes.axvspan(found.times[run.start], found.times[run.stop - 1], color=_OUTSIDE, alpha=0.25, linewidth=1.0)
+    axes.set_title("balance: margin [mm]", fontsize=9)
+    axes.legend(fontsize=7, loc="best", frameon=False)
+    axes.grid(alpha=0.3)
+    axes.tick_params(labelsize=8)
+    axes.margins(x=0.01)
 
 
 def _draw(axes: Any, t: Any, values: Any, bounds: Sequence[float], bad: Sequence[Any]) -> None:

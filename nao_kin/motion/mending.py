@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, choice
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
 from nao_kin.errors import BadArgument
-from nao_kin.motion.checking import bends, check, interval
+from nao_kin.motion.checking import balanced, bends, check, interval
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
 from nao_kin.motion.motion import HOLD, Motion, check_both, sampling_times
@@ -290,7 +290,19 @@ def _into_table(
 _SLACK = 1.0 + 1e-10
 
 
-def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "uniform"] = "local") -> MendedMotion:
+# A motion that tips the robot is made longer by this share than needed, because joints do not follow a motion exactly
+# (docs/balance.md), and checked again up to so many times.
+_RESERVE, _TRIES = 1.1, 10
+
+
+def slow_down(
+    robot: RobotModel,
+    motion: Motion,
+    *,
+    how: Literal["local", "uniform"] = "local",
+    balance: bool = False,
+    fill: str | ArrayLike = HOLD,
+) -> MendedMotion:
     """Return the motion with time stretched until every joint satisfies its speed limit.
 
     A segment in which a joint with the limit v_max has the largest speed v takes v / v_max times as long, if this
@@ -305,9 +317,13 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
         robot: has all the joints named.
         motion: the motion to change; its first key stays in place.
         how: "local" or "uniform".
+        balance: then stretch the whole motion until the robot does not tip, as `check(balance=True)` finds it, and by
+            a tenth more. Braking for a part of the motion would tip it, too.
+        fill: with `balance`, values of the joints that the motion does not name, as in `Motion.configurations`.
 
     Raises:
-        BadArgument: a joint has to move but its speed limit is zero, or it moves in no time.
+        BadArgument: a joint has to move but its speed limit is zero, or it moves in no time; with `balance`, the robot
+            tips at any speed.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -318,6 +334,34 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
     """
     check_both(robot, motion)
     choice(how, ("local", "uniform"), "way to slow down")
+    mended = _within_speeds(robot, motion, how)
+    return _upright(robot, mended, fill) if balance else mended
+
+
+def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> MendedMotion:
+    """Return a motion that takes longer, until the robot does not tip."""
+    motion, total = mended.motion, 1.0
+    for _ in range(_TRIES):
+        found = balanced(robot, motion, fill)
+        tips = found.margin < 0.0  # not where it is NaN
+        if not tips.any():
+            break
+        falls = np.flatnonzero(found.slower == np.inf)
+        if len(falls):
+            worst = falls[found.com_margin[falls].argmin()]
+            outside, at = f"{-1e3 * found.com_margin[worst]:.3g} mm outside its support", f"{found.times[worst]:.4g} s"
+            raise BadArgument(f"{robot.name} tips at any speed: at {at} its centre of mass is {outside}")
+        factor = _RESERVE * max(1.0, float(found.slower[tips].max()))
+        motion, total = time_warp(motion, factor), total * factor
+    else:
+        raise BadArgument(f"{robot.name} still tips if the motion takes {total:.3g} times as long")
+    if total == 1.0:
+        return mended
+    return MendedMotion(motion, (*mended.changes, Change("slower", "", motion.start, mended.motion.end, total, "")))
+
+
+def _within_speeds(robot: RobotModel, motion: Motion, how: Literal["local", "uniform"]) -> MendedMotion:
+    """Return the motion with time stretched until every joint satisfies its speed limit."""
     knots, factors = _stretch_factors(robot, motion)
     if how == "uniform":
         factors = np.full_like(factors, factors.max(initial=1.0))

@@ -305,8 +305,8 @@ class Floor(NamedTuple):
 
     def _deepest(self, T: Floats, down: Floats) -> Floats:
         """Return how far down the spheres of the links reach, shape (n, L)."""
-        centres = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres)
-        return np.asarray(centres + np.einsum("nk,nlk->nl", down, T[..., :3, 3]) + self.radii)
+        centres = (T[..., :3, :3] @ self.centres[..., None])[..., 0] + T[..., :3, 3]
+        return np.asarray((centres @ down[..., None])[..., 0] + self.radii)
 
     def _depth_of(self, k: int, T: Floats, down: Floats, exact: bool = False) -> Floats:
         points = self.vertices[k] if exact else self.points[self.starts[k] : self.starts[k + 1]]

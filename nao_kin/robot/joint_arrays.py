@@ -42,8 +42,11 @@ class JointArrays:
         velocity_limits: largest speed of the joint, shape (n,) [rad/s, m/s].
         masses: mass of each joint's body, shape (n,) [kg].
         centres_of_mass: centre of mass of each joint's body in the joint's frame, shape (n, 3) [m].
+        inertias: rotational inertia of each joint's body about its centre of mass, in the axes of the joint's frame,
+            shape (n, 3, 3) [kg m²].
         root_mass: mass of the root's body [kg].
         root_centre_of_mass: its centre of mass in the root link, shape (3,) [m].
+        root_inertia: its rotational inertia about its centre of mass, in the axes of the root link, (3, 3) [kg m²].
 
     Examples:
         >>> joints = nk.load_nao().joints
@@ -69,8 +72,10 @@ class JointArrays:
     velocity_limits: Floats
     masses: Floats
     centres_of_mass: Floats
+    inertias: Floats
     root_mass: float
     root_centre_of_mass: Floats
+    root_inertia: Floats
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -158,7 +163,7 @@ def joint_arrays(model: pin.Model, tree: UrdfTree) -> JointArrays:
     # The universe, and a floating base, come before the joints of the tree.
     first = int(model.njoints) - len(rows)
     ids, inertias = range(first, int(model.njoints)), list(model.inertias)[first - 1 :]
-    held, *bodies = [(float(inertia.mass), np.array(inertia.lever)) for inertia in inertias]
+    held, *bodies = [(float(body.mass), np.array(body.lever), np.array(body.inertia)) for body in inertias]
     return JointArrays(
         names=tuple(moving),
         links=tuple(row.child for row in rows),
@@ -173,8 +178,10 @@ def joint_arrays(model: pin.Model, tree: UrdfTree) -> JointArrays:
         lower=limits[:, 0].copy(),
         upper=limits[:, 1].copy(),
         velocity_limits=limits[:, 2].copy(),
-        masses=np.array([mass for mass, _ in bodies], dtype=np.float64),
-        centres_of_mass=np.array([centre for _, centre in bodies]).reshape(-1, 3),
+        masses=np.array([mass for mass, _, _ in bodies], dtype=np.float64),
+        centres_of_mass=np.array([centre for _, centre, _ in bodies]).reshape(-1, 3),
+        inertias=np.array([inertia for _, _, inertia in bodies]).reshape(-1, 3, 3),
         root_mass=held[0],
         root_centre_of_mass=held[1],
+        root_inertia=held[2],
     )

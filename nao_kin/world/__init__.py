@@ -13,6 +13,7 @@ from nao_kin.world.camera_ground import (
     visible_ground,
 )
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
+from nao_kin.world.dynamic_balance import EDGES as EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.odometry import (
     Odometry,
     odometry,
@@ -24,6 +25,7 @@ from nao_kin.world.odometry import (
 __all__ = [
     "Balance",
     "Camera",
+    "DynamicBalance",
     "GroundPoints",
     "Horizon",
     "ImagePoints",
@@ -31,6 +33,7 @@ __all__ = [
     "balance",
     "camera",
     "camera_pose",
+    "dynamic_balance",
     "feet_frame",
     "ground_covariance",
     "horizon",

@@ -1,0 +1,202 @@
+"""Balance of a moving robot: its zero-moment point, and over which edge and at which speeds it tips.
+
+A robot that plays a given motion on a rigid floor tips where its zero-moment point leaves the support polygon. The
+motion of the joints is taken as given: no motors, no slipping, no impacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import TOUCHING, Floats, rigid_inverse
+from nao_kin._kernels.hulls import hulls
+from nao_kin.errors import BadArgument
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown
+from nao_kin.world.balance import balance
+from nao_kin.world.odometry import odometry
+
+# Standard gravity [m/s²].
+_GRAVITY = 9.80665
+# Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster.
+_OVER = 0.1
+# Directions of edges, seen by the robot.
+EDGES = ("front", "left", "back", "right")
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicBalance:
+    """Balance of a robot during a motion of n samples, each in the world of `set_down`.
+
+    Samples in which the robot does not stand on its soles, as when it sits or lies, have NaN, and −1 as `edge`.
+
+    Attributes:
+        times: shape (n,) [s].
+        down: the robot set down in each sample: poses, and what touches.
+        com: centre of mass, shape (n, 3) [m].
+        com_margin: signed distance of the centre of mass, seen from above, from the edge of the support polygon,
+            positive inside, shape (n,) [m]: the margin of a robot that stands still.
+        zmp: zero-moment point on the floor, shape (n, 2) [m].
+        margin: its signed distance from the edge of the support polygon, positive inside, shape (n,) [m].
+        edge: index in `EDGES` of the edge nearest to the zero-moment point, as the robot sees it, shape (n,).
+        slower: how many times as long the motion has to take for the zero-moment point to be on the edge, shape (n,);
+            below 1 it may be faster, infinite if the robot falls at any speed. Exact for smooth motions; where speeds
+            jump, as at the keys of a linear motion, it has to take longer.
+    """
+
+    times: Floats
+    down: SetDown
+    com: Floats
+    com_margin: Floats
+    zmp: Floats
+    margin: Floats
+    edge: NDArray[np.intp]
+    slower: Floats
+
+    @property
+    def stands(self) -> NDArray[np.bool_]:
+        """In which samples the robot stands on its soles, shape (n,)."""
+        return np.asarray(~np.isnan(self.margin))
+
+
+def dynamic_balance(
+    robot: RobotModel,
+    times: ArrayLike,
+    q: ArrayLike,
+    *,
+    soles: Sequence[str] | str | None = None,
+    contacts: ArrayLike | None = None,
+    forces: ArrayLike | None = None,
+    outline: OutlineKind = "sole",
+    tolerance: float = TOUCHING,
+) -> DynamicBalance:
+    """Return the zero-moment point of a motion and its distance from the edge of the support polygon.
+
+    With the mass m, the centre of mass c, its acceleration a, the rate of the angular momentum about it L̇ and gravity
+    g, the ground's force F = m (a + g e_z) has no moment about a horizontal axis at
+
+        x = c_x − (F_x c_z + L̇_y) / F_z,   y = c_y − (F_y c_z − L̇_x) / F_z.
+
+    If the motion takes s times as long, a and L̇ are divided by s²: the smallest s for which the point is inside all
+    edges is found in closed form. Accelerations are means over 0.1 s (a filter of Savitzky and Golay of third degree),
+    because motors and gears do not follow the corners of a motion any faster.
+
+    The support polygon is that of `balance`; the trunk moves as in `odometry`, one sole flat on the floor and in place.
+
+    Args:
+        robot: any robot whose semantics name soles, or for which `soles` does.
+        times: of the n samples, evenly spaced [s].
+        q: configurations, shape (n, nq), at least 0.1 s of them.
+        soles: frames of the soles on the floor, as in `balance`.
+        contacts: whether each sole touches the floor, shape (n, s), as in `balance`.
+        forces: force on each sole or sensor, as in `balance`.
+        outline: corners of a sole, as in `balance`.
+        tolerance: height up to which a point touches the floor [m].
+
+    Raises:
+        BadArgument: times that are not evenly spaced or ascend, fewer than five samples, a robot without mass or soles.
+        WrongShape: arrays of different lengths.
+
+    Source: Vukobratović and Borovac, Zero-moment point: thirty five years of its life, 2004.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> times = 0.01 * np.arange(100)
+        >>> lean = nao.posture("Stand", LAnklePitch=-0.1 * np.sin(8 * times), RAnklePitch=-0.1 * np.sin(8 * times))
+        >>> found = nk.world.dynamic_balance(nao, times, lean, soles=nao.semantics.soles)
+        >>> found.margin.min() < found.com_margin.min()
+        True
+    """
+    path = odometry(robot, times, q, soles=(soles,) if isinstance(soles, str) else soles)
+    moments, n = path.times, len(path.times)
+    steps = np.diff(moments)
+    if n < 5 or np.abs(steps - steps.mean()).max() > 1e-6 + 1e-3 * steps.mean():
+        raise BadArgument(
+            "times must be at least five, evenly spaced: sample the motion, as Motion.configurations does"
+        )
+    rows = robot.checked(q)
+    rest = balance(robot, rows, soles=soles, contacts=contacts, forces=forces, outline=outline, tolerance=tolerance)
+    acceleration, moment = _rates(robot, rows, path.T_world_base, float(steps.mean()))
+    # The two worlds differ by a turn about the vertical and a shift on the floor.
+    R = (rest.down.T_world_base @ rigid_inverse(path.T_world_base))[:, :3, :3]
+    acceleration, moment = (np.einsum("nij,nj->ni", R, rates) for rates in (acceleration, moment))
+    mass = robot.mass
+    lever = mass * acceleration[:, :2] * rest.com[:, 2:] + np.stack([moment[:, 1], -moment[:, 0]], axis=-1)
+    weight = mass * (_GRAVITY + acceleration[:, 2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        zmp = rest.com[:, :2] - lever / np.where(weight > 0.0, weight, np.nan)[:, None]
+    stands = np.asarray(rest.down.touching.any(axis=1) & np.isfinite(rest.margin) & np.isfinite(zmp).all(axis=1))
+    on_feet = Feet.of(robot, rest.down.soles, outline).carried(robot, robot.link_names).any(axis=0)
+    stands &= ~rest.down.links[:, ~on_feet].any(axis=1)
+    zmp[~stands] = np.nan
+    _, _, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
+    outwards = _outwards(rest.vertices)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # n·(F_z (zmp − corner)) ≥ 0 is A + B / s² ≥ 0, for each edge.
+        A = mass * _GRAVITY * rest.distances
+        B = mass * acceleration[:, 2:] * rest.distances + np.einsum("nei,ni->ne", outwards, lever)
+        factors = np.where(A > 0.0, np.sqrt(np.maximum(-B / A, 0.0)), np.inf)
+    slower = np.where(np.isfinite(rest.distances), factors, 0.0).max(axis=1)
+    slower = np.maximum(slower, np.sqrt(np.maximum(-acceleration[:, 2] / _GRAVITY, 0.0)))
+    R_robot_world = rest.T_robot_base[:, :3, :3] @ rest.down.T_world_base[:, :3, :3].swapaxes(1, 2)
+    ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], outwards[np.arange(n), np.maximum(nearest, 0)])
+    quarter = np.round(np.nan_to_num(np.arctan2(left, ahead)) / (0.5 * np.pi)).astype(np.intp) % 4
+    return DynamicBalance(
+        times=moments,
+        down=rest.down,
+        com=rest.com,
+        com_margin=np.where(stands, rest.margin, np.nan),
+        zmp=zmp,
+        margin=np.where(stands, margin, np.nan),
+        edge=np.where(stands, quarter, -1),
+        slower=np.where(stands, slower, np.nan),
+    )
+
+
+def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -> tuple[Floats, Floats]:
+    """Return the acceleration of the centre of mass, and the rate of the angular momentum about it, shapes (n, 3).
+
+    With the second moments J = Σ m p pᵀ of the points p = (x, y, z, 1) of a body, Ṫ J Tᵀ has the sums Σ m v_i p_j over
+    these points in the world. Their differences are the angular momentum about the origin.
+    """
+    from scipy.signal import savgol_filter
+
+    joints, n = robot.joints, len(rows)
+    T_base_links = np.asarray(robot.fk(rows, (robot.tree.root, *joints.links), reference=robot.tree.root))
+    T = (T_world_base[:, None] @ T_base_links)[..., :3, :]
+    masses = np.append(joints.root_mass, joints.masses)
+    levers = np.vstack([joints.root_centre_of_mass, joints.centres_of_mass])
+    inertias = np.concatenate([joints.root_inertia[None], joints.inertias])
+    J = np.zeros((len(masses), 4, 4))
+    J[:, :3, :3] = 0.5 * np.trace(inertias, axis1=1, axis2=2)[:, None, None] * np.eye(3) - inertias
+    J += masses[:, None, None] * np.einsum("li,lj->lij", *[np.column_stack([levers, np.ones(len(levers))])] * 2)
+    moments = T @ J
+    com = moments[..., 3].sum(axis=1) / masses.sum()
+
+    def across(array: Floats) -> Floats:
+        return array.swapaxes(1, 2).reshape(n, 3, -1)
+
+    second = across(np.gradient(T, step, axis=0)) @ across(moments).swapaxes(1, 2)
+    about_origin = second[:, (2, 0, 1), (1, 2, 0)] - second[:, (1, 2, 0), (2, 0, 1)]
+    momentum = about_origin - masses.sum() * np.cross(com, np.gradient(com, step, axis=0))
+    window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
+
+    def derivative(values: Floats, order: int) -> Floats:
+        return np.asarray(savgol_filter(values, window, min(3, window - 1), deriv=order, delta=step, axis=0))
+
+    return derivative(com, 2), derivative(momentum, 1)
+
+
+def _outwards(vertices: Floats) -> Floats:
+    """Return the outward normals of the edges that begin at the vertices (n, e, 2) of polygons, NaN after the last."""
+    count = np.isfinite(vertices[..., 0]).sum(axis=1)
+    nexts = np.roll(vertices, -1, axis=1)
+    rows = np.flatnonzero(count)
+    nexts[rows, count[rows] - 1] = vertices[rows, 0]
+    along = nexts - vertices
+    with np.errstate(invalid="ignore"):
+        normals = np.stack([along[..., 1], -along[..., 0]], axis=-1)
+        return np.asarray(normals / np.linalg.norm(along, axis=-1, keepdims=True))

@@ -1,0 +1,91 @@
+"""Motions that tip the robot: the check, the report, slower motions, diagrams, and the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.errors import BadArgument
+
+TIMES = np.linspace(0.0, 2.0, 101)
+
+
+def rocking(nao: nk.NaoModel, size: float) -> nk.Motion:
+    """Rock about the ankles, from rest to rest."""
+    pitch = -size * np.sin(3.5 * np.pi * TIMES) * np.sin(0.5 * np.pi * TIMES) ** 2
+    q = nao.posture("Stand", LAnklePitch=pitch, RAnklePitch=pitch, limits="clamp")
+    return nk.Motion(TIMES, nao.joint_names, q, interpolation="smooth")
+
+
+def test_a_slow_gesture_is_safe_and_a_fast_one_tips(nao: nk.NaoModel) -> None:
+    safe = nk.motion.check(nao, rocking(nao, 0.02), balance=True)
+    assert safe.ok
+    (part,) = safe.balance
+    assert part.soles == ("LLeg", "RLeg")
+    assert 0.0 < part.margin < part.com_margin
+    assert part.slower < 1.0
+    tips = nk.motion.check(nao, rocking(nao, 0.15), balance=True)
+    assert {row.kind for row in tips.violations} == {"balance"}
+    assert {row.of for row in tips.violations} <= {"front", "back"}
+    worst = max(tips.violations, key=lambda row: row.excess)
+    assert worst.excess == pytest.approx(-tips.balance[0].margin)
+    assert 1.0 < worst.of_value < 3.0
+    assert "tips over the" in tips.describe()
+    assert not nk.motion.check(nao, rocking(nao, 0.15)).balance
+
+
+def test_a_motion_that_is_slowed_down_for_balance_does_not_tip(nao: nk.NaoModel) -> None:
+    motion = rocking(nao, 0.15)
+    mended = nk.motion.slow_down(nao, motion, balance=True)
+    assert nk.motion.check(nao, mended.motion, balance=True).ok
+    factor = mended.motion.duration / motion.duration
+    expected = max(part.slower for part in nk.motion.check(nao, motion, balance=True).balance)
+    assert 1.1 * expected <= factor < 1.25 * expected
+    assert mended.changes[-1].amount == pytest.approx(factor)
+    safe = rocking(nao, 0.02)
+    assert nk.motion.slow_down(nao, safe, balance=True).motion is safe
+
+
+def test_a_motion_that_tips_at_any_speed_says_so(nao: nk.NaoModel) -> None:
+    bow = nk.Motion([0.0, 3.0], ["LAnklePitch", "RAnklePitch"], [[0.0, 0.0], [0.6, 0.6]])
+    report = nk.motion.check(nao, bow, fill="Stand", balance=True)
+    assert any(row.of_value == math.inf and row.of == "back" for row in report.violations)
+    assert report.as_dict()["balance"][0]["slower"] is None
+    with pytest.raises(BadArgument, match="tips at any speed: at .* mm outside its support"):
+        nk.motion.slow_down(nao, bow, balance=True, fill="Stand")
+
+
+def test_intervals_follow_the_soles(nao: nk.NaoModel) -> None:
+    lift = nk.motion.complete(nao, nk.Motion([0.0, 1.0, 2.0], ["RKneePitch"], [[0.2], [1.2], [0.2]]), "Stand")
+    report = nk.motion.check(nao, lift, balance=True)
+    assert any(part.soles != ("LLeg", "RLeg") for part in report.balance)
+    assert report.balance[0].start == 0.0
+    assert report.balance[-1].end == pytest.approx(2.0)
+
+
+def test_the_command_tells_tips_and_slows_down(nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    path, slower = str(tmp_path / "rock.json"), str(tmp_path / "slower.json")
+    nk.motion.write_motion(rocking(nao, 0.15), path)
+    assert run(["motion", "check", path, "--balance"]) == 1
+    assert "tips over the" in capsys.readouterr().out
+    assert run(["motion", "check", path, "--balance", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["balance"][0]["soles"] == ["LLeg", "RLeg"]
+    assert run(["motion", "convert", path, slower, "--slow-down", "--balance"]) == 0
+    assert run(["motion", "check", slower, "--balance"]) == 0
+    assert "balance: 0 to" in capsys.readouterr().out
+    assert run(["motion", "convert", path, slower, "--balance", "--force"]) == 2
+    assert "--slow-down" in capsys.readouterr().err
+
+
+def test_margins_are_drawn(nao: nk.NaoModel) -> None:
+    figure = nk.motion.plot(nao, rocking(nao, 0.15), joints=["LAnklePitch"], balance=True)
+    axes = figure.axes[1]
+    assert axes.get_title() == "balance: margin [mm]"
+    assert min(axes.lines[1].get_ydata()) < 0.0
+    assert axes.patches
