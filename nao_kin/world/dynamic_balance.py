@@ -162,8 +162,6 @@ def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -
     With the second moments J = Σ m p pᵀ of the points p = (x, y, z, 1) of a body, Ṫ J Tᵀ has the sums Σ m v_i p_j over
     these points in the world. Their differences are the angular momentum about the origin.
     """
-    from scipy.signal import savgol_filter
-
     joints, n = robot.joints, len(rows)
     T_base_links = np.asarray(robot.fk(rows, (robot.tree.root, *joints.links), reference=robot.tree.root))
     T = (T_world_base[:, None] @ T_base_links)[..., :3, :]
@@ -184,10 +182,24 @@ def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -
     momentum = about_origin - masses.sum() * np.cross(com, np.gradient(com, step, axis=0))
     window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
 
-    def derivative(values: Floats, order: int) -> Floats:
-        return np.asarray(savgol_filter(values, window, min(3, window - 1), deriv=order, delta=step, axis=0))
+    return _derivative(com, 2, window, step), _derivative(momentum, 1, window, step)
 
-    return derivative(com, 2), derivative(momentum, 1)
+
+def _derivative(values: Floats, order: int, window: int, step: float) -> Floats:
+    """Return derivatives of values (n, 3) by cubics through windows of samples, at the ends by the first and the last.
+
+    Source: Savitzky and Golay, Smoothing and differentiation of data, 1964.
+    """
+    half, degree = window // 2, min(3, window - 1)
+    fit = np.linalg.pinv(np.vander(np.arange(-half, half + 1), degree + 1, increasing=True))
+    cubics = np.lib.stride_tricks.sliding_window_view(values, window, axis=0) @ fit.T
+    rows = np.arange(len(values))
+    middle = np.clip(rows, half, len(values) - 1 - half)
+    away, slopes = (rows - middle)[:, None].astype(np.float64), cubics[middle - half]
+    for _ in range(order):
+        slopes = slopes[..., 1:] * np.arange(1, slopes.shape[-1])
+    powers = away ** np.arange(slopes.shape[-1])
+    return np.asarray((slopes * powers[:, None]).sum(axis=-1) / step**order)
 
 
 def _outwards(vertices: Floats) -> Floats:

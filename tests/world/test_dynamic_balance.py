@@ -7,10 +7,12 @@ import math
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.world.dynamic_balance import _derivative
 
 STEP = 0.01
 TIMES = STEP * np.arange(200)
@@ -107,6 +109,14 @@ def test_of_a_robot_that_lies_or_sits_nothing_is_known(nao: nk.NaoModel) -> None
     assert not found.stands.any()
     assert np.isnan(found.margin).all()
     assert (found.edge == -1).all()
+
+
+@pytest.mark.parametrize("window", [5, 11])
+def test_derivatives_are_those_of_scipys_filter(window: int) -> None:
+    values = np.random.default_rng(1).normal(size=(40, 3))
+    for order in (1, 2):
+        expected = savgol_filter(values, window, 3, deriv=order, delta=0.02, axis=0)
+        np.testing.assert_allclose(_derivative(values, order, window, 0.02), expected, rtol=1e-9, atol=1e-8)
 
 
 def test_bad_times_are_refused_in_one_line(nao: nk.NaoModel) -> None:
