@@ -107,7 +107,7 @@ def dynamic_balance(
         >>> times = 0.01 * np.arange(100)
         >>> lean = nao.posture("Stand", LAnklePitch=-0.1 * np.sin(8 * times), RAnklePitch=-0.1 * np.sin(8 * times))
         >>> found = nk.world.dynamic_balance(nao, times, lean, soles=nao.semantics.soles)
-        >>> found.margin.min() < found.com_margin.min()
+        >>> bool(found.margin.min() < found.com_margin.min())
         True
     """
     path = odometry(robot, times, q, soles=(soles,) if isinstance(soles, str) else soles)
