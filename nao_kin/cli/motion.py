@@ -71,6 +71,8 @@ def convert(
 
     if gap is not None and loop is None:
         raise BadArgument("--gap is the pause of --loop; give both")
+    if balance and not slow_down:
+        raise BadArgument("--balance is for --slow-down")
     if stretch is not None and not 0.0 < stretch < math.inf:
         raise BadArgument(f"--stretch must be a positive number, got {stretch:g}")
     if loop is not None and loop < 1:
@@ -96,8 +98,6 @@ def convert(
     motion = motion if stretch is None else motions.time_warp(motion, stretch)
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
     motion = mended(motions.clamp(model, motion)) if limits == "clamp" else motion
-    if balance and not slow_down:
-        raise BadArgument("--balance is for --slow-down")
     motion = mended(motions.slow_down(model, motion, balance=balance)) if slow_down else motion
     motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
     if written.json:

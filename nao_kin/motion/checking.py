@@ -178,10 +178,9 @@ class MotionReport:
         end: time of the last key [s].
         violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst. Each has a `kind`
             ("limit", "coupled limit", "speed", "motor", "collision" or "balance"), a `joint` (a link for "collision",
-            the soles for "balance"), the
-            interval from `start` to `end` [s], the `time` of the largest excess [s], the `value` then, the bounds
-            `lower` and `upper`, their `unit`, and for all but "limit" and "speed" the other joint or link `of`, and
-            its value `of_value`; `describe()` says it in words.
+            the soles for "balance"), the interval from `start` to `end` [s], the `time` of the largest excess [s], the
+            `value` then, the bounds `lower` and `upper`, their `unit`, and for all but "limit" and "speed" the other
+            joint or link `of` (the edge for "balance"), and its value `of_value`; `describe()` says it in words.
         left_out: number of the violations that are left out.
         sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all violations
             were found in closed form.
@@ -350,7 +349,7 @@ def check(
         ),
         *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
     ]
-    intervals, tips = _balance(robot, balanced(robot, motion, fill)) if balance else ([], [])
+    intervals, tips = _balance(balanced(robot, motion, fill)) if balance else ([], [])
     findings.append((tips, 0))
     rows = [(row, limits == "measured" and _is_noise(row)) for found, _ in findings for row in found]
     return MotionReport(
@@ -376,12 +375,11 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
     moves = motion.configurations(robot, rate=rate, fill=fill)
     times = moves.times
     clearance = robot.clearance(moves.q, **vars(rule))
-    overlap = np.flatnonzero(~np.asarray(clearance.is_free))
     rows = []
-    for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():
-        worst = part[np.argmin(clearance.distance[part])]
+    for part in _runs(~np.asarray(clearance.is_free)):
+        worst = part.start + int(np.argmin(clearance.distance[part]))
         one, other = clearance.pairs[int(clearance.pair_index[worst])]
-        start, end, at = (float(times[k]) for k in (part[0], part[-1], worst))
+        start, end, at = (float(times[k]) for k in (part.start, part.stop - 1, worst))
         value = float(clearance.distance[worst])
         rows.append(MotionViolation("collision", one, start, end, at, value, 0.0, math.inf, "m", other))
     kept = sorted(sorted(rows, key=lambda row: row.value)[:_MOST_COLLISIONS], key=lambda row: row.start)
@@ -396,7 +394,7 @@ def balanced(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) ->
     return dynamic_balance(robot, times, q)
 
 
-def _balance(robot: RobotModel, found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionViolation]]:
+def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionViolation]]:
     """Return the intervals in which the same soles are on the floor, and those in which the robot tips."""
     times = found.times[_REST:-_REST]
     kept = slice(_REST, _REST + len(times))
@@ -405,7 +403,8 @@ def _balance(robot: RobotModel, found: DynamicBalance) -> tuple[list[BalanceInte
         array[kept] for array in (found.com_margin, found.margin, found.edge, found.slower)
     )
     intervals, tips = [], []
-    for part in _runs(np.flatnonzero(np.diff(on_floor, axis=0).any(axis=1)) + 1, len(times)):
+    changes = np.flatnonzero(np.diff(on_floor, axis=0).any(axis=1)) + 1
+    for part in itertools.starmap(slice, itertools.pairwise([0, *changes.tolist(), len(times)])):
         names = tuple(name for name, down in zip(found.down.soles, on_floor[part.start], strict=True) if down)
         span = float(times[part.start]), float(times[part.stop - 1])
         if not names:
@@ -414,20 +413,19 @@ def _balance(robot: RobotModel, found: DynamicBalance) -> tuple[list[BalanceInte
         worst = part.start + int(margin[part].argmin())
         least = float(com_margin[part].min()), float(margin[worst]), float(times[worst])
         intervals.append(BalanceInterval(*span, names, *least, EDGES[edge[worst]], float(slower[part].max())))
-        falls = margin[part] < 0.0
-        for run in _runs(np.flatnonzero(np.diff(falls)) + 1, len(falls)):
-            if falls[run.start]:
-                own = slice(part.start + run.start, part.start + run.stop)
-                worst = own.start + int(margin[own].argmin())
-                at = float(times[own.start]), float(times[own.stop - 1]), float(times[worst]), float(margin[worst])
-                name, factor = " and ".join(names), float(slower[own].max())
-                tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", EDGES[edge[worst]], factor))
+        for run in _runs(margin[part] < 0.0):
+            own = slice(part.start + run.start, part.start + run.stop)
+            worst = own.start + int(margin[own].argmin())
+            at = float(times[own.start]), float(times[own.stop - 1]), float(times[worst]), float(margin[worst])
+            name, factor = " and ".join(names), float(slower[own].max())
+            tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", EDGES[edge[worst]], factor))
     return intervals, tips
 
 
-def _runs(changes: Sequence[int] | NDArray[np.intp], count: int) -> list[slice]:
-    """Return the slices of rows between the rows at which something changes."""
-    return [slice(int(a), int(b)) for a, b in itertools.pairwise([0, *changes, count])]
+def _runs(mask: NDArray[np.bool_]) -> list[slice]:
+    """Return the slices of consecutive rows in which a mask is true."""
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return [slice(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
@@ -588,9 +586,8 @@ def _draw_margins(axes: Any, found: DynamicBalance) -> None:
     for margin, colour, name in ((found.com_margin, _LIMIT, "at rest"), (found.margin, _LINE, "moving")):
         axes.plot(found.times, 1e3 * margin, color=colour, linewidth=1.2, label=name)
     axes.axhline(0.0, color=_LIMIT, linewidth=0.9, linestyle="--")
-    for run in _runs(np.flatnonzero(np.diff(found.margin < 0.0)) + 1, len(found.times)):
-        if found.margin[run.start] < 0.0:
-            axes.axvspan(found.times[run.start], found.times[run.stop - 1], color=_OUTSIDE, alpha=0.25, linewidth=1.0)
+    for run in _runs(found.margin < 0.0):
+        axes.axvspan(found.times[run.start], found.times[run.stop - 1], color=_OUTSIDE, alpha=0.25, linewidth=1.0)
     axes.set_title("balance: margin [mm]", fontsize=9)
     axes.legend(fontsize=7, loc="best", frameon=False)
     axes.grid(alpha=0.3)

@@ -234,6 +234,10 @@ class Feet(NamedTuple):
         soles, others = ([frames[i].parentJoint for i in robot.frame_ids(each)] for each in (self.names, links))
         return np.asarray(np.equal.outer(soles, others))
 
+    def others(self, robot: RobotModel, links: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the columns of all links (n, L) without those that move with a sole."""
+        return links[:, ~self.carried(robot, robot.link_names).any(axis=0)]
+
 
 def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Floats:
     """Return the outline of a sole; the arguments are those of `RobotModel.sole_outline`."""

@@ -115,8 +115,7 @@ def balance(
     corners = feet.placed(T_world_soles)
     points = np.where(_on_floor(down, feet, corners, tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
-        on_feet = feet.carried(robot, robot.link_names).any(axis=0)
-        others = np.delete(down.links.reshape(len(rows), len(robot.link_names)), on_feet, axis=1)
+        others = feet.others(robot, down.links.reshape(len(rows), len(robot.link_names)))
         if contacts is not None or forces is not None:
             others &= ~down.stands.reshape(-1, 1)
         for k in np.flatnonzero(others.any(axis=1)).tolist():

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import TOUCHING, Floats, rigid_inverse
+from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown
@@ -111,9 +112,8 @@ def dynamic_balance(
         True
     """
     path = odometry(robot, times, q, soles=(soles,) if isinstance(soles, str) else soles)
-    moments, n = path.times, len(path.times)
-    steps = np.diff(moments)
-    if n < 5 or np.abs(steps - steps.mean()).max() > 1e-6 + 1e-3 * steps.mean():
+    steps = np.diff(path.times)
+    if len(steps) < 4 or np.abs(steps - steps.mean()).max() > 1e-6 + 1e-3 * steps.mean():
         raise BadArgument(
             "times must be at least five, evenly spaced: sample the motion, as Motion.configurations does"
         )
@@ -129,23 +129,20 @@ def dynamic_balance(
     with np.errstate(divide="ignore", invalid="ignore"):
         zmp = rest.com[:, :2] - lever / np.where(weight > 0.0, weight, np.nan)[:, None]
     stands = np.asarray(rest.down.touching.any(axis=1) & np.isfinite(rest.margin) & np.isfinite(zmp).all(axis=1))
-    on_feet = Feet.of(robot, rest.down.soles, outline).carried(robot, robot.link_names).any(axis=0)
-    stands &= ~rest.down.links[:, ~on_feet].any(axis=1)
+    stands &= ~Feet.of(robot, rest.down.soles, outline).others(robot, rest.down.links).any(axis=1)
     zmp[~stands] = np.nan
-    _, _, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
-    outwards = _outwards(rest.vertices)
+    vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
+    # The moment about an edge is that of the weight and a share 1 / s² of the rest: F_z d_zmp = m g d_com + rest.
     with np.errstate(divide="ignore", invalid="ignore"):
-        # n·(F_z (zmp − corner)) ≥ 0 is A + B / s² ≥ 0, for each edge.
-        A = mass * _GRAVITY * rest.distances
-        B = mass * acceleration[:, 2:] * rest.distances + np.einsum("nei,ni->ne", outwards, lever)
-        factors = np.where(A > 0.0, np.sqrt(np.maximum(-B / A, 0.0)), np.inf)
-    slower = np.where(np.isfinite(rest.distances), factors, 0.0).max(axis=1)
+        squares = 1.0 - weight[:, None] / (mass * _GRAVITY) * distances / rest.distances
+    slower = np.where(rest.distances > 0.0, np.sqrt(np.maximum(squares, 0.0)), np.inf)
+    slower = np.where(np.isfinite(rest.distances), slower, 0.0).max(axis=1)
     slower = np.maximum(slower, np.sqrt(np.maximum(-acceleration[:, 2] / _GRAVITY, 0.0)))
     R_robot_world = rest.T_robot_base[:, :3, :3] @ rest.down.T_world_base[:, :3, :3].swapaxes(1, 2)
-    ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], outwards[np.arange(n), np.maximum(nearest, 0)])
+    ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], _outwards(vertices, nearest))
     quarter = np.round(np.nan_to_num(np.arctan2(left, ahead)) / (0.5 * np.pi)).astype(np.intp) % 4
     return DynamicBalance(
-        times=moments,
+        times=path.times,
         down=rest.down,
         com=rest.com,
         com_margin=np.where(stands, rest.margin, np.nan),
@@ -202,13 +199,8 @@ def _derivative(values: Floats, order: int, window: int, step: float) -> Floats:
     return np.asarray((slopes * powers[:, None]).sum(axis=-1) / step**order)
 
 
-def _outwards(vertices: Floats) -> Floats:
-    """Return the outward normals of the edges that begin at the vertices (n, e, 2) of polygons, NaN after the last."""
-    count = np.isfinite(vertices[..., 0]).sum(axis=1)
-    nexts = np.roll(vertices, -1, axis=1)
-    rows = np.flatnonzero(count)
-    nexts[rows, count[rows] - 1] = vertices[rows, 0]
-    along = nexts - vertices
-    with np.errstate(invalid="ignore"):
-        normals = np.stack([along[..., 1], -along[..., 0]], axis=-1)
-        return np.asarray(normals / np.linalg.norm(along, axis=-1, keepdims=True))
+def _outwards(vertices: Floats, edges: Ints1) -> Floats:
+    """Return outward directions of one edge of each polygon (n, e, 2), by the vertex at which it begins (n,)."""
+    rows, count = np.arange(len(vertices)), np.isfinite(vertices[..., 0]).sum(axis=1)
+    along = vertices[rows, (edges + 1) % np.maximum(count, 1)] - vertices[rows, edges]
+    return np.stack([along[:, 1], -along[:, 0]], axis=-1)
