@@ -467,6 +467,11 @@ def _numba_cache(function: Callable[..., Any], folder: Path, stamp: str) -> Any:
     class Cache(caching.FunctionCache):  # type: ignore[misc]
         _impl_class = Implementation
 
+        def _index_key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
+            # Numba adds a pickle of the closure. It contains paths, and its bytes change when Python reads the module
+            # from its bytecode file; then the kernel would be compiled again. The stamp identifies the closure.
+            return signature, codegen.magic_tuple()
+
     return Cache(function)
 
 

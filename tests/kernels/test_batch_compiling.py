@@ -11,6 +11,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -295,6 +296,25 @@ CHANGES = [
     ("third.py", "last(x):", 'last(x):\n    """Add one."""', False),
     ("fourth.py", "return x", "return -x", False),
 ]
+
+
+def test_a_kernel_with_a_closure_is_read_wherever_its_module_lies(tmp_path: Path) -> None:
+    import numba
+    from numba.extending import register_jitable
+
+    source = "def twice():\n    def inner(x):\n        return 2 * x\n    return inner, lambda x: inner(x)\n"
+    hits = []
+    for path in ("one/small.py", "other/small.py"):
+        scope: dict[str, Any] = {"__name__": "small"}
+        exec(compile(source, path, "exec"), scope)
+        inner, function = scope["twice"]()
+        register_jitable(inner)
+        compiled = numba.njit(function)
+        compiled._cache = kernel_cache._numba_cache(function, tmp_path, "stamp")
+        compiled.compile("float64(float64)")
+        assert compiled(3.0) == 6.0
+        hits.append(sum(compiled.stats.cache_hits.values()))
+    assert hits == [0, 1]
 
 
 @pytest.mark.full
