@@ -107,16 +107,26 @@ def _planted_in_python(fault: Fault, source: str) -> str:
     tree = ast.parse(source)
     scope: ast.AST = tree
     for name in filter(None, fault.place.partition("#")[0].split(".")):
-        inside = [node for node in ast.walk(scope) if getattr(node, "name", None) == name]
-        if not inside:
+        inside = next((node for node in ast.walk(scope) if getattr(node, "name", None) == name), None)
+        if inside is None:
             raise NotPlanted(f"{fault.name}: {fault.path} has no {fault.place}")
-        scope = inside[0]
+        scope = inside
     old, new = _parsed(fault)
-    text = ast.unparse(old)
-    nodes = (node for node in ast.walk(scope) if isinstance(node, (ast.expr, ast.stmt)) and type(node) is type(old))
-    hits = [node for node in nodes if ast.unparse(node) == text]
+    hits = [node for node in ast.walk(scope) if isinstance(node, (ast.expr, ast.stmt)) and _same(node, old)]
     hits.sort(key=lambda node: (node.lineno, node.col_offset))
-    return ast.unparse(ast.fix_missing_locations(_Replace(_chosen(fault, hits), new).visit(tree)))
+    _Replace(_chosen(fault, hits), new).visit(scope)
+    return ast.unparse(tree)
+
+
+def _same(a: object, b: object) -> bool:
+    """Return whether two parts of syntax trees are the same code; a variable that is read or set is the same."""
+    if isinstance(a, ast.expr_context):
+        return isinstance(b, ast.expr_context)
+    if isinstance(a, ast.AST):
+        return type(a) is type(b) and all(_same(getattr(a, field), getattr(b, field)) for field in a._fields)
+    if isinstance(a, list):
+        return isinstance(b, list) and len(a) == len(b) and all(map(_same, a, b))
+    return type(a) is type(b) and a == b
 
 
 def _parsed(fault: Fault) -> tuple[ast.expr | ast.stmt, ast.expr | ast.stmt]:

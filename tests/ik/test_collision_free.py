@@ -42,13 +42,13 @@ def _solved(nao: nk.NaoModel, solver: str, q: np.ndarray, near: np.ndarray, **mo
 
 
 def _gap(nao: nk.NaoModel, row: np.ndarray, near: np.ndarray, columns: tuple[int, ...]) -> float:
-    """Return the least distance of pairs that the columns move and that overlap more than in `near`."""
+    """Return the least distance of pairs that the columns move and that overlap more than in `near`, or infinity."""
     moving, begin = near.copy(), {contact.links: contact.distance for contact in nao.collisions(near)}
     moving[list(columns)] += 0.1
     names = list(nao.link_shapes.links)
     at, then = nao.fk(near, names), nao.fk(moving, names)
     gaps = [np.inf]
-    for contact in nao.collisions(row, margin=1.0):
+    for contact in nao.collisions(row):
         a, b = (names.index(link) for link in contact.links)
         moves = np.abs(np.linalg.inv(at[a]) @ at[b] - np.linalg.inv(then[a]) @ then[b]).max() > 1e-9
         if moves and (contact.links not in begin or contact.distance < begin[contact.links] - 1e-5):

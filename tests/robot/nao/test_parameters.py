@@ -280,6 +280,7 @@ def test_an_offset_has_a_sign_and_its_published_name() -> None:
     }
 
 
+@pytest.mark.full  # `make types` checks the rows themselves
 def test_a_misspelt_offset_is_seen_by_the_type_checker(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     row = 'JointRow("J", "Head", "torso", "Neck", (0.0, 0.0, {}), (0.0, 0.0, 1.0), "twist", "J6")'
