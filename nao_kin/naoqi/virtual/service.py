@@ -21,6 +21,8 @@ from nao_kin.naoqi.virtual.machine import Machine
 ABSENT: dict[str, Any] = json.loads((Path(__file__).parent / "absent_methods.json").read_text(encoding="utf-8"))
 # Public methods of every service that are not offered to scripts.
 _INTERNAL = frozenset(("help", "invoke", "joints", "kernels_for"))
+# The methods that each service offers, and what they take; to find out takes longer than all else of a new virtual NAO.
+_SIGNATURES: dict[type[Service], dict[str, inspect.Signature]] = {}
 
 
 class Service:
@@ -37,10 +39,13 @@ class Service:
     def __init__(self, nao: Machine) -> None:
         self.nao = nao
         self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
-        public = [name for name in dir(type(self)) if not name.startswith("_") and name not in _INTERNAL]
-        offered = [name for name in public if callable(getattr(type(self), name))]
-        self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
-        self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
+        kind = type(self)
+        if kind not in _SIGNATURES:
+            public = [name for name in dir(kind) if not name.startswith("_") and name not in _INTERNAL]
+            offered = [name for name in public if callable(getattr(kind, name))]
+            _SIGNATURES[kind] = {name: inspect.signature(getattr(self, name)) for name in offered}
+        self._signatures = _SIGNATURES[kind]
+        self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in self._signatures}
 
     @property
     def method_names(self) -> tuple[str, ...]:
