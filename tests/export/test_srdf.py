@@ -261,9 +261,7 @@ def test_the_same_seed_gives_the_same_file(nao: nk.NaoModel, written: nk.export.
     assert srdf_document(nao, samples=2000).text == written.path.read_text(encoding="utf-8")
 
 
-def test_a_longer_proof_never_finds_fewer_pairs_that_never_touch(
-    nao: nk.NaoModel, written: nk.export.Exported
-) -> None:
+def test_a_longer_proof_never_finds_fewer_pairs_that_never_touch(nao: nk.NaoModel, written: nk.export.Exported) -> None:
     few, many = (
         {
             (e.get("link1"), e.get("link2"))
