@@ -301,7 +301,7 @@ def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
     assert distance_to_solutions(inside, q).max() < 1e-9 / beside
 
 
-@for_all("beside", [0.0, 1e-9, 1e-8, 1e-7, 1e-6])
+@for_all("beside", [0.0, 1e-8, 1e-6])
 def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None:
     romeo = nk.load_robot("romeo")
     q = romeo.random(1, 10)

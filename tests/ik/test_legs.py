@@ -328,7 +328,7 @@ def test_a_way_as_narrow_as_a_point_is_found(nao: nk.NaoModel) -> None:
     rolls = [nao.joint_names.index(side + "HipRoll") for side in "LR"]
     pitches = [nao.joint_names.index(side + "AnklePitch") for side in "LR"]
     count = 0
-    for _ in range(300):
+    for _ in range(100):
         q = nao.random(rng)
         for columns in (rolls, pitches):
             for column in columns:
@@ -345,7 +345,7 @@ def test_a_way_as_narrow_as_a_point_is_found(nao: nk.NaoModel) -> None:
             for side, pose in zip("LR", T, strict=True)
         ]
         count += not (ways[0] & ways[1]).any()
-    assert count > 30  # of these the limits leave one value
+    assert count > 10  # of these the limits leave one value
 
 
 def test_a_leg_that_does_not_reach_is_named(nao: nk.NaoModel) -> None:

@@ -90,7 +90,7 @@ def inverse_dynamics_mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("version", ["v3.2", *EACH_VERSION[:-1]])  # the shoulder of V3.2 is spherical
 def test_all_frames_velocities_and_the_centre_of_mass_are_the_naos(version, rule) -> None:
     typed = typed_nao(version, rule)
-    pose, velocity, com = worst_differences(typed.robot, typed, wide(typed.robot, 250))
+    pose, velocity, com = worst_differences(typed.robot, typed, wide(typed.robot, 80))
     assert pose < 1e-13
     assert velocity < 1e-13
     assert com < 1e-13

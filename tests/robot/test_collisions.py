@@ -16,7 +16,7 @@ import coal
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from loops import EACH_VERSION
+from loops import EACH_VERSION, full
 from made_up_robots import J, made_up
 from scipy.spatial import ConvexHull
 
@@ -292,7 +292,7 @@ def test_pairs_that_are_not_compared_do_not_overlap_at_the_limits(version: str) 
     assert shapes.clearance(_at_limits(nao, 4000, 0), 0.0).is_free.all()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, *full(*range(2, 6))])
 def test_what_is_proven_apart_overlaps_in_no_configuration(tmp_path: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     kinds, axes = rng.choice(["revolute", "revolute", "prismatic"], 5).tolist(), rng.normal(size=(5, 3))
