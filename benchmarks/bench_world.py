@@ -1,4 +1,4 @@
-"""Compare balance with a loop over SciPy's hulls, and time pixels to the ground, `set_down` and odometry.
+"""Compare balance with a loop over SciPy's hulls, and time pixels to the ground, `set_down`, odometry and the state.
 
 Example:
     python benchmarks/bench_world.py
@@ -11,14 +11,16 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
 
-# Limits [µs]: the margin of one configuration in a batch, and one pixel without distortion to the ground.
-LIMIT, PIXEL_LIMIT = 3.0, 1.0
+# Limits [µs]: the margin of one configuration in a batch, one pixel without distortion to the ground, and the state of
+# one row with forces, accelerometer and gyrometer.
+LIMIT, PIXEL_LIMIT, STATE_LIMIT = 3.0, 1.0, 30.0
 
 
 def best(call: Callable[[], object], rounds: int) -> float:
@@ -59,6 +61,12 @@ def main() -> int:
     few, lying = q[: max(1, count // 100)], nao.random(rng, max(1, count // 1000))
     agree = float(np.abs(nk.world.margin(nao, few) - by_scipy(nao, few)).max())  # compiles
     times = 0.01 * np.arange(count)
+    steps = (times // 0.25 % 2.0)[:, None] == [0.0, 1.0]  # four changes of the support in a second
+    sensors: dict[str, Any] = {
+        "forces": np.where(steps, 4.5, 0.8),
+        "accelerometer": rng.normal([0.0, 0.0, 9.8], 0.3, (count, 3)),
+        "gyro": rng.normal(0.0, 0.1, (count, 3)),
+    }
     stand, top = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
     lens = nk.world.Camera.from_matrix(top.matrix, (-0.25, 0.1, 0.002, -0.001, -0.02), frame=top.frame, size=(640, 480))
     pixels = rng.uniform([0.0, 0.0], [640.0, 480.0], (1_000_000, 2))
@@ -73,12 +81,16 @@ def main() -> int:
         / len(pixels),
         "odometry": best(lambda: nk.world.odometry(nao, times, q), rounds) / count,
         "dynamic_balance": best(lambda: nk.world.dynamic_balance(nao, times[:6000], q[:6000]), rounds) / len(q[:6000]),
+        "state": best(lambda: nk.world.state(nao, q, times=times, **sensors), rounds) / count,
     }
     figures = {f"{name}_us": round(1e6 * value, 2) for name, value in us.items()}
     figures |= {
         "times_faster_than_scipy": round(us["margin_by_scipy"] / us["margin"], 1),
         "largest_difference": agree,
-        "met": 1e6 * us["margin"] <= LIMIT and 1e6 * us["pixel_to_ground"] <= PIXEL_LIMIT and agree < 1e-9,
+        "met": 1e6 * us["margin"] <= LIMIT
+        and 1e6 * us["pixel_to_ground"] <= PIXEL_LIMIT
+        and 1e6 * us["state"] <= STATE_LIMIT
+        and agree < 1e-9,
     }
     print(json.dumps(figures, indent=2))
     return 0 if figures["met"] else 1

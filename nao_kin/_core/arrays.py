@@ -36,9 +36,9 @@ def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str, *, gaps: bool 
     return array
 
 
-def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return `value` as a finite float64 array of exactly this shape."""
-    array = as_floats(value, (), what)
+def shaped(value: ArrayLike, shape: tuple[int, ...], what: str, *, gaps: bool = False) -> Floats:
+    """Return `value` as a finite float64 array of exactly this shape; with `gaps`, NaN is accepted."""
+    array = as_floats(value, (), what, gaps=gaps)
     if array.shape != shape:
         raise WrongShape(what, str(shape), array.shape)
     return array

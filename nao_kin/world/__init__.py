@@ -21,6 +21,7 @@ from nao_kin.world.odometry import (
     sole_heights as sole_heights,
     standing_sole as standing_sole,
 )
+from nao_kin.world.state import State, state
 
 __all__ = [
     "Balance",
@@ -30,6 +31,7 @@ __all__ = [
     "Horizon",
     "ImagePoints",
     "Odometry",
+    "State",
     "balance",
     "camera",
     "camera_pose",
@@ -41,5 +43,6 @@ __all__ = [
     "odometry",
     "pixel_to_ground",
     "project",
+    "state",
     "visible_ground",
 ]

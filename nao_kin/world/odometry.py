@@ -1,7 +1,8 @@
 """Odometry of a walking robot: the trajectory of its trunk from a log of its joints.
 
 One sole at a time is the support: flat on the floor, and in place. Its leg carries the trunk. When the support
-changes, the other sole is put flat on the floor where it is.
+changes, the other sole is put flat on the floor where it is. Rows in which no sole is in place are left out: the
+trajectory consists of segments.
 """
 
 from __future__ import annotations
@@ -13,20 +14,48 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LOWER, Floats, check_tolerance, join_poses, rigid_inverse, shaped
+from nao_kin._core.arrays import (
+    LOWER,
+    Floats,
+    as_floats,
+    as_numbers,
+    check_tolerance,
+    join_poses,
+    rigid_inverse,
+    shaped,
+)
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses
+from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
+
+Mask = NDArray[np.bool_]
 
 # Share of the force from which the other sole becomes the support: more than half, so that the support does not switch
 # back and forth while both carry the robot.
 _SHARE = 0.6
+# A robot is lifted if its soles carry less than this share of its weight for _LIFTED, and stands again after _DOWN [s].
+# The weight is that of the log (its 95th percentile), because the unit is not known, and at least a tenth of the mass.
+# Source of the times: B-Human's groundContactDetector.cfg (d89d603), maxTimeWithoutPressure, minTimeWithPressure.
+_UNLOADED, _LIFTED, _DOWN = 0.2, 0.2, 0.1
+_HEAVY, _LEAST_WEIGHT = 95.0, 0.1
+# The covariance grows with each step by these deviations [m, rad], without a gyrometer also by that of the heading, and
+# with the distance by a common error of scale, as slip makes it. With a gyrometer the heading diffuses [rad/√s].
+# Source: simulated walks with encoder noise of 0.1 to 0.3° and slip (docs/balance.md).
+_STEP, _STEP_TURN, _SCALE, _GYRO_DRIFT = 0.003, np.radians(0.5), 0.03, np.radians(0.3)
+# Time over which the velocity is a mean [s]: a quarter of a step.
+_OVER = 0.2
+# The fastest that a NAO's gyrometer measures, 500 °/s [rad/s]; source: doc.aldebaran.com/2-8, inertial_naov6.
+_FASTEST = np.radians(500.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Odometry:
-    """The trajectory of a robot's root link.
+    """The trajectory of a robot's root link, in segments.
+
+    Rows that belong to no segment have NaN, and −1 as `support` and `segment`: values of the legs' joints are NaN, or
+    the robot does not stand. A segment begins where the one before it ended, because the motion between them is not
+    known.
 
     Attributes:
         times: times of the n rows [s].
@@ -34,6 +63,12 @@ class Odometry:
         soles: names of the soles.
         support: index in `soles` of the sole that is in place, shape (n,).
         T_world_support: its pose, shape (n, 4, 4).
+        segment: number of each row's segment, from 0, shape (n,).
+        covariance: of `pose`, relative to the first row of the segment, shape (n, 3, 3) [m, rad]. It grows with each
+            step by 3 mm and 0.5°, and with the way from there by 3 %; with a gyrometer by 0.3° in a second instead of
+            0.5° in a step.
+        velocity: mean velocity over 0.2 s: ahead, to the left [m/s], and of the heading [rad/s], shape (n, 3).
+        notes: what the log seems to contain, such as a gyrometer in deg/s.
     """
 
     times: Floats
@@ -41,6 +76,46 @@ class Odometry:
     soles: tuple[str, ...]
     support: NDArray[np.intp]
     T_world_support: Floats
+    segment: NDArray[np.intp]
+    covariance: Floats
+    velocity: Floats
+    notes: tuple[str, ...] = ()
+
+    @property
+    def valid(self) -> Mask:
+        """Which rows belong to a segment, shape (n,)."""
+        return np.asarray(self.segment >= 0)
+
+    @property
+    def pose(self) -> Floats:
+        """Position x, y [m] and heading [rad] of the root link on the floor, shape (n, 3)."""
+        T = self.T_world_base
+        return np.column_stack([T[:, :2, 3], np.arctan2(T[:, 1, 0], T[:, 0, 0])])
+
+    @property
+    def segments(self) -> int:
+        """Number of segments."""
+        return int(self.segment.max(initial=-1)) + 1
+
+    @property
+    def steps(self) -> Mask:
+        """The rows in which the support has changed, shape (n,)."""
+        rows = np.flatnonzero(self.valid)
+        found = np.zeros(len(self.times), dtype=np.bool_)
+        changed = (np.diff(self.support[rows]) != 0) & (np.diff(self.segment[rows]) == 0)
+        found[rows[1:][changed]] = True
+        return found
+
+    @property
+    def distance(self) -> float:
+        """Sum of the ways of the root link from step to step in all segments, seen from above [m]."""
+        rows = np.flatnonzero(self.valid)
+        if not len(rows):
+            return 0.0
+        begins = np.diff(self.segment[rows], prepend=-1) != 0
+        rows = rows[begins | np.roll(begins, -1) | self.steps[rows]]  # the last row precedes a first one, also the next
+        ways = np.linalg.norm(np.diff(self.T_world_base[rows, :2, 3], axis=0), axis=1)
+        return float(ways[np.diff(self.segment[rows]) == 0].sum())
 
 
 def odometry(
@@ -55,6 +130,7 @@ def odometry(
     start: ArrayLike | None = None,
     lower: float = LOWER,
     longest_gap: float = 0.5,
+    valid: ArrayLike | None = None,
 ) -> Odometry:
     """Return the trajectory of the root link from a log of joint values.
 
@@ -66,7 +142,12 @@ def odometry(
 
     With `gyro` the heading is that of the gyrometer: it integrates the angular velocity about the vertical, and the
     support turns about its origin where its leg disagrees. Roll and pitch are always those of a flat sole. Subtract the
-    gyrometer's bias, as measured at rest, first.
+    gyrometer's bias, as measured at rest, first; `state` does so, and takes roll and pitch from the inertial unit.
+
+    A new segment begins after rows that are not `valid`, after 0.2 s in which no sole touches or carries (less than
+    20 % of the weight), and after more than `longest_gap` without a row whose values are known. NaN is accepted: in the
+    legs' joints it leaves the row out, in other joints it does not matter, and in sensors it is interpolated across up
+    to `longest_gap`.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -77,13 +158,14 @@ def odometry(
         forces: force on each sole, shape (n, s), or on each of the `force_sensors` of the semantics, shape (n, f), such
             as the eight of a NAO; any unit.
         gyro: angular velocity in the axes of the root link, shape (n, 3) [rad/s].
-        start: pose of the root link at the first row, shape (4, 4). None for a world with its origin on the floor
-            between the feet at the first row, and its x axis along theirs (`feet_frame`).
+        start: pose of the root link at the first row of a segment, shape (4, 4). None for a world with its origin on
+            the floor between the feet at that row, and its x axis along theirs (`feet_frame`).
         lower: height difference that makes a lower sole the support [m].
-        longest_gap: largest time between two rows [s].
+        longest_gap: largest time between two rows of a segment [s].
+        valid: in which rows the robot stands or walks, shape (n,); None for all.
 
     Raises:
-        BadArgument: times that do not ascend or leave a gap, both contacts and forces, a robot without soles.
+        BadArgument: times that do not ascend, both contacts and forces, a robot without soles.
         WrongShape: arrays of different lengths.
 
     Examples:
@@ -95,26 +177,61 @@ def odometry(
     """
     check_robot(robot)
     names = named_soles(robot, soles, needed=True)
-    rows = robot.checked(q)
-    if rows.ndim != 2 or not len(rows):
-        raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", rows.shape)
-    moments = _checked_times(times, len(rows), longest_gap)
+    rows, known = without_gaps(robot, q, names)
+    moments = checked_times(times, len(rows))
+    check_tolerance(longest_gap, "longest_gap")
     check_tolerance(lower, "lower")
     feet = Feet.of(robot, names, or_origin=True)
     T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
-    T_soles_base = rigid_inverse(T_base_soles)
-    support = _supports(robot, feet, T_base_soles, contacts, forces, lower)
-    turns = None if gyro is None else shaped(gyro, (len(rows), 3), "gyro")
+    ground = Ground.of(robot, feet, moments, contacts, forces, longest_gap)
+    stands = ground.stands if valid is None else ground.stands & (shaped(valid, (len(rows),), "valid") != 0.0)
+    known, turns, notes = known & ground.known, None, []
+    if gyro is not None:
+        turns, near = bridged(gyro, (len(rows), 3), "gyro", moments, longest_gap)
+        known &= near
+        notes = notes_on_gyro(turns)
+    segment = _segments(moments, known, stands, longest_gap)
 
-    first = support[0]
-    if start is None:
-        frame = feet_frame(T_soles_base[0, first] @ T_base_soles[0])
-        frame[2, 3] = 0.0
-        T_world_sole = rigid_inverse(frame)
-    else:
-        T_world_sole = on_floor(rigid_poses(shaped(start, (4, 4), "start"), "start") @ T_base_soles[0, first])
-    T_world_base, T_world_support = np.empty((2, len(rows), 4, 4))
-    changes = [0, *(np.flatnonzero(np.diff(support)) + 1).tolist(), len(rows)]
+    T_world_feet, T_world_first = np.eye(4), None
+    if start is not None:
+        T_world_first = rigid_poses(shaped(start, (4, 4), "start"), "start")
+    T_world_base, T_world_support = np.full((2, len(rows), 4, 4), np.nan)
+    support = np.full(len(rows), -1)
+    covariance, velocity = np.full((len(rows), 3, 3), np.nan), np.full((len(rows), 3), np.nan)
+    for k in range(segment.max(initial=-1) + 1):
+        own = np.flatnonzero(segment == k)
+        T_soles, at = T_base_soles[own], moments[own]
+        support[own] = ground.supports(own, T_soles, lower)
+        first = T_soles[0, support[own[0]]]
+        if T_world_first is None:
+            frame = feet_frame(rigid_inverse(first) @ T_soles[0])
+            frame[2, 3] = 0.0
+            T_world_sole = T_world_feet @ rigid_inverse(frame)
+        else:
+            T_world_sole, T_world_first = on_floor(T_world_first @ first), None
+        T, T_world_support[own] = _trajectory(
+            T_soles, support[own], at, None if turns is None else turns[own], T_world_sole
+        )
+        T_world_base[own] = T
+        T_world_feet = on_floor(feet_frame(T[-1] @ T_soles[-1]))
+        pose = np.column_stack([T[:, :2, 3], np.unwrap(np.arctan2(T[:, 1, 0], T[:, 0, 0]))])
+        stepped = np.diff(support[own], prepend=support[own[0]]) != 0
+        covariance[own] = _covariance(pose, at, stepped, by_gyro=turns is not None)
+        velocity[own] = _velocity(pose, at)
+    T_world_support[:, 2, 3] -= feet.heights[support]
+    return Odometry(moments, T_world_base, names, support, T_world_support, segment, covariance, velocity, tuple(notes))
+
+
+def _trajectory(
+    T_base_soles: Floats, support: NDArray[np.intp], moments: Floats, turns: Floats | None, T_world_sole: Floats
+) -> tuple[Floats, Floats]:
+    """Return the poses of the root link and of the support, shape (n, 4, 4), in the n rows of a segment.
+
+    `T_world_sole` is the pose of the first support.
+    """
+    T_soles_base = rigid_inverse(T_base_soles)
+    T_world_base, T_world_support = np.empty((2, len(support), 4, 4))
+    changes = [0, *(np.flatnonzero(np.diff(support)) + 1).tolist(), len(support)]
     for begin, end in itertools.pairwise(changes):
         sole = support[begin]
         if begin:
@@ -131,8 +248,7 @@ def odometry(
             legs, placed = turned @ legs, turned @ placed
         T_world_base[begin:end], T_world_support[begin:end] = legs[begin - back :], placed[begin - back :]
         T_world_sole = placed[-1]
-    T_world_support[:, 2, 3] -= feet.heights[support]
-    return Odometry(moments, T_world_base, names, support, T_world_support)
+    return T_world_base, T_world_support
 
 
 def standing_sole(heights: Floats, before: int, lower: float = LOWER) -> int:
@@ -140,8 +256,14 @@ def standing_sole(heights: Floats, before: int, lower: float = LOWER) -> int:
 
     `heights[i, j]` is the height of sole j over the plane of sole i, shape (s, s) [m].
     """
-    below = (heights[before] < -lower) & (heights[:, before] > -lower)
-    return int(np.where(below, heights[before], np.inf).argmin()) if below.any() else before
+    return int(_next_soles(heights, lower)[before])
+
+
+def _next_soles(heights: Floats, lower: float) -> NDArray[np.intp]:
+    """Return the sole on which a robot stands after each sole i, shape (..., s), as in `standing_sole`."""
+    below = (heights < -lower) & (heights.swapaxes(-1, -2) > -lower)
+    lowest = np.where(below, heights, np.inf).argmin(axis=-1)
+    return np.where(below.any(axis=-1), lowest, np.arange(heights.shape[-1]))
 
 
 def sole_heights(T_base_soles: Floats) -> Floats:
@@ -150,55 +272,157 @@ def sole_heights(T_base_soles: Floats) -> Floats:
     return np.asarray(np.einsum("...ijk,...ik->...ij", levers, T_base_soles[..., :3, 2]))
 
 
-def _checked_times(times: ArrayLike, count: int, longest_gap: float) -> Floats:
+# --- What a log has: times, rows without values, soles that touch or carry.
+
+
+def checked_times(times: ArrayLike, count: int) -> Floats:
+    """Return the times of `count` rows; refuse times that do not ascend."""
     moments = shaped(times, (count,), "times")
-    check_tolerance(longest_gap, "longest_gap")
-    steps = np.diff(moments)
-    for wrong, what in (
-        (steps <= 0.0, "times must ascend"),
-        (steps > longest_gap, f"a gap of more than {longest_gap:g} s"),
-    ):
-        if wrong.any():
-            k = int(wrong.argmax())
-            raise BadArgument(f"{what}: row {k + 1} is at {moments[k + 1]:.6g} s, row {k} at {moments[k]:.6g} s")
+    wrong = np.diff(moments) <= 0.0
+    if wrong.any():
+        k = int(wrong.argmax())
+        raise BadArgument(f"times must ascend: row {k + 1} is at {moments[k + 1]:.6g} s, row {k} at {moments[k]:.6g} s")
     return moments
 
 
-def _supports(
-    robot: RobotModel,
-    feet: Feet,
-    T_base_soles: Floats,
-    contacts: ArrayLike | None,
-    forces: ArrayLike | None,
-    lower: float,
-) -> NDArray[np.intp]:
-    """Return the index of the support in each row, shape (n,)."""
-    count = len(T_base_soles)
-    if contacts is not None and forces is not None:
-        raise BadArgument("give contacts or forces, not both")
-    heights = sole_heights(T_base_soles)
-    support = np.empty(count, dtype=np.intp)
-    now = standing_sole(heights[0], 0, lower)
-    if contacts is not None:
-        touching = shaped(contacts, (count, len(feet.names)), "contacts") != 0.0
-        for k, row in enumerate(touching):
-            if not row[now] and row.any():
-                now = int(row.argmax())
-            support[k] = now
-    elif forces is not None:
-        pressed = feet.forces(robot, forces, (count,))
-        total = pressed.sum(axis=1, keepdims=True)
-        shares = np.divide(pressed, total, out=np.zeros_like(pressed), where=total > 0.0)
-        largest, strongest = shares.max(axis=1), shares.argmax(axis=1)
-        now = int(strongest[0]) if largest[0] > 0.0 else now
-        for k in range(count):
-            now = int(strongest[k]) if largest[k] > _SHARE else now
-            support[k] = now
-    else:
-        for k in range(count):
-            now = standing_sole(heights[k], now, lower)
-            support[k] = now
-    return support
+def without_gaps(robot: RobotModel, q: ArrayLike, soles: Sequence[str]) -> tuple[Floats, Mask]:
+    """Return configurations (n, nq), interpolated where they are NaN, and in which rows the soles' joints are known."""
+    values = as_floats(q, (robot.nq,), "q", gaps=True)
+    if values.ndim != 2 or not len(values):
+        raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", values.shape)
+    gaps = np.isnan(values)
+    moving = {name for sole in soles for name in serial_chain(robot, robot.tree.root, sole).coordinates}
+    columns = [robot.nq_base + k for k, name in enumerate(robot.joint_names) if name in moving]
+    filled, at = np.where(gaps, robot.neutral(), values), np.arange(len(values))
+    for column in np.flatnonzero(gaps.any(axis=0) & ~gaps.all(axis=0)):
+        seen = ~gaps[:, column]
+        filled[:, column] = np.interp(at, at[seen], values[seen, column])
+    return robot.checked(filled), np.asarray(~gaps[:, columns].any(axis=1))
+
+
+def bridged(
+    value: ArrayLike, shape: tuple[int, int], what: str, moments: Floats, longest_gap: float
+) -> tuple[Floats, Mask]:
+    """Return measured rows of numbers, with those that have NaN interpolated in time.
+
+    The mask (n,) has the rows that are not farther than a gap from the rows before and after with values.
+    """
+    values = shaped(value, shape, what, gaps=True)
+    known: Mask = np.asarray(np.isfinite(values).all(axis=1))
+    at = np.flatnonzero(known)
+    if len(at) == len(known) or not len(at):
+        return np.where(known[:, None], values, 0.0), known
+    filled = np.column_stack([np.interp(moments, moments[at], column[at]) for column in values.T])
+    rows = np.arange(len(known))
+    before = at[np.maximum(np.searchsorted(at, rows, side="right") - 1, 0)]
+    after = at[np.minimum(np.searchsorted(at, rows), len(at) - 1)]
+    near = np.maximum(np.abs(moments - moments[before]), np.abs(moments[after] - moments)) <= longest_gap
+    return filled, near
+
+
+def debounced(mask: Mask, moments: Floats, value: bool, shortest: float) -> Mask:
+    """Return a mask (n,) in which runs of `value` that are shorter than a time have the other value."""
+    edges = np.flatnonzero(np.diff(mask)) + 1
+    starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(mask)]])
+    lasting = moments[np.minimum(ends, len(mask) - 1)] - moments[starts]
+    brief = (mask[starts] == value) & (lasting < shortest) & (len(starts) > 1)
+    return np.asarray(mask ^ np.repeat(brief, ends - starts))
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What contacts or forces say about the s soles of a robot in n rows.
+
+    Attributes:
+        rule: "contacts", "forces", or "joints" for neither.
+        pressed: contact of or force on each sole, none below zero, shape (n, s).
+        sensors: force on each force sensor of the semantics, shape (n, f); None if they are not given.
+        known: in which rows there are values, shape (n,).
+        stands: in which rows the robot is not lifted, shape (n,).
+    """
+
+    rule: str
+    pressed: Floats
+    sensors: Floats | None
+    known: Mask
+    stands: Mask
+
+    @staticmethod
+    def of(
+        robot: RobotModel,
+        feet: Feet,
+        moments: Floats,
+        contacts: ArrayLike | None,
+        forces: ArrayLike | None,
+        longest_gap: float,
+    ) -> Ground:
+        """Return what the arguments of `odometry` say."""
+        count, soles = len(moments), len(feet.names)
+        if contacts is not None and forces is not None:
+            raise BadArgument("give contacts or forces, not both")
+        if contacts is None and forces is None:
+            everywhere = np.ones(count, dtype=np.bool_)
+            return Ground("joints", np.ones((count, soles)), None, everywhere, everywhere)
+        if contacts is not None:
+            values, known = bridged(contacts, (count, soles), "contacts", moments, longest_gap)
+            rule, pressed, sensors = "contacts", (values != 0.0).astype(np.float64), None
+            loaded = pressed.any(axis=1)
+        else:
+            values = as_numbers(forces, "forces")  # type: ignore[arg-type]
+            known = np.ones(count, dtype=np.bool_)
+            if values.ndim == 2 and len(values) == count:  # `feet.forces` refuses other shapes
+                values, known = bridged(values, values.shape, "forces", moments, longest_gap)
+            rule, pressed = "forces", feet.forces(robot, values, (count,))
+            sensors = None if values.shape == pressed.shape else np.maximum(values, 0.0)
+            total = pressed.sum(axis=1)
+            weight = max(float(np.percentile(total, _HEAVY)), _LEAST_WEIGHT * robot.mass)
+            loaded = (total > 0.0) & (total >= _UNLOADED * weight)
+        stands = debounced(debounced(loaded, moments, False, _LIFTED), moments, True, _DOWN)
+        return Ground(rule, pressed, sensors, known, stands)
+
+    def supports(self, rows: NDArray[np.intp], T_base_soles: Floats, lower: float) -> NDArray[np.intp]:
+        """Return the index of the support in some rows, with soles at T_base_soles (m, s, 4, 4), shape (m,)."""
+        heights, pressed = sole_heights(T_base_soles), self.pressed[rows]
+        now, own = standing_sole(heights[0], 0, lower), np.arange(heights.shape[-1])
+        strongest, total = pressed.argmax(axis=1), pressed.sum(axis=1)
+        # The support after each row, for each support before it, shape (m, s).
+        if self.rule == "joints":
+            after = _next_soles(heights, lower)
+        elif self.rule == "contacts":
+            after = np.where((pressed > 0.0) | (total == 0.0)[:, None], own, strongest[:, None])
+        else:
+            now = int(strongest[0]) if total[0] > 0.0 else now
+            changes = (total > 0.0) & (pressed.max(axis=1) > _SHARE * total)
+            after = np.where(changes[:, None], strongest[:, None], own)
+        found = np.empty(len(after), dtype=np.intp)
+        for k, row in enumerate(after.tolist()):
+            found[k] = now = row[now]
+        return found
+
+
+def _segments(moments: Floats, known: Mask, stands: Mask, longest_gap: float) -> NDArray[np.intp]:
+    """Return the number of the segment of each row, −1 for none, shape (n,)."""
+    segment = np.full(len(moments), -1)
+    rows = np.flatnonzero(known & stands)
+    if len(rows):
+        lifted = np.cumsum(~stands)[rows]
+        new = (np.diff(moments[rows]) > longest_gap) | (np.diff(lifted) > 0)
+        segment[rows] = np.concatenate([[0], np.cumsum(new)])
+    return segment
+
+
+def notes_on_gyro(gyro: Floats) -> list[str]:
+    """Return a note on a gyrometer that is faster than that of a NAO, as one in deg/s is."""
+    fastest = float(np.abs(gyro).max(initial=0.0))
+    if fastest <= _FASTEST:
+        return []
+    return [
+        f"the gyrometer shows up to {fastest:.3g} rad/s, and that of a NAO at most {_FASTEST:.2g}: are these deg/s? "
+        "A heading such as GyroX [deg/s] says so"
+    ]
+
+
+# --- The motion from row to row.
 
 
 def _slips(T_world_base: Floats, gyro: Floats, steps: Floats) -> Floats:
@@ -214,3 +438,30 @@ def _slips(T_world_base: Floats, gyro: Floats, steps: Floats) -> Floats:
 def on_floor(T: Floats) -> Floats:
     """Return a pose on the floor below, with the same heading."""
     return join_poses(rot_z(np.arctan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
+
+
+def _velocity(pose: Floats, moments: Floats) -> Floats:
+    """Return the mean velocity about each row, ahead, to the left and of the heading, shape (n, 3)."""
+    before, after = (np.clip(moments + sign * _OVER / 2.0, moments[0], moments[-1]) for sign in (-1.0, 1.0))
+    ways = [np.interp(after, moments, column) - np.interp(before, moments, column) for column in pose.T]
+    with np.errstate(invalid="ignore"):
+        x, y, turn = ways / (after - before)
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    return np.column_stack([c * x + s * y, c * y - s * x, turn])
+
+
+def _covariance(pose: Floats, moments: Floats, stepped: Mask, *, by_gyro: bool) -> Floats:
+    """Return the covariance of the pose of each row relative to the first one, shape (n, 3, 3).
+
+    An error of the heading at row i moves row n by (−(y_n − y_i), x_n − x_i) times the error; the sums over i are
+    those of powers of x_i and y_i.
+    """
+    x, y, heading = (pose - pose[0]).T
+    turning = _GYRO_DRIFT**2 * np.diff(moments, prepend=moments[0]) if by_gyro else _STEP_TURN**2 * stepped
+    moved = np.cumsum(_STEP**2 * stepped)
+    q, qx, qy, qxx, qxy, qyy = np.cumsum([turning * by for by in (1.0, x, y, x * x, x * y, y * y)], axis=1)
+    xx, yy = moved + y * y * q - 2.0 * y * qy + qyy, moved + x * x * q - 2.0 * x * qx + qxx
+    xy, xt, yt = -(x * y * q - x * qy - y * qx + qxy), qy - y * q, x * q - qx
+    found = np.stack([xx, xy, xt, xy, yy, yt, xt, yt, q], axis=-1).reshape(-1, 3, 3)
+    scaled = _SCALE * np.column_stack([x, y, np.zeros(len(x)) if by_gyro else heading])
+    return found + scaled[:, :, None] * scaled[:, None, :]

@@ -102,6 +102,27 @@ def test_a_foot_that_turns_on_the_floor_is_seen_by_the_gyrometer(nao: nk.NaoMode
     assert _off(seeing, true)[0] < 0.3 * _off(blind, true)[0]
 
 
+def test_no_path_leads_through_rows_that_do_not_stand(nao: nk.NaoModel, walk: Walk) -> None:
+    """Lifted by its contacts or forces, by the caller's word, or without contact at all: no pose, and new segments."""
+    n = len(walk.times)
+    contacts = np.arange(2) == walk.support[:, None]
+    air = contacts & ~((np.arange(n) > 200) & (np.arange(n) < 230))[:, None]
+    valid = air.any(axis=1)
+    for given in ({"contacts": air}, {"contacts": contacts, "valid": valid}, {"forces": 50.0 * air}):
+        found = nk.world.odometry(nao, walk.times, walk.q, start=walk.T[0], **given)
+        assert np.array_equal(found.valid, valid)
+        assert found.segments == 2
+        assert np.isnan(found.T_world_base[~valid]).all()
+        assert (found.support[~valid] == -1).all()
+        assert np.abs(found.T_world_base[:200] - walk.T[:200]).max() < 1e-9
+        # The second part is the same walk from another place.
+        moves = [np.linalg.inv(T[230]) @ T[-1] for T in (found.T_world_base, walk.T)]
+        assert np.abs(moves[0] - moves[1]).max() < 1e-9
+    never = nk.world.odometry(nao, walk.times, walk.q, contacts=np.zeros((n, 2)))
+    assert never.segments == 0
+    assert never.pose.shape == (n, 3)
+
+
 def test_without_a_start_it_begins_between_the_feet(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("Stand"), (3, 1))
     found = nk.world.odometry(nao, [0.0, 0.1, 0.2], q)
@@ -118,7 +139,8 @@ def test_without_a_start_it_begins_between_the_feet(nao: nk.NaoModel) -> None:
     [
         ({"times": [0.0, 0.2, 0.1]}, BadArgument, "times must ascend: row 2 is at 0.1 s, row 1 at 0.2 s"),
         ({"times": [0.0, 0.1, 0.1]}, BadArgument, "times must ascend"),
-        ({"times": [0.0, 0.1, 2.1]}, BadArgument, "a gap of more than 0.5 s: row 2 is at 2.1 s, row 1 at 0.1 s"),
+        ({"longest_gap": -1.0}, BadArgument, "longest_gap"),
+        ({"valid": [True, True]}, WrongShape, "valid"),
         ({"times": [0.0, 0.1]}, WrongShape, "times"),
         ({"times": [0.0, np.nan, 0.1]}, NaoKinError, "times"),
         ({"q": np.zeros(25)}, WrongShape, "one configuration at least"),

@@ -1,0 +1,431 @@
+"""What a robot is doing, from logs of a simulated NAO whose truth is known: noise, bias, delay, gaps, falls, lifts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import recorded_logs as logs
+from recorded_logs import Recording, Truth
+from scipy.spatial.transform import Rotation
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
+
+LYING = ("front", "back", "left", "right")
+
+
+@pytest.fixture(scope="module")
+def life(nao: nk.NaoModel) -> Truth:
+    """35 s: a walk, falls to the front, the left and on the back, and a lift, with standing between them."""
+    return logs.life(nao)
+
+
+def sensors(nao: nk.NaoModel, truth: Truth, seed: int = 0, **noise: object) -> Recording:
+    return logs.recorded(nao, truth, np.random.default_rng(seed), **noise)
+
+
+def found_in(nao: nk.NaoModel, log: Recording, **more: object) -> nk.world.State:
+    given = {"forces": log.forces, "accelerometer": log.accelerometer, "gyro": log.gyro} | more
+    return nk.world.state(nao, log.q, times=log.times, **{k: v for k, v in given.items() if v is not None})
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a state: tilt on the ground [°], height [m], wrong supports of single ones, and times [s]."""
+
+    tilt: float
+    height: float
+    support: float
+    false_lying: float
+    false_lifted: float
+    missed_lying: float
+    missed_lift: float
+    left_out: float
+
+    @classmethod
+    def of(cls, found: nk.world.State, truth: Truth) -> Errors:
+        ground = np.isin(truth.doing, ("standing", "walking"))
+        cosine = np.einsum("ni,ni->n", found.up, truth.T[:, 2, :3])
+        tilt = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        used = found.valid & ground
+        single = used & (truth.share.max(axis=1) > 0.6)
+        lying, down = np.isin(found.posture, LYING), np.isin(truth.doing, LYING)
+        upside = np.arccos(np.clip(truth.T[:, 2, 2], -1.0, 1.0)) < np.radians(25.0)
+        lifted = (found.posture == "upright") & ~found.contact
+        return cls(
+            tilt=float(np.sqrt(np.nanmean(tilt[ground] ** 2))),
+            height=float(np.sqrt(np.mean((found.T_world_base[used, 2, 3] - truth.T[used, 2, 3]) ** 2))),
+            support=float(np.mean(found.odometry.support[single] != truth.share.argmax(axis=1)[single])),
+            false_lying=logs.STEP * float((lying & upside).sum()),
+            false_lifted=logs.STEP * float((lifted & (truth.doing != "lifted")).sum()),
+            missed_lying=logs.STEP * float((down & (found.posture != truth.doing)).sum()),
+            missed_lift=logs.STEP * float(((truth.doing == "lifted") & ~lifted).sum()),
+            left_out=float(np.mean(~found.valid[ground])),
+        )
+
+
+# --- The whole of a life, by each kind of sensor.
+
+
+@pytest.mark.parametrize(
+    ("encoder", "delay", "angles", "tilt"), [(0.1, 0, False, 0.4), (0.3, 3, False, 0.4), (0.3, 1, True, 0.9)]
+)
+def test_walks_falls_and_lifts_are_told_apart(
+    nao: nk.NaoModel, life: Truth, encoder: float, delay: int, angles: bool, tilt: float
+) -> None:
+    log = sensors(nao, life, encoder=encoder, delay=delay)
+    kind = {"accelerometer": None, "gyro": None, "angles": log.angles} if angles else {}
+    found = found_in(nao, log, **kind)
+    errors = Errors.of(found, life)
+    assert errors.tilt < tilt
+    assert errors.height < 0.002
+    assert errors.support < 0.01 + 0.025 * delay  # three rows late of 30 in a step
+    assert errors.false_lying == errors.missed_lying == 0.0
+    assert max(errors.false_lifted, errors.missed_lift) <= logs.STEP * delay + 1e-9
+    assert errors.left_out < 0.005
+    assert found.odometry.segments == 5
+    # The time in which it tilts by less than 15° over its toe is not known to be a fall.
+    outside = ~np.isin(life.doing, ("standing", "walking"))
+    assert found.valid[outside].mean() < 0.15
+    assert np.isnan(found.T_world_base[~found.valid]).all()
+    assert np.isfinite(found.T_world_base[found.valid]).all()
+    walked = float((life.doing == "walking").sum()) * logs.STEP
+    assert abs(found.seconds["walking"] - walked) < 1.1  # the first and the last half step
+    assert sum(found.seconds.values()) == pytest.approx(life.times[-1])
+
+
+def test_gaps_and_nan_leave_rows_out_and_nothing_else(nao: nk.NaoModel, life: Truth) -> None:
+    whole = sensors(nao, life)
+    log = logs.without(whole, nao, np.random.default_rng(1))
+    assert np.isnan(log.q).any(axis=1).all()
+    found, before = found_in(nao, log), found_in(nao, whole)
+    knee = np.isnan(log.q[:, nao.joint_names.index("LKneePitch")])
+    assert not found.valid[knee].any()
+    assert np.array_equal(found.valid[~knee], before.valid[~knee])
+    assert found.odometry.segments == before.odometry.segments == 5
+    errors = Errors.of(found, life)
+    assert errors.tilt < 0.4
+    assert errors.false_lying == errors.false_lifted == 0.0
+    both = found.valid & before.valid & (found.odometry.segment == 0)
+    assert np.abs(found.T_world_base[both] - before.T_world_base[both]).max() < 0.02
+
+
+def test_a_gap_begins_a_segment_where_the_one_before_it_ended(nao: nk.NaoModel, life: Truth) -> None:
+    log = sensors(nao, life)
+    rows = np.flatnonzero((life.times < 2.5) | ((life.times > 3.4) & (life.times < 5.0)))
+    cut = Recording(*(getattr(log, name)[rows] for name in Recording.__dataclass_fields__))
+    path = found_in(nao, cut).odometry
+    assert path.segments == 2
+    first, last = np.flatnonzero(path.segment == 1)[0], np.flatnonzero(path.segment == 0)[-1]
+    feet = [nk.world.feet_frame(path.T_world_base[k] @ nao.fk(cut.q[k], logs.LEGS)) for k in (first, last)]
+    assert np.abs(feet[0] - feet[1]).max() < 2e-3
+    assert np.abs(path.covariance[first]).max() == 0.0
+    longer = found_in(nao, cut, longest_gap=1.0).odometry
+    assert longer.segments == 1
+
+
+def test_a_clock_that_is_set_is_only_a_gap(nao: nk.NaoModel, life: Truth) -> None:
+    log = sensors(nao, life)
+    times = log.times + np.where(log.times > 1.0, 1.7e9, 0.0)
+    found = nk.world.state(nao, log.q, times=times, forces=log.forces, accelerometer=log.accelerometer, gyro=log.gyro)
+    assert found.odometry.segments == 6
+    assert sum(found.seconds.values()) == pytest.approx(life.times[-1], abs=0.02)
+    assert found.valid[life.doing == "walking"].all()
+
+
+def test_a_hand_that_reports_nothing_changes_nothing(nao: nk.NaoModel, life: Truth) -> None:
+    log = sensors(nao, life)
+    q = log.q.copy()
+    q[:, nao.joint_names.index("LHand")] = np.nan
+    with_hand, without = (
+        nk.world.state(nao, values, times=log.times, forces=log.forces, angles=log.angles) for values in (log.q, q)
+    )
+    assert np.array_equal(with_hand.T_world_base, without.T_world_base, equal_nan=True)
+
+
+# --- The orientation.
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("unit", [1.0, 1.0 / logs.GRAVITY])
+def test_the_accelerometers_sign_and_unit_do_not_matter(
+    nao: nk.NaoModel, life: Truth, sign: float, unit: float
+) -> None:
+    log = sensors(nao, life)
+    found = found_in(nao, log, accelerometer=sign * unit * log.accelerometer)
+    assert Errors.of(found, life).tilt < 0.4
+    assert any("as LoLA has it" in note for note in found.notes) == (sign < 0.0)
+
+
+def test_a_robot_that_only_lies_gets_a_note_on_the_sign(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("LyingBelly"), (50, 1))
+    times = 0.01 * np.arange(50)
+    found = nk.world.state(nao, q, times=times, accelerometer=np.tile([-9.8, 0.0, 0.0], (50, 1)))
+    assert set(found.posture.tolist()) == {"front"}
+    assert "the accelerometer's sign is taken as that of 9.8 m/s² up" in found.notes[0]
+    empty = nk.world.state(nao, q, times=times, accelerometer=np.tile([0.0, 0.0, 0.0], (50, 1)))
+    assert set(empty.posture.tolist()) == {"unknown"}
+    assert not empty.valid.any()
+
+
+def test_the_filter_is_the_differential_equation_of_its_docstring(nao: nk.NaoModel) -> None:
+    """A standing robot rocks: the vertical of SciPy's rotations, with noise, to a quarter of a degree."""
+    rng, times = np.random.default_rng(5), 0.01 * np.arange(1500)
+    R = Rotation.from_rotvec(np.radians(4.0) * np.column_stack([np.sin(2.0 * times), np.cos(3.0 * times), 0 * times]))
+    turn = (R[:-1].inv() * R[1:]).as_rotvec() / 0.01
+    gyro = np.concatenate([turn[:1], 0.5 * (turn[1:] + turn[:-1]), turn[-1:]])
+    gyro += np.array([0.03, -0.02, 0.01])
+    up = R.inv().apply([0.0, 0.0, 1.0])
+    measured = 9.81 * up + rng.normal(0.0, 0.5, (1500, 3))
+    measured[rng.random(1500) < 0.05] *= 2.0  # impacts
+    q = np.tile(nao.posture("StandInit"), (1500, 1))
+    found = nk.world.state(nao, q, times=times, accelerometer=measured, gyro=gyro)
+    away = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", found.up, up), -1.0, 1.0)))
+    assert np.sqrt(np.mean(away[300:-300] ** 2)) < 0.25  # the bias cancels: one direction alone is 1.7° off
+    assert away.max() < 3.5  # at the ends
+    roll_pitch = R.as_euler("ZYX")[:, :0:-1]
+    assert np.abs(found.roll_pitch - roll_pitch)[100:-100].max() < np.radians(1.0)
+
+
+def test_the_bias_of_the_gyrometer_is_measured_at_rest_only(nao: nk.NaoModel, life: Truth) -> None:
+    log = sensors(nao, life)
+    path = found_in(nao, log).odometry
+    note = next(note for note in found_in(nao, log).notes if "mean at rest" in note)
+    shown = np.array([float(word.strip(",")) for word in note.split() if word.strip(",-").replace(".", "").isdigit()])
+    assert np.abs(shown - [0.01, -0.02, 0.015]).max() < 1e-3
+    at = np.flatnonzero(path.segment == 0)[-1]
+    yaw = Rotation.from_matrix(life.T[at, :3, :3] @ life.T[0, :3, :3].T).as_rotvec()[2]
+    assert abs(path.pose[at, 2] - path.pose[0, 2] - yaw) < np.radians(1.0)
+    moving = np.flatnonzero(life.doing == "walking")
+    only = Recording(*(getattr(log, name)[moving] for name in Recording.__dataclass_fields__))
+    assert not any("mean at rest" in note for note in found_in(nao, only).notes)
+
+
+def test_a_gyrometer_in_degrees_is_noted(nao: nk.NaoModel, life: Truth) -> None:
+    log = sensors(nao, life)
+    walk = np.flatnonzero(life.doing == "walking")
+    path = nk.world.odometry(nao, log.times[walk], log.q[walk], gyro=np.degrees(log.gyro[walk]))
+    assert "are these deg/s? A heading such as GyroX [deg/s] says so" in path.notes[0]
+    assert nk.world.odometry(nao, log.times[walk], log.q[walk], gyro=log.gyro[walk]).notes == ()
+
+
+# --- The pose and its covariance.
+
+
+def test_the_pose_is_that_of_pinocchio_with_the_support_sole_on_the_floor(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(2)
+    q = np.tile(nao.posture("Stand"), (40, 1)) + rng.normal(0.0, 0.02, (40, 25))
+    angles = rng.normal(0.0, np.radians(2.0), (40, 2))
+    forces = np.tile([[0.1, 5.0]], (40, 1))
+    found = nk.world.state(nao, q, times=0.02 * np.arange(40), angles=angles, forces=forces)
+    assert found.valid.all()
+    assert set(found.support.tolist()) == {"RLeg"}
+    data = nao.model.createData()
+    for k in range(40):
+        pin.framesForwardKinematics(nao.model, data, q[k])
+        sole = data.oMf[nao.model.getFrameId("RLeg")].translation
+        R = Rotation.from_euler("xyz", [*angles[k], found.odometry.pose[k, 2]]).as_matrix()
+        assert np.abs(R - found.T_world_base[k, :3, :3]).max() < 1e-12
+        placed = R @ sole + found.T_world_base[k, :3, 3]
+        assert np.abs(placed - found.odometry.T_world_support[k, :3, 3] * [1.0, 1.0, 0.0]).max() < 1e-12
+
+
+def test_the_covariance_of_the_height_is_that_of_finite_differences(nao: nk.NaoModel) -> None:
+    q, forces = np.tile(nao.posture("Crouch"), (3, 1)), np.tile([[1.0, 0.2]], (3, 1))
+    angles = np.tile([0.05, -0.1], (3, 1))
+    times = [0.0, 0.1, 0.2]
+    found = nk.world.state(nao, q, times=times, angles=angles, forces=forces)
+    step = 1e-6
+    moved = [nk.world.state(nao, q, times=times, angles=angles + step * np.eye(2)[k], forces=forces) for k in range(2)]
+    J = [(other.T_world_base[0, 2, 3] - found.T_world_base[0, 2, 3]) / step for other in moved]
+    P = found.covariance[0]
+    assert P[2, :2] == pytest.approx(P[:2, :2] @ J, rel=1e-4)
+    assert P[2, 2] == pytest.approx(J @ P[:2, :2] @ J + 0.002**2, rel=1e-4)
+
+
+def test_the_covariances_contain_the_errors(nao: nk.NaoModel) -> None:
+    """Mean squares of normalised errors: at most about 1 for each number, and not a hundredth of it."""
+    paths, tilts = [], []
+    for k, (x, y, turn, slip) in enumerate([(0.25, 0.0, 0.3, 0.03), (0.0, 0.1, -0.2, 0.0)]):
+        truth = logs.walk(nao, x, y, turn, slip=slip)
+        log = sensors(nao, truth, k, encoder=0.3, delay=1)
+        for gyro in (log.gyro, None):
+            found = found_in(nao, log, gyro=gyro, start=truth.T[0])
+            e = found.odometry.pose[-1] - [
+                *truth.T[-1, :2, 3],
+                Rotation.from_matrix(truth.T[-1, :3, :3]).as_rotvec()[2],
+            ]
+            e[2] = (e[2] + np.pi) % (2.0 * np.pi) - np.pi
+            paths.append(e @ np.linalg.solve(found.odometry.covariance[-1], e) / 3.0)
+            z = found.T_world_base[:, 2, 3] - truth.T[:, 2, 3]
+            away = np.column_stack([found.roll_pitch - log.angles, z])
+            R = truth.T[:, :3, :3]
+            away[:, 0] = found.roll_pitch[:, 0] - np.arctan2(R[:, 2, 1], R[:, 2, 2])
+            away[:, 1] = found.roll_pitch[:, 1] - np.arcsin(-R[:, 2, 0])
+            tilts.append(float(np.mean(np.einsum("ni,nij,nj->n", away, np.linalg.inv(found.covariance), away)) / 3.0))
+    assert 0.05 < np.mean(paths) < 1.5
+    assert max(paths) < 4.0
+    assert 0.05 < np.mean(tilts) < 1.5
+
+
+def test_the_covariance_of_the_path_grows_with_its_steps_and_its_lever(nao: nk.NaoModel, life: Truth) -> None:
+    """The closed sums are those of errors that are propagated step by step, by the derivative of the composed poses."""
+    path = nk.world.odometry(nao, life.times[:850], life.q[:850], forces=life.share[:850])
+    pose = np.column_stack([path.pose[:, :2], np.unwrap(path.pose[:, 2])])
+    P = np.zeros((3, 3))
+    for k in range(1, len(pose)):
+        F = np.eye(3)
+        F[:2, 2] = -(pose[k, 1] - pose[k - 1, 1]), pose[k, 0] - pose[k - 1, 0]
+        P = F @ P @ F.T
+        if path.steps[k]:
+            P += np.diag([0.003**2, 0.003**2, np.radians(0.5) ** 2])
+    way = 0.03 * (pose[-1] - pose[0])
+    assert path.covariance[-1] == pytest.approx(P + np.outer(way, way), rel=1e-9, abs=1e-15)
+    assert path.steps.sum() > 6
+    assert (np.diff(np.linalg.det(path.covariance[path.steps])) > 0.0).all()
+
+
+def test_the_velocity_is_that_of_the_truth_in_the_robots_axes(nao: nk.NaoModel) -> None:
+    truth = logs.walk(nao, 0.2)
+    turned = np.eye(4)
+    turned[:3, :3] = Rotation.from_rotvec([0.0, 0.0, 2.0]).as_matrix()
+    path = nk.world.odometry(nao, truth.times, truth.q, forces=truth.share, start=turned @ truth.T[0])
+    walking = np.flatnonzero(truth.doing == "walking")
+    middle = walking[len(walking) // 4 : -len(walking) // 4]
+    ahead = (truth.T[middle[-1], 0, 3] - truth.T[middle[0], 0, 3]) / (truth.times[middle[-1]] - truth.times[middle[0]])
+    assert path.velocity[middle, 0].mean() == pytest.approx(ahead, rel=0.1)
+    assert abs(path.velocity[middle, 1].mean()) < 0.1 * ahead
+    assert np.abs(path.velocity[:100]).max() < 1e-9
+    assert path.distance == pytest.approx(0.2, abs=0.03)
+
+
+def test_an_empty_and_a_single_row(nao: nk.NaoModel) -> None:
+    one = nk.world.state(nao, nao.posture("Stand")[None], times=[3.0])
+    assert one.valid.tolist() == [True]
+    assert one.odometry.pose[0].round(2).tolist() == [-0.01, 0.0, 0.0]
+    assert np.isnan(one.odometry.velocity).all()
+    none = nk.world.state(nao, np.full((4, 25), np.nan), times=np.arange(4.0), forces=np.ones((4, 2)))
+    assert not none.valid.any()
+    assert none.odometry.segments == 0
+    assert none.odometry.distance == 0.0
+
+
+# --- Contact and pressure.
+
+
+def test_the_centre_of_pressure_is_the_weighted_mean_of_the_sensors(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(4)
+    q = np.tile(nao.posture("StandInit"), (30, 1)) + rng.normal(0.0, 0.01, (30, 25))
+    forces = rng.uniform(0.2, 2.0, (30, 8))
+    found = nk.world.state(nao, q, times=0.01 * np.arange(30), forces=forces, angles=np.zeros((30, 2)))
+    assert found.valid.all()
+    data = nao.model.createData()
+    for k in range(30):
+        pin.framesForwardKinematics(nao.model, data, q[k])
+        places = np.array([data.oMf[nao.model.getFrameId(name)].translation for name in nao.semantics.force_sensors])
+        world = places @ found.T_world_base[k, :3, :3].T + found.T_world_base[k, :3, 3]
+        assert found.centre_of_pressure[k] == pytest.approx((forces[k] @ world / forces[k].sum())[:2], abs=1e-9)
+        sole = data.oMf[nao.model.getFrameId("RLeg")].inverse() * (forces[k, 4:] @ places[4:] / forces[k, 4:].sum())
+        assert found.sole_pressure[k, 1] == pytest.approx(np.asarray(sole)[:2], abs=1e-9)
+    assert found.forces == pytest.approx(forces.reshape(30, 2, 4).sum(axis=2))
+    by_sole = nk.world.state(nao, q, times=0.01 * np.arange(30), forces=found.forces)
+    assert np.isnan(by_sole.sole_pressure).all()
+    assert by_sole.support.tolist() == found.support.tolist()
+
+
+@pytest.mark.parametrize("unit", [1.0, 9.81, 1.0 / 5.4])
+def test_contact_is_lost_after_two_tenths_of_a_second(nao: nk.NaoModel, unit: float) -> None:
+    times = 0.01 * np.arange(400)
+    forces = np.full((400, 2), 2.7)
+    forces[50:65] = forces[100:156] = 0.05  # 0.15 s, and 0.56 s
+    forces[126:131] = 2.7  # 0.05 s in between
+    forces[:, 1] *= 0.9
+    found = nk.world.state(nao, np.tile(nao.posture("Stand"), (400, 1)), times=times, forces=unit * forces)
+    assert np.flatnonzero(~found.contact).tolist() == list(range(100, 156))
+    assert found.odometry.segments == 2
+    assert found.seconds["lifted"] == pytest.approx(0.56)
+    assert set(found.support[100:156].tolist()) == {"none"}
+    air = nk.world.state(nao, np.tile(nao.posture("Stand"), (400, 1)), times=times, forces=np.full((400, 2), 0.01))
+    assert not air.contact.any()
+
+
+def test_without_forces_a_foot_on_the_floor_is_one_at_its_height(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("Stand"), (20, 1))
+    q[10:, nao.joint_names.index("RKneePitch")] += 0.3
+    found = nk.world.state(nao, q, times=0.01 * np.arange(20))
+    assert found.support.tolist() == ["both"] * 10 + ["LLeg"] * 10
+    contacts = np.tile([False, True], (20, 1))
+    assert set(nk.world.state(nao, q, times=0.01 * np.arange(20), contacts=contacts).support.tolist()) == {"RLeg"}
+
+
+def test_a_robot_that_bends_far_stands(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("Stand"), (200, 1))
+    angle = np.concatenate([np.linspace(0.0, 1.2, 100), np.full(100, 1.2)])
+    for side in "LR":
+        q[:, nao.joint_names.index(f"{side}HipPitch")] -= angle
+    # Bending of the hips with the legs in place: the torso has turned forwards.
+    up = nao.fk(q, "LLeg")[:, :3, 2]
+    angles = np.column_stack([0.0 * angle, np.arctan2(-up[:, 0], up[:, 2])])
+    assert np.degrees(angles[-1, 1]) > 60.0
+    times = 0.01 * np.arange(200)
+    forces = np.full((200, 2), 2.7)
+    found = nk.world.state(nao, q, times=times, angles=angles, forces=forces)
+    assert set(found.posture.tolist()) == {"upright"}
+    assert found.valid.all()
+    fallen = nk.world.state(nao, q, times=times, angles=angles, forces=np.where(angles[:, 1:] > 0.9, 0.0, forces))
+    assert fallen.posture[-1] == "front"
+
+
+def test_lying_is_told_from_the_joints_to_be_unknown(nao: nk.NaoModel) -> None:
+    q = np.linspace(nao.posture("StandInit"), nao.posture("LyingBelly"), 100)
+    found = nk.world.state(nao, q, times=0.02 * np.arange(100))
+    assert found.posture[0] == "upright"
+    assert found.posture[-1] == "unknown"
+    assert not found.valid[-1]
+    assert found.seconds["unknown"] > 0.0
+
+
+@pytest.mark.full
+def test_other_robots_have_a_state_too() -> None:
+    robot = nk.load_robot("romeo")
+    q = np.tile(robot.neutral(), (50, 1))
+    found = nk.world.state(robot, q, times=0.01 * np.arange(50), soles=["l_ankle", "r_ankle"], angles=np.zeros((50, 2)))
+    assert found.valid.all()
+    assert set(found.posture.tolist()) == {"upright"}
+    assert set(found.support.tolist()) == {"both"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"times": [0.0, 0.2, 0.1]}, BadArgument, "times must ascend: row 2 is at 0.1 s, row 1 at 0.2 s"),
+        ({"times": [0.0, 0.1]}, WrongShape, "times"),
+        ({"q": np.zeros(25)}, WrongShape, "one configuration at least"),
+        ({"q": np.zeros((3, 24))}, WrongShape, "q must have shape"),
+        ({"q": np.full((3, 25), np.inf)}, NaoKinError, "q"),
+        ({"angles": np.zeros((3, 3))}, WrongShape, "angles"),
+        ({"angles": np.full((3, 2), np.inf)}, NaoKinError, "angles"),
+        ({"accelerometer": np.ones((2, 3))}, WrongShape, "accelerometer"),
+        ({"gyro": np.zeros((3, 2))}, WrongShape, "gyro"),
+        ({"angles": np.zeros((3, 2)), "accelerometer": np.ones((3, 3))}, BadArgument, "angles or an accelerometer"),
+        ({"contacts": np.ones((3, 2)), "forces": np.ones((3, 2))}, BadArgument, "not both"),
+        ({"forces": np.ones((3, 5))}, WrongShape, r"forces must have shape \(3, 2\) or \(3, 8\)"),
+        ({"forces": np.ones(3)}, WrongShape, "forces"),
+        ({"contacts": np.ones((3, 3))}, WrongShape, "contacts"),
+        ({"soles": []}, BadArgument, "soles must name at least one frame"),
+        ({"longest_gap": -1.0}, BadArgument, "longest_gap"),
+        ({"lower": np.nan}, BadArgument, "lower"),
+        ({"start": np.zeros((4, 4))}, NaoKinError, "start: not a rotation matrix"),
+    ],
+)
+def test_wrong_input_is_refused(
+    nao: nk.NaoModel, changes: dict[str, object], error: type[Exception], message: str
+) -> None:
+    given = {"times": [0.0, 0.1, 0.2], "q": np.tile(nao.posture("Stand"), (3, 1))} | changes
+    with pytest.raises(error, match=message):
+        nk.world.state(nao, given.pop("q"), **given)
+    with pytest.raises(NaoKinError, match="robot must be"):
+        nk.world.state("nao", np.zeros((1, 25)), times=[0.0])
