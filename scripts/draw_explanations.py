@@ -28,6 +28,7 @@ MODULES = (
     "couplings",
     "limits",
     "balance",
+    "state",
     "collisions",
     "calibration",
 )

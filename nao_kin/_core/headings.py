@@ -22,6 +22,8 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
+# Units that a heading may name for columns of sensors, the default first; those of others may be any.
+SENSOR_UNITS = {"gyro": ("rad/s", "deg/s", "°/s"), "angles": ("rad", "deg", "°")}
 # Units of times, and how many of each are in a second.
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
 _TIME_NAMES = ("time", "timestamp", "t", "stamp")
@@ -117,9 +119,9 @@ def _message(value: Any) -> Any:
 
 
 def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
-    """Convert values (n, k), with one unit for each column, to rad, m and ratios."""
+    """Convert values (n, k), with one unit for each column, to rad, rad/s, m and ratios."""
     given = np.array(units)
-    degrees, percent = np.isin(given, ("deg", "°")), given == "%"
+    degrees, percent = np.isin(given, ("deg", "°", "deg/s", "°/s")), given == "%"
     if not degrees.any() and not percent.any():
         return values
     values = np.where(degrees, np.radians(values), values)

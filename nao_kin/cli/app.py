@@ -58,7 +58,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 _ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export")
-_WORLD = ("balance", "odometry", "collisions", "camera", "calibrate")
+_WORLD = ("balance", "odometry", "state", "collisions", "camera", "calibrate")
 _SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
 for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):

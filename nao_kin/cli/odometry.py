@@ -1,20 +1,58 @@
-"""`nao-kin odometry`: the trajectory of a robot's trunk, from a log of its joints."""
+"""`nao-kin odometry` and `nao-kin state`: where a robot has walked, and what it has been doing, from a log."""
 
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nao_kin._core import files as atomic
+from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
-from nao_kin.cli.output import csv_text, degrees_per, print_json_list, print_written, units
-from nao_kin.cli.shared import CONTACTS, FORCES
-from nao_kin.cli.sources import FileOptions
+from nao_kin.cli.output import (
+    column_writer,
+    csv_text,
+    degrees_per,
+    print_json,
+    print_json_list,
+    print_note,
+    print_table,
+    print_written,
+    units,
+)
+from nao_kin.cli.shared import CONTACTS, FORCES, GYRO
+from nao_kin.cli.sources import FileOptions, Input
 from nao_kin.errors import BadInputFile
+
+if TYPE_CHECKING:
+    from nao_kin.world import State
 
 _ANGLES = ("roll", "pitch", "yaw")
 _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
+_FILE = "CSV or JSON file of configurations with times, or a motion; - for standard input."
+
+
+@dataclass(frozen=True)
+class LogOptions:
+    """The options of a log with sensors."""
+
+    sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot.")
+    contacts: str | None = CONTACTS
+    forces: str | None = FORCES
+    gyro: str | None = GYRO
+    longest_gap: float = option("S", "Largest time between two rows of a segment [s].", default=0.5)
+
+    def read(
+        self, given: FileOptions, robot: RobotOptions, file: str, **sensors: str | None
+    ) -> tuple[Input, Floats, dict[str, Any]]:
+        """Return the log, its times, and the arguments of `odometry`, with those of more `sensors`."""
+        read, measured = given.measured(file, contacts=self.contacts, forces=self.forces, gyro=self.gyro, **sensors)
+        log = read.recording(robot, file, self.sole)
+        if log.times is None:
+            raise BadInputFile(file, "no column of times, which odometry needs")
+        return log, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}
 
 
 @command(
@@ -24,11 +62,8 @@ _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
 )
 def odometry(
     *,
-    file: str = argument("FILE", "CSV or JSON file of configurations with times, or a motion; - for standard input."),
-    sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot."),
-    contacts: str | None = CONTACTS,
-    forces: str | None = FORCES,
-    gyro: str | None = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s]."),
+    file: str = argument("FILE", _FILE),
+    sensors: LogOptions,
     output: str | None = option("FILE", "Write the CSV here.", *OUTPUT),
     given: FileOptions,
     written: OutputOptions,
@@ -37,21 +72,24 @@ def odometry(
     """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
 
     The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of FILE gives a
-    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
+    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place. Rows in which the legs' joints have no
+    value, or no sole carries, have empty cells; after them, and after a gap, the path goes on from where it ended.
     """
     written.check({"--output": output}, kind="csv")
     from nao_kin.rotations import rpy_from_matrix
     from nao_kin.world import odometry as walked
 
-    read, measured = given.measured(file, contacts=contacts, forces=forces, gyro=gyro)
-    model, q, times, _ = read.configurations(robot, file, limits="ignore")
-    if times is None:
-        raise BadInputFile(file, "no column of times, which odometry needs")
-    path = walked(model, times, q, soles=sole, **measured)
-    T = path.T_world_base
-    angles = rpy_from_matrix(T[:, :3, :3]) * degrees_per("rad", given.deg)
-    numbers = np.column_stack([path.times, T[:, :3, 3], angles]).tolist()
-    rows = [[*row, path.soles[k]] for row, k in zip(numbers, path.support.tolist(), strict=True)]
+    log, times, options = sensors.read(given, robot, file)
+    path = walked(log.model, times, log.q, **options)
+    print_note(*path.notes)
+    valid = path.valid
+    numbers = np.full((len(times), 6), np.nan)
+    angles = rpy_from_matrix(path.T_world_base[valid, :3, :3]) * degrees_per("rad", given.deg)
+    numbers[valid] = np.column_stack([path.T_world_base[valid, :3, 3], angles])
+    rows = [
+        [time, *map(finite_or_none, row), path.soles[k] if k >= 0 else None]
+        for time, row, k in zip(path.times.tolist(), numbers.tolist(), path.support.tolist(), strict=True)
+    ]
     if output is not None or not written.json:
         names = [f"{name}_deg" if given.deg and name in _ANGLES else name for name in _COLUMNS]
         text = csv_text(names, rows)
@@ -60,7 +98,89 @@ def odometry(
         else:
             atomic.write_text(output, text)
     if written.json:
-        head = {"robot": model.name, "units": units(given.deg)}
+        head = {"robot": log.model.name, "units": units(given.deg), "segments": path.segments}
         print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
     elif output is not None:
         print_written(output)
+
+
+@command(
+    "state",
+    "Example: nao-kin state log.csv --forces LFsr,RFsr --angles AngleX,AngleY -o state.csv",
+    without=("joint",),
+)
+def state(
+    *,
+    file: str = argument("FILE", _FILE),
+    sensors: LogOptions,
+    angles: str | None = option("HEADINGS", "Columns of FILE, with commas: roll and pitch of the torso [rad]."),
+    accelerometer: str | None = option(
+        "HEADINGS", "Columns of FILE, with commas: x, y and z of the accelerometer, in any unit and of either sign."
+    ),
+    output: str | None = option("FILE", "Write the rows here: .csv, .npz, .parquet, .arrow or .feather.", *OUTPUT),
+    given: FileOptions,
+    written: OutputOptions,
+    robot: RobotOptions,
+) -> None:
+    """Print how long a robot stood, walked, lay and was lifted, and how far it walked; write its state in each row.
+
+    A row has the posture, contact, support and segment, the pose of the root link with standard deviations, velocity
+    (ahead, to the left, of the heading), the centre of pressure in the world, and the force and the centre of pressure
+    of each sole. What is not known is empty or NaN.
+    """
+    written.check({"--output": output})
+    write = None if output is None else column_writer(output)
+    from nao_kin.world import state as found
+
+    log, times, options = sensors.read(given, robot, file, angles=angles, accelerometer=accelerometer)
+    result = found(log.model, log.q, times=times, **options)
+    print_note(*result.notes)
+    if write is not None:
+        write(_columns(result, given.deg))
+    path = result.odometry
+    summary = {"steps": int(path.steps.sum()), "distance": path.distance, "segments": path.segments}
+    if written.json:
+        head = {"robot": log.model.name, "units": units(given.deg), "rows": len(times)}
+        print_json(head | {"valid_rows": int(result.valid.sum()), "seconds": result.seconds, **summary})
+        return
+    if output is not None:
+        print_written(output)
+    if output is None or not atomic.leads_to_standard_output(output):
+        lines = {name: f"{seconds:.2f} s" for name, seconds in result.seconds.items()}
+        lines |= {"steps": str(summary["steps"]), "distance": f"{path.distance:.3f} m"}
+        print_table(["", log.model.name], (lines | {"segments": str(path.segments)}).items())
+
+
+def _columns(found: State, deg: bool) -> dict[str, Any]:
+    """Return the columns of the rows of a state."""
+    path, unit = found.odometry, degrees_per("rad", deg)
+    end = "_deg" if deg else ""
+    roll_pitch, pose, deviations = found.roll_pitch * unit, path.pose, np.sqrt(np.diagonal(path.covariance, 0, 1, 2))
+    tilt = np.sqrt(np.diagonal(found.covariance, 0, 1, 2))
+    columns: dict[str, Any] = {
+        "time": found.times,
+        "posture": found.posture,
+        "contact": found.contact,
+        "support": found.support,
+        "walking": found.walking,
+        "segment": path.segment,
+        **dict(zip("xyz", found.T_world_base[:, :3, 3].T, strict=True)),
+        f"roll{end}": roll_pitch[:, 0],
+        f"pitch{end}": roll_pitch[:, 1],
+        f"yaw{end}": pose[:, 2] * unit,
+        "vx": path.velocity[:, 0],
+        "vy": path.velocity[:, 1],
+        f"vyaw{end}": path.velocity[:, 2] * unit,
+        "sigma_x": deviations[:, 0],
+        "sigma_y": deviations[:, 1],
+        "sigma_z": tilt[:, 2],
+        f"sigma_roll{end}": tilt[:, 0] * unit,
+        f"sigma_pitch{end}": tilt[:, 1] * unit,
+        f"sigma_yaw{end}": deviations[:, 2] * unit,
+        "pressure_x": found.centre_of_pressure[:, 0],
+        "pressure_y": found.centre_of_pressure[:, 1],
+    }
+    for k, name in enumerate(found.soles):
+        columns[f"{name}_force"] = found.forces[:, k]
+        columns[f"{name}_pressure_x"], columns[f"{name}_pressure_y"] = found.sole_pressure[:, k].T
+    return columns

@@ -7,17 +7,23 @@ import io
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from nao_kin._core.files import leads_to_standard_output
+from nao_kin._core.files import leads_to_standard_output, replaced_file, write_bytes
+from nao_kin._core.text import abbreviated
+from nao_kin._core.warn import need_extra
+from nao_kin.errors import BadArgument
+
+_COLUMN_FILES = (".csv", ".npz", ".parquet", ".arrow", ".feather")
 
 
 def print_note(*messages: str) -> None:
@@ -47,6 +53,37 @@ def csv_text(names: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     writer.writerow(names)
     writer.writerows([str(cell).lower() if isinstance(cell, bool) else cell for cell in row] for row in rows)
     return text.getvalue()
+
+
+def column_writer(path: str) -> Callable[[Mapping[str, Any]], None]:
+    """Return what writes named columns of equal length, of numbers, texts or booleans, to a file by its suffix.
+
+    CSV has an empty cell for NaN. Other suffixes are refused before anything is computed.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in _COLUMN_FILES and (ending or replaced_file(path) is not None):
+        endings = ", ".join(_COLUMN_FILES)
+        raise BadArgument(f"cannot write {abbreviated(path)}: the ending names the format; expected one of {endings}")
+    if ending in (".parquet", ".arrow", ".feather"):
+        need_extra(f"writing {abbreviated(path)}", "arrow")
+
+    def write(columns: Mapping[str, Any]) -> None:
+        content = io.BytesIO()
+        if ending == ".npz":
+            np.savez_compressed(content, **columns)  # none of them is pickled: they hold numbers and text
+        elif ending in _COLUMN_FILES[2:]:
+            import pyarrow as pa
+            from pyarrow import feather, parquet
+
+            table = pa.table({name: pa.array(values) for name, values in columns.items()})
+            (parquet.write_table if ending == ".parquet" else feather.write_feather)(table, content)
+        else:
+            rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+            filled = ([None if cell != cell else cell for cell in row] for row in rows)
+            content.write(csv_text(tuple(columns), filled).encode())
+        write_bytes(path, content.getvalue())
+
+    return write
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[str] = ()) -> None:

@@ -9,9 +9,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
 from nao_kin._core.files import read_bounded, read_table_text
+from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import RobotOptions, argument, flag, option
 from nao_kin.cli.output import print_note
@@ -98,9 +101,9 @@ def pairs_of(allow: list[str] | None) -> list[tuple[str, str]]:
 
 
 def read_columns(
-    file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]]
+    file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]], *, gaps: bool = False
 ) -> tuple[tuple[str, ...], Floats]:
-    """Return some headings of a CSV file with `what`, and the numbers (n, k) below them.
+    """Return some headings of a CSV file with `what`, and the numbers (n, k) below them; with `gaps`, also NaN.
 
     `chosen` returns them, given all headings and their line.
     """
@@ -111,22 +114,33 @@ def read_columns(
     def columns(head: CsvHead) -> TableColumns:
         names = [field.strip() for field in head.fields]
         wanted = tuple(chosen(names, head.line))
-        return TableColumns(wanted, (), tuple(map(names.index, wanted)), all=len(names))
+        return TableColumns(wanted, (), tuple(map(names.index, wanted)), all=len(names), gaps=gaps)
 
     table, rows, _ = read_csv(file, text.encode(), columns, what)
     return table.names, rows
 
 
-def _numbers_in(file: str, columns: list[str]) -> Floats:
-    """Return the numbers in columns of a CSV file, shape (n, columns)."""
+def _sensor(file: str, columns: list[str], units: Sequence[str], degrees: bool) -> tuple[tuple[str, ...], Floats]:
+    """Return the headings of columns of a CSV file, named with or without their units, and numbers (n, columns).
+
+    `units` are those that the headings may name; no units for any, which are not converted.
+    """
+    given: list[str] = []
 
     def chosen(names: list[str], line: int) -> list[str]:
-        for name in columns:
-            if name not in names:
-                raise UnknownName("column", name, names)
-        return columns
+        headings = {read_heading(name).name: name for name in names} | {name: name for name in names}
+        for column in columns:
+            if column not in headings:
+                raise UnknownName("column", column, names)
+            unit = read_heading(headings[column]).unit
+            if units and unit not in (None, *units):
+                reason = f"unit {quoted(unit)} of {abbreviated(column)}, expected one of {', '.join(units)}"
+                raise BadInputFile(file, reason, line, names.index(headings[column]) + 1)
+            given.append(unit or (units[1] if units and degrees else ""))
+        return [headings[column] for column in columns]
 
-    return read_columns(file, f"the column {quoted(columns[0])}", chosen)[1]
+    headings, rows = read_columns(file, f"the column {quoted(columns[0])}", chosen, gaps=True)
+    return headings, in_si_units(rows, given) if units else rows
 
 
 def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
@@ -235,7 +249,18 @@ class FileOptions(JointOptions):
         --rate unless that is given.
         """
         moves = self.check(file)
-        model = robot.load()
+        return self.configurations_of(robot.load(), file, moves=moves, limits=limits, sampling=sampling)
+
+    def configurations_of(
+        self,
+        model: RobotModel,
+        file: str | None,
+        *,
+        moves: bool,
+        limits: LimitPolicy,
+        sampling: float | None = None,
+    ) -> Input:
+        """Return the robot with configurations, as `configurations` does; `moves` is the result of `check`."""
         if file is None:
             return Input(model, self.configuration(model, limits=limits)[None], None, False)
         path, hips = self.motion(model, file, moves=moves, limits=limits, sampling=sampling)
@@ -245,6 +270,30 @@ class FileOptions(JointOptions):
         q = _clamped(model, log.q) if limits == "clamp" else log.q
         print_note(*log.notes)
         return Input(model, q, log.times, log.many)
+
+    def recording(self, robot: RobotOptions, file: str, soles: Sequence[str] | None) -> Input:
+        """Load the robot, and return it with the configurations of a log of the joints that move its soles.
+
+        A table with times may lack other joints; values that it does not have, in columns that it has, are NaN.
+        """
+        from nao_kin.robot import serial_chain
+
+        moves = self.check(file)
+        model = robot.load()
+        whole = self if self.missing is not None else replace(self, missing="0")
+        as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
+        table = None if as_motion else whole._log_columns(model, file)
+        if table is None or not table.timed:
+            return self.configurations_of(model, file, moves=moves, limits="ignore")
+        chains = [serial_chain(model, model.tree.root, sole) for sole in soles or model.semantics.soles]
+        needed = {joint for chain in chains for joint in chain.coordinates}
+        if self.missing is None and not needed <= model.joints_by_motor(table.names).keys():
+            if not self.columns:
+                return self.configurations_of(model, file, moves=moves, limits="ignore")
+            whole = self  # the error says which joints are missing
+        log = whole.log(model, file, hips=self.hips or "average")
+        print_note(*log.notes)
+        return Input(model, np.where(log.gaps, np.nan, log.q), log.times, True)
 
     def check(self, file: str | None, *, unread: bool = False) -> bool:
         """Refuse options that do not fit the input; return whether it is a motion, False for `unread` input."""
@@ -314,7 +363,8 @@ class FileOptions(JointOptions):
     def measured(self, file: str | None, **named: str | None) -> tuple[FileOptions, dict[str, Any]]:
         """Return the options to read the joints, and numbers in other columns, whose headings are given with commas.
 
-        Each array has the shape (n, columns); `named` are options without their hyphens.
+        Each array has the shape (n, columns), with NaN for empty cells; `named` are options without their hyphens.
+        Headings may be named without their units.
         """
         headings = {
             what: [name.strip() for name in text.split(",")] for what, text in named.items() if text is not None
@@ -325,8 +375,10 @@ class FileOptions(JointOptions):
         if file is None or file == "-":
             why = "names columns of FILE; name it" if file is None else "reads FILE twice; name a file instead of -"
             raise BadArgument(f"{option} {why}")
-        skipped = dict.fromkeys(f"{name}=" for columns in headings.values() for name in columns)
-        arrays = {what: _numbers_in(file, columns) for what, columns in headings.items()}
+        skipped, arrays = dict[str, None](), dict[str, Any]()
+        for what, columns in headings.items():
+            used, arrays[what] = _sensor(file, columns, SENSOR_UNITS.get(what, ()), self.deg)
+            skipped |= dict.fromkeys(f"{name}=" for name in used)
         return replace(self, columns=[*(self.columns or ()), *skipped]), arrays
 
     def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: str | None = None) -> Any:

@@ -55,12 +55,14 @@ class Log:
         times: times of the rows, shape (n,) [s]; None without times. Dates and times count from the first row.
         many: whether the file contains a list; False for one JSON object.
         notes: assumptions about the file.
+        gaps: which joints have a column but no value in a row, so that `missing` gave it, shape (n, nq).
     """
 
     q: Floats
     times: Floats | None
-    many: bool = True
-    notes: tuple[str, ...] = ()
+    many: bool
+    notes: tuple[str, ...]
+    gaps: NDArray[np.bool_]
 
 
 def read_configurations(
@@ -124,7 +126,8 @@ def read_log(
 
     Returns:
         The configurations `q`, shape (n, nq), and the `times` of the rows, shape (n,) [s], or None; `many`, False for a
-        JSON file with one object instead of a list; and `notes`, assumptions about the file. Times without a unit are
+        JSON file with one object instead of a list; `notes`, assumptions about the file; and `gaps`, shape (n, nq), the
+        joints that have a column, but whose value in a row is that of `missing`. Times without a unit are
         in seconds, or in another unit if the first ones then are times since 1970. Dates and times as in ISO 8601, such
         as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
 
@@ -183,11 +186,12 @@ def read_log(
         where = f"configuration {row}: " if many and not lines[row] else ""
         reason = f"{where}{reason}{limits_advice(robot, table, raw[row])}"
         raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
+    gaps = joints.gaps(raw)
     if not table.timed:
-        return Log(q, None, many)
+        return Log(q, None, many, (), gaps)
     times = rows[:, -1]
     unit, note = guessed_time_unit(times) if table.time_unit is None else (table.time_unit, "")
-    return Log(q, times / TIME_UNITS[unit], many, (note,) if note else ())
+    return Log(q, times / TIME_UNITS[unit], many, (note,) if note else (), gaps)
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
@@ -473,6 +477,17 @@ class JointColumns:
         if self.missing is not None:
             found = robot.fill_missing(found, self.missing)
         return found if self.hips is None else robot.motor_values(found, self.hips)
+
+    def gaps(self, values: Floats) -> NDArray[np.bool_]:
+        """Return which joints, in the order of q, have columns in rows (n, columns), but no value, shape (n, nq)."""
+        robot, unknown = self.robot, dict[str, NDArray[np.bool_]]()
+        for name, column in zip(self.table.names, values[:, self.base :].T, strict=True):
+            motor = robot.mimics[name].joint if name in robot.mimics else name
+            unknown[motor] = unknown.get(motor, True) & np.isnan(column)
+        found = np.zeros((len(values), robot.nq), dtype=np.bool_)
+        for motor, rows in unknown.items():
+            found[:, robot.nq_base + robot.joint_names.index(motor)] = rows
+        return found
 
     def _known(self, values: Floats) -> NDArray[np.bool_]:
         """Return which numbers (..., columns) may be in a row: finite ones, and NaN of joints that may be missing."""

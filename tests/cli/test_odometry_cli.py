@@ -1,4 +1,4 @@
-"""`nao-kin odometry`, as people use it: logs with and without forces, a motion, and wrong words."""
+"""`nao-kin odometry` and `state`, as people use them: logs with and without sensors, a motion, and wrong words."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ MEASURED = ("left", "right", "gx", "gy", "gz")
 
 said = partial(command_line.said, "odometry")
 refused = partial(command_line.refused, "odometry")
+said_of_state = partial(command_line.said, "state")
+state_refused = partial(command_line.refused, "state")
 
 
 def walk(nao: nk.NaoModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -122,3 +124,133 @@ def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_
     (tmp_path / "log.json").write_text(asked)
     assert "is JSON" in refused(capsys, str(tmp_path / "log.json"), "--gyro", "gx,gy,gz")
     assert "Example: nao-kin odometry" in said(capsys, "--help")
+
+
+# --- Logs of some joints, with sensors in other columns and in other units.
+
+SENSORS = ("LFsr", "RFsr", "AngleX [deg]", "AngleY [deg]", "GyroX [deg/s]", "GyroY [deg/s]", "GyroZ [deg/s]")
+
+
+def sensor_log(path: Path, nao: nk.NaoModel, joints: list[str], *, empty: int | None = None) -> tuple[str, dict]:
+    """Write a log of some joints with sensors; return its name and the arguments of `state`."""
+    times, q, measured = walk(nao)
+    rng = np.random.default_rng(0)
+    angles, gyro = rng.normal(0.0, 0.01, (60, 2)), rng.normal(0.0, 0.05, (60, 3))
+    forces = np.where(measured[:, :2] > 0.0, 4.0, 0.5)
+    columns = [nao.joint_names.index(name) for name in joints]
+    rows = np.column_stack([times, q[:, columns], forces, np.degrees(angles), np.degrees(gyro)]).tolist()
+    if empty is not None:
+        rows[empty][1 + joints.index("LKneePitch")] = ""
+    path.write_text("".join(",".join(map(str, row)) + "\n" for row in (("time", *joints, *SENSORS), *rows)))
+    return str(path), {"q": q, "times": times, "forces": forces, "angles": angles, "gyro": gyro}
+
+
+OPTIONS = ("--forces", "LFsr,RFsr", "--gyro", "GyroX,GyroY,GyroZ", "--ignore-other")
+ALL = (*OPTIONS[:-1], "--angles", "AngleX,AngleY [deg]")
+
+
+def legs_of(nao: nk.NaoModel) -> list[str]:
+    return [name for name in nao.joint_names if any(part in name for part in ("Hip", "Knee", "Ankle"))]
+
+
+def test_a_log_of_the_legs_is_enough_and_of_the_head_needs_the_others(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
+    wanted = nk.world.odometry(nao, given["times"], given["q"], forces=given["forces"], gyro=given["gyro"])
+    assert_is(said(capsys, path, *OPTIONS), wanted)
+    assert_is(said(capsys, path, *OPTIONS, "--missing", "Stand"), wanted)
+    head, given = sensor_log(tmp_path / "head.csv", nao, ["HeadYaw"])
+    says = refused(capsys, head, *OPTIONS)
+    assert "missing joints: HeadPitch, LHipYawPitch" in says
+    assert "(--missing) gives their values" in says
+    q = np.tile(nao.posture("StandInit"), (60, 1))
+    still = nk.world.odometry(nao, given["times"], q, forces=given["forces"], gyro=given["gyro"])
+    assert_is(said(capsys, head, *OPTIONS, "--missing", "StandInit"), still)
+    # Sensors that no option names are no joints either.
+    assert "unknown joint 'LFsr'" in refused(capsys, path, "--missing", "Stand")
+
+
+def test_a_row_without_a_value_of_a_leg_has_no_pose(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao), empty=20)
+    for missing in ((), ("--missing", "Crouch")):
+        lines = said(capsys, path, *OPTIONS, *missing).splitlines()
+        assert [k for k, line in enumerate(lines[1:]) if line.endswith(",,,,,,,")] == [20]
+        document = json.loads(said(capsys, path, *OPTIONS, *missing, "--json"))
+        assert document["segments"] == 1
+        assert document["rows"][20]["x"] is None
+        assert document["rows"][20]["support"] is None
+    gaps = json.loads(said(capsys, path, *OPTIONS, "--json", "--longest-gap", "0.03"))
+    assert gaps["segments"] == 2
+    assert "longest_gap must be a number" in refused(capsys, path, *OPTIONS, "--longest-gap", "-1")
+
+
+def test_the_state_is_summed_up_and_written_in_every_format(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao), empty=20)
+    given["q"][20, nao.joint_names.index("LKneePitch")] = np.nan
+    wanted = nk.world.state(nao, given.pop("q"), **given)
+    summary = json.loads(said_of_state(capsys, path, *ALL, "--json"))
+    assert summary["seconds"] == pytest.approx(wanted.seconds)
+    assert summary["steps"] == wanted.odometry.steps.sum() > 0
+    assert summary["distance"] == pytest.approx(wanted.odometry.distance, abs=1e-12)
+    assert (summary["segments"], summary["rows"], summary["valid_rows"]) == (1, 60, 59)
+    table = said_of_state(capsys, path, *ALL)
+    assert "standing" in table
+    assert f"{wanted.odometry.distance:.3f} m" in table
+    files = {ending: tmp_path / f"state{ending}" for ending in (".csv", ".npz", ".parquet", ".feather")}
+    for out in files.values():
+        assert said_of_state(capsys, path, *ALL, "-o", str(out)).startswith(f"{out}\n")
+    archive = np.load(files[".npz"])
+    assert archive["posture"].tolist() == wanted.posture.tolist()
+    assert archive["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
+    T = wanted.T_world_base
+    assert np.allclose(archive["z"], T[:, 2, 3], rtol=0.0, atol=1e-12, equal_nan=True)
+    assert np.allclose(archive["sigma_yaw"] ** 2, wanted.odometry.covariance[:, 2, 2], equal_nan=True)
+    head, *lines = files[".csv"].read_text().splitlines()
+    assert head == ",".join(archive.files)
+    assert "RLeg_force" in head
+    x = [line.split(",")[archive.files.index("x")] for line in lines]
+    assert [float(text or "nan") for text in x] == pytest.approx(T[:, 0, 3], abs=1e-12, nan_ok=True)
+    assert lines[20].count(",,") > 5
+    from pyarrow import feather, parquet
+
+    for read, ending in ((parquet.read_table, ".parquet"), (feather.read_table, ".feather")):
+        columns = read(files[ending])
+        assert columns.column_names == archive.files
+        assert columns.column("support").to_pylist() == wanted.support.tolist()
+    degrees = json.loads(said_of_state(capsys, path, *ALL, "--json", "-o", str(tmp_path / "more.npz")))
+    assert degrees["units"]["angle"] == "rad"
+
+
+def test_wrong_words_of_state_are_refused_in_one_line(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
+    assert "unknown column 'AngleZ'" in state_refused(capsys, path, "--angles", "AngleX,AngleZ")
+    assert "the ending names the format" in state_refused(capsys, path, *ALL, "-o", str(tmp_path / "state.txt"))
+    assert not (tmp_path / "state.txt").exists()
+    both = state_refused(capsys, path, *ALL, "--accelerometer", "GyroX,GyroY,GyroZ")
+    assert "angles or an accelerometer" in both
+    assert "gyro must have shape (60, 3), got (60, 2)" in state_refused(
+        capsys, path, *ALL[:3], "GyroX,GyroY", "--ignore-other"
+    )
+    text = (tmp_path / "legs.csv").read_text().replace("GyroX [deg/s]", "GyroX [rpm]")
+    (tmp_path / "rpm.csv").write_text(text)
+    says = state_refused(capsys, str(tmp_path / "rpm.csv"), *ALL)
+    assert "unit 'rpm' of GyroX, expected one of rad/s, deg/s, °/s" in says
+    assert "line 1" in says
+    assert "Example: nao-kin state" in said_of_state(capsys, "--help")
+
+
+def test_a_gyrometer_in_degrees_without_a_unit_is_noted(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
+    text = (tmp_path / "legs.csv").read_text().replace(" [deg/s]", "")
+    (tmp_path / "plain.csv").write_text(text)
+    command_line.run(["odometry", str(tmp_path / "plain.csv"), *OPTIONS])
+    assert "are these deg/s? A heading such as GyroX [deg/s] says so" in capsys.readouterr().err
