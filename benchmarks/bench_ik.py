@@ -11,6 +11,7 @@ Example:
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import os
 import sys
@@ -28,6 +29,8 @@ import nao_kin as nk
 LIMIT_BATCH, LIMIT_ONE = 0.5, 10.0
 # The least ratio of the time of damped least squares to ours.
 LIMIT_RATIO = 100
+# The largest ratios of the time of `nk.ik.analytic` to that of EAIK without verification: of a batch, of single calls.
+LIMIT_ANALYTIC = 5.0, 50.0
 # The number of targets for contenders that solve one target after the other.
 _FEW = 300
 
@@ -101,6 +104,35 @@ def figures_of_both_legs(pairs: int, rounds: int) -> dict[str, Any]:
     }
 
 
+def figures_of_analytic(targets: int, rounds: int) -> dict[str, Any]:
+    """Return times per target [µs] of `nk.ik.analytic` for a leg, and how many times as long as EAIK alone it takes."""
+    nao, frame = nk.load_nao("v6"), "LLeg"
+    q = nao.random(0, targets)
+    T = nao.fk(q, frame)
+    nk.ik.analytic(nao, frame, T, near=q)
+    analytic = importlib.import_module("nao_kin.ik.analytic")
+    limb = analytic._limb_of(nao, frame, "torso")
+    poses, cores = list(analytic._for_eaik(T, limb.turn)), os.cpu_count() or 1
+
+    def rows(call: Callable[[int], object]) -> Callable[[], object]:
+        return lambda: [call(k) for k in range(_FEW)]
+
+    runs: dict[str, tuple[int, Callable[[], Any]]] = {
+        "EAIK, batch": (targets, lambda: limb.solver.IK_batched(poses, cores)),
+        "batch": (targets, lambda: nk.ik.analytic(nao, frame, T, near=q)),
+        "EAIK, one call": (_FEW, rows(lambda k: limb.solver.IK(poses[k]))),
+        "one call": (_FEW, rows(lambda k: nk.ik.analytic(nao, frame, T[k], near=q[k]))),
+    }
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(rounds):  # in turns, for a machine is not equally fast all the time
+        for name, (count, run) in runs.items():
+            times[name].append(1e6 / count * best_seconds(run, 1))
+    best = {name: min(each) for name, each in times.items()}
+    return {f"{name}, µs": round(value, 2) for name, value in best.items()} | {
+        f"{name}, × EAIK": round(best[name] / best[f"EAIK, {name}"], 1) for name in ("batch", "one call")
+    }
+
+
 def main() -> int:
     """Print the figures as JSON; return 1 if a limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -124,9 +156,15 @@ def main() -> int:
         if name.startswith("Pinocchio") and other["× batch"] < LIMIT_RATIO
     ]
     both = figures_of_both_legs(arguments.targets, arguments.rounds)
+    beside = {} if importlib.util.find_spec("eaik") is None else figures_of_analytic(2000, arguments.rounds)
+    slow += [
+        f"analytic, {name}: {beside[f'{name}, × EAIK']} times as long as EAIK"
+        for name, limit in zip(("batch", "one call"), LIMIT_ANALYTIC, strict=True)
+        if beside and beside[f"{name}, × EAIK"] > limit
+    ]
     print(
         json.dumps(
-            {"cores": os.cpu_count(), "limbs": results, "both legs": both, "too slow": slow},
+            {"cores": os.cpu_count(), "limbs": results, "both legs": both, "analytic": beside, "too slow": slow},
             indent=2,
             ensure_ascii=False,
         )

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, NoReturn, SupportsIndex
 
 import numpy as np
@@ -25,6 +25,7 @@ from nao_kin.ik.closed_form import cached_limb, torso_frame
 from nao_kin.ik.least_squares import ANGLE_WEIGHT, Goal, descended
 from nao_kin.ik.limit_regions import LimitRegion, Violations
 from nao_kin.ik.numeric import pose_errors
+from nao_kin.ik.regular_branches import PRECISE, REGULAR, SAME, TURNS, Rules, regular_branches
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import as_options, rigid_poses
 from nao_kin.robot import CollisionRule, RobotModel, SerialChain, check_robot, serial_chain
@@ -38,18 +39,14 @@ Rows = NDArray[np.intp]
 _MOST_JOINTS, _TIP, _PROBES = 6, np.array([0.0731, 0.1137, 0.1913]), 4
 # Targets solved at a time, and the least number that is worth EAIK's threads.
 _BLOCK, _FEW = 2048, 200
-# Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
-# square roots have half the digits.
-_PRECISE, _REFINED = 1e-13, 1e-3
-# Angles [rad] up to which two answers are one, and two members of families; up to which a search would find the same.
-_SAME, _SAME_MEMBER, _NEAR = 1e-6, 1e-4, 1e-2
+# Error [m, rad] below which a search refines an answer: near a singularity, square roots have half the digits.
+_REFINED = 1e-3
+# Angles [rad] up to which two members of families are one; up to which a search would find the same.
+_SAME_MEMBER, _NEAR = 1e-4, 1e-2
 # A pose beside a target [m, rad], in the target's frame.
 _BESIDE = join_poses(exp(np.array([0.6, -1.1, 0.8]) * 1e-4), np.array([-0.7, 0.5, 0.9]) * 1e-4)
-# Joints with a range of more turns get their whole turns from `near`.
-_TURNS = 3.0
-# Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
-# none is if the determinant of JᵀJ is above `_REGULAR`, which is faster to compute.
-_SINGULAR, _REGULAR = 1e-7, 1e-6
+# Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below this.
+_SINGULAR = 1e-7
 # Steps along dependent axes [rad], of which in a family a share of at least `_STAYED` stays after a search for a
 # solution with this error; starts and most steps of the search for the member nearest to `near`, with an error
 # below `_MEMBER`; most steps of any search.
@@ -132,7 +129,8 @@ def analytic(
     check_tolerance(tolerance)
     targets = rigid_poses(T, "T")
     batch = targets.shape[:-2]
-    options = as_options(robot, robot.clamp(robot.neutral()), near, batch, limits, threads)
+    rest = robot.clamp(robot.neutral()) if near is None else robot.neutral()
+    options = as_options(robot, rest, near, batch, limits, threads)
     rows = np.array(np.broadcast_to(options.near, (*batch, robot.nq)))
     base = torso_frame(robot) if reference is None else reference
     held = {} if locked is None else _held(robot, locked, "enforce" if options.enforce else "ignore")
@@ -342,9 +340,27 @@ def _least(cost: Floats, owner: Rows) -> Rows:
     return np.asarray(order[_places(owner[order]) == 0])
 
 
-# Solutions of a block of n targets, sorted; for each target best, residual, reasons, joint, needed and limit as in
-# `IKResult`; and the numbers of `_COUNTED`.
-_Solved = tuple[_Answers, tuple[NDArray[Any], ...], Integers]
+class _Solved(NamedTuple):
+    """Branches of a block of n targets, and the other arrays of `IKResult`; and the numbers of `_COUNTED`."""
+
+    branches: Floats
+    families: Codes
+    number: Integers
+    best: Floats
+    residual: Floats
+    reasons: Codes
+    joint: Integers
+    needed: Floats
+    limit: Floats
+    counted: Integers
+
+    def widened(self, k: int) -> _Solved:
+        """Return the same with room for k branches."""
+        wider = max(0, k - self.branches.shape[1])
+        branches = np.pad(self.branches, ((0, 0), (0, wider), (0, 0)), constant_values=np.nan)
+        return self._replace(branches=branches, families=np.pad(self.families, ((0, 0), (0, wider))))
+
+
 _COUNTED = (
     "answers of EAIK that are wrong are left out: {}",
     "{} of {} targets were reached by a search only, not by an answer of EAIK",
@@ -373,17 +389,58 @@ class _Problem:
 
     def solve(self) -> _Solved:
         """Solve all targets."""
+        n, limb, near = len(self.targets), self.limb, np.ascontiguousarray(self.near)
+        owner, u, least_squares = self._asked(self.targets)
+        firsts = np.searchsorted(owner, np.arange(n + 1))
+        fixed = limb.limited.fixed_values(self.preferred[:, self.robot.nq_base :])
+        rows = self.targets, near, fixed, firsts, u, self.threads
+        rules = Rules(self.enforce, self.tolerance)
+        branches, count, residual = regular_branches(limb.chain, limb.limited, rules, *rows)
+        solved = _Solved(
+            branches,
+            families=np.zeros(branches.shape[:2], dtype=np.int8),
+            number=count,
+            best=branches[:, 0].copy() if branches.shape[1] else near.copy(),
+            residual=residual,
+            reasons=np.full(n, Reason.REACHED, dtype=np.int8),
+            joint=np.full(n, -1, dtype=np.int64),
+            needed=np.zeros(n),
+            limit=np.zeros(n),
+            counted=np.zeros(len(_COUNTED), dtype=np.int64),
+        )
+        left = count < 0
+        if left.any():
+            rest = np.flatnonzero(left)
+            some = replace(self, targets=self.targets[rest], preferred=self.preferred[rest])
+            chosen, place = left[owner], np.cumsum(left) - 1
+            found, arrays, counted = some.completed(place[owner[chosen]], u[chosen], least_squares[chosen])
+            count[rest] = np.bincount(found.owner, minlength=len(rest))
+            parts: tuple[Any, ...] = solved[3:-1]
+            for part, values in zip(parts, arrays, strict=True):
+                part[rest] = values
+            solved = solved.widened(int(count.max()))._replace(counted=counted)
+            at = rest[found.owner], _places(found.owner)
+            solved.branches[at], solved.families[at] = found.u, found.families
+        return solved
+
+    def completed(
+        self, owner: Rows, u: Floats, least_squares: NDArray[np.bool_]
+    ) -> tuple[_Answers, tuple[NDArray[Any], ...], Integers]:
+        """Return all solutions, sorted, from answers of EAIK, which may lack some, and other arrays of `_Solved`."""
         n, limb = len(self.targets), self.limb
-        given, least_squares = self._given()
-        exact, itself = self._is_exact(given), self._verified(np.arange(n), self.near)
-        # If all answers for a target are solutions with independent axes, EAIK has all of its branches.
-        odd = ~given.of(n)
-        odd[given.owner[~exact]] = odd[given.owner[self._dependent(given)[0]]] = True
-        solutions = self._distinct(_together(itself.where(self._is_exact(itself)), given).at(~odd))
-        searched, more, lacking = np.zeros((3, n), dtype=np.bool_)
-        if odd.any():
-            completed, searched, more, lacking = self._completed(odd, given, exact, itself)
-            solutions = _together(solutions, completed)
+        given, itself = self._refined(self._verified(owner, u)), self._verified(np.arange(n), self.near)
+        exact = self._is_exact(given)
+        # A search tells whether EAIK missed the solutions of targets for which it has none.
+        missed = ~given.where(exact).of(n)
+        beside = self._descended(limb.free, self._beside(given, exact), PRECISE)
+        found = self._descended(limb.free, _together(given.at(missed), itself.at(missed)), PRECISE)
+        # A pose beside a target is met by six joints only, so only their answers there tell how many branches it has.
+        lacking = beside.where(~self._is_exact(beside)).of(n) & (len(limb.names) == _MOST_JOINTS)
+        same, found, beside = (each.where(self._is_exact(each)) for each in (itself, found, beside))
+        solutions = self._distinct(_together(same, given.where(exact), found, beside))
+        known = self._distinct(given.where(exact).at(beside.of(n)))
+        more = known.of(n) & (np.bincount(solutions.owner, minlength=n) > np.bincount(known.owner, minlength=n))
+        solutions, searched = self._with_members(solutions), missed & found.of(n)
 
         turned, _ = self._turned(solutions)
         outside = limb.limited.worst(self._values(turned))
@@ -407,28 +464,6 @@ class _Problem:
         counted = ~exact & ~least_squares, searched, more, lacking & solutions.of(n), unreached & ~reached
         counts = np.array([np.count_nonzero(each) for each in counted])
         return inside, (firsts.u, firsts.errors, *self._obstacles(turned, outside, reached)), counts
-
-    def _completed(
-        self, odd: NDArray[np.bool_], given: _Answers, exact: NDArray[np.bool_], itself: _Answers
-    ) -> tuple[_Answers, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return the solutions of odd targets, with those that EAIK misses, `near` itself, and members of families.
-
-        The masks (n,) have the targets that only a search reached, those with more solutions than EAIK has, and those
-        for which a search for more failed.
-        """
-        n, exact = len(odd), exact[odd[given.owner]]
-        given, itself = given.at(odd), itself.at(odd)
-        # A search tells whether EAIK missed the solutions of targets for which it has none.
-        missed = odd & ~given.where(exact).of(n)
-        beside = self._descended(self.limb.free, self._beside(given, exact), _PRECISE)
-        found = self._descended(self.limb.free, _together(given.at(missed), itself.at(missed)), _PRECISE)
-        # A pose beside a target is met by six joints only, so only their answers there tell how many branches it has.
-        lacking = beside.where(~self._is_exact(beside)).of(n) & (len(self.limb.names) == _MOST_JOINTS)
-        same, found, beside = (each.where(self._is_exact(each)) for each in (itself, found, beside))
-        solutions = self._distinct(_together(same, given.where(exact), found, beside))
-        known = self._distinct(given.where(exact).at(beside.of(n)))
-        more = known.of(n) & (np.bincount(solutions.owner, minlength=n) > np.bincount(known.owner, minlength=n))
-        return self._with_members(solutions), missed & found.of(n), more, lacking
 
     def _obstacles(self, turned: _Answers, outside: Violations, reached: NDArray[np.bool_]) -> tuple[NDArray[Any], ...]:
         """Return reasons, joints, needed values and limits of all targets, as in `IKResult`."""
@@ -455,16 +490,14 @@ class _Problem:
     def _is_exact(self, answers: _Answers) -> NDArray[np.bool_]:
         return np.asarray((answers.errors <= self.tolerance).all(axis=-1))
 
-    def _given(self) -> tuple[_Answers, NDArray[np.bool_]]:
-        """Return EAIK's answers, refined if they are nearly solutions, and which of them are least-squares answers."""
-        owner, u, flags = self._asked(self.targets)
-        answers = self._verified(owner, u)
+    def _refined(self, answers: _Answers) -> _Answers:
+        """Return answers with those refined that are nearly solutions."""
         worst = answers.errors.max(axis=-1, initial=0.0)
-        rough = np.flatnonzero((worst > _PRECISE) & (worst < _REFINED))
-        refined = self._descended(self.limb.free, answers.where(rough), _PRECISE)
+        rough = np.flatnonzero((worst > PRECISE) & (worst < _REFINED))
+        refined = self._descended(self.limb.free, answers.where(rough), PRECISE)
         met = self._is_exact(refined)
         answers.replace(rough[met], refined.where(met))
-        return answers, flags
+        return answers
 
     def _asked(self, targets: Floats) -> tuple[Rows, Floats, NDArray[np.bool_]]:
         """Return EAIK's answers as indices of targets, coordinates, and whether they are least-squares answers."""
@@ -473,9 +506,10 @@ class _Problem:
             answers = [limb.solver.IK(pose) for pose in poses]
         else:
             answers = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
-        owner = np.repeat(np.arange(len(answers)), [len(answer.Q) for answer in answers])
-        values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in answers if len(answer.Q))])
-        flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in answers if len(answer.Q))])
+        rows = [answer.Q for answer in answers]  # each time a copy
+        owner = np.repeat(np.arange(len(answers)), [len(row) for row in rows])
+        values = np.concatenate([np.zeros((0, len(limb.names))), *(row for row in rows if len(row))])
+        flags = np.array([flag for answer in answers for flag in answer.is_LS], dtype=np.bool_)
         finite = np.isfinite(values).all(axis=-1)
         return owner[finite], (values[finite] - limb.chain.offset) / limb.chain.ratio, flags[finite]
 
@@ -485,7 +519,7 @@ class _Problem:
         At a singularity EAIK has answers with a wrong rotation in place of some branches, but beside it none is
         missing. If a branch of six joints does not reach a target, its least-squares answer has the right rotation.
         """
-        wrong = given.where(~exact & (given.errors[:, 1] > _SAME))
+        wrong = given.where(~exact & (given.errors[:, 1] > SAME))
         rows = np.unique(wrong.owner[self._dependent(wrong)[0]])
         owner, u, _ = self._asked(self.targets[rows] @ _BESIDE)
         beside = self._verified(rows[owner], u)
@@ -525,7 +559,7 @@ class _Problem:
         turns = (u - other) * self.limb.chain.ratio / (2.0 * math.pi)
         return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
 
-    def _distinct(self, answers: _Answers, tolerance: float = _SAME) -> _Answers:
+    def _distinct(self, answers: _Answers, tolerance: float = SAME) -> _Answers:
         """Return answers without those that are another one up to whole turns."""
         place = _places(answers.owner)
         keep = np.ones(len(place), dtype=np.bool_)
@@ -543,7 +577,7 @@ class _Problem:
             turn, u = 2.0 * math.pi / abs(self.limb.chain.ratio[k]), answers.u[:, k]
             low, high = region.lower[joint], region.upper[joint]
             lowest, highest = np.ceil((low - LIMIT_TOLERANCE - u) / turn), np.floor((high + LIMIT_TOLERANCE - u) / turn)
-            if self.enforce and high - low < _TURNS * turn:
+            if self.enforce and high - low < TURNS * turn:
                 first = np.where(lowest <= highest, lowest, np.round((0.5 * (low + high) - u) / turn))
                 count = np.maximum(highest - lowest + 1.0, 1.0).astype(np.intp)
             else:
@@ -562,7 +596,7 @@ class _Problem:
         chain = self.limb.chain
         J = _jacobians(self.limb.links, chain.ratio * answers.u + chain.offset) * chain.ratio
         size = np.linalg.det(J) ** 2 if len(self.limb.names) == 6 else np.linalg.det(J.swapaxes(-1, -2) @ J)
-        rows = np.flatnonzero(size < _REGULAR)
+        rows = np.flatnonzero(size < REGULAR)
         return rows, J[rows]
 
     def _null_projectors(self, answers: _Answers) -> Floats:
@@ -603,7 +637,7 @@ class _Problem:
         starts.u[...] += np.resize(_SPREAD, len(family))[:, None] * ways[family]
         # A family is searched for once, with the whole turns nearest to `near`.
         turned, index = self._turned(starts)
-        nearest = self._descended(region, turned.where(_least(self._away(turned), index)), _PRECISE)
+        nearest = self._descended(region, turned.where(_least(self._away(turned), index)), PRECISE)
         on = (nearest.errors.max(axis=-1) < _MEMBER) & self._null_projectors(nearest).any(axis=(-1, -2))
         nearest, family = nearest.where(on), family[on]
         near, share = self.near[nearest.owner], np.ones(len(family))
@@ -612,7 +646,7 @@ class _Problem:
                 break
             steps = np.einsum("nij,nj->ni", self._null_projectors(nearest), near - nearest.u)
             steps *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300))
-            ahead = self._descended(region, nearest._replace(u=nearest.u + share[:, None] * steps), _PRECISE)
+            ahead = self._descended(region, nearest._replace(u=nearest.u + share[:, None] * steps), PRECISE)
             nearer = (ahead.errors.max(axis=-1) < _MEMBER) & (self._away(ahead) < self._away(nearest) - 1e-9)
             share = np.where(nearer, 1.0, 0.25 * share)
             nearest.replace(nearer, ahead.where(nearer))
@@ -622,18 +656,13 @@ class _Problem:
 
 def _joined(limb: _Limb, blocks: list[_Solved], near: Floats, notes: tuple[str, ...]) -> IKResult:
     """Return the results of all blocks of a batch."""
-    solutions, arrays, counts = zip(*blocks, strict=True)
-    parts = [np.concatenate(each) for each in zip(*arrays, strict=True)]
-    first = np.cumsum([0, *(len(each[0]) for each in arrays)])
-    owner = np.concatenate([each.owner + start for each, start in zip(solutions, first, strict=False)])
-    n, place = len(parts[0]), _places(owner)
-    numbers = np.bincount(owner, minlength=n)
-    k = int(numbers.max(initial=0))
-    values, kinds = np.full((n, k, len(limb.names)), np.nan), np.zeros((n, k), dtype=np.int8)
-    values[owner, place] = np.concatenate([each.u for each in solutions])
-    kinds[owner, place] = np.concatenate([each.families for each in solutions])
-    notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, np.sum(counts, axis=0), strict=True) if total)
-    shaped = (part.reshape(near.shape[:-1] + part.shape[1:]) for part in (values, kinds, numbers, *parts))
+    if len(blocks) > 1:
+        k = max(block.branches.shape[1] for block in blocks)
+        blocks = [block.widened(k) for block in blocks]
+    *parts, counts = (part[0] if len(part) == 1 else np.concatenate(part) for part in zip(*blocks, strict=True))
+    totals, n = counts.reshape(-1, len(_COUNTED)).sum(axis=0).tolist(), near.size // near.shape[-1]
+    notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, totals, strict=True) if total)
+    shaped = (part.reshape(near.shape[:-1] + part.shape[1:]) for part in parts)
     branches, families, count, best, residual, reasons, joint, needed, limit = shaped
     why = Obstacles(joint, needed, limit)
     return IKResult(limb.names, limb.columns, near, best, branches, families, count, reasons, residual, why, notes)

@@ -66,6 +66,8 @@ def test_on_a_nao_the_branches_of_a_leg_are_those_of_its_closed_form(
     assert_solved(each_nao, side + "Leg", T, found, inside=limits == "enforce")
     np.testing.assert_array_equal(found.count, wanted.count)
     assert_same_branches(found, wanted)
+    away = np.linalg.norm(found.branches - found.near[:, None, list(found.columns)], axis=-1)
+    assert not (np.diff(away, axis=-1) < -1e-9).any()
     assert (found.families == Family.NONE).all()
     assert found.notes == ()
 

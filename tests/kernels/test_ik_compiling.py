@@ -169,6 +169,7 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
         "ik kernel, damped least squares",
         "ik kernel, bodies",
         "ik kernel, velocities",
+        "ik kernel, analytic",
     } <= {state.name for state in states}
     names = ["ik kernel, gazes", "ik kernel, legs"]
     assert [state.name for state in nk.warm_up(names)] == names
