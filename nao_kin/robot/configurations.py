@@ -206,7 +206,8 @@ class ConfigurationSpace:
         """Return configurations inside all limits, each joint uniform in its range."""
         drawn = generator(rng)
         try:
-            shape = () if n is None else tuple(map(operator.index, n if isinstance(n, Iterable) else (n,)))
+            several = isinstance(n, Iterable) and not isinstance(n, (bytes, bytearray))
+            shape = () if n is None else tuple(map(operator.index, n if several else (n,)))  # type: ignore[arg-type]
         except TypeError:
             raise BadArgument(f"n must be a whole number or a shape, got {quoted(n)}") from None
         if any(length < 0 for length in shape):
