@@ -1,10 +1,6 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
 from nao_kin.robot.build import Base, ModelNumbers as ModelNumbers
-from nao_kin.robot.camera_frames import (
-    body_frame_of as body_frame_of,
-    pose_of_body as pose_of_body,
-)
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
 from nao_kin.robot.geometry import (
@@ -31,6 +27,10 @@ from nao_kin.robot.offsets import (
     refuse_not_rigid as refuse_not_rigid,
     rigid_poses as rigid_poses,
     write_offsets,
+)
+from nao_kin.robot.semantics_files import (
+    body_frame_of as body_frame_of,
+    pose_of_body as pose_of_body,
 )
 from nao_kin.robot.support_polygon import (
     SupportPolygon,

@@ -15,7 +15,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_vectors, first_index, joi
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index, nearest_names
-from nao_kin.robot.camera_frames import camera_of
+from nao_kin.robot.semantics_files import camera_of
 from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import (
     RotationDefects,

@@ -3,15 +3,13 @@
 from nao_kin.world.balance import Balance, balance, feet_frame, margin
 from nao_kin.world.camera_ground import (
     GroundPoints,
-    Horizon,
     ImagePoints,
     camera_pose,
     ground_covariance,
-    horizon,
     pixel_to_ground,
     project,
-    visible_ground,
 )
+from nao_kin.world.camera_views import Horizon, horizon, visible_ground
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
 from nao_kin.world.dynamic_balance import EDGES as EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.odometry import (
