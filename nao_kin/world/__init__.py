@@ -2,12 +2,15 @@
 
 from nao_kin.world.balance import Balance, balance, feet_frame, margin
 from nao_kin.world.camera_ground import (
+    SPL,
     GroundPoints,
     ImagePoints,
     camera_pose,
+    configurations_at,
     ground_covariance,
     pixel_to_ground,
     project,
+    upright_position,
 )
 from nao_kin.world.camera_views import Horizon, horizon, visible_ground
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
@@ -22,6 +25,7 @@ from nao_kin.world.odometry import (
 from nao_kin.world.state import State, state
 
 __all__ = [
+    "SPL",
     "Balance",
     "Camera",
     "DynamicBalance",
@@ -33,6 +37,7 @@ __all__ = [
     "balance",
     "camera",
     "camera_pose",
+    "configurations_at",
     "dynamic_balance",
     "feet_frame",
     "ground_covariance",
@@ -42,5 +47,6 @@ __all__ = [
     "pixel_to_ground",
     "project",
     "state",
+    "upright_position",
     "visible_ground",
 ]

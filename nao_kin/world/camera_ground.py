@@ -1,4 +1,4 @@
-"""Cameras on a robot above level ground: pixels of points, points of the ground, and their uncertainty.
+"""Cameras on a robot above level ground: pixels of points, points of pixels, and their uncertainty.
 
 The world is that of `RobotModel.set_down`: z up, the floor at z = 0. With the eye e of the camera and the ray d of a
 pixel, both in the world, the point on the plane z = h is p = e + t d with t = (h − e_z)/d_z; it is in front if t > 0.
@@ -6,6 +6,7 @@ pixel, both in the world, the point on the plane z = h is p = e + t d with t = (
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,16 +15,40 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     Floats,
     as_floats,
+    as_numbers,
     as_pixels,
     check_tolerance,
     common_batch,
     first_index,
     rigid_inverse,
+    shaped,
 )
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
-from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name
+from nao_kin.rotations import slerp
+from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name, positive
+
+# Steps of the search for the row in which a point is exposed, and the change of the row that ends it [pixel].
+_MOST_STEPS, _SAME_ROW = 60, 1e-9
+
+
+@dataclass(frozen=True)
+class SoccerObjects:
+    """Sizes of the objects that robots look for on a soccer field, and their source.
+
+    Attributes:
+        ball_radius: of the ball [m].
+        post_height: of a goal post up to the lower edge of the crossbar [m].
+        source: the rules.
+    """
+
+    ball_radius: float
+    post_height: float
+    source: str
+
+
+SPL = SoccerObjects(0.05, 0.8, "RoboCup Standard Platform League rules 2025, Field Construction and Ball")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,19 +99,32 @@ def camera_pose(robot: RobotModel, q: ArrayLike, camera: Camera, *, T_world_base
 
 
 def project(
-    robot: RobotModel, q: ArrayLike, points: ArrayLike, camera: Camera, *, T_world_base: ArrayLike | None = None
+    robot: RobotModel,
+    q: ArrayLike | Callable[[Floats], ArrayLike],
+    points: ArrayLike,
+    camera: Camera,
+    *,
+    T_world_base: ArrayLike | Callable[[Floats], ArrayLike] | None = None,
+    row_time: float = 0.0,
 ) -> ImagePoints:
     """Return the pixels of points in the world.
 
+    A rolling shutter exposes row v at the time τ v after row 0, with the `row_time` τ, and the robot moves meanwhile.
+    The pixel (u, v) of a point is then where the camera sees the point at the time τ v of its own row.
+
     Args:
         robot: the robot that carries the camera.
-        q: configurations, shape (..., nq).
+        q: configurations, shape (..., nq); or a function that returns them at times (...) after row 0 [s], such as
+            `lambda t: nk.world.configurations_at(robot, times, log, start + t)`.
         points: in the world, shape (..., 3) [m]; their batch axes and those of q are broadcast.
         camera: from `camera` or a calibration.
-        T_world_base: as in `camera_pose`.
+        T_world_base: as in `camera_pose`, or a function of these times.
+        row_time: time from one row to the next [s]; 0 if all rows are exposed at once. Points above or below the image
+            are seen at the time of its first or last row.
 
     Raises:
-        BadArgument: a single point has no pixel; as in `Camera.project`.
+        BadArgument: a single point has no pixel, as in `Camera.project`, or no row, because the robot moves too fast
+            for the search; NaN in a batch.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -95,10 +133,25 @@ def project(
         >>> seen.visible.tolist(), seen.pixels.round(0).tolist()
         ([True, False], [[320.0, 321.0], [nan, nan]])
     """
-    T = rigid_inverse(placed(robot, q, camera, T_world_base)[0])
     p = as_floats(points, (3,), "points")
-    common_batch("configurations and points", T.shape[:-2], p.shape[:-1])
-    pixels = camera.project(_turned(T[..., :3, :3], p) + T[..., :3, 3])
+    check_tolerance(row_time, "row_time")
+    row = np.full(p.shape[:-1], 0.5 * (camera.height - 1))
+    for _ in range(_MOST_STEPS):
+        rows_q = q(row_time * row) if callable(q) else q
+        rows_T = T_world_base(row_time * row) if callable(T_world_base) else T_world_base
+        T = rigid_inverse(placed(robot, rows_q, camera, rows_T)[0])
+        common_batch("configurations and points", T.shape[:-2], p.shape[:-1])
+        pixels = camera.project(_turned(T[..., :3, :3], p) + T[..., :3, 3])
+        if not row_time:
+            break
+        found = np.clip(np.where(np.isnan(pixels[..., 1]), row, pixels[..., 1]), 0.0, camera.height - 1.0)
+        moved, row = np.abs(found - row) >= _SAME_ROW, found
+        if not moved.any():
+            break
+    else:
+        if p.ndim == 1:
+            raise BadArgument(f"no row of {camera.name} shows the point when it is exposed: the robot moves too fast")
+        pixels[moved] = np.nan
     return ImagePoints(pixels, camera.sees(pixels))
 
 
@@ -144,17 +197,21 @@ def ground_covariance(
     camera: Camera,
     *,
     joint_noise: ArrayLike,
+    base_noise: ArrayLike = 0.0,
     pixel_noise: float = 1.0,
     T_world_base: ArrayLike | None = None,
     height: ArrayLike = 0.0,
     support: str | None = None,
 ) -> Floats:
-    """Return covariances of the points of `pixel_to_ground`, from noise of the joints and of the pixel.
+    """Return covariances of the points of `pixel_to_ground`, from noise of the joints, the root link and the pixel.
 
     With p = e + t d on a level plane, P = 1 − d zᵀ/d_z, the camera's Jacobian (J_v; J_ω) with respect to the support,
-    and the derivative D of the ray by the pixel,
+    the origin o of the support, and the derivative D of the ray by the pixel,
 
-        δp = P (J_v δq + t ((J_ω δq) × d + R D δpixel)),   Σ_p = G_q Σ_q G_qᵀ + σ² G_pixel G_pixelᵀ.
+        δp = P (J_v δq + t ((J_ω δq) × d + R D δpixel) + δφ × (p − o) + z δh),
+
+    where δφ = δroll x_base + δpitch y_level tilts the root link about its x axis and the level axis to the left of it,
+    and δh lifts it. All these errors are independent.
 
     Args:
         robot: the robot that carries the camera.
@@ -163,11 +220,14 @@ def ground_covariance(
         camera: from `camera` or a calibration.
         joint_noise: standard deviation of the joint angles: one number, or one for each velocity, shape (nv,); or their
             covariance, shape (nv, nv) [rad, rad²].
+        base_noise: standard deviation of roll and pitch of the root link, the largest error of a walking robot: one
+            number [rad], or (roll, pitch), or (roll, pitch, height) [rad, rad, m]. The robot tilts about the origin of
+            the support.
         pixel_noise: standard deviation of u and of v [pixel].
         T_world_base: as in `camera_pose`.
         height: as in `pixel_to_ground`.
         support: the frame that stands still in the world while the joints vary. None for the first sole that touches
-            the floor, or with T_world_base, which is taken as exact, for the root link.
+            the floor, or with T_world_base for the root link.
 
     Returns:
         Covariance of x and y, shape (..., 2, 2) [m²]; NaN where `pixel_to_ground` is not valid.
@@ -185,12 +245,13 @@ def ground_covariance(
         [0.146, 0.022]
     """
     T, down = placed(robot, q, camera, T_world_base)
-    noise = _joint_covariance(robot, joint_noise)
+    noise, variances = _joint_covariance(robot, joint_noise), _base_variances(base_noise)
     check_tolerance(pixel_noise, "pixel_noise")
     if pixel_noise > LARGEST:
         raise BadArgument(f"pixel_noise must be at most {LARGEST} pixels, got {pixel_noise:g}")
     sight = _Sight.of(robot, T, pixels, camera, height)
-    J = _relative_jacobian(robot, q, camera, T, down, T_world_base, support)
+    base = down.T_world_base if down is not None else np.asarray(T_world_base, dtype=np.float64)
+    J, lever = _relative_jacobian(robot, q, camera, base, down, support)
     d, t = sight.d, sight.t[..., None, None]
     # The part of a motion of the ray that remains in the plane: its first two rows.
     P = np.zeros((*d.shape[:-1], 2, 3))
@@ -201,9 +262,128 @@ def ground_covariance(
     by_joints = P @ (J[..., :3, :] + t * np.swapaxes(turned, -1, -2))
     # ∂d/∂(a, b) is minus the second and third axis of the camera.
     by_pixel = P @ (-t * T[..., :3, 1:3] @ np.linalg.inv(camera.lens_jacobian(sight.ab)))
+    # R = Rz(yaw) Ry(pitch) Rx(roll): the axis of roll is R x, that of pitch is Rz(yaw) y.
+    forward = base[..., :3, 0]
+    yaw = np.arctan2(forward[..., 1], forward[..., 0])
+    axes = np.stack([forward, np.stack([-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)], axis=-1)], axis=-2)
+    tilted = np.cross(axes, (lever + sight.t[..., None] * d)[..., None, :])
     found = by_joints @ noise @ np.swapaxes(by_joints, -1, -2)
-    found = found + pixel_noise**2 * (by_pixel @ np.swapaxes(by_pixel, -1, -2))
+    for by, variance in (
+        (by_pixel, pixel_noise**2),
+        (P @ np.swapaxes(tilted, -1, -2), variances[:2]),
+        (P[..., 2:], variances[2]),
+    ):
+        found = found + (variance * by) @ np.swapaxes(by, -1, -2)
     return np.where(sight.valid[..., None, None], found, np.nan)
+
+
+def upright_position(
+    robot: RobotModel,
+    q: ArrayLike,
+    pixels: ArrayLike,
+    camera: Camera,
+    *,
+    height: float,
+    T_world_base: ArrayLike | None = None,
+) -> GroundPoints:
+    """Return where upright objects of a known height stand, such as goal posts, from the pixels of foot and top.
+
+    With the rays d₁, d₂ of foot and top in the world, the foot is the point e + s d₁ for which s d₁ + h z − t d₂ is
+    shortest. This needs the tilt of the camera, but neither its height nor a level floor.
+
+    Args:
+        robot: the robot that carries the camera.
+        q: configurations, shape (..., nq).
+        pixels: of the foot and the top of each object, shape (..., 2, 2).
+        camera: from `camera` or a calibration.
+        height: from foot to top [m].
+        T_world_base: as in `camera_pose`.
+
+    Returns:
+        The foot; not valid if a pixel is outside the image, or the top is not above the foot.
+
+    Raises:
+        BadArgument: the pixels of a single object are not valid.
+
+    Examples:
+        >>> nao, SPL = nk.load_nao(), nk.world.SPL
+        >>> top, q = nk.world.camera(nao, "CameraTop"), nao.posture("StandInit")
+        >>> post = [[2.5, 0.3, 0.0], [2.5, 0.3, SPL.post_height]]
+        >>> pixels = nk.world.project(nao, q, post, top).pixels
+        >>> nk.world.upright_position(nao, q, pixels, top, height=SPL.post_height).points[:2].round(6).tolist()
+        [2.5, 0.3]
+    """
+    size, uv = positive(height, "height"), as_pixels(pixels)
+    if uv.shape[-2:] != (2, 2):
+        raise WrongShape("pixels of uprights", "(..., 2, 2)", uv.shape)
+    T, _ = placed(robot, q, camera, T_world_base)
+    common_batch("configurations and pixels", T.shape[:-2], uv.shape[:-2])
+    d = np.einsum("...ij,...kj->...ki", T[..., :3, :3], camera.ray(uv))
+    cosine, (z1, z2) = (d[..., 0, :] * d[..., 1, :]).sum(axis=-1), np.moveaxis(d[..., 2], -1, 0)
+    with np.errstate(all="ignore"):
+        share = size / np.square(np.cross(d[..., 0, :], d[..., 1, :])).sum(axis=-1)
+        s, t = share * (cosine * z2 - z1), share * (z2 - cosine * z1)
+        valid = (s > 0.0) & (t > 0.0) & np.isfinite(s) & camera.sees(uv).all(axis=-1)
+        points = np.where(valid[..., None], T[..., :3, 3] + s[..., None] * d[..., 0, :], np.nan)
+    if not valid.ndim and not valid:
+        pair = " and ".join(map(pixel_name, uv))
+        if np.isfinite(uv).all() and not camera.sees(uv).all():
+            raise BadArgument(f"one of the pixels {pair} is {outside_image(robot, camera, uv)}")
+        raise BadArgument(f"the pixels {pair} are not the foot and the top of an upright object in {camera.name}")
+    return GroundPoints(points, valid)
+
+
+def configurations_at(
+    robot: RobotModel, times: ArrayLike, q: ArrayLike, at: ArrayLike, *, longest_gap: float = 0.1
+) -> Floats:
+    """Return the configurations of a log at other times, such as those of images, interpolated between its rows.
+
+    Joints are interpolated linearly, the rotation of a floating base by `nk.rotations.slerp`.
+
+    Args:
+        robot: the robot of the log.
+        times: of the n rows, ascending [s].
+        q: configurations, shape (n, nq); rows with NaN are left out.
+        at: times, shape (...) [s].
+        longest_gap: largest time between the two rows around a time [s].
+
+    Returns:
+        Shape (..., nq); NaN in a batch for times outside the log or inside a larger gap.
+
+    Raises:
+        BadArgument: times that do not ascend; a single time is outside the log or inside a larger gap.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 3)
+        >>> bool(np.allclose(nk.world.configurations_at(nao, [0.0, 0.02, 0.04], q, 0.01), q[:2].mean(axis=0)))
+        True
+    """
+    check_robot(robot)
+    rows, t = as_numbers(q, "q"), as_floats(at, (), "at")
+    if rows.ndim != 2 or rows.shape[1] != robot.nq:
+        raise WrongShape("q", f"(n, {robot.nq})", rows.shape)
+    moments = shaped(times, (len(rows),), "times")
+    check_tolerance(longest_gap, "longest_gap")
+    wrong = np.diff(moments) <= 0.0
+    if wrong.any():
+        raise BadArgument(f"times must ascend, and row {int(wrong.argmax()) + 1} is not later than the row before")
+    measured = ~np.isnan(rows).any(axis=-1)
+    if not measured.any():
+        raise BadArgument("the log has no row without NaN")
+    rows, moments = robot.checked(rows[measured]), moments[measured]
+    after = np.clip(np.searchsorted(moments, t), 0, len(rows) - 1)
+    before = np.where(moments[after] == t, after, np.maximum(after - 1, 0))
+    width = moments[after] - moments[before]
+    share = (t - moments[before]) / np.where(width > 0.0, width, 1.0)
+    found = np.asarray(rows[before] + share[..., None] * (rows[after] - rows[before]))
+    if robot.nq_base:
+        found[..., 3:7] = slerp(rows[before, 3:7], rows[after, 3:7], share)
+    missing = (t < moments[0]) | (t > moments[-1]) | (width > longest_gap)
+    if not t.ndim and missing:
+        raise BadArgument(f"the log has no configuration at {t:.6g} s: it has a gap there, or does not reach it")
+    found[missing] = np.nan
+    return found
 
 
 # --- Poses, rays and Jacobians.
@@ -275,21 +455,36 @@ def _joint_covariance(robot: RobotModel, noise: ArrayLike) -> Floats:
         return given
     if given.shape not in ((), (n,)):
         raise WrongShape("joint_noise", f"(), ({n},) or ({n}, {n})", given.shape)
-    if (given < 0.0).any():
-        raise BadArgument("joint_noise must be standard deviations ≥ 0")
-    return np.diag(np.broadcast_to(np.square(given), (n,)))
+    return np.diag(np.broadcast_to(_variances(given, "joint_noise"), (n,)))
+
+
+def _base_variances(noise: ArrayLike) -> Floats:
+    """Return the variances of roll, pitch and height of the root link, shape (3,)."""
+    given = as_floats(noise, (), "base_noise")
+    if given.shape not in ((), (2,), (3,)):
+        raise WrongShape("base_noise", "(), (2,) or (3,)", given.shape)
+    variances = _variances(given, "base_noise")
+    return np.append(variances if given.ndim else [variances] * 2, 0.0)[:3]
+
+
+def _variances(deviations: Floats, what: str) -> Floats:
+    if (deviations < 0.0).any():
+        raise BadArgument(f"{what} must be standard deviations ≥ 0")
+    return np.square(deviations)
 
 
 def _relative_jacobian(
     robot: RobotModel,
     q: ArrayLike,
     camera: Camera,
-    T_world_camera: Floats,
+    T_world_base: Floats,
     down: SetDown | None,
-    T_world_base: ArrayLike | None,
     support: str | None,
-) -> Floats:
-    """Return Jacobians of the camera at its eye with respect to the support, in the axes of the world."""
+) -> tuple[Floats, Floats]:
+    """Return Jacobians (..., 6, nv) of the camera at its eye with respect to the support, and the lever to its eye.
+
+    Both are in the axes of the world; the lever is from the origin of the support, shape (..., 3).
+    """
     root, q = robot.tree.root, robot.checked(q)
     names: tuple[str, ...] = (support,) if support is not None else (root,)
     index = np.zeros(q.shape[:-1], dtype=np.intp)
@@ -298,14 +493,15 @@ def _relative_jacobian(
         without = np.asarray(~down.touching.any(axis=-1))
         if without.any():
             raise BadArgument(f"no sole touches the floor{at_index(first_index(without))}; name the support that does")
-    base = down.T_world_base if down is not None else np.asarray(T_world_base, dtype=np.float64)
     # Jacobians are in the axes of the root, which is the world of q with a floating base.
-    R = (base @ rigid_inverse(robot.fk(q, root)))[..., :3, :3]
+    R = (T_world_base @ rigid_inverse(robot.fk(q, root)))[..., :3, :3]
     J_camera, p_camera = robot.jacobian(q, camera.frame), robot.position(q, camera.frame)
-    found = np.zeros(J_camera.shape)
+    found, lever = np.zeros(J_camera.shape), np.zeros(p_camera.shape)
     for k, name in enumerate(names):
         J, arm = robot.jacobian(q, name), p_camera - robot.position(q, name)
         own = J_camera - J
         own[..., :3, :] -= np.swapaxes(np.cross(np.swapaxes(J[..., 3:, :], -1, -2), arm[..., None, :]), -1, -2)
         found = np.where((index == k)[..., None, None], own, found)
-    return np.concatenate([R @ found[..., :3, :], R @ found[..., 3:, :]], axis=-2)
+        lever = np.where((index == k)[..., None], arm, lever)
+    J = np.concatenate([R @ found[..., :3, :], R @ found[..., 3:, :]], axis=-2)
+    return J, np.einsum("...ij,...j->...i", R, lever)

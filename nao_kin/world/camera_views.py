@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, shaped, whole_number
-from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.world.camera_ground import placed
-from nao_kin.world.cameras import LARGEST, Camera, pixel_name
+from nao_kin.world.cameras import LARGEST, Camera, pixel_name, positive
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
 _CURVED = 16
@@ -118,9 +117,7 @@ def visible_ground(
         >>> nk.world.visible_ground(nao, nao.posture("StandInit"), bottom).round(2)[:, :2].tolist()
         [[1.12, 0.57], [1.12, -0.57], [0.26, -0.25], [0.26, 0.25]]
     """
-    plane, farthest = shaped(height, (), "height"), shaped(max_distance, (), "max_distance")
-    if farthest <= 0.0:
-        raise BadArgument(f"max_distance must be positive, got {quoted(max_distance)}")
+    plane, farthest = shaped(height, (), "height"), positive(max_distance, "max_distance")
     T, _ = placed(robot, q, camera, T_world_base)
     d = np.einsum("...ij,mj->...mi", T[..., :3, :3], _border_rays(camera))
     eye = T[..., None, :3, 3]

@@ -21,6 +21,7 @@ from nao_kin._core.arrays import (
     as_numbers,
     as_pixels,
     choice,
+    first_index,
     shaped,
     texts,
     whole_number,
@@ -34,6 +35,8 @@ from nao_kin.robot.nao import RESOLUTIONS
 LARGEST = 1_000_000
 # Newton's steps on the distortion, and the error of the result in normalised coordinates that counts as solved.
 _MOST_STEPS, _SOLVED = 40, 1e-12
+# Ratio of two singular values of the rays to the edge of a ball below which they determine no cone.
+_OPEN = 1e-7
 
 
 @dataclass(frozen=True)
@@ -319,6 +322,76 @@ class Camera:
         share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1, LARGEST), endpoint=False)[:, None]
         return np.asarray((corners[:-1, None] + share * np.diff(corners, axis=0)[:, None]).reshape(-1, 2))
 
+    def ball_outline(self, centres: ArrayLike, radius: float, n: int = 32) -> Floats:
+        """Return pixels on the edges of balls: where the cone from the camera touches them.
+
+        A ball at the distance D appears as a cone of half-angle asin(radius/D) around its centre; off the optical axis
+        its image is an ellipse, whose middle is not the pixel of the centre.
+
+        Args:
+            centres: in the camera's body frame, shape (..., 3) [m].
+            radius: of the balls [m].
+            n: pixels of each, at least three.
+
+        Returns:
+            Pixels, shape (..., n, 2), inside the image or not; NaN for those that `project` does not have.
+
+        Raises:
+            BadArgument: the camera is inside a ball.
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "f", 640, 480, 500.0, 500.0, 320.0, 240.0)
+            >>> np.ptp(camera.ball_outline([2.0, 0.0, 0.0], 0.05), axis=0).round(2).tolist()  # width and height
+            [25.01, 25.01]
+        """
+        centre, size = as_floats(centres, (3,), "centres"), positive(radius, "radius")
+        count = whole_number(n, "n", 3, LARGEST)
+        near = np.asarray(np.linalg.norm(centre, axis=-1) <= size)
+        if near.any():
+            raise BadArgument(f"{self.name} is inside the ball at {centre[first_index(near)].tolist()}")
+        return self.project(tangent_circle(centre, size, count))
+
+    def ball_centre(self, pixels: ArrayLike, radius: float) -> Floats:
+        """Return the centres of balls of a known radius from pixels on their edges.
+
+        The rays r of the edge are at one angle to the ray c of the centre, r·m = 1 with m = c/cos α. The least squares
+        solution m gives the direction and the half-angle α, and the distance is radius/sin α.
+
+        Args:
+            pixels: at least three on the edge of each ball, shape (..., n, 2). For a circle that a detector found,
+                centre + r (cos φ, sin φ) for a few angles φ.
+            radius: of the balls [m].
+
+        Returns:
+            Centres in the camera's body frame, shape (..., 3) [m]; NaN in a batch if the pixels are on no cone.
+
+        Raises:
+            BadArgument: fewer than three pixels; those of a single ball are on no cone, or have no ray.
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "f", 640, 480, 500.0, 500.0, 320.0, 240.0, (-0.1, 0.02, 0.0, 0.0))
+            >>> edge = camera.ball_outline([2.0, 0.4, -0.3], 0.05, n=8)
+            >>> camera.ball_centre(edge, 0.05).round(9).tolist()
+            [2.0, 0.4, -0.3]
+        """
+        uv, size = as_pixels(pixels), positive(radius, "radius")
+        if uv.ndim < 2 or uv.shape[-2] < 3:
+            raise WrongShape("pixels on the edge of a ball", "(..., n, 2) with n ≥ 3", uv.shape)
+        rays = self.ray(uv)
+        known = np.asarray(np.isfinite(rays).all(axis=(-2, -1)))
+        U, sizes, Vt = np.linalg.svd(np.where(known[..., None, None], rays, 1.0), full_matrices=False)
+        # Pixels on a line, or all the same, leave a component of m open.
+        known &= (sizes[..., 2] > _OPEN * sizes[..., 1]) & (sizes[..., 1] > _OPEN * sizes[..., 0])
+        with np.errstate(all="ignore"):
+            found = np.einsum("...kj,...k->...j", Vt, U.sum(axis=-2) / sizes)
+            length = np.linalg.norm(found, axis=-1)
+            # sin² α = 1 − 1/‖m‖², and the centre is radius/sin α along m.
+            centre = found * (size / np.sqrt((length - 1.0) * (length + 1.0)))[..., None]
+        centre[~known | ~(length > 1.0)] = np.nan
+        if centre.ndim == 1 and np.isnan(centre).any():
+            raise BadArgument(f"the pixels are not those of the edge of a ball in the image of {self.name}")
+        return np.asarray(centre)
+
     # --- The lens, in normalised coordinates.
 
     def _pixels(self, ab: Floats) -> Floats:
@@ -426,6 +499,32 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     across, high = (math.tan(angle / 2.0) for angle in semantics.fields_of_view[name])
     centre = (width - 1) / 2.0, (height - 1) / 2.0
     return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre)
+
+
+def tangent_circle(centres: Floats, radius: float, n: int) -> Floats:
+    """Return n points of the circles in which cones from the origin touch balls, shape (..., n, 3).
+
+    At the distance D their middle is (1 − radius²/D²) of the way to the centre, and they have the radius
+    √(1 − radius²/D²) radius.
+    """
+    squares = radius**2 / np.einsum("...i,...i->...", centres, centres)[..., None, None]
+    # Two axes across the direction of the centre, from the axis of space that is least along it.
+    least = np.eye(3)[np.abs(centres).argmin(axis=-1)]
+    one = np.cross(centres, least)
+    one /= np.linalg.norm(one, axis=-1, keepdims=True)
+    other = np.cross(centres, one)
+    other /= np.linalg.norm(other, axis=-1, keepdims=True)
+    angles = 2.0 * np.pi / n * np.arange(n)[:, None]
+    across = np.cos(angles) * one[..., None, :] + np.sin(angles) * other[..., None, :]
+    return np.asarray((1.0 - squares) * centres[..., None, :] + radius * np.sqrt(1.0 - squares) * across)
+
+
+def positive(value: float, what: str) -> float:
+    """Return a number above zero."""
+    number = float(shaped(value, (), what))
+    if number <= 0.0:
+        raise BadArgument(f"{what} must be positive, got {quoted(value)}")
+    return number
 
 
 def _size(size: Any, names: tuple[str, str] = ("width", "height"), least: int = 1) -> tuple[int, int]:

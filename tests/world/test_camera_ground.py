@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -310,18 +311,247 @@ def test_the_covariance_is_the_spread_of_noisy_measurements(nao: nk.NaoModel) ->
     assert np.abs((found - expected) / np.outer(scale, scale)).max() < 0.05
 
 
+@pytest.mark.parametrize("support", [None, "RLeg", "torso"])
+def test_a_robot_that_tilts_moves_its_points_as_the_noise_of_its_base_says(
+    nao: nk.NaoModel, support: str | None
+) -> None:
+    q, pixel, step = nao.posture("StandInit", HeadYaw=0.4), np.array([400.0, 300.0]), 1e-6
+    camera = _lensed(nk.world.camera(nao, "CameraTop"))
+    own = nk.screws.pose(nk.rotations.matrix_from_rpy([0.2, 0.1, 0.7]), [0.3, 0.1, 0.34])
+    # Roll and pitch of the set down robot are zero, those of the given pose are not.
+    for T in (None, own):
+        down = nao.set_down(q)
+        still = support or ("torso" if T is not None else down.soles[int(down.touching.argmax())])
+        base = down.T_world_base if T is None else T
+        rpy, foot = nk.rotations.rpy_from_matrix(base[:3, :3]), nao.position(q, still)
+
+        def point(change: np.ndarray, base: np.ndarray = base, rpy: np.ndarray = rpy, foot: np.ndarray = foot) -> Any:
+            """The ground at the pixel after a change of roll, pitch and height about the support."""
+            R = nk.rotations.matrix_from_rpy(rpy + np.array([change[0], change[1], 0.0]))
+            place = base[:3, :3] @ foot + base[:3, 3] - R @ foot + [0.0, 0.0, change[2]]
+            return nk.world.pixel_to_ground(nao, q, pixel, camera, T_world_base=nk.screws.pose(R, place)).points[:2]
+
+        G = np.array([(point(step * e) - point(-step * e)) / (2.0 * step) for e in np.eye(3)])
+        sigma = np.array([0.02, 0.03, 0.008])
+        noise = {"joint_noise": 0.0, "pixel_noise": 0.0, "T_world_base": T, "support": support}
+        found = nk.world.ground_covariance(nao, q, pixel, camera, base_noise=sigma, **noise)
+        assert found == pytest.approx(np.einsum("ki,k,kj->ij", G, sigma**2, G), rel=1e-5, abs=1e-9)
+        for short, full in ((0.02, [0.02, 0.02, 0.0]), ([0.02, 0.03], [0.02, 0.03, 0.0])):
+            one, other = (
+                nk.world.ground_covariance(nao, q, pixel, camera, base_noise=b, **noise) for b in (short, full)
+            )
+            assert np.array_equal(one, other)
+    parts = [
+        nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=j, base_noise=b, pixel_noise=p)
+        for j, b, p in ((0.01, 0.02, 1.0), (0.01, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, 1.0))
+    ]
+    assert parts[0] == pytest.approx(sum(parts[1:]))
+
+
+def test_the_covariance_of_a_tilting_robot_is_the_spread_of_its_measurements(nao: nk.NaoModel) -> None:
+    rng, n = np.random.default_rng(4), 20_000
+    q, pixel, camera = nao.posture("StandInit"), np.array([250.0, 400.0]), nk.world.camera(nao, "CameraTop")
+    T, sigma = nao.set_down(q).T_world_base, np.array([0.01, 0.015, 0.004])
+    noise = sigma * rng.normal(size=(n, 3))
+    noisy = np.broadcast_to(T, (n, 4, 4)).copy()
+    rpy = nk.rotations.rpy_from_matrix(T[:3, :3]) + np.column_stack([noise[:, :2], np.zeros(n)])
+    noisy[:, :3, :3] = nk.rotations.matrix_from_rpy(rpy)
+    noisy[:, 2, 3] += noise[:, 2]
+    points = nk.world.pixel_to_ground(nao, q, pixel, camera, T_world_base=noisy).points[:, :2]
+    expected, scale = np.cov(points.T), points.std(axis=0)
+    found = nk.world.ground_covariance(
+        nao, q, pixel, camera, joint_noise=0.0, base_noise=sigma, pixel_noise=0.0, T_world_base=T
+    )
+    assert np.abs((found - expected) / np.outer(scale, scale)).max() < 0.06
+
+
+# --- Uprights.
+
+
+@pytest.mark.parametrize("lens", [False, True])
+def test_the_position_of_a_post_is_found_from_its_height(nao: nk.NaoModel, lens: str) -> None:
+    camera, rng = (
+        _lensed(nk.world.camera(nao, "CameraTop")) if lens else nk.world.camera(nao, "CameraTop"),
+        np.random.default_rng(1),
+    )
+    q = nao.posture("StandInit", HeadYaw=0.1)
+    T_world_base = nao.set_down(q).T_world_base @ nk.screws.pose(nk.rotations.matrix_from_rpy([0.05, 0.1, 0]), [0] * 3)
+    given_base = {"T_world_base": T_world_base}
+    feet = np.column_stack([rng.uniform(2.0, 6.0, 40), rng.uniform(-0.4, 0.4, 40), np.zeros(40)])
+    tops = feet + np.array([0.0, 0.0, nk.world.SPL.post_height])
+    both = np.stack([feet, tops], axis=-2)
+    pixels = nk.world.project(nao, q, both, camera, **given_base)
+    shown = pixels.visible.all(axis=-1)
+    find = partial(nk.world.upright_position, nao, q, camera=camera, **given_base)
+    by_height = find(pixels.pixels, height=nk.world.SPL.post_height)
+    assert (by_height.valid == shown).all()
+    assert shown.sum() > 20
+    assert np.abs(by_height.points - feet)[shown].max() < 1e-6
+
+
+def test_wrong_uprights_are_named(nao: nk.NaoModel) -> None:
+    q, camera = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
+    find = partial(nk.world.upright_position, nao, q, camera=camera)
+    pair = [[320.0, 300.0], [320.0, 100.0]]
+    for size in (0.0, -1.0, np.nan, "tall", [0.8]):
+        with pytest.raises(nk.NaoKinError, match="height"):
+            find(pair, height=size)
+    with pytest.raises(WrongShape, match="pixels of uprights"):
+        find([[320.0, 300.0]], height=0.8)
+    with pytest.raises(BadArgument, match="are not the foot and the top of an upright object in CameraTop"):
+        find(pair[::-1], height=0.8)  # upside down
+    with pytest.raises(BadArgument, match=r"\(320, 300\) and \(320, 300\) are not the foot"):
+        find([pair[0], pair[0]], height=0.8)
+    with pytest.raises(BadArgument, match=r"one of the pixels \(320, 900\) and .* is outside the image of CameraTop"):
+        find([[320.0, 900.0], [320.0, 100.0]], height=0.8)
+    several = find([pair, pair[::-1], [[320.0, 900.0], [320.0, 100.0]], [[np.nan] * 2, [320.0, 100.0]]], height=0.8)
+    assert several.valid.tolist() == [True, False, False, False]
+    assert np.isfinite(several.points).all(axis=-1).tolist() == several.valid.tolist()
+
+
+# --- Rolling shutter.
+
+
+def _row_by_row(nao: nk.NaoModel, motion: Any, base: Any, point: np.ndarray, camera: Camera, row_time: float) -> Any:
+    """The pixel in a simulated image: the row that shows the point when it is exposed, between two rows."""
+    rows = np.arange(camera.height)
+    moments = row_time * rows
+    seen = nk.world.project(nao, motion(moments), np.tile(point, (len(rows), 1)), camera, T_world_base=base(moments))
+    gap = seen.pixels[:, 1] - rows
+    k = int(np.flatnonzero(np.sign(gap[:-1]) != np.sign(gap[1:]))[0])
+    share = gap[k] / (gap[k] - gap[k + 1])
+    return seen.pixels[k] + share * (seen.pixels[k + 1] - seen.pixels[k])
+
+
+@pytest.mark.parametrize("lens", [False, True])
+def test_a_rolling_shutter_sees_each_point_when_its_row_is_exposed(nao: nk.NaoModel, lens: bool) -> None:
+    camera, row_time = nk.world.camera(nao, "CameraTop"), 0.037 / 480
+    camera = _lensed(camera) if lens else camera
+    q, standing = nao.posture("StandInit"), nao.set_down(nao.posture("StandInit")).T_world_base
+    columns = [nao.joint_names.index(name) for name in ("HeadYaw", "HeadPitch")]
+
+    def motion(t: np.ndarray) -> np.ndarray:
+        moved = np.tile(q, (*np.shape(t), 1))
+        moved[..., columns] += np.stack([4.0 * t - 20.0 * t * t, 0.1 + 3.0 * t], axis=-1)
+        return moved
+
+    def base(t: np.ndarray) -> np.ndarray:
+        moved = np.tile(standing, (*np.shape(t), 1, 1))
+        moved[..., 0, 3] += 0.3 * t
+        return moved
+
+    points = np.array([[1.5, 0.3, 0.0], [2.0, -0.2, 0.0], [1.2, 0.1, 0.2], [4.0, 0.9, 0.3]])
+    found = nk.world.project(nao, motion, points, camera, T_world_base=base, row_time=row_time)
+    still = nk.world.project(nao, motion(np.zeros(())), points, camera, T_world_base=standing)
+    assert found.visible.all()
+    for k, point in enumerate(points):
+        expected = _row_by_row(nao, motion, base, point, camera, row_time)
+        assert np.abs(found.pixels[k] - expected).max() < 1e-3
+        one = nk.world.project(nao, motion, point, camera, T_world_base=base, row_time=row_time)
+        assert one.pixels == pytest.approx(found.pixels[k], abs=1e-6)
+    assert np.abs(found.pixels - still.pixels).max() > 10.0
+    # The ground at these pixels, with the configurations of their rows.
+    times = row_time * found.pixels[:2, 1]
+    back = nk.world.pixel_to_ground(nao, motion(times), found.pixels[:2], camera, T_world_base=base(times))
+    assert np.abs(back.points - points[:2]).max() < 1e-6
+    resting = nk.world.project(nao, lambda t: q, points, camera, row_time=row_time)
+    assert np.array_equal(resting.pixels, nk.world.project(nao, q, points, camera).pixels)
+    instant = nk.world.project(nao, motion, points, camera, T_world_base=standing)
+    assert instant.pixels == pytest.approx(still.pixels)
+
+
+def test_what_a_rolling_shutter_cannot_see_is_named(nao: nk.NaoModel) -> None:
+    q, camera = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
+    points = np.array([[1.5, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.4, 0.0, 0.0]])  # seen, behind, below the image
+    found = nk.world.project(nao, lambda t: q, points, camera, row_time=1e-4)
+    assert found.visible.tolist() == [True, False, False]
+    assert np.isnan(found.pixels[:, 0]).tolist() == [False, True, False]
+    with pytest.raises(BadArgument, match="not in front of CameraTop"):
+        nk.world.project(nao, lambda t: q, points[1], camera, row_time=1e-4)
+
+    def shaking(t: np.ndarray) -> np.ndarray:
+        moved = np.tile(q, (*np.shape(t), 1))
+        moved[..., 1] += 0.2 * np.sin(400.0 * np.asarray(t))
+        return moved
+
+    assert not nk.world.project(nao, shaking, points, camera, row_time=1e-4).visible[0]
+    with pytest.raises(BadArgument, match="the robot moves too fast"):
+        nk.world.project(nao, shaking, points[0], camera, row_time=1e-4)
+    for wrong in (-1.0, "fast", np.zeros(2)):
+        with pytest.raises(BadArgument, match="row_time"):
+            nk.world.project(nao, lambda t: q, points, camera, row_time=wrong)  # type: ignore[arg-type]
+    with pytest.raises(nk.NaoKinError):
+        nk.world.project(nao, lambda t: None, points, camera, row_time=1e-4)  # type: ignore[arg-type,return-value]
+
+
+# --- Logs at the times of images.
+
+
+def test_configurations_at_times_of_images_are_those_between_two_rows(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(0)
+    times = np.cumsum(rng.uniform(0.005, 0.02, 50))
+    q = np.cumsum(0.01 * rng.normal(size=(50, nao.nq)), axis=0)
+    at = rng.uniform(times[0], times[-1], (4, 6))
+    found = nk.world.configurations_at(nao, times, q, at)
+    expected = np.stack([np.interp(at, times, column) for column in q.T], axis=-1)
+    assert np.abs(found - expected).max() < 1e-12
+    assert np.array_equal(nk.world.configurations_at(nao, times, q, times), q)
+    q[20:23] = np.nan  # rows without measurement
+    between = nk.world.configurations_at(nao, times, q, times[21])
+    assert between == pytest.approx(np.array([np.interp(times[21], times[[19, 23]], c[[19, 23]]) for c in q.T]))
+
+
+def test_times_in_a_gap_or_outside_a_log_have_no_configuration(nao: nk.NaoModel) -> None:
+    times, q = np.array([0.0, 0.02, 0.5, 0.52]), nao.random(1, 4)
+    at = np.array([-0.01, 0.0, 0.01, 0.02, 0.021, 0.3, 0.5, 0.52, 0.53])
+    found = np.isfinite(nk.world.configurations_at(nao, times, q, at)).all(axis=-1)
+    assert found.tolist() == [False, True, True, True, False, False, True, True, False]
+    assert np.isfinite(nk.world.configurations_at(nao, times, q, at[1:-1], longest_gap=1.0)).all()
+    for alone in (-0.01, 0.3, 0.53):
+        with pytest.raises(BadArgument, match="no configuration at"):
+            nk.world.configurations_at(nao, times, q, alone)
+    assert nk.world.configurations_at(nao, [1.0], q[:1], 1.0).tolist() == q[0].tolist()
+    assert nk.world.configurations_at(nao, times, q, np.empty((0, 3))).shape == (0, 3, nao.nq)
+    with pytest.raises(BadArgument, match="times must ascend, and row 2 is not later"):
+        nk.world.configurations_at(nao, [0.0, 0.1, 0.1, 0.2], q, 0.01)
+    wrong = [
+        {"times": times[:3]},
+        {"q": q[:, :3]},
+        {"q": q[0]},
+        {"q": np.full((4, nao.nq), np.nan)},
+        {"q": np.full((4, nao.nq), np.inf)},
+        {"at": [0.0, np.nan]},
+        {"longest_gap": -1.0},
+    ]
+    for change in wrong:
+        with pytest.raises(nk.NaoKinError):
+            nk.world.configurations_at(nao, **{"times": times, "q": q, "at": 0.01, **change})  # type: ignore[arg-type]
+
+
+def test_a_floating_base_turns_evenly_between_two_rows() -> None:
+    floating = nk.load_nao(base="floating")
+    q = np.stack([floating.neutral(), floating.neutral()])
+    turn = nk.rotations.quat_from_matrix(nk.rotations.rot_z(2.0))
+    q[1, 3:7] = -nk.rotations.quat_to_xyzw(turn)  # the same rotation, on the other side
+    found = nk.world.configurations_at(floating, [0.0, 0.1], q, [0.0, 0.025, 0.1])
+    headings = nk.rotations.rpy_from_matrix(floating.rotation(found, "torso"))[:, 2]
+    assert headings.tolist() == pytest.approx([0.0, 0.5, 2.0])
+
+
 def test_batches_of_configurations_and_pixels_are_those_one_by_one(nao: nk.NaoModel) -> None:
     q = np.stack([nao.posture(name) for name in _POSTURES])
     camera = _lensed(nk.world.camera(nao, "CameraBottom"))
     pixels = np.array([[[100.0, 300.0]], [[320.0, 240.0]], [[500.0, 450.0]]])
     points = nk.world.pixel_to_ground(nao, q, pixels, camera).points
-    covariance = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=0.01)
+    covariance = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=0.01, base_noise=(0.01, 0.02, 0.005))
     lines = nk.world.horizon(nao, q, camera).line
     assert points.shape == (3, 4, 3)
     for i, j in np.ndindex(3, 4):
         one = nk.world.pixel_to_ground(nao, q[j], pixels[i, 0], camera)
         assert points[i, j] == pytest.approx(one.points, abs=1e-12)
-        own = nk.world.ground_covariance(nao, q[j], pixels[i, 0], camera, joint_noise=0.01)
+        own = nk.world.ground_covariance(
+            nao, q[j], pixels[i, 0], camera, joint_noise=0.01, base_noise=(0.01, 0.02, 0.005)
+        )
         assert covariance[i, j] == pytest.approx(own)
     assert lines[2] == pytest.approx(nk.world.horizon(nao, q[2], camera).line)
     assert nk.world.pixel_to_ground(nao, q[:0], np.empty((0, 2)), camera).points.shape == (0, 3)
@@ -340,6 +570,9 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     for noise in (-0.1, np.ones(3), -np.eye(nao.nv), np.triu(np.ones((nao.nv, nao.nv)))):
         with pytest.raises(nk.NaoKinError, match="joint_noise"):
             nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=noise)
+    for noise in (-0.1, [0.1, -0.1], np.ones(4), np.ones((2, 2)), np.nan, "little"):
+        with pytest.raises(nk.NaoKinError, match="base_noise"):
+            nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, base_noise=noise)  # type: ignore[arg-type]
     for noise in (-1.0, [1.0, 2.0]):
         with pytest.raises(BadArgument, match="pixel_noise"):
             nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=noise)  # type: ignore[arg-type]

@@ -132,6 +132,68 @@ def test_resized_and_cropped_cameras_keep_their_rays_and_edges() -> None:
             camera.cropped(corner, size)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("lens", _LENSES)
+def test_the_outline_of_a_ball_is_where_rays_just_touch_it(lens: str) -> None:
+    camera, rng = _camera(_LENSES[lens]), np.random.default_rng(7)
+    centres = rng.uniform(0.3, 4.0, (30, 1)) * np.column_stack([np.ones(30), rng.uniform(-0.4, 0.4, (30, 2))])
+    outline = camera.ball_outline(centres, 0.05, n=40)
+    assert outline.shape == (30, 40, 2)
+    rays = camera.ray(outline)
+    along = np.einsum("kni,ki->kn", rays, centres)
+    miss = np.linalg.norm(along[..., None] * rays - centres[:, None], axis=-1)
+    assert np.abs(miss - 0.05).max() < 1e-9
+    found = camera.ball_centre(outline, 0.05)
+    assert np.abs(found - centres).max() < 1e-6
+    assert camera.ball_centre(outline[3, :3], 0.05) == pytest.approx(centres[3], abs=1e-6)
+    # The whole outline is inside what points of the ball cover, and its ends are the outermost of them.
+    on_ball = centres[5] + 0.05 * nk.rotations.matrix_from_rpy(rng.normal(size=(20_000, 3)))[..., 0]
+    shown = camera.project(on_ball)
+    assert np.abs(shown.min(axis=0) - outline[5].min(axis=0)).max() < 0.15
+    assert np.abs(shown.max(axis=0) - outline[5].max(axis=0)).max() < 0.15
+
+
+def test_a_circle_around_a_ball_gives_its_distance_within_the_error_of_its_radius() -> None:
+    camera = nk.world.camera(nk.load_nao(), "CameraTop")
+    centre = np.array([2.0, 0.7, -0.4])
+    edge = camera.ball_outline(centre, 0.05)
+    middle = (edge.min(axis=0) + edge.max(axis=0)) / 2.0
+    turn = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    circle = middle + np.sqrt(np.prod(np.ptp(edge, axis=0)) / 4.0) * np.column_stack([np.cos(turn), np.sin(turn)])
+    found = camera.ball_centre(circle, 0.05)
+    assert np.linalg.norm(found) == pytest.approx(np.linalg.norm(centre), rel=0.03)
+    rng = np.random.default_rng(1)
+    noisy = camera.ball_centre(edge + 0.5 * rng.normal(size=(2000, 32, 2)), 0.05)
+    distances = np.linalg.norm(noisy, axis=-1)
+    radius = camera.fx * 0.05 / 2.0  # a pixel of the radius is a share of 1/radius of the distance
+    expected = np.linalg.norm(centre) * 0.5 / np.sqrt(32) / radius
+    assert distances.std() == pytest.approx(expected, rel=0.25)
+
+
+def test_wrong_balls_are_refused() -> None:
+    camera = _camera()
+    edge = camera.ball_outline([2.0, 0.1, 0.0], 0.05)
+    for radius in (0.0, -0.05, np.nan, "small", [0.05]):
+        for ask in (lambda r: camera.ball_outline([2.0, 0.0, 0.0], r), lambda r: camera.ball_centre(edge, r)):
+            with pytest.raises(nk.NaoKinError, match="radius"):
+                ask(radius)
+    with pytest.raises(BadArgument, match="c is inside the ball at"):
+        camera.ball_outline([[2.0, 0.0, 0.0], [0.03, 0.0, 0.0]], 0.05)
+    with pytest.raises(BadArgument, match="n must be at least 3"):
+        camera.ball_outline([2.0, 0.0, 0.0], 0.05, n=2)
+    assert np.isnan(camera.ball_outline([-2.0, 0.0, 0.0], 0.05)).all()
+    for few in (edge[:2], edge[0], np.zeros((4, 3))):
+        with pytest.raises(nk.NaoKinError, match="pixels"):
+            camera.ball_centre(few, 0.05)
+    for pixels in ([[10.0, 10.0]] * 4, [[10.0, 10.0], [20.0, 10.0], [40.0, 10.0]]):
+        with pytest.raises(BadArgument, match="not those of the edge of a ball"):
+            _camera().ball_centre(pixels, 0.05)
+    unknown = edge.copy()
+    unknown[3] = np.nan
+    found = camera.ball_centre([unknown, edge], 0.05)
+    assert np.isnan(found[:, 0]).tolist() == [True, False]
+    assert camera.ball_centre(np.empty((0, 5, 2)), 0.05).shape == (0, 3)
+
+
 def test_points_behind_the_camera_have_no_pixel() -> None:
     camera = _camera()
     pixels = camera.project(np.array([[[1.0, 0.2, 0.1]], [[-1.0, 0.2, 0.1]], [[0.0, 0.2, 0.1]]]))
