@@ -12,7 +12,13 @@ from nao_kin.world.camera_ground import (
     project,
     upright_position,
 )
-from nao_kin.world.camera_views import Horizon, horizon, visible_ground
+from nao_kin.world.camera_views import (
+    Horizon,
+    horizon,
+    own_body,
+    project_lines,
+    visible_ground,
+)
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
 from nao_kin.world.dynamic_balance import EDGES as EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.odometry import (
@@ -44,8 +50,10 @@ __all__ = [
     "horizon",
     "margin",
     "odometry",
+    "own_body",
     "pixel_to_ground",
     "project",
+    "project_lines",
     "state",
     "upright_position",
     "visible_ground",

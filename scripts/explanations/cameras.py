@@ -120,6 +120,37 @@ def uncertainty() -> Drawing:
     return drawing
 
 
+def own_body() -> Drawing:
+    """Draw what `CameraBottom` sees of the robot and of a grid on the floor, ahead and to the left."""
+    nao, _ = nao_shapes()
+    drawing = Drawing(760, 350, "The robot's own body in two images of its lower camera: feet and hands, and an arm")
+    camera = nk.world.camera(nao, "CameraBottom")
+    ticks = np.arange(-0.4, 1.21, 0.1)
+    grid = [[[x, -1.0, 0.0], [x, 1.0, 0.0]] for x in ticks] + [[[-0.5, y, 0.0], [1.5, y, 0.0]] for y in ticks - 0.4]
+    colours = {"LLeg": TOP, "RLeg": TOP, "LArm": ORANGE, "RArm": ORANGE}
+    firsts = {nao.semantics.chains[chain][0]: colour for chain, colour in colours.items()}
+    links = {part.link for shape in nao.link_shapes.shapes for part in shape.parts or (shape,)} - {"Head"}
+    pixels = np.stack(np.meshgrid(np.arange(640), np.arange(480)), axis=-1)
+    for k, (words, turned) in enumerate((("HeadPitch 28°", {"HeadPitch": 0.5}), ("HeadYaw 60°", {"HeadYaw": 1.05}))):
+        q, corner, scale = nao.posture("Stand", turned), np.array([24.0 + 364.0 * k, 52.0]), 0.544
+        lines = nk.world.project_lines(nao, q, grid, camera, n=2)
+        for line in lines.pixels[lines.visible]:
+            drawing.path(corner + scale * line, stroke=BODY, width=1.0)
+        for link in sorted(links):
+            mask = nk.world.own_body(nao, q, pixels, camera, links=[link])
+            if not mask.any():
+                continue
+            outline = nk.robot.SupportPolygon.around(pixels[mask]).vertices
+            moving = {driver.joint for driver in nk.robot.serial_chain(nao, nao.tree.root, link).drivers}
+            colour = next((colour for first, colour in firsts.items() if first in moving), PALE)
+            drawing.path(corner + scale * outline, fill=colour, opacity=0.25, stroke=colour, width=1.0, closed=True)
+        frame = corner + scale * camera.border()
+        drawing.path(frame, stroke=LINE, width=1.4, closed=True)
+        drawing.text((corner[0], 36), f"CameraBottom, {words}", 15, weight="600")
+    drawing.text((24, 338), "the torso grey, arms orange, legs green; squares of 10 cm on the floor", 13.5, PALE)
+    return drawing
+
+
 def camera_frames() -> Drawing:
     """Draw the body frame, the optical frame and the picture of one camera."""
     drawing = Drawing(760, 330, "A camera's body frame, its optical frame, and the axes u and v of its picture")
@@ -165,5 +196,6 @@ def camera_frames() -> Drawing:
 FIGURES = {
     "cameras_fields_of_view": fields_of_view,
     "cameras_frames": camera_frames,
+    "cameras_own_body": own_body,
     "cameras_uncertainty": uncertainty,
 }
