@@ -21,13 +21,13 @@ from nao_kin._core.arrays import (
     common_batch,
     first_index,
     rigid_inverse,
-    shaped,
 )
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
 from nao_kin.rotations import slerp
 from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name, positive
+from nao_kin.world.odometry import checked_times
 
 # Steps of the search for the row in which a point is exposed, and the change of the row that ends it [pixel].
 _MOST_STEPS, _SAME_ROW = 60, 1e-9
@@ -363,11 +363,8 @@ def configurations_at(
     rows, t = as_numbers(q, "q"), as_floats(at, (), "at")
     if rows.ndim != 2 or rows.shape[1] != robot.nq:
         raise WrongShape("q", f"(n, {robot.nq})", rows.shape)
-    moments = shaped(times, (len(rows),), "times")
+    moments = checked_times(times, len(rows))
     check_tolerance(longest_gap, "longest_gap")
-    wrong = np.diff(moments) <= 0.0
-    if wrong.any():
-        raise BadArgument(f"times must ascend, and row {int(wrong.argmax()) + 1} is not later than the row before")
     measured = ~np.isnan(rows).any(axis=-1)
     if not measured.any():
         raise BadArgument("the log has no row without NaN")
