@@ -71,6 +71,7 @@ def verdicts(nao: nk.NaoModel, n: int) -> dict[str, object]:
         touching[list(hits)] = True
     alarms = clearance.distance < 0.0
     false = alarms & ~touching
+    depths = -1e3 * clearance.distance[false] if false.any() else np.zeros(1)
     causes = Counter(" and ".join(clearance.pairs[k]) for k in clearance.pair_index[false].tolist())
     return {
         "configurations": n,
@@ -78,8 +79,8 @@ def verdicts(nao: nk.NaoModel, n: int) -> dict[str, object]:
         "missed": int((touching & ~alarms).sum()),
         "false_alarms": float(false.mean()),
         "depth_of_false_alarms_mm": {
-            "median": float(-1e3 * np.median(clearance.distance[false])),
-            "largest": float(-1e3 * clearance.distance[false].min()),
+            "median": float(np.median(depths)),
+            "largest": float(depths.max()),
         },
         "most_frequent": dict(causes.most_common(5)),
     }
