@@ -34,6 +34,7 @@ __all__ = [
     "NotCachedWarning",
     "NotCompiledWarning",
     "NotFinite",
+    "OtherRobotWarning",
     "OutsideLimits",
     "RenamedFrameWarning",
     "SingularMatrix",
@@ -58,6 +59,10 @@ class FormerNameWarning(NaoKinWarning, FutureWarning):
 
 class MeasuredLimitsWarning(NaoKinWarning):
     """Joints somewhat outside their limits, as sensors report them, accepted because of limits="measured"."""
+
+
+class OtherRobotWarning(NaoKinWarning):
+    """Offsets that were found for another robot, or another version of it, are applied all the same."""
 
 
 class RenamedFrameWarning(NaoKinWarning):

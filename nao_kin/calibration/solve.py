@@ -123,7 +123,7 @@ class Calibration:
         return dict(zip(self.labels, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     @property
-    def offsets(self) -> dict[str, dict[str, Any]]:
+    def offsets(self) -> dict[str, Any]:
         """The offsets as `load_nao(offsets=…)` takes them; a joint that follows a calibrated one has its share."""
         return {"joints": dict(self.joints), "frames": dict(self.frames)}
 

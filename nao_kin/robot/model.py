@@ -26,8 +26,8 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin._core.warn import MOST, hides_former
-from nao_kin.errors import BadArgument, NotFinite
+from nao_kin._core.warn import MOST, hides_former, warn_caller
+from nao_kin.errors import BadArgument, NotFinite, OtherRobotWarning
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle, random_free
@@ -343,7 +343,11 @@ class RobotModel:
         return int(place.parentJoint) - (2 if self.base == "floating" else 1), np.array(place.placement.homogeneous)
 
     def with_offsets(
-        self: _Robot, joints: Mapping[str, ArrayLike] | None = None, frames: Mapping[str, ArrayLike] | None = None
+        self: _Robot,
+        joints: Mapping[str, ArrayLike] | None = None,
+        frames: Mapping[str, ArrayLike] | None = None,
+        *,
+        found_for: str | None = None,
     ) -> _Robot:
         """Return the same robot with calibrated joints and frames.
 
@@ -360,6 +364,8 @@ class RobotModel:
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
                 The offset of a camera's optical frame is in the axes of that frame, and moves the whole camera.
+            found_for: name of the robot that the offsets were found for, as files of `nk.calibration` say it. If this
+                robot has another name, a warning says so; it may be the same robot with your own URDF.
 
         Raises:
             BadArgument: a frame that a joint moves, or a value that is not a pose.
@@ -371,6 +377,10 @@ class RobotModel:
             >>> np.allclose(mine.fk(q, "Head"), nao.fk(nao.configuration({"HeadYaw": 0.31}), "Head"))
             True
         """
+        if not isinstance(found_for, str | None):
+            raise BadArgument(f"found_for must be the name of a robot, got {quoted(found_for)}")
+        if found_for is not None and found_for != self.name:
+            warn_caller(f"these offsets were found for {found_for}, and this robot is {self.name}", OtherRobotWarning)
         given = {} if joints is None else joints, {} if frames is None else frames
         tree = with_offsets(self.tree, *given, self.semantics.cameras)
         notes = (*self.load_notes, *tree.notes[len(self.tree.notes) :])

@@ -27,6 +27,8 @@ from nao_kin.rotations import (
 )
 
 _KINDS = ("joints", "frames")
+# The table of a file that says where its offsets are from.
+_ABOUT = "calibration"
 # Decimal places of millimetres and degrees in notes: smaller values are rounding errors.
 _DIGITS = 6
 # Largest defect of a pose, as of rotations, and the largest that is not corrected.
@@ -79,10 +81,11 @@ def with_offsets(
     )
 
 
-def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[str, Any]]:
+def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
     """Return the arguments of `RobotModel.with_offsets` from a mapping with "joints" and "frames", or from a TOML file.
 
-    The file has a table `joints` of numbers, and a table `frames` of six numbers or four rows of four each.
+    The file has a table `joints` of numbers, and a table `frames` of six numbers or four rows of four each. A table
+    `calibration` may say where they are from; its `robot` is the argument `found_for`.
 
     Examples:
         >>> nk.robot.read_offsets({"joints": {"LKneePitch": 0.01}})
@@ -90,19 +93,36 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
     """
     document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
     for kind, table in document.items():
-        if kind in _KINDS and isinstance(table, Mapping):
+        if kind in (*_KINDS, _ABOUT) and isinstance(table, Mapping):
+            continue
+        if isinstance(offsets, Mapping) and kind == "found_for":
             continue
         fault = f"{kind} must be a table of names and offsets, got {quoted(table)}"
-        if kind not in _KINDS:
-            near = ", ".join(nearest_names(str(kind), _KINDS) or _KINDS)
+        if kind not in (*_KINDS, _ABOUT):
+            near = ", ".join(nearest_names(str(kind), (*_KINDS, _ABOUT)) or _KINDS)
             fault = f"unknown entry {quoted(kind)} (nearest: {near})"
         given = isinstance(offsets, Mapping)
         raise BadArgument(f"offsets: {fault}") if given else BadInputFile(str(offsets), fault)
-    return document
+    about = document.pop(_ABOUT, {})
+    return document | ({"found_for": str(about["robot"])} if "robot" in about else {})
 
 
-def write_offsets(path: Path | str, offsets: Mapping[str, Any], *, overwrite: bool = False) -> Path:
+def write_offsets(
+    path: Path | str,
+    offsets: Mapping[str, Any],
+    *,
+    about: Mapping[str, str | float | Mapping[str, float]] | None = None,
+    remarks: Mapping[str, str] | None = None,
+    overwrite: bool = False,
+) -> Path:
     """Write offsets of joints and frames, as `read_offsets` returns them, to a TOML file; return its path.
+
+    Args:
+        path: the file.
+        offsets: "joints" and "frames".
+        about: the table `calibration` of the file, with the name of the "robot".
+        remarks: joint or frame → a comment at its line; a name without an offset has a line with the comment alone.
+        overwrite: replace the file if it exists.
 
     Examples:
         >>> path = nk.robot.write_offsets("mine.toml", {"joints": {"LKneePitch": 0.01}})
@@ -110,13 +130,32 @@ def write_offsets(path: Path | str, offsets: Mapping[str, Any], *, overwrite: bo
         {'LKneePitch': 0.01}
     """
     lines, tables = [], read_offsets(offsets)
+    remarks = dict(remarks or {})
+    if about:
+        lines += _table(_ABOUT, about)
     for kind in _KINDS:
         lines.append(f"[{kind}]  # {'rad, or m' if kind == 'joints' else 'dx, dy, dz [m], roll, pitch, yaw [rad]'}")
         for name, value in tables.get(kind, {}).items():
-            # A JSON string is also a TOML string, and a JSON list of numbers a TOML array.
             numbers = as_floats(value, (), f"the offset of {name}").tolist()
-            lines.append(f"{json.dumps(name, ensure_ascii=False)} = {json.dumps(numbers)}")
+            remark = f"  # {remarks.pop(name)}" if name in remarks else ""
+            lines.append(f"{_toml(name)} = {_toml(numbers)}{remark}")
+        if kind == "joints":
+            alone = [name for name in remarks if name not in tables.get("frames", {})]
+            lines += [*(f"# {name}: {remarks[name]}" for name in alone), ""]
     return write_document(path, "\n".join([*lines, ""]).encode(), overwrite=overwrite)[0]
+
+
+def _table(title: str, table: Mapping[str, Any]) -> list[str]:
+    """Return the lines of a table of texts and numbers, and then of the tables in it."""
+    lines = [f"[{title}]", *(f"{_toml(k)} = {_toml(v)}" for k, v in table.items() if not isinstance(v, Mapping)), ""]
+    for name, inner in table.items():
+        lines += _table(f"{title}.{name}", inner) if isinstance(inner, Mapping) else []
+    return lines
+
+
+def _toml(value: Any) -> str:
+    """Return a text, a number or a list of numbers in TOML, which writes them as JSON does."""
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, ArrayLike]]:

@@ -209,7 +209,7 @@ def unrefused(name: str, function: Any, known: dict[str, Any]) -> list[str]:
                     next(result, None)
                 with result if hasattr(result, "__exit__") else nullcontext():  # it starts, and ends
                     pass
-            except (nk.NaoKinError, nk.errors.FormerNameWarning):
+            except (nk.NaoKinError, nk.errors.FormerNameWarning, nk.errors.OtherRobotWarning):
                 pass
             except Exception as error:
                 found.append(f"{name}({wrong.name}={kind}) raised {type(error).__name__}: {error}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
+from nao_kin._core.files import read_toml
 from nao_kin.cli.app import run
 from nao_kin.crosscheck.steps import steps_of
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, OtherRobotWarning, UnknownName, WrongShape
 from nao_kin.naoqi import VirtualNao
 from nao_kin.rotations import matrix_from_rpy
 
@@ -193,6 +195,7 @@ def test_bad_offsets_are_named(nao: nk.NaoModel, joints: object, frames: object,
     [
         ("[joint]\nHeadYaw = 0.1", BadInputFile, r"unknown entry 'joint' \(nearest: joints\)"),
         ("joints = 3", BadInputFile, "joints must be a table"),
+        ("calibration = 3", BadInputFile, "calibration must be a table"),
         ("[joints\n", BadInputFile, "not well-formed TOML"),
         ("[joints]\nHeadYaww = 0.1", UnknownName, "HeadYaw"),
     ],
@@ -221,3 +224,20 @@ def test_commands_take_a_file_of_offsets(tmp_path: Path, capsys: pytest.CaptureF
     capsys.readouterr()
     assert run(["joints", "--offsets", str(path)]) == 2
     assert "HeadYaww" in capsys.readouterr().err
+
+
+def test_a_file_of_offsets_names_its_robot(nao: nk.NaoModel, tmp_path: Path) -> None:
+    about = {"robot": "nao_v6", "rms_after": 0.9, "standard_deviations": {"HeadYaw offset": 0.002}}
+    remarks = {"HeadYaw": "± 0.002", "HeadPitch": "not determined"}
+    offsets = {"joints": {"HeadYaw": 0.01}, "frames": {"CameraTop": CAMERA}}
+    path = nk.robot.write_offsets(tmp_path / "mine.toml", offsets, about=about, remarks=remarks)
+    assert read_toml(path) == {"calibration": about, **offsets, "frames": {"CameraTop": list(CAMERA)}}
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert '"HeadYaw" = 0.01  # ± 0.002' in lines
+    assert "# HeadPitch: not determined" in lines
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert nk.load_nao("v6", offsets=path).tree.offsets
+    for version in ("v4", "v5"):
+        with pytest.warns(OtherRobotWarning, match=f"found for nao_v6, and this robot is nao_{version}"):
+            nk.load_nao(version, offsets=path)
