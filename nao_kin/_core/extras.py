@@ -102,6 +102,13 @@ EXTRAS = {
             "joint offsets and camera mountings from observations (nao_kin.calibration, nao-kin calibrate)",
             "offsets that you know are used without it",
         ),
+        Extra(
+            "photos",
+            ("opencv-python-headless",),
+            "corners of chessboards in photos (nao_kin.calibration.from_photos, nao-kin calibrate --photos)",
+            "corners that you have found are used without it",
+            ("cv2",),
+        ),
     )
 }
 

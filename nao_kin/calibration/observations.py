@@ -1,31 +1,28 @@
-"""What a calibration observes: pixels of known points, measured poses of frames, and soles that stand on one plane.
-
-First estimates of the unknown poses are made from the observations and the nominal robot.
-"""
+"""What a calibration observes: pixels of known points or of lines of a soccer field, poses of frames, and soles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_pixels, cross_matrix, join_poses, rigid_inverse, shaped
-from nao_kin._core.files import described, read_json, read_text
+from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import quoted
 from nao_kin.calibration.unknowns import Moving, State
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
-from nao_kin.robot import RobotModel, check_robot, pose_of, pose_of_body, rigid_poses
-from nao_kin.rotations import log, mean_rotation, nearest_rotation, right_jacobian_inverse
-from nao_kin.world import Camera, camera
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
+from nao_kin.robot import RobotModel, pose_of_body, rigid_poses
+from nao_kin.rotations import log, right_jacobian_inverse
+from nao_kin.world import Camera
 
 # Residual, in units of its noise, of a point that is behind the camera during the search.
 BEHIND = 1e4
+# The meanings of unknown poses with three numbers: where a robot stands on the floor.
+PLACE = "place on the floor of"
+_CIRCLE = "centre circle"
 
 
 @dataclass(frozen=True)
@@ -34,6 +31,7 @@ class Seen:
 
     residuals: Floats
     J: Floats
+    visible: NDArray[np.bool_] | None = None  # which items are in the image, shape (n, items); None for all
 
 
 @dataclass(frozen=True)
@@ -52,6 +50,8 @@ class Pixels:
             world with a floating one.
         board: name of the board; observations with the same name see the same board.
         noise: standard deviation of u and of v [pixels].
+        on_floor: whether the board is the floor that the frame, a sole, stands on: its points have z = 0, and its
+            unknown pose is a place (x, y, yaw). Observations of `Lines` may share it.
     """
 
     q: ArrayLike
@@ -61,29 +61,37 @@ class Pixels:
     frame: str | None = None
     board: str | None = None
     noise: float = 0.5
+    on_floor: bool = False
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
-        if not isinstance(self.camera, Camera):
-            raise BadArgument(f"camera must be a Camera, as nk.world.camera returns it, got {quoted(self.camera)}")
-        q = _configurations(robot, self.q)
+        checked_camera(self.camera)
+        q = configurations(robot, self.q)
         points = as_floats(self.points, (3,), "points")
         if points.ndim != 2:
             raise WrongShape("points", "(k, 3)", points.shape)
-        pixels = _one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
-        noise = _noise(self.noise, (), "noise of pixels")
-        _known(robot, self.camera.frame, self.frame)
+        pixels = one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
+        noise = positive_noise(self.noise, (), "noise of pixels")
+        known_frames(robot, self.camera.frame, self.frame)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             T_root_points = state.frame(q, self.frame) @ state.pose(self.board)
             place = camera_at(state, q, self.camera).inverse() @ T_root_points
             R, t = place.T[..., None, :3, :3], place.T[..., None, :3, 3]
             seen = (R @ points[..., None])[..., 0] + t
+            predicted = self.camera.project(seen)
             # A point X of a body with the twist (v; ω) in the body's axes moves by R (v + ω × X).
             moved = R @ (place.J[..., None, :3, :] - cross_matrix(points) @ place.J[..., None, 3:, :])
-            return Seen(self.camera.project(seen) / noise, self.camera.pixel_jacobian(seen) @ moved / noise)
+            return Seen(
+                predicted / noise, self.camera.pixel_jacobian(seen) @ moved / noise, self.camera.sees(predicted)
+            )
 
-        poses = _named((self.board, f"board on {self.frame or 'the root'}"))
+        meaning = f"board on {self.frame or 'the root'}"
+        if self.on_floor:
+            if self.board is None or self.frame is None or points[:, 2].any():
+                raise BadArgument("on_floor needs a board, a sole as its frame, and points with z = 0")
+            meaning = f"{PLACE} {self.frame}"
+        poses = named((self.board, meaning))
         return Checked("pixels", "point", q, measure, pixels / noise, poses, self)
 
 
@@ -116,11 +124,11 @@ class Poses:
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
-        q = _configurations(robot, self.q)
-        poses = _one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
-        noise = np.repeat(_noise(self.noise, (2,), "noise of poses"), 3)
+        q = configurations(robot, self.q)
+        poses = one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
+        noise = np.repeat(positive_noise(self.noise, (2,), "noise of poses"), 3)
         robot.frame_ids([self.frame])
-        _known(robot, self.reference)
+        known_frames(robot, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             inside = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)
@@ -132,7 +140,7 @@ class Poses:
             return Seen((residuals / noise)[:, None], (J / noise[:, None])[:, None])
 
         world = self.world, f"world of {self.reference or 'the root'}"
-        names = _named(world, (self.marker, f"marker on {self.frame}"))
+        names = named(world, (self.marker, f"marker on {self.frame}"))
         return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self)
 
 
@@ -159,9 +167,9 @@ class Contacts:
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
-        q = _configurations(robot, self.q)
+        q = configurations(robot, self.q)
         height = shaped(self.height, (), "height")
-        noise = _noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
+        noise = positive_noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
         robot.frame_ids([self.frame, self.reference])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -175,14 +183,225 @@ class Contacts:
         return Checked("contacts", "", q, measure, np.zeros((len(q), 1, 3)), (), self)
 
 
-AnyObservation = Pixels | Poses | Contacts
+@dataclass(frozen=True)
+class Field:
+    """The dimensions of a soccer field [m], as in the rule book of the RoboCup Standard Platform League (SPL).
+
+    The origin is at its centre, x towards the opponent's goal, y to the left, and its lines have z = 0. All dimensions
+    are between the middles of lines, as in the rule book.
+
+    Attributes:
+        name: name of the field, as in `FIELDS`.
+        length, width: of the field.
+        penalty_area, goal_area: length and width of these areas; (0, 0) for none.
+        penalty_mark: distance of the penalty mark from the goal line.
+        circle: diameter of the centre circle.
+        source: where the numbers are from.
+
+    Examples:
+        >>> field = nk.calibration.FIELDS["SPL 2020"]
+        >>> field.points["opponent penalty mark"], field.lines["halfway line"]
+        ((3.2, 0.0, 0.0), ((0.0, -3.0), (0.0, 3.0)))
+    """
+
+    name: str
+    length: float
+    width: float
+    penalty_area: tuple[float, float]
+    goal_area: tuple[float, float]
+    penalty_mark: float
+    circle: float
+    source: str
+
+    @property
+    def points(self) -> dict[str, tuple[float, float, float]]:
+        """The named points: marks, and where lines meet; "own left corner", or "opponent right penalty area corner"."""
+        found = {"centre": (0.0, 0.0, 0.0)}
+        for side, y in (("left", 1.0), ("right", -1.0)):
+            found[f"{side} end of halfway line"] = 0.0, y * self.width / 2.0, 0.0
+        for half, x in (("own", -1.0), ("opponent", 1.0)):
+            goal = x * self.length / 2.0
+            found[f"{half} penalty mark"] = goal - x * self.penalty_mark, 0.0, 0.0
+            for side, y in (("left", 1.0), ("right", -1.0)):
+                found[f"{half} {side} corner"] = goal, y * self.width / 2.0, 0.0
+                for area, (length, width) in self._areas.items():
+                    found[f"{half} {side} {area} corner"] = goal - x * length, y * width / 2.0, 0.0
+                    found[f"{half} {side} {area} at goal line"] = goal, y * width / 2.0, 0.0
+        return found
+
+    @property
+    def lines(self) -> dict[str, tuple[tuple[float, float], tuple[float, float]]]:
+        """The ends (x, y) of the named straight lines; the round one is "centre circle"."""
+        half_length, half_width = self.length / 2.0, self.width / 2.0
+        found = {"halfway line": ((0.0, -half_width), (0.0, half_width))}
+        for side, y in (("left", half_width), ("right", -half_width)):
+            found[f"{side} touchline"] = (-half_length, y), (half_length, y)
+        for half, x in (("own", -1.0), ("opponent", 1.0)):
+            goal = x * half_length
+            found[f"{half} goal line"] = (goal, -half_width), (goal, half_width)
+            for area, (length, width) in self._areas.items():
+                front = goal - x * length
+                found[f"{half} {area} line"] = (front, -width / 2.0), (front, width / 2.0)
+                for side, y in (("left", width / 2.0), ("right", -width / 2.0)):
+                    found[f"{half} {side} {area} line"] = (front, y), (goal, y)
+        return found
+
+    @property
+    def _areas(self) -> dict[str, tuple[float, float]]:
+        areas = {"penalty area": self.penalty_area, "goal area": self.goal_area}
+        return {name: size for name, size in areas.items() if any(size)}
+
+
+FIELDS: Mapping[str, Field] = {
+    field.name: field
+    for field in (
+        Field(
+            "SPL 2020",
+            9.0,
+            6.0,
+            (1.65, 4.0),
+            (0.6, 2.2),
+            1.3,
+            1.5,
+            "SPL rule books of 2020 to 2025; as in HULKs/hulk 716f64d6, etc/parameters/default.json (2025), and in "
+            "BHumanCodeRelease d89d603f, Config/Locations/Default/fieldDimensions.cfg",
+        ),
+        Field(
+            "SPL 2013",
+            9.0,
+            6.0,
+            (0.6, 2.2),
+            (0.0, 0.0),
+            1.3,
+            1.5,
+            "SPL rule book of 2014, section 1.1 and figure 1; the field of 2013 to 2019, without goal areas",
+        ),
+    )
+}
+
+
+def _line(ends: ArrayLike) -> Floats:
+    """Return the line l · h = 0, h = (x, y, 1), through two points."""
+    points = as_floats(ends, (), "a line")
+    if points.shape != (2, 2):
+        raise WrongShape("a line", "(2, 2)", points.shape)
+    x, y = points[1] - points[0]
+    if not np.hypot(x, y) > 0.0:
+        raise BadArgument(f"the two points of a line must differ, got {quoted(ends)}")
+    normal = np.array([-y, x]) / np.hypot(x, y)
+    return np.array([*normal, -normal @ points[0]])
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Pixels on lines of a soccer field, seen by a robot that stands at an unknown place.
+
+    One sole is flat on the field. Which point of its line a pixel shows is not known; the place of the robot, x, y and
+    yaw of the field in the sole, is estimated. A pixel with the ray r shows the point h = H⁻¹ r of the field, where the
+    columns of H are the field's x, y and origin in the camera. On a straight line g = l · h is zero, on the centre
+    circle g = hᵀ C h. The residual is the distance of the pixel from the line in the image, g/‖∇g‖, divided by the
+    noise; for the circle to first order (Sampson's distance).
+
+    Attributes:
+        q: reported configurations, shape (..., nq).
+        camera: the camera, as in `Pixels`.
+        pixels: pixels (u, v), shape (..., k, 2) [pixels]; NaN for one that is not seen.
+        lines: the line of each pixel, k names of `Field.lines` or "centre circle", or two points (x, y) of each [m].
+        frame: the sole that stands on the field.
+        board: name of the place; observations with the same name are from the same place. Named points of the field are
+            `Pixels` with this board and `on_floor`.
+        field: the field, or its name in `FIELDS`.
+        noise: standard deviation of a pixel across its line [pixels].
+
+    Source: Sampson, Fitting conic sections to "very scattered" data, 1982; Hartley and Zisserman, 4.2.6.
+
+    Examples:
+        >>> nao, field = nk.load_nao(), nk.calibration.FIELDS["SPL 2020"]
+        >>> q, camera = nao.posture("StandInit", HeadYaw=[-0.3, 0.0, 0.3]), nk.world.camera(nao, "CameraTop")
+        >>> pixels = np.full((3, 2, 2), [[300.0, 350.0], [340.0, 360.0]])
+        >>> seen = nk.calibration.Lines(q, camera, pixels, ["halfway line", "centre circle"])
+    """
+
+    q: ArrayLike
+    camera: Camera
+    pixels: ArrayLike
+    lines: Sequence[str | ArrayLike]
+    frame: str = "LLeg"
+    board: str = "field"
+    field: str | Field = "SPL 2020"
+    noise: float = 1.0
+
+    def _checked(self, robot: RobotModel) -> Checked:
+        """Return the checked observation."""
+        checked_camera(self.camera)
+        q, (C, L) = configurations(robot, self.q), self._curves()
+        pixels = one_each(as_pixels(self.pixels), self.q, (len(C), 2), "pixels")
+        noise = positive_noise(self.noise, (), "noise of lines")
+        known_frames(robot, self.camera.frame, self.frame)
+        normalised = np.asarray(self.camera.normalised(pixels))
+        if np.isnan(normalised[np.isfinite(pixels)]).any():
+            raise BadArgument(f"the distortion of {self.camera.name} cannot be inverted at some pixels")
+
+        rays = np.concatenate((np.ones((*normalised.shape[:2], 1)), -normalised), axis=-1)
+        own = q
+
+        def measure(state: State, q: Floats, trial: bool = False) -> Seen:
+            place = self._place(state, q)
+            R, v, w = place.T[:, :3, :3], place.J[:, :3], place.J[:, 3:]
+            # The point (x, y, 0) has the direction H (x, y, 1). H's columns turn with ω, and the last moves with v.
+            H, o = place.T[:, :3, [0, 1, 3]], np.zeros_like(w[:, 0])
+            moved = np.array(((o, w[:, 2], -w[:, 1]), (-w[:, 2], o, w[:, 0]), (v[:, 0], v[:, 1], v[:, 2])))
+            M, dH = np.linalg.inv(H), np.einsum("nij,cjnu->nicu", R, moved)
+            r, visible = rays, None
+            if trial:  # the point of the field that the first posture showed
+                there = rays @ np.swapaxes(np.linalg.inv(self._place(state, own).T[:, :3, [0, 1, 3]]), -1, -2)
+                first = np.isfinite(there).all(axis=-1).argmax(axis=0)
+                r = there[first, np.arange(len(C))] @ np.swapaxes(H, -1, -2)
+                r = np.where(r[..., :1] > 0.0, r / r[..., :1], np.nan)
+                visible = self.camera.sees(self.camera.project(np.nan_to_num(r)))
+            h = r @ np.swapaxes(M, -1, -2)
+            c = 2.0 * np.einsum("kij,nkj->nki", C, h) + L
+            g, G = (h * (c + L)).sum(axis=-1) / 2.0, c @ M
+            dh = -np.einsum("nij,njcu,nkc->nkiu", M, dH, h)
+            dg = np.einsum("nki,nkiu->nku", c, dh)
+            dc = 2.0 * np.einsum("kij,nkju->nkiu", C, dh)
+            dG = np.einsum("nji,nkju->nkiu", M, dc - np.einsum("njcu,nkj->nkcu", dH, G))
+            # From the gradient by the ray to the one by the pixel, through the lens.
+            D = -np.linalg.inv(self.camera.lens_jacobian(np.nan_to_num(-r[..., 1:])))
+            s, ds = (np.einsum("nkji,nkj...->nki...", D, part[:, :, 1:]) for part in (G, dG))
+            size = np.linalg.norm(s, axis=-1)
+            J = dg / size[..., None] - (g / size**3)[..., None] * np.einsum("nki,nkiu->nku", s, ds)
+            return Seen((g / size / noise)[..., None], (J / noise)[..., None, :], visible)
+
+        measured = np.where(np.isfinite(pixels).all(axis=-1), 0.0, np.nan)[..., None]
+        return Checked("lines", "pixel", q, measure, measured, named((self.board, f"{PLACE} {self.frame}")), self)
+
+    def _curves(self) -> tuple[Floats, Floats]:
+        """Return the conic (k, 3, 3) and the straight line (k, 3) of each pixel; zero for the one that it is not."""
+        field = self.field if isinstance(self.field, Field) else FIELDS[choice(self.field, FIELDS, "field")]
+        if isinstance(self.lines, str) or not isinstance(self.lines, Sequence) or not self.lines:
+            raise BadArgument(f"lines must be a list of names or of pairs of points, got {quoted(self.lines)}")
+        straight, C, L = field.lines, np.zeros((len(self.lines), 3, 3)), np.zeros((len(self.lines), 3))
+        for k, line in enumerate(self.lines):
+            if (
+                isinstance(line, str)
+                and choice(line, [_CIRCLE, *straight], f"line of the field {field.name}") == _CIRCLE
+            ):
+                C[k] = np.diag([1.0, 1.0, -(field.circle**2) / 4.0])
+            else:
+                L[k] = _line(straight[line] if isinstance(line, str) else line)
+        return C, L
+
+    def _place(self, state: State, q: Floats) -> Moving:
+        """Return T_camera_field."""
+        return camera_at(state, q, self.camera).inverse() @ state.frame(q, self.frame) @ state.pose(self.board)
 
 
 @dataclass(frozen=True)
 class Checked:
     """A checked observation: what is predicted for values of the unknowns, and what was measured."""
 
-    kind: str  # "pixels", "poses" or "contacts"
+    kind: str  # "pixels", "lines", "poses" or "contacts"
     item: str  # the word for one of several things seen in a posture
     q: Floats
     measure: Callable[..., Seen]  # predicted numbers over their noise, at any configurations
@@ -210,14 +429,21 @@ class Checked:
         return f"posture {posture}" + (f", {self.item} {item}" if self.item else "")
 
 
-def _configurations(robot: RobotModel, q: ArrayLike) -> Floats:
+def checked_camera(given: Any) -> None:
+    """Refuse what is not a camera."""
+    if not isinstance(given, Camera):
+        raise BadArgument(f"camera must be a Camera, as nk.world.camera returns it, got {quoted(given)}")
+
+
+def configurations(robot: RobotModel, q: ArrayLike) -> Floats:
+    """Return checked configurations, shape (n, nq)."""
     array = robot.checked(q).reshape(-1, robot.nq)
     if not len(array):
         raise BadArgument("an observation needs at least one configuration")
     return array
 
 
-def _one_each(array: Floats, q: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
+def one_each(array: Floats, q: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
     """Return an array with one entry for each configuration, shape (n, *tail)."""
     expected = (*np.shape(q)[:-1], *tail)
     if array.shape != expected:
@@ -231,7 +457,8 @@ def camera_at(state: State, q: Floats, camera: Camera) -> Moving:
     return mounted if T_mounted_body is None else mounted @ Moving(T_mounted_body, state.fixed.J)
 
 
-def _known(robot: RobotModel, *frames: str | None) -> None:
+def known_frames(robot: RobotModel, *frames: str | None) -> None:
+    """Refuse unknown frames."""
     robot.frame_ids([frame for frame in frames if frame is not None])
 
 
@@ -245,7 +472,7 @@ def errors_of(where: str) -> Iterator[None]:
         raise
 
 
-def _named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
+def named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
     """Return names and meanings of those poses that have a name."""
     named = tuple((name, meaning) for name, meaning in poses if name is not None)
     for name, meaning in named:
@@ -254,250 +481,9 @@ def _named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
     return named
 
 
-def _noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+def positive_noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """Return standard deviations, which are positive."""
     noise = shaped(values, shape, what)
     if not (noise > 0.0).all():
         raise BadArgument(f"{what} must be positive, got {quoted(values)}")
     return noise
-
-
-# --- First estimates of unknown poses, from the nominal robot.
-
-# Postures from which a board's pose is estimated; the best estimate counts.
-_TRIED = 10
-# Ratio of the least to the greatest extent of points that lie in a plane, and of those on a line.
-_FLAT = 1e-6
-
-
-def add_starts(state: State, observation: Checked, starts: dict[str, Floats]) -> None:
-    """Estimate the poses that an observation needs and that have no start yet."""
-    if all(name in starts for name, _ in observation.poses):
-        return
-    given = observation.given
-    if isinstance(given, Pixels):
-        starts[str(given.board)] = _board(state, observation, given)
-    elif isinstance(given, Poses):
-        frames = state.frame(observation.q, given.reference).inverse() @ state.frame(observation.q, given.frame)
-        starts |= _markers(frames.T, np.reshape(given.poses, (-1, 4, 4)), given, starts)
-
-
-def _board(state: State, observation: Checked, given: Pixels) -> Floats:
-    """Return the pose of a board in its frame: of those estimated from single postures, the one that suits all best."""
-    points, mask = np.reshape(given.points, (-1, 3)), observation.mask
-    pixels = observation.measured * given.noise
-    T_frame_cameras = (
-        state.frame(observation.q, given.frame).inverse() @ camera_at(state, observation.q, given.camera)
-    ).T
-    found = list[tuple[float, Floats]]()
-    for n in np.argsort(-mask.sum(axis=1), kind="stable")[:_TRIED]:
-        rays = np.asarray(given.camera.ray(pixels[n]))
-        usable = np.isfinite(rays).all(axis=-1)
-        T_camera_board = _pose_of_points(points[usable], rays[usable])
-        if T_camera_board is None:
-            continue
-        T_frame_board = T_frame_cameras[n] @ T_camera_board
-        T = rigid_inverse(T_frame_cameras) @ T_frame_board
-        seen = T[:, None, :3, :3] @ points[:, :, None]
-        error = np.abs(given.camera.project(seen[..., 0] + T[:, None, :3, 3]) - pixels)[mask]
-        found.append((float(np.median(np.nan_to_num(error, nan=np.inf))), T_frame_board))
-    if not found:
-        raise BadArgument(
-            f"the pose of board {given.board} needs a posture that sees four of its points in a plane, or six; "
-            f"or give start={{{given.board!r}: pose}}"
-        )
-    return min(found, key=lambda pair: pair[0])[1]
-
-
-def _pose_of_points(points: Floats, rays: Floats) -> Floats | None:
-    """Return the pose of a body in the camera's frame from the rays to its points; None for too few of them.
-
-    The direct linear transform: ray × (R X + t) = 0 is linear in the columns of R that the points span, and in t. Its
-    solution is fixed up to a factor, which the lengths of the columns and the side of the camera give.
-    Source: Hartley and Zisserman, Multiple View Geometry, 7.1.
-    """
-    if len(points) < 4:
-        return None
-    centre = points.mean(axis=0)
-    _, spread, axes = np.linalg.svd(points - centre)
-    rank = int((spread > _FLAT * spread.max()).sum())
-    if rank < 2 or (rank == 3 and len(points) < 6):
-        return None
-    B = axes[:rank].T
-    size = spread[0] / np.sqrt(len(points))
-    local = np.concatenate(((points - centre) @ B / size, np.ones((len(points), 1))), axis=1)
-    x, y, z = rays.T
-    o = np.zeros_like(x)
-    skew = np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
-    rows = np.einsum("nij,nk->nijk", skew, local).reshape(3 * len(points), -1)
-    M = np.linalg.svd(rows)[2][-1].reshape(3, rank + 1)
-    M /= (
-        np.cbrt(np.linalg.norm(M[:, :rank], axis=0).prod())
-        if rank == 3
-        else np.sqrt(np.linalg.norm(M[:, :2], axis=0).prod())
-    )
-    M *= np.sign((rays * (local @ M.T)).sum())
-    columns = M[:, :rank] if rank == 3 else np.column_stack((M[:, :2], np.cross(M[:, 0], M[:, 1])))
-    full = B if rank == 3 else np.column_stack((B, np.cross(B[:, 0], B[:, 1])))
-    try:
-        R = nearest_rotation(columns @ full.T)
-    except BadArgument:  # the rays are in a plane, or nearly one ray
-        return None
-    return join_poses(R, size * M[:, rank] - R @ centre)
-
-
-def _markers(frames: Floats, poses: Floats, given: Poses, starts: dict[str, Floats]) -> dict[str, Floats]:
-    """Return the unknown of T_world_marker = T_world_reference · T_reference_frame · T_frame_marker."""
-    world = np.eye(4) if given.world is None else starts.get(given.world)
-    marker = np.eye(4) if given.marker is None else starts.get(given.marker)
-    if world is None and marker is not None:
-        return {str(given.world): _mean(poses @ rigid_inverse(frames @ marker))}
-    if world is None:
-        world = _world(frames, poses)
-    marker = _mean(rigid_inverse(world @ frames) @ poses)
-    return {name: T for name, T in ((given.world, world), (given.marker, marker)) if name is not None}
-
-
-def _world(frames: Floats, poses: Floats) -> Floats:
-    """Return T_world_reference if both ends are unknown: P N = W F with N = T_marker_frame is linear in W and N.
-
-    Source: Shah, Solving the robot-world/hand-eye calibration problem using the Kronecker product, 2013.
-    """
-    R_P, R_F, one = poses[:, :3, :3], frames[:, :3, :3], np.eye(3)
-    rows = np.concatenate([np.hstack((np.kron(P, one), -np.kron(one, F.T))) for P, F in zip(R_P, R_F, strict=True)])
-    W = np.linalg.svd(rows)[2][-1].reshape(2, 3, 3)[1]
-    R_W = nearest_rotation(W * np.sign(np.linalg.det(W)))
-    # R_P t_N + t_P = R_W t_F + t_W
-    A = np.concatenate([np.hstack((P, -one)) for P in R_P])
-    b = (frames[:, :3, 3] @ R_W.T - poses[:, :3, 3]).ravel()
-    return join_poses(R_W, np.linalg.lstsq(A, b, rcond=None)[0][3:])
-
-
-def _mean(T: Floats) -> Floats:
-    return join_poses(mean_rotation(T[:, :3, :3]).rotation, T[:, :3, 3].mean(axis=0))
-
-
-# --- Observations in a JSON file.
-
-_HEAD = {"joints", "frames", "start", "observations"}
-# Of each type of observation: the members that must be names, all others, and those of each posture.
-_MEMBERS = {
-    "pixels": (("camera",), {"resolution", "intrinsics", "distortion", "points", "frame", "board"}, {"pixels"}),
-    "poses": (("frame",), {"world", "marker", "reference"}, {"pose"}),
-    "contacts": (("frame", "reference"), {"height"}, set[str]()),
-}
-_COMMON = {"type", "noise", "posture", "seen"}
-# Members that are the attributes of the same names.
-_PASSED_ON = ("frame", "board", "world", "marker", "reference", "height", "noise")
-
-
-def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
-    """Return the arguments of `calibrate` from a JSON file.
-
-    The file has the members `observations` and, as for `calibrate`, `joints`, `frames` and `start`. An observation has
-    a `type`: "pixels", "poses" or "contacts"; the attributes of `Pixels`, `Poses` or `Contacts`; and `seen`, a list
-    with one object for each posture: `joints` (name → reported value [rad], joints not named as in the `posture` of
-    the observation, or zero) and `pixels` ([u, v] or null for each point) or `pose` (six numbers, or rows of four).
-    A camera is named, with a `resolution` and perhaps its own `intrinsics` [fx, fy, cx, cy] and `distortion`.
-
-    Args:
-        robot: the nominal robot.
-        path: the file, "-" for standard input.
-
-    Returns:
-        {"observations": […], "joints": …, "frames": …, "start": …}, all of them arguments of `calibrate`.
-
-    Raises:
-        BadInputFile: the file cannot be read or is not valid; the message names the observation and posture.
-
-    Examples:
-        >>> arguments = nk.calibration.read_observations(nk.load_nao(), "observations.json")  # doctest: +SKIP
-        >>> found = nk.calibration.calibrate(nk.load_nao(), **arguments)  # doctest: +SKIP
-    """
-    check_robot(robot)
-    name = str(path)
-    document = read_json(name, read_text(name))
-    try:
-        _check_members(document, _HEAD)
-        given = _list(document.get("observations"), "observations")
-        joints, frames = document.get("joints", []), document.get("frames", [])
-        if not isinstance(joints, list) or not isinstance(frames, list | dict):
-            raise BadArgument("joints must be a list of names, and frames too, or an object of lists")
-        start = {
-            board: pose_of(T, f"start of {board}") for board, T in _object(document.get("start", {}), "start").items()
-        }
-    except NaoKinError as error:
-        raise BadInputFile(name, str(error)) from None
-    observations = []
-    for number, one in enumerate(given):
-        try:
-            observations.append(_observation(robot, one))
-        except NaoKinError as error:
-            raise BadInputFile(name, f"observation {number}: {error}") from None
-    return {"observations": observations, "joints": joints, "frames": frames, "start": start}
-
-
-def _observation(robot: RobotModel, given: Any) -> AnyObservation:
-    kind = _object(given, "an observation").get("type")
-    if not isinstance(kind, str) or kind not in _MEMBERS:
-        raise UnknownName("type of observation", kind, tuple(_MEMBERS))
-    names, others, of_seen = _MEMBERS[kind]
-    _check_members(given, _COMMON | set(names) | others)
-    for key in names:
-        if not isinstance(given.get(key), str):
-            raise BadArgument(f"{key} must be given: the name of a frame")
-    seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
-    for number, one in enumerate(seen):
-        _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
-        joints = _object(one.get("joints", {}), f"joints of seen {number}")
-        with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
-        with errors_of(f"seen {number}"):
-            rows.append(with_posture(joints, limits="ignore"))
-    own = {key: given[key] for key in _PASSED_ON if key in given}
-    if kind == "contacts":
-        return Contacts(np.array(rows), **own)
-    if kind == "poses":
-        poses = [pose_of(one.get("pose"), f"pose of seen {number}") for number, one in enumerate(seen)]
-        return Poses(np.array(rows), poses=np.array(poses), **own)
-    points = as_floats(_list(given.get("points"), "points"), (3,), "points")
-    pixels = [_pixels(one.get("pixels"), len(points), f"pixels of seen {number}") for number, one in enumerate(seen)]
-    return Pixels(np.array(rows), _camera(robot, given), np.array(pixels), points, **own)
-
-
-def _camera(robot: RobotModel, given: Mapping[str, Any]) -> Any:
-    resolution = given.get("resolution", "VGA")
-    found = camera(robot, given["camera"], tuple(resolution) if isinstance(resolution, list) else resolution)
-    if "intrinsics" in given:
-        numbers = as_floats(given["intrinsics"], (4,), "intrinsics").tolist()
-        found = replace(found, **dict(zip(("fx", "fy", "cx", "cy"), numbers, strict=True)))
-    if "distortion" in given:
-        found = replace(found, distortion=tuple(as_floats(given["distortion"], (), "distortion").ravel().tolist()))
-    return found
-
-
-def _pixels(given: Any, count: int, what: str) -> Floats:
-    rows = [[np.nan, np.nan] if row is None else row for row in _list(given, what)]
-    try:
-        found = np.array(rows, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise BadArgument(f"{what} must be [u, v] or null for each point") from None
-    if found.shape != (count, 2):
-        raise BadArgument(f"{what} must be [u, v] or null for each of {count} points, got {len(rows)}")
-    return found
-
-
-def _list(value: Any, what: str) -> list[Any]:
-    if not isinstance(value, list) or not value:
-        raise BadArgument(f"{what} must be a list that is not empty, got {quoted(described(value))}")
-    return value
-
-
-def _object(value: Any, what: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise BadArgument(f"{what} must be an object, got {quoted(described(value))}")
-    return value
-
-
-def _check_members(value: Any, known: set[str], where: str = "") -> None:
-    for name in _object(value, f"{where}the document" if not where else where.rstrip(": ")):
-        if name not in known:
-            raise UnknownName(f"{where}member", name, sorted(known))

@@ -1,68 +1,38 @@
-"""The calibration: the most likely offsets, their covariance, what the data cannot tell apart, and usual mistakes."""
+"""The calibration: the most likely offsets, usual mistakes in the observations, and which posture to observe next."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, shaped
+from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
-from nao_kin.calibration.observations import (
-    BEHIND,
-    AnyObservation,
-    Checked,
-    Contacts,
-    Pixels,
-    Poses,
-    Seen,
-    add_starts,
-    errors_of,
-)
-from nao_kin.calibration.unknowns import COORDINATES, LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
+from nao_kin.calibration.observations import BEHIND, Checked, Pixels
+from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
+from nao_kin.calibration.unknowns import PRIORS, names_of
 from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError
 from nao_kin.robot import RobotModel, check_robot, write_offsets
-from nao_kin.screws import nearest_pose
 
-# Residuals beyond this many standard deviations count with their magnitude, not with its square.
-_HUBER = 3.0
-# An item is an outlier if noise alone makes its residual so large with a smaller probability than this.
-_RARE = 1e-6
+READING = next(row.deviation for row in PRIORS if row.of == "reading")
 # With more outliers than this share of all items, the observations contradict each other.
 _MOST_OUTLIERS = 1 / 3
 # With more than this share, usual mistakes are tried.
-_MANY_OUTLIERS = 0.1
-# Unknowns with a smaller part in an undetermined combination are not named.
-_SMALL_PART = 0.05
-_MOST_NAMED = 8
-_PRIOR = 1e-3
+_MANY_OUTLIERS = 0.07
+# Offsets beyond so many of their prior standard deviations are noted.
+_UNLIKELY = 4.0
 _MOST_PASSES = 5  # of leaving out items beyond their noise
-
-
-@dataclass(frozen=True)
-class Outlier:
-    """An observed item whose residual is larger than its noise explains.
-
-    Attributes:
-        observation: the number of the observation in the list given.
-        kind: "pixels", "poses" or "contacts".
-        item: the posture, and for pixels the point, as in "posture 3, point 2".
-        sigmas: length of the residual in standard deviations of its noise.
-    """
-
-    observation: int
-    kind: str
-    item: str
-    sigmas: float
-
-    def __str__(self) -> str:
-        return f"observation {self.observation} ({self.kind}), {self.item}: {self.sigmas:.1f} σ"
+_MOST_RANDOM = 100_000
+# A gain that counts [nats].
+_LEAST_GAIN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -78,14 +48,18 @@ class Calibration:
         labels: the names of the offsets' numbers, as "HeadYaw offset" and "yaw of CameraTop's mounting".
         units: their units, "rad" or "m", or "1" for a ratio.
         values: these numbers, shape (n,).
-        covariance: their covariance for the stated noise, shape (n, n); zero for numbers held at zero.
-        held: the labels of numbers held at zero, because the data cannot tell them from others.
-        notes: one sentence for each of these, and for outliers and residuals larger than the noise.
-        residuals: for each observation, residuals in standard deviations, shape (items seen, numbers).
-        initial_residuals: the same before the calibration.
+        prior_deviations: their standard deviations before the calibration, shape (n,); infinite without a prior.
+        covariance: the covariance of their errors for the stated noise, shape (n, n). Numbers held at zero have that
+            of before, or 0.2 rad and 0.1 m without a prior; the others have the part of it that they take over.
+        held: the labels of numbers held at zero, because the data do not determine them.
+        notes: one sentence for each of these, with what to observe to determine it, and for outliers, unlikely offsets
+            and residuals larger than the noise.
+        residuals: for each observation, residuals in standard deviations, shape (items seen, numbers), without the
+            effect of the most likely errors of the reported joint values.
+        initial_residuals: those before the calibration, with this effect.
         outliers: items beyond their noise, the largest first, each with the number of its `observation`, its `kind`
-            ("pixels", "poses" or "contacts"), its `item` ("posture 3, point 2"), and `sigmas`, the length of its
-            residual in standard deviations.
+            ("pixels", "lines", "poses" or "contacts"), its `item` ("posture 3, point 2"), and `sigmas`, the length of
+            its residual in standard deviations.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -93,8 +67,8 @@ class Calibration:
         >>> hands = nao.with_offsets({"LElbowYaw": 0.05}).fk(qs, "LArm")
         >>> seen = nk.calibration.Poses(qs, "LArm", hands, noise=(0.001, 0.01))
         >>> found = nk.calibration.calibrate(nao, [seen], joints=["LElbowYaw"])
-        >>> round(found.joints["LElbowYaw"], 6), found.outliers
-        (0.05, ())
+        >>> round(found.joints["LElbowYaw"], 3), found.outliers
+        (0.049, ())
         >>> found.standard_deviations["LElbowYaw offset"] < 0.01
         True
     """
@@ -106,6 +80,7 @@ class Calibration:
     labels: tuple[str, ...]
     units: tuple[str, ...]
     values: Floats
+    prior_deviations: Floats
     covariance: Floats
     held: tuple[str, ...]
     notes: tuple[str, ...]
@@ -119,8 +94,18 @@ class Calibration:
 
     @property
     def standard_deviations(self) -> dict[str, float]:
-        """The standard deviation of each number by its label; zero if it was held at zero."""
+        """The standard deviation of each number's error by its label."""
         return dict(zip(self.labels, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
+    def rms_before(self) -> float:
+        """The root mean square of the residuals before the calibration, in standard deviations."""
+        return _root_mean_square(self.initial_residuals)
+
+    @property
+    def rms_after(self) -> float:
+        """The root mean square of the residuals; about 1 if the noise is as stated."""
+        return _root_mean_square(self.residuals)
 
     @property
     def offsets(self) -> dict[str, Any]:
@@ -134,12 +119,42 @@ class Calibration:
     def save(self, path: Path | str, *, overwrite: bool = False) -> Path:
         """Write the offsets to a TOML file for `load_nao(offsets=…)` and `--offsets`, and return its path.
 
+        The file names the robot, the date, the observations, the root mean square of the residuals before and after,
+        and the standard deviation of each number. Joints whose offset the data do not determine are comments.
+
         Raises:
             BadArgument: the robot had offsets before, which the file would lack; or the file exists.
         """
         if self.robot.tree.offsets:
             raise BadArgument(f"{self.robot.name} had offsets before the calibration, which the file would lack")
-        return write_offsets(path, self.offsets, overwrite=overwrite)
+        about: dict[str, Any] = {
+            "robot": self.robot.name,
+            "date": date.today().isoformat(),
+            "observations": ", ".join(f"{one.kind} in {len(one.q)} postures" for one in self._problem.observations),
+            "items": sum(map(len, self.residuals)),
+            "outliers": len(self.outliers),
+            "rms_before": self.rms_before,
+            "rms_after": self.rms_after,
+            "standard_deviations": self.standard_deviations,
+        }
+        remarks, joints = dict[str, str](), dict(self.joints)
+        for joint in self.joints:
+            label = f"{self.robot.mimics[joint].joint if joint in self.robot.mimics else joint} offset"
+            remarks[joint] = f"± {self.standard_deviations[label]:.2g}"
+            if label in self.held:
+                del joints[joint]
+                remarks[joint] = f"not determined, ± {self.standard_deviations[label]:.2g}"
+        for frame in self.frames:
+            held = [label.partition(" of ")[0] for label in self.held if label.endswith(f" of {frame}'s mounting")]
+            if held:
+                remarks[frame] = f"not determined: {', '.join(held)}"
+        offsets = {"joints": joints, "frames": dict(self.frames)}
+        return write_offsets(path, offsets, about=about, remarks=remarks, overwrite=overwrite)
+
+
+def _root_mean_square(residuals: Sequence[Floats]) -> float:
+    flat = np.concatenate([part.ravel() for part in residuals])
+    return float(np.sqrt(flat @ flat / max(flat.size, 1)))
 
 
 def calibrate(
@@ -149,27 +164,41 @@ def calibrate(
     joints: Iterable[str] = (),
     frames: Mapping[str, Iterable[str]] | Iterable[str] = (),
     start: Mapping[str, ArrayLike] | None = None,
+    prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "typical",
+    joint_noise: float = READING,
     indistinguishable: Literal["hold", "refuse"] = "hold",
     loss: Literal["huber", "linear"] = "huber",
 ) -> Calibration:
-    """Return the offsets of joints and frames that explain observations best.
+    """Return the most likely offsets of joints and frames, given observations and what is known before them.
 
-    Minimises Σ ρ(rᵢ) over the offsets and the unknown poses, where the residuals rᵢ are in units of their stated noise
-    and ρ is Huber's: r²/2 up to 3, then 3|r| − 9/2. Items that noise does not explain are then left out. The Jacobian J
-    of the residuals is analytic, and SciPy's `least_squares` searches. The covariance is (Jᵀ J)⁻¹ over the residuals up
-    to 3.
+    Minimises Σ ρ(rᵢ) + Σ ρ(xⱼ/sⱼ) over the offsets x and the unknown poses (maximum a posteriori). The residuals rᵢ
+    are in units of their stated noise, s are the prior standard deviations of the offsets, and ρ is Huber's: r²/2 up to
+    3, then 3|r| − 9/2. Items that noise does not explain are then left out. The Jacobian J of the residuals is
+    analytic, and SciPy's `least_squares` searches. The covariance is (Jᵀ J + diag(1/s²))⁻¹ over the residuals up to 3.
 
-    The data do not determine a combination of unknowns if the standard deviation along it, from the singular values of
-    J, is larger than any offset in practice: 0.2 rad or 0.1 m. Of each such combination one offset is held at zero.
+    The reported value of each turning joint has an error in each posture, which moves all that is seen in it. The most
+    likely errors are taken out of the residuals, and count as residuals themselves, divided by `joint_noise`.
+
+    The data do not determine an offset if its standard deviation is still more than 0.8 s, or, without a prior, more
+    than any offset in practice: 0.2 rad or 0.1 m. It is held at zero, the others are estimated again, and the notes say
+    so: one offset after the other, until the data determine all others.
+    The covariance then is the consider covariance: with the sensitivity S of the others to the held ones and the priors
+    P of these, the others have Σ + S P Sᵀ.
+
+    Source: Schmidt, Application of state-space methods to navigation problems, 1966 (consider covariance).
 
     Args:
         robot: the nominal robot.
-        observations: `Pixels`, `Poses` and `Contacts`, in any mix.
+        observations: `Pixels`, `Lines`, `Poses` and `Contacts`, in any mix.
         joints: the joints whose offsets are unknown. A joint that others follow is one motor: they share its offset.
         frames: frames fixed to a link whose mountings are unknown, or frame → which of "x", "y", "z", "roll", "pitch"
             and "yaw" are unknown, as in {"CameraTop": ["roll", "pitch", "yaw"]}.
         start: name → first estimate of an unknown pose, shape (4, 4); by default from the observations themselves.
-        indistinguishable: "hold" numbers that the data cannot tell from others at zero, with a note; or "refuse".
+        prior: "typical" for the prior standard deviations s in `PRIORS`, those of a NAO, and none for other numbers;
+            "none" for no priors; or your own: joint → one number, frame → (x, y, z, roll, pitch, yaw) [rad, m], with
+            typical ones for joints and frames not named.
+        joint_noise: standard deviation of a turning joint's reported value in each posture [rad]; 0 for exact ones.
+        indistinguishable: "hold" numbers that the data do not determine at zero, with a note; or "refuse".
         loss: "huber", or "linear" for r²/2 of all items.
 
     Returns:
@@ -186,59 +215,69 @@ def calibrate(
         >>> q = nao.random(rng=0, n=20)
         >>> hands = nk.calibration.Poses(q, "LArm", nao.fk(q, "LArm"))
         >>> found = nk.calibration.calibrate(nao, [hands], joints=["LElbowYaw", "RElbowYaw"])
-        >>> found.notes
-        ('the data say nothing about RElbowYaw offset: RElbowYaw offset is held at 0',)
+        >>> found.held, np.degrees(list(found.standard_deviations.values())).round(2).tolist()
+        (('RElbowYaw offset',), [0.1, 1.0])
     """
     check_robot(robot)
     need_extra("calibration", "calibration")
     choice(indistinguishable, ("hold", "refuse"), "indistinguishable")
     choice(loss, ("huber", "linear"), "loss")
-    problem = Problem(robot, observations, joints, frames, {} if start is None else start)
+    problem = Problem(robot, observations, joints, frames, {} if start is None else start, prior, joint_noise)
+    if outside := problem.outside():
+        raise BadArgument(outside + likely_mistake(problem))
     x, free, notes = np.zeros(problem.size), np.ones(problem.size, dtype=bool), list[str]()
-    initial = [seen.residuals for seen in problem.seen(x)]
+    initial = [part.residuals for part in problem.seen(x)]
     if any((residuals == BEHIND).any() for residuals in initial):
         raise BadArgument(
             "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
-            + likely_mistake(problem, problem.again)
+            + likely_mistake(problem)
         )
     known: list[Outlier] = []
     for _ in range(_MOST_PASSES):
+        problem.take_readings(x)
         while True:
             x = problem.solved(x, free, loss)
-            groups, x_held = problem.undetermined(x, free)
-            if not groups:
+            group = problem.undetermined(x, free)
+            if group is None:
                 break
-            told = [_told(problem.labels, held, members) for held, members in groups]
+            text = told(problem, *group)
             if indistinguishable == "refuse":
-                raise BadArgument(f"{'; '.join(told)}; observe more, or calibrate fewer")
-            for text, (held, _) in zip(told, groups, strict=True):
-                free[held] = False
-                notes.append(f"{text}: {problem.labels[held]} is held at 0")
-            x = x_held
-        seen = [part.residuals for part in problem.seen(x)]
+                raise BadArgument(f"{text}; observe more, or calibrate fewer")
+            free[group[0]], x[group[0]] = False, 0.0
+            notes.append(text)
+        seen = problem.misfits(x)
         outliers, items = problem.outliers(seen)
         if len(outliers) > _MOST_OUTLIERS * items:
             raise BadArgument(
                 f"the observations contradict each other: {len(outliers)} of {items} are beyond their noise: "
                 f"{'; '.join(map(str, outliers[:3]))}"
-                + (
-                    likely_mistake(problem, problem.again)
-                    or "; is the stated noise too small, or a point or posture wrong?"
-                )
+                + (likely_mistake(problem) or "; is the stated noise too small, or a point or posture wrong?")
             )
         if loss == "linear" or {(o.observation, o.item) for o in outliers} == {(o.observation, o.item) for o in known}:
             break
         known = outliers
         problem.leave_out(seen)
+    unknowns, n = problem.unknowns, problem.unknowns.offsets
     if outliers:
-        listed = "; ".join(map(str, outliers[:3]))
-        mistake = likely_mistake(problem, problem.again) if len(outliers) > _MANY_OUTLIERS * items else ""
-        notes.append(f"{len(outliers)} of {items} observed items are beyond their noise: {listed}{mistake}")
-    ratio = problem.noise_ratio(seen, int(free.sum()))
+        text = f"{len(outliers)} of {items} observed items are beyond their noise: {'; '.join(map(str, outliers[:3]))}"
+        mistake = likely_mistake(problem) if len(outliers) > _MANY_OUTLIERS * items else ""
+        if mistake:
+            raise BadArgument(text + mistake)
+        notes.append(text)
+    for label, value, deviation in zip(problem.labels[:n], x, unknowns.prior, strict=False):
+        if abs(value) > _UNLIKELY * deviation:
+            notes.append(
+                f"{label} is {abs(value) / deviation:.1f} times its prior standard deviation: check the result"
+            )
+    ratio, of_readings = problem.noise_ratios(x, int(free.sum()))
+    if of_readings is not None:
+        text = f"errors of the joint values are {of_readings:.2g} times as large as joint_noise explains"
+        if size := wrong_size(problem):
+            raise BadArgument(text + size)
+        notes.append(f"{text}: is a board, a posture or a size wrong?")
     if ratio is not None:
         notes.append(f"residuals are {ratio:.2g} times as large as the stated noise explains: so are the true errors")
-    unknowns = problem.unknowns
-    state, n, covariance = unknowns.at(x), unknowns.offsets, problem.covariance(x, free, loss)
+    state, covariance = unknowns.at(x), problem.covariance(x, free, loss)
     offsets = {name: float(x[i]) for i, name in enumerate(unknowns.joints)}
     followers = {name: m.multiplier * offsets[m.joint] for name, m in robot.mimics.items() if m.joint in offsets}
     return Calibration(
@@ -249,6 +288,7 @@ def calibrate(
         labels=tuple(problem.labels[:n]),
         units=tuple(unknowns.units[:n]),
         values=x[:n],
+        prior_deviations=unknowns.prior[:n],
         covariance=covariance[:n, :n],
         held=tuple(np.array(problem.labels)[~free].tolist()),
         notes=tuple(notes),
@@ -257,191 +297,123 @@ def calibrate(
         outliers=tuple(outliers),
         _problem=problem,
         _x=x,
-        _covariance=covariance,
+        _covariance=problem.covariance(x, np.ones(problem.size, dtype=bool), loss),
     )
 
 
-class Problem:
-    """Checked observations and the unknowns that explain them."""
+@dataclass(frozen=True)
+class NextPosture:
+    """The posture whose observation would shrink the uncertainty of the offsets most.
 
-    def __init__(
-        self,
-        robot: RobotModel,
-        observations: Sequence[AnyObservation],
-        joints: Iterable[str],
-        frames: Mapping[str, Iterable[str]] | Iterable[str],
-        start: Mapping[str, ArrayLike],
-    ) -> None:
-        several = isinstance(observations, Iterable) and getattr(observations, "ndim", 1) > 0
-        given = list(observations) if several else [observations]
-        if not isinstance(start, Mapping):
-            raise BadArgument(f"start must map names to poses, got {quoted(start)}")
-        self.observations: list[Checked] = []
-        for number, one in enumerate(given):
-            if not isinstance(one, Pixels | Poses | Contacts):
-                raise BadArgument(f"expected observations: Pixels, Poses or Contacts, got {quoted(one)}")
-            with errors_of(f"observation {number}"):
-                self.observations.append(one._checked(robot))
-        names = dict[str, str]()
-        for name, meaning in (pose for one in self.observations for pose in one.poses):
-            if names.setdefault(name, meaning) != meaning:
-                raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
-        self.unknowns = Unknowns(robot, joints, frames, names)
-        self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
-        self._scales = np.where(np.array(self.unknowns.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
-        if not self.unknowns.offsets:
-            raise BadArgument("nothing to calibrate: name joints, or frames")
-        count = sum(int(one.mask.sum()) * one.measured.shape[-1] for one in self.observations)
-        if count < self.size:
-            raise BadArgument(f"too few observations: {count} numbers for {self.size} unknowns")
-        for name in start:
-            choice(name, names, "board, marker or world")
-        starts = {name: nearest_pose(shaped(T, (4, 4), f"start of {name}")) for name, T in start.items()}
-        nominal = Unknowns(robot, (), (), ()).at(np.zeros(0))
-        # Observations that share a pose with a richer one are started by it.
-        for rich in sorted(self.observations, key=lambda one: -int(one.mask.sum())):
-            add_starts(nominal, rich, starts)
-        for name, block in self.unknowns.poses.items():
-            self.unknowns.poses[name] = replace(block, start=starts[name])
-        self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
-        self._last: tuple[bytes, list[Seen]] | None = None
-        self._start = dict(start)
+    Attributes:
+        q: the configuration, shape (nq,).
+        gain: by how much the logarithm of the volume of the offsets' uncertainty shrinks, ½ log det Σ/Σ′, of each
+            candidate, shape (candidates,).
+        index: which candidate q is.
+        standard_deviations: of the offsets after observing it, by label.
+    """
 
-    def again(self, observations: Sequence[AnyObservation]) -> Problem:
-        """Return the same problem with other observations."""
-        unknowns = self.unknowns
-        frames = {
-            name: [coordinate for coordinate, place in zip(COORDINATES, block.places, strict=True) if place >= 0]
-            for name, block in unknowns.frames.items()
-        }
-        return Problem(unknowns.robot, observations, unknowns.joints, frames, self._start)
-
-    def seen(self, x: Floats) -> list[Seen]:
-        """Return the residuals of each observation, and their derivatives."""
-        key = x.tobytes()  # residuals and derivatives are asked for one after the other
-        if self._last is None or self._last[0] != key:
-            state = self.unknowns.at(x)
-            self._last = key, [one.at(state) for one in self.observations]
-        return self._last[1]
-
-    def residuals(self, x: Floats) -> Floats:
-        """Return all residuals, shape (m,), zero for items left out."""
-        return np.concatenate(
-            [(part.residuals * kept[:, None]).ravel() for part, kept in zip(self.seen(x), self._kept, strict=True)]
-        )
-
-    def jacobian(self, x: Floats) -> Floats:
-        """Return the derivatives of all residuals, shape (m, unknowns)."""
-        parts = [part.J * kept[:, None, None] for part, kept in zip(self.seen(x), self._kept, strict=True)]
-        return np.asarray(np.concatenate([part.reshape(-1, self.size) for part in parts]))
-
-    def solved(self, x: Floats, free: NDArray[np.bool_], loss: str, steps: int | None = None) -> Floats:
-        """Return the unknowns of least loss, after at most so many `steps`; those that are not free stay."""
-        from scipy.optimize import least_squares
-
-        scales = self._scales[free]
-        if not len(scales):
-            return x
-
-        def whole(part: Floats) -> Floats:
-            found: Floats = x.copy()
-            found[free] = part
-            return found
-
-        # A prior a thousand times wider than the scales keeps numbers without any effect where they are.
-        prior = _PRIOR * np.eye(len(scales)) / scales
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DegreesWarning)  # of steps that are taken back
-            for stage in dict.fromkeys(("linear", loss)):  # squares first: they lead there from far away
-                x = whole(
-                    least_squares(
-                        lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
-                        x[free],
-                        lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
-                        x_scale=scales,
-                        loss=stage,
-                        f_scale=_HUBER,
-                        xtol=1e-12,
-                        ftol=1e-12,
-                        gtol=1e-12,
-                        max_nfev=steps,
-                    ).x
-                )
-        return x
-
-    def _scaled(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
-        """Return the derivatives by each free unknown in its scale, of residuals that count fully."""
-        J = self.jacobian(x)[:, free] * self._scales[free]
-        return J if loss == "linear" else J[np.abs(self.residuals(x)) <= _HUBER]
-
-    def covariance(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
-        """Return the covariance of the unknowns, zero where they are not free."""
-        _, sizes, V = np.linalg.svd(self._scaled(x, free, loss), full_matrices=False)
-        root = V.T / sizes * self._scales[free, None]
-        found = np.zeros((self.size, self.size))
-        found[np.ix_(free, free)] = root @ root.T
-        return found
-
-    def undetermined(self, x: Floats, free: NDArray[np.bool_]) -> tuple[list[tuple[int, list[int]]], Floats]:
-        """Return each undetermined combination as its number to hold at zero and its members, and the moved x.
-
-        The unknowns x are moved along the combinations until these numbers are zero.
-        """
-        from scipy.linalg import qr
-
-        places = np.flatnonzero(free)
-        _, sizes, V = np.linalg.svd(self._scaled(x, free, "linear"))
-        null = V[int((sizes >= 1.0).sum()) :].T
-        if not null.shape[1]:
-            return [], x
-        # Mountings are held before joints, and poses of boards only if no offset takes part.
-        weights = np.where(places < len(self.unknowns.joints), 0.7, np.where(places < self.unknowns.offsets, 1.0, 1e-4))
-        held = np.sort(qr(null.T * weights, pivoting=True, mode="r")[1][: null.shape[1]])
-        parts = null @ np.linalg.inv(null[held])
-        large = np.abs(parts) > _SMALL_PART * np.abs(parts).max(axis=0)
-        groups = [(int(places[k]), places[large[:, j]].tolist()) for j, k in enumerate(held)]
-        moved, scales = x.copy(), self._scales[free]
-        moved[places] -= scales * (parts @ (x[places][held] / scales[held]))
-        moved[places[held]] = 0.0
-        return groups, moved
-
-    def leave_out(self, seen: list[Floats]) -> None:
-        """Leave out the items that are beyond their noise at these residuals, and no others."""
-        self._kept = [(~_beyond(residuals)).astype(float) for residuals in seen]
-
-    def outliers(self, seen: list[Floats]) -> tuple[list[Outlier], int]:
-        """Return the items beyond their noise, the largest first, and the number of all items."""
-        found = []
-        for number, (one, residuals) in enumerate(zip(self.observations, seen, strict=True)):
-            sizes = np.linalg.norm(residuals, axis=1)
-            for row in np.flatnonzero(_beyond(residuals)):
-                found.append(Outlier(number, one.kind, one.describe(int(row)), float(sizes[row])))
-        return sorted(found, key=lambda outlier: -outlier.sigmas), sum(map(len, seen))
-
-    def noise_ratio(self, seen: list[Floats], unknowns: int) -> float | None:
-        """Return the ratio of residuals and stated noise; None if chance explains it."""
-        from scipy.stats import chi2
-
-        near = np.concatenate([part[~_beyond(part)].ravel() for part in seen])
-        freedom, total = near.size - unknowns, float(near @ near)
-        if freedom <= 0 or chi2.sf(total, freedom) > _RARE:
-            return None
-        return float(np.sqrt(total / freedom))
+    q: Floats
+    gain: Floats
+    index: int
+    standard_deviations: dict[str, float]
 
 
-def _beyond(residuals: Floats) -> NDArray[np.bool_]:
-    """Return which items, rows of residuals, noise alone does not explain."""
-    from scipy.stats import chi2
+def next_posture(
+    calibration: Calibration,
+    candidates: ArrayLike | None = None,
+    *,
+    joints: Iterable[str] | None = None,
+    count: int = 500,
+    rng: np.random.Generator | int | None = None,
+) -> NextPosture:
+    """Return the posture whose observation would shrink the uncertainty of the offsets most (D-optimality).
 
-    return np.asarray((residuals**2).sum(axis=1) > chi2.isf(_RARE, residuals.shape[1]))
+    Offsets that the data did not determine count with the rest.
+    In every candidate posture, the items of each observation so far would be seen again with the same noise, as far as
+    the camera has them in its image; other bodies may hide them. The covariance Σ of all unknowns becomes
+    Σ′ = (Σ⁻¹ + Jᵀ R⁻¹ J)⁻¹ with the Jacobian J of what would be seen, and R its noise and that of the joint values. The
+    gain is ½ log det Σ/Σ′ of the offsets.
+
+    Args:
+        calibration: the result so far.
+        candidates: configurations, shape (m, nq); None for random ones inside the limits.
+        joints: which joints are random; the others stay as in the first posture observed. None for those that differed
+            between the observed postures.
+        count: how many random candidates.
+        rng: a generator, or a seed for one.
+
+    Raises:
+        BadArgument: no candidate shows anything; no joint moved so far, and none is named; candidates of `Contacts` are
+            not given: random postures do not stand.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.random(rng=0, n=5)
+        >>> seen = nk.calibration.Poses(q, "LArm", nao.fk(q, "LArm"))
+        >>> found = nk.calibration.calibrate(nao, [seen], joints=["LShoulderRoll", "LElbowRoll"])
+        >>> best = nk.calibration.next_posture(found, rng=0)
+        >>> best.gain.shape, bool(best.gain[best.index] == best.gain.max())
+        ((500,), True)
+    """
+    if not isinstance(calibration, Calibration):
+        raise BadArgument(f"expected a Calibration, as calibrate returns it, got {quoted(calibration)}")
+    problem, robot = calibration._problem, calibration.robot
+    offsets = slice(len(calibration.labels))
+    if candidates is None:
+        if any(one.kind == "contacts" for one in problem.observations):
+            raise BadArgument("random postures do not stand on both soles: give candidates")
+        q = _random(calibration, joints, whole_number(count, "count", 1, _MOST_RANDOM), rng)
+    else:
+        q = robot.checked(candidates).reshape(-1, robot.nq)
+        if not len(q):
+            raise BadArgument("candidates must have at least one configuration")
+    state = problem.unknowns.at(calibration._x)
+    rows, moved = [], []
+    by_readings = problem.reading_jacobians(calibration._x, [q] * len(problem.observations), True)
+    for one, part in zip(problem.observations, by_readings, strict=True):
+        seen = one.measure(state, q, True)
+        J = np.nan_to_num(seen.J)
+        if seen.visible is not None:
+            J[~seen.visible] = part[~seen.visible] = 0.0
+        rows.append(J.reshape(len(q), -1, problem.size))
+        moved.append(part.reshape(len(q), -1, part.shape[-1]))
+    J, E = np.concatenate(rows, axis=1), np.concatenate(moved, axis=1)
+    if not J.any():
+        raise BadArgument("no candidate shows any of what was observed; try more, or other joints")
+    # With errors of readings, E, the residuals have the covariance 1 + E Eᵀ, whose inverse is 1 − E (1 + Eᵀ E)⁻¹ Eᵀ.
+    # With Σ = L Lᵀ, Σ′ = L (1 + Lᵀ Jᵀ (1 + E Eᵀ)⁻¹ J L)⁻¹ Lᵀ.
+    values, vectors = np.linalg.eigh(calibration._covariance)
+    L = vectors * np.sqrt(np.maximum(values, 0.0))
+    JL, Et = J @ L, np.swapaxes(E, -1, -2)
+    JL_weighed = JL - E @ np.linalg.solve(np.eye(E.shape[-1]) + Et @ E, Et @ JL)
+    M = np.eye(problem.size) + np.swapaxes(JL, -1, -2) @ JL_weighed
+    after = L[offsets] @ np.linalg.solve(
+        M, np.broadcast_to(L[offsets].T, (len(q), problem.size, len(calibration.labels)))
+    )
+    now = np.linalg.slogdet(calibration._covariance[offsets, offsets])[1]
+    gain = 0.5 * (now - np.linalg.slogdet(after)[1])
+    if gain.max() < _LEAST_GAIN:
+        raise BadArgument("; ".join(("no candidate tells more about the offsets", *calibration.notes)))
+    best = int(gain.argmax())
+    deviations = np.sqrt(np.diagonal(after[best])).tolist()
+    return NextPosture(q[best], gain, best, dict(zip(calibration.labels, deviations, strict=True)))
 
 
-def _told(labels: Sequence[str], held: int, members: Sequence[int]) -> str:
-    if len(members) == 1:
-        return f"the data say nothing about {labels[held]}"
-    names = [labels[i] for i in members]
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return f"the data cannot tell apart {', '.join(names[:_MOST_NAMED])}{more}"
+def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, rng: Any) -> Floats:
+    robot = calibration.robot
+    observed = np.concatenate([one.q for one in calibration._problem.observations])
+    first = robot.nq_base
+    if joints is None:
+        places = [first + i for i in np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0).tolist()]
+        if not places:
+            raise BadArgument("no joint differed between the observed postures: name joints=…, or give candidates")
+    else:
+        chosen = (choice(name, robot.joint_names, "joint") for name in names_of(joints, "joints"))
+        places = [first + robot.joint_names.index(name) for name in chosen]
+    q = np.repeat(observed[:1], count, axis=0)
+    q[:, places] = robot.random(rng, count)[:, places]
+    return q
 
 
 # --- Usual mistakes in pixels of known points: another order of the corners, exchanged coordinates, a wrong size.
@@ -450,20 +422,19 @@ def _told(labels: Sequence[str], held: int, members: Sequence[int]) -> str:
 _QUANTILE, _BETTER, _GOOD = 0.85, 0.25, 5.0
 # Units that are taken for metres, and their size.
 _UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
+# Sizes of images, as multiples of the camera's, in which pixels are found by mistake.
+_RESOLUTIONS = (0.25, 0.5, 2.0, 4.0)
 # Sizes of squares are seldom wrong by more; most sizes that are tried.
 _LARGEST_RATIO, _MOST_SIZES = 2.0, 20
+# By how much the right size reduces the sum of squares.
+_LESS = 50.0
 _MAX_NAMED = 5
 # Steps of a search, which needs fewer if the observations agree.
 _STEPS = 25
 
 
-def likely_mistake(problem: Problem, again: Callable[[Sequence[AnyObservation]], Problem]) -> str:
-    """Return which usual mistake explains bad residuals of `Pixels`, to end a message; "" if none does.
-
-    Args:
-        problem: the observations as given.
-        again: makes the same problem with other observations.
-    """
+def likely_mistake(problem: Problem) -> str:
+    """Return which usual mistake explains bad residuals of `Pixels`, to end a message; "" if none does."""
     given = [one.given for one in problem.observations]
     if not any(isinstance(one, Pixels) for one in given):
         return ""
@@ -471,7 +442,9 @@ def likely_mistake(problem: Problem, again: Callable[[Sequence[AnyObservation]],
 
     def misfit(changed: Sequence[AnyObservation]) -> float:
         try:
-            return _misfit(again(changed))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DegreesWarning)
+                return _misfit(problem.again(changed))
         except NaoKinError:
             return np.inf
 
@@ -479,10 +452,25 @@ def likely_mistake(problem: Problem, again: Callable[[Sequence[AnyObservation]],
     best, what = min(tried, key=lambda pair: pair[0])
     if best < limit:
         return f"; they agree if {what}"
+    return _wrong_size(given, misfit, limit)
+
+
+def wrong_size(problem: Problem) -> str:
+    """Return which size of the points explains improbable errors of readings, to end a message; "" if none does."""
+    given = [one.given for one in problem.observations]
+    if not any(isinstance(one, Pixels) for one in given):
+        return ""
+    return _wrong_size(given, lambda changed: _squares(problem.again(changed)), _squares(problem) - _LESS)
+
+
+def _wrong_size(
+    given: Sequence[AnyObservation], misfit: Callable[[Sequence[AnyObservation]], float], limit: float
+) -> str:
+    """Return the size of the points of least misfit, if it is below the limit."""
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(
-        lambda power: misfit(_stretched(given, _LARGEST_RATIO**power)),
+        lambda power: misfit(_changed(given, lambda one: {"points": _stretched(one.points, _LARGEST_RATIO**power)})),
         bounds=(-1.0, 1.0),
         method="bounded",
         options={"maxiter": _MOST_SIZES, "xatol": 1e-3},
@@ -509,25 +497,36 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
                 named.append(_postures(number, one, np.flatnonzero(reverse).tolist()))
     if named:
         yield f"the points are in reverse order in {'; '.join(named)}", turned
-    yield (
-        "u and v are exchanged",
-        [replace(one, pixels=np.asarray(one.pixels)[..., ::-1]) if isinstance(one, Pixels) else one for one in given],
-    )
-    for unit, size in _UNITS.items():
-        yield (
-            f"the points are in {unit}, not in metres",
-            [replace(one, points=size * np.asarray(one.points)) if isinstance(one, Pixels) else one for one in given],
-        )
+    changes: list[tuple[str, Callable[[Pixels], dict[str, Any]]]] = [
+        ("u and v are exchanged", lambda one: {"pixels": np.asarray(one.pixels)[..., ::-1]}),
+        ("joint values are in degrees, not in radians", lambda one: {"q": np.radians(one.q)}),
+    ]
+    for unit, metres in _UNITS.items():
+        changes.append((f"the points are in {unit}, not in metres", partial(_scaled_points, metres)))
+    for scale in _RESOLUTIONS:
+        size = f"{scale:g} times" if scale > 1.0 else f"1/{1 / scale:g} of"
+        changes.append((f"the pixels are in images of {size} the size of the camera's", partial(_scaled_pixels, scale)))
+    for what, change in changes:
+        yield what, _changed(given, change)
 
 
-def _stretched(given: Sequence[AnyObservation], size: float) -> list[AnyObservation]:
-    """Return observations with points that are so many times as far from the first one."""
-    changed = list(given)
-    for number, one in enumerate(given):
-        if isinstance(one, Pixels):
-            points = np.asarray(one.points, dtype=np.float64)
-            changed[number] = replace(one, points=points[0] + size * (points - points[0]))
-    return changed
+def _changed(given: Sequence[AnyObservation], change: Callable[[Pixels], dict[str, Any]]) -> list[AnyObservation]:
+    """Return observations, of which those of pixels have other attributes."""
+    return [replace(one, **change(one)) if isinstance(one, Pixels) else one for one in given]
+
+
+def _scaled_points(metres: float, one: Pixels) -> dict[str, Any]:
+    return {"points": metres * np.asarray(one.points)}
+
+
+def _scaled_pixels(scale: float, one: Pixels) -> dict[str, Any]:
+    return {"pixels": (np.asarray(one.pixels) + 0.5) / scale - 0.5}
+
+
+def _stretched(points: ArrayLike, size: float) -> Floats:
+    """Return points that are so many times as far from the first one."""
+    array = np.asarray(points, dtype=np.float64)
+    return np.asarray(array[0] + size * (array - array[0]))
 
 
 def _postures(number: int, one: Checked, rows: list[int]) -> str:
@@ -545,11 +544,26 @@ def _distances(measured: Floats, predicted: Floats) -> Floats:
     return np.asarray(np.where(known, distances, 0.0).sum(axis=-1) / np.maximum(known.sum(axis=-1), 1))
 
 
-def _misfit(problem: Problem) -> float:
-    """Return a high quantile of the residuals of pixels after a calibration, in σ; infinite if it cannot start."""
+def _solved(problem: Problem) -> Floats | None:
+    """Return the unknowns of least squares; None if the search cannot start."""
     x = np.zeros(problem.size)
     if any((part.residuals == BEHIND).any() for part in problem.seen(x)):
+        return None
+    problem.take_readings(x)
+    return problem.solved(x, np.ones(problem.size, dtype=bool), "linear", _STEPS)
+
+
+def _misfit(problem: Problem) -> float:
+    """Return a high quantile of the residuals of pixels after a calibration, in σ; infinite if it cannot start."""
+    x = _solved(problem)
+    if x is None:
         return np.inf
-    seen = problem.seen(problem.solved(x, np.ones(problem.size, dtype=bool), "linear", _STEPS))
-    pixels = [part for part, one in zip(seen, problem.observations, strict=True) if isinstance(one.given, Pixels)]
-    return float(np.quantile(np.concatenate([np.linalg.norm(part.residuals, axis=-1) for part in pixels]), _QUANTILE))
+    seen = zip(problem.misfits(x), problem.observations, strict=True)
+    pixels = [part for part, one in seen if isinstance(one.given, Pixels)]
+    return float(np.quantile(np.concatenate([np.linalg.norm(part, axis=-1) for part in pixels]), _QUANTILE))
+
+
+def _squares(problem: Problem) -> float:
+    """Return the sum of squares of all residuals and errors after a calibration; infinite if it cannot start."""
+    x = _solved(problem)
+    return np.inf if x is None else float(np.square(problem.residuals(x)).sum())

@@ -5,20 +5,61 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, as_floats, choice, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, body_frame_of
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 from nao_kin.screws import adjoint
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
-# Largest offsets in practice [rad or a joint's unit; m]: the data do not determine a number with a larger standard
-# deviation.
+# The coordinates of a thing that lies on a plane z = 0.
+PLANAR = ("x", "y", "yaw")
+# Largest offsets in practice [rad or a joint's unit; m]: without a prior, the data do not determine a number whose
+# standard deviation is larger.
 LARGEST_ANGLE, LARGEST_SHIFT = 0.2, 0.1
+
+
+@dataclass(frozen=True)
+class PriorRow:
+    """How accurately a number of a NAO is known before a calibration.
+
+    Attributes:
+        of: "joint" for the zero of a turning joint, "reading" for each value that one reports, or "camera" for the
+            mounting of a camera.
+        coordinates: which coordinates of the mounting; () for a joint.
+        deviation: standard deviation [rad or m].
+        source: where it is from.
+    """
+
+    of: Literal["joint", "reading", "camera"]
+    coordinates: tuple[str, ...]
+    deviation: float
+    source: str
+
+
+_HULKS = "corrections of 14 NAO V6 in HULKs/hulk bf773f14 (2025), etc/parameters/head.*.json: "
+PRIORS: tuple[PriorRow, ...] = (
+    PriorRow("joint", (), np.radians(1.0), _HULKS + "the torso, on the zeros of a leg, leans by 0.3° and 0.6° rms"),
+    PriorRow(
+        "reading", (), np.radians(0.1), "Aldebaran documentation 2.8, NAO6 joint position sensors: 12 bits, about 0.1°"
+    ),
+    PriorRow("camera", ("roll",), np.radians(1.0), _HULKS + "0.5° rms of the top and 0.9° of the bottom cameras"),
+    PriorRow(
+        "camera",
+        ("pitch",),
+        np.radians(5.0),
+        _HULKS
+        + "5.3° and 4.4° rms; B-Human's default for all is −3.5°, BHumanCodeRelease d89d603f, cameraCalibration.cfg",
+    ),
+    PriorRow("camera", ("yaw",), np.radians(2.0), _HULKS + "1.5° rms without the two that turn the torso as far back"),
+    PriorRow("camera", ("x", "y", "z"), 0.003, "an estimate: no team corrects it, and no measurement is published"),
+)
 
 
 @dataclass(frozen=True)
@@ -54,7 +95,8 @@ class Unknowns:
         robot: RobotModel,
         joints: Iterable[str],
         frames: Mapping[str, Iterable[str]] | Iterable[str],
-        poses: Iterable[str],
+        poses: Mapping[str, tuple[str, ...]],
+        prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "none",
     ) -> None:
         self.robot = robot
         self.joints = _joints(robot, joints)
@@ -72,7 +114,42 @@ class Unknowns:
             self._check_frame(frame)
             self.frames[frame] = self._block(f"{frame}'s mounting", _coordinates(frame, chosen))
         self.offsets = len(self.labels)  # how many numbers belong to offsets
-        self.poses = {name: self._block(name, COORDINATES) for name in poses}
+        self.poses = {name: self._block(name, coordinates) for name, coordinates in poses.items()}
+        self.scales = np.where(np.array(self.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
+        # The standard deviation of each number before the calibration; infinite if it is not known.
+        self.prior = np.full(len(self.labels), np.inf)
+        self._set_prior(prior)
+
+    def _set_prior(self, given: Mapping[str, ArrayLike] | Literal["typical", "none"]) -> None:
+        if not isinstance(given, Mapping):
+            choice(given, ("typical", "none"), "prior")
+        for row in PRIORS if given != "none" else ():
+            for i, _ in enumerate(self.joints) if row.of == "joint" else ():
+                if self.units[i] == "rad":
+                    self.prior[i] = row.deviation
+            for frame in self.robot.semantics.cameras if row.of == "camera" else ():
+                self._set_deviations(frame, row.coordinates, row.deviation)
+        if not isinstance(given, Mapping):
+            return
+        for name, values in given.items():
+            choice(name, [*self.joints, *self.frames], "calibrated joint or frame of prior:")
+            what = f"prior of {name}"
+            array, shape = as_floats(values, (), what), () if name in self.joints else (6,)
+            if array.shape != shape:
+                raise WrongShape(what, str(shape), array.shape)
+            if not (array > 0.0).all():
+                raise BadArgument(f"{what} must be standard deviations > 0, got {quoted(values)}")
+            if name in self.joints:
+                self.prior[self.joints.index(name)] = array
+            else:
+                for coordinate, value in zip(COORDINATES, array.tolist(), strict=True):
+                    self._set_deviations(name, (coordinate,), value)
+
+    def _set_deviations(self, frame: str, coordinates: Iterable[str], value: float) -> None:
+        places = self.frames[frame].places if frame in self.frames else ()
+        for coordinate, place in zip(COORDINATES, places, strict=False):
+            if coordinate in coordinates and place >= 0:
+                self.prior[place] = value
 
     def _block(self, label: str, chosen: tuple[str, ...]) -> Block:
         places = tuple(len(self.labels) + chosen.index(c) if c in chosen else -1 for c in COORDINATES)
@@ -105,6 +182,13 @@ class Unknowns:
             chain.append(self._parents[chain[-1]])
         return chain
 
+    def reported(self, x: Floats, q: Floats) -> Floats:
+        """Return joint values with their offsets."""
+        q = q.copy()
+        for value, column in zip(x, self._columns, strict=False):
+            q[..., column + self.robot.nq - self.robot.nv] += value
+        return q
+
     def at(self, x: Floats) -> State:
         """Return the poses of frames and boards for values of the unknowns."""
         return State(self, x)
@@ -129,9 +213,7 @@ class State:
 
     def _frame(self, q: Floats, name: str) -> Moving:
         unknowns, robot = self.unknowns, self.unknowns.robot
-        q = q.copy()
-        for value, column in zip(self.x, unknowns._columns, strict=False):
-            q[..., column + robot.nq - robot.nv] += value
+        q = unknowns.reported(self.x, q)
         above = unknowns._above(unknowns._link(name))
         # The calibrated frames that carry this one, the outermost first.
         links = {unknowns._link(frame): frame for frame in unknowns.frames}

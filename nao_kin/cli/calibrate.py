@@ -1,7 +1,9 @@
-"""`nao-kin calibrate`: joint offsets and camera mountings from a file of observations."""
+"""`nao-kin calibrate`: joint offsets and camera mountings from photos of a chessboard, or a file of observations."""
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,16 +11,73 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import SEED
+from nao_kin.cli.shared import MISSING, SEED
+from nao_kin.cli.sources import numbers_of, posture_or_number
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.calibration import Calibration, NextPosture
+    from nao_kin.calibration import Calibration, NextPosture, Pixels
+    from nao_kin.robot import RobotModel
 
 
-@command("calibrate", "Example: nao-kin calibrate observations.json -o nao_7.toml --deg")
+@dataclass(frozen=True)
+class PhotoOptions:
+    """The options of photos of a chessboard."""
+
+    photos: str | None = option("DIR", "Find the corners of a chessboard in all photos in this folder.")
+    board: str | None = option("CxR", "Inner corners of a row of the chessboard, and rows, as in 9x6.")
+    square: float | None = option("M", "Side of a square [m].")
+    log: str | None = option("FILE", "Joint values with times, for the photos.")
+    camera: str = option("NAME", "The camera that took the photos.", default="CameraTop")
+    lens: str | None = option("NUMBERS", "Its fx,fy,cx,cy[,k1,k2,p1,p2[,k3]], by OpenCV's calibrateCamera.")
+    times: str | None = option(
+        "FILE", "CSV file with columns file and time. Default: the numbers in the photos' names."
+    )
+    place: str | None = option("X,Y,Z,R,P,Y", "The measured pose of the board in the root link [m, rad].")
+    missing: str | None = MISSING
+
+    def check(self) -> None:
+        """Refuse options of photos without --photos, and --photos without those that it needs."""
+        needed = {"--board": self.board, "--square": self.square, "--log": self.log}
+        others = {"--lens": self.lens, "--times": self.times, "--place": self.place, "--missing": self.missing}
+        for name, value in (needed | others).items():
+            if self.photos is None and value is not None:
+                raise BadArgument(f"{name} is for photos; give --photos")
+            if self.photos is not None and value is None and name in needed:
+                raise BadArgument(f"--photos needs {', '.join(needed)}; {name} is missing")
+
+    def read(self, model: RobotModel) -> Pixels | None:
+        """Return what the photos show; None without --photos."""
+        if self.photos is None:
+            return None
+        sides = re.fullmatch(r"(\d{1,4})\s*[xX×*]\s*(\d{1,4})", str(self.board))
+        if sides is None:
+            raise BadArgument(f"--board {self.board}: expected columns and rows of inner corners, as in 9x6")
+        from nao_kin.calibration import from_photos
+
+        return from_photos(
+            model,
+            self.photos,
+            str(self.log),
+            board=(int(sides[1]), int(sides[2])),
+            square=float(str(self.square)),
+            camera=self.camera,
+            lens=None if self.lens is None else numbers_of(self.lens, "--lens"),
+            times=self.times,
+            place=None if self.place is None else numbers_of(self.place, "--place", 6),
+            missing=posture_or_number(self.missing),
+        )
+
+
+@command(
+    "calibrate",
+    "Example: nao-kin calibrate observations.json -o nao_7.toml --deg; "
+    "nao-kin calibrate --photos photos --board 9x6 --square 0.03 --log head.csv --missing StandInit -o nao_7.toml",
+)
 def calibrate(
     *,
-    file: str = argument("FILE", "A JSON file of observations, - for standard input."),
+    file: str | None = argument("FILE", "A JSON file of observations, - for standard input.", None),
+    photo: PhotoOptions,
     output: str | None = option("FILE", "Write the offsets as TOML, for --offsets.", *OUTPUT),
     refuse: bool = flag("Refuse numbers that the data cannot tell apart, instead of holding some at zero."),
     next_: bool = flag("Print the posture to observe next.", "--next"),
@@ -27,12 +86,26 @@ def calibrate(
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
-    """Find joint offsets and camera mountings from pixels of known points, measured poses and contacts of soles."""
+    """Find joint offsets and camera mountings from photos of a chessboard, or a file of observations.
+
+    With --photos and no FILE, the zeros of the joints below the camera and the angles of its mounting are unknown.
+    """
     written.check({"--output": output}, kind="toml")
+    photo.check()
+    if file is None and photo.photos is None:
+        raise BadArgument("give a FILE of observations, or --photos")
     model = robot.load()
     from nao_kin import calibration as room
 
-    arguments = room.read_observations(model, file)
+    arguments: dict[str, Any] = {} if file is None else room.read_observations(model, file)
+    seen = photo.read(model)
+    if seen is not None:
+        arguments["observations"] = [*arguments.get("observations", []), seen]
+    if file is None:
+        from nao_kin.robot import serial_chain
+
+        chain = serial_chain(model, model.tree.root, photo.camera)
+        arguments |= {"joints": chain.coordinates, "frames": {photo.camera: ("roll", "pitch", "yaw")}}
     found = room.calibrate(model, **arguments, indistinguishable="refuse" if refuse else "hold")
     following = room.next_posture(found, rng=seed) if next_ else None
     print_note(*found.notes)
@@ -45,20 +118,15 @@ def calibrate(
         print_written(*[] if output is None else [output])
 
 
-def _rms(residuals: tuple[Any, ...]) -> float:
-    flat = np.concatenate([part.ravel() for part in residuals])
-    return float(np.sqrt(flat @ flat / flat.size))
-
-
 def _print(found: Calibration, following: NextPosture | None, deg: bool) -> None:
     rows = []
-    deviations = found.standard_deviations.values()
-    for label, unit, value, deviation in zip(found.labels, found.units, found.values, deviations, strict=True):
+    deviations = zip(found.standard_deviations.values(), found.prior_deviations.tolist(), strict=True)
+    for label, unit, value, (after, before) in zip(found.labels, found.units, found.values, deviations, strict=True):
         scale = degrees_per(unit, deg)
-        shown = "held" if label in found.held else f"{scale * deviation:.2g}"
-        rows.append((label, fixed(scale * value), shown, "°" if scale != 1.0 else unit))
-    print_table(("number", "value", "±", "unit"), rows, numbers=("value", "±"))
-    print(f"residuals: {_rms(found.initial_residuals):.3g} σ before, {_rms(found.residuals):.3g} σ after")
+        shown = "not determined" if label in found.held else fixed(scale * value)
+        rows.append((label, shown, f"{scale * after:.2g}", f"{scale * before:.2g}", "°" if scale != 1.0 else unit))
+    print_table(("number", "value", "±", "before", "unit"), rows, numbers=("value", "±", "before"))
+    print(f"residuals: {found.rms_before:.3g} σ before, {found.rms_after:.3g} σ after")
     if following is not None:
         angles = found.robot.angles(following.q, degrees=deg)
         print(f"next posture, gain {following.gain[following.index]:.3g} nats:")
@@ -73,11 +141,15 @@ def _document(found: Calibration, following: NextPosture | None, output: str | N
         "frames": {name: list(six) for name, six in found.frames.items()},
         "poses": {name: T.tolist() for name, T in found.poses.items()},
         "standard_deviations": found.standard_deviations,
+        "prior_deviations": {
+            label: value if np.isfinite(value) else None
+            for label, value in zip(found.labels, found.prior_deviations.tolist(), strict=True)
+        },
         "held": list(found.held),
         "notes": list(found.notes),
         "outliers": [vars(outlier) for outlier in found.outliers],
-        "rms_before": _rms(found.initial_residuals),
-        "rms_after": _rms(found.residuals),
+        "rms_before": found.rms_before,
+        "rms_after": found.rms_after,
         "files": [] if output is None else [output],
     }
     if following is not None:

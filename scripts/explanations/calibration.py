@@ -12,7 +12,7 @@ JOINTS = ("HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw"
 ANGLES = ("roll", "pitch", "yaw")
 FIRST, LAST = 4, 20  # postures
 LEFT, TOP, WIDTH, HEIGHT = 84.0, 60.0, 620.0, 260.0
-MOST = 0.3  # at the top of the figure [deg]
+MOST = 0.5  # at the top of the figure [deg]
 
 
 def pixels_of(camera: nk.world.Camera, q: Floats) -> Floats:

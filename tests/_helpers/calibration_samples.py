@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,6 +35,12 @@ def seen(
     return nk.calibration.Pixels(q, camera, pixels + rng.normal(0.0, noise, pixels.shape), MARKS, frame, noise=noise)
 
 
+def misread(observations: Sequence[nk.calibration.Pixels], rng: np.random.Generator) -> list[nk.calibration.Pixels]:
+    """Return observations of the same postures with the errors of their reported joint values."""
+    noise = rng.normal(0.0, np.radians(0.1), np.shape(observations[0].q))
+    return [replace(one, q=np.asarray(one.q) + noise) for one in observations]
+
+
 def looking(
     robot: nk.RobotModel, rng: np.random.Generator, count: int, limbs: Iterable[str] = LIMBS, camera: str = "CameraTop"
 ) -> np.ndarray:
@@ -53,9 +60,9 @@ def looking(
 def planted(
     robot: nk.RobotModel, rng: np.random.Generator, joints: Sequence[str], cameras: Sequence[str] = ()
 ) -> tuple[nk.RobotModel, np.ndarray]:
-    """A robot with joints wrong by up to 3° and cameras turned by up to 2° about each axis, and these numbers."""
-    numbers = [np.radians(rng.uniform(-3.0, 3.0, len(joints)))]
-    frames: Mapping[str, np.ndarray] = {name: np.radians(rng.uniform(-2.0, 2.0, 3)) for name in cameras}
+    """A robot whose joints and cameras are wrong as the priors say, and these numbers."""
+    numbers = [np.radians(rng.normal(0.0, 1.0, len(joints)))]
+    frames: Mapping[str, np.ndarray] = {name: np.radians(rng.normal(0.0, (1.0, 5.0, 2.0))) for name in cameras}
     offsets = dict(zip(joints, numbers[0].tolist(), strict=True))
     followers = {name: m.multiplier * offsets[m.joint] for name, m in robot.mimics.items() if m.joint in offsets}
     true = robot.with_offsets(offsets | followers, {name: (0, 0, 0, *six) for name, six in frames.items()})
@@ -74,5 +81,6 @@ def whole_body(nao: nk.RobotModel, seed: int, postures: int = 30) -> tuple[nk.ca
     )
     pairs = [("CameraTop", limb) for limb in arms] + [(bottom, limb) for limb in LIMBS]
     observations = [seen(true, nk.world.camera(nao, name), q, limb, rng) for name, limb in pairs]
+    observations = misread(observations, rng)
     found = nk.calibration.calibrate(nao, observations, joints=joints, frames=dict.fromkeys(cameras, ANGLES))
     return found, numbers

@@ -10,15 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from calibration_samples import ANGLES, MARKS, looking, pixels_of, planted, seen, whole_body
+from calibration_samples import ANGLES, MARKS, looking, misread, pixels_of, planted, seen, whole_body
 from hypothesis import given, strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import chi2, kstest
 
 import nao_kin as nk
+from nao_kin._core.files import read_toml
 from nao_kin.calibration import Calibration, Contacts, Pixels, Poses, calibrate
-from nao_kin.calibration.observations import _pose_of_points
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.calibration.problem import _pose_of_points
+from nao_kin.errors import BadArgument, OtherRobotWarning, UnknownName
 
 HEAD_AND_ARM = ["HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
 SEEDS = 100
@@ -35,8 +36,8 @@ def head_and_arm(nao: nk.NaoModel, seed: int, postures: int = 30, **more: Any) -
     rng = np.random.default_rng(seed)
     true, numbers = planted(nao, rng, HEAD_AND_ARM, ["CameraTop"])
     q = looking(true, rng, postures, ["LArm"])
-    pixels = seen(true, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
-    return calibrate(nao, [pixels], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, **more), numbers
+    pixels = misread([seen(true, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)], rng)
+    return calibrate(nao, pixels, joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, **more), numbers
 
 
 def test_planted_offsets_of_head_arm_and_camera_are_found(nao: nk.NaoModel) -> None:
@@ -46,7 +47,7 @@ def test_planted_offsets_of_head_arm_and_camera_are_found(nao: nk.NaoModel) -> N
         assert not found.held
         assert not found.outliers
         errors.append(squared_error(found, numbers))
-        assert np.abs(found.values - numbers).max() < 0.005 < np.abs(numbers).max()
+        assert np.abs(found.values - numbers).max() < 0.015 < np.abs(numbers).max()
     low, high = chi2.ppf([1e-4, 1 - 1e-4], 6 * len(numbers))
     assert low < sum(errors) < high
 
@@ -55,13 +56,14 @@ def test_planted_offsets_of_head_arm_and_camera_are_found(nao: nk.NaoModel) -> N
 @pytest.mark.parametrize("case", ["head and arm", "whole body"])
 def test_the_squared_errors_of_many_robots_are_chi_squared(nao: nk.NaoModel, case: str) -> None:
     method = head_and_arm if case == "head and arm" else whole_body
-    errors, freedom, deviations = [], 0, []
+    errors, freedom, deviations, held = [], 0, [], 0
     for seed in range(SEEDS):
         found, numbers = method(nao, 1000 + seed)
-        assert not found.held, found.notes
+        held += bool(found.held)  # the error of a number that is held has the prior's deviation
         freedom = len(numbers)
         errors.append(squared_error(found, numbers))
         deviations.append((found.values - numbers) / np.sqrt(np.diag(found.covariance)))
+    assert held < 0.1 * SEEDS
     assert kstest(errors, chi2(freedom).cdf).pvalue > 1e-3
     low, high = chi2.ppf([1e-3, 1 - 1e-3], SEEDS * freedom)
     assert low < sum(errors) < high
@@ -86,7 +88,7 @@ def test_motion_capture_finds_offsets_mounting_and_world(nao: nk.NaoModel, named
         q, "r_ankle", world @ true.fk(q, "r_ankle") @ marker @ wrong,
         world=None if named == "marker" else "room", marker=None if named == "world" else "cluster", noise=(1e-3, 5e-3),
     )  # fmt: skip
-    found = calibrate(nao, [measured], joints=joints, indistinguishable="hold")
+    found = calibrate(nao, [measured], joints=joints, joint_noise=0.0)
     assert not found.held
     assert squared_error(found, numbers) < chi2.ppf(1 - 1e-4, len(numbers))
     predicted = (
@@ -129,7 +131,7 @@ def test_soles_on_one_floor_find_offsets_of_the_legs(nao: nk.NaoModel) -> None:
         off(least_squares(off, row[moved], xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
     q = q[np.abs(true.fk(q, "RLeg", reference="LLeg")[:, 2] - (0, 0, 1, 0)).max(axis=-1) < 1e-12]
     assert len(q) > 10  # the others' legs are too short
-    found = calibrate(nao, [Contacts(q, "RLeg", "LLeg")], joints=["RAnkleRoll", "LKneePitch"])
+    found = calibrate(nao, [Contacts(q, "RLeg", "LLeg")], joints=["RAnkleRoll", "LKneePitch"], prior="none")
     assert found.joints == pytest.approx({"RAnkleRoll": 0.03, "LKneePitch": -0.04}, abs=1e-5)
 
 
@@ -146,14 +148,17 @@ def test_numbers_that_the_data_cannot_tell_apart_are_named_and_held(nao: nk.NaoM
     found = calibrate(nao, [one], joints=["HeadYaw"])
     assert found.held == ("HeadYaw offset",)
     assert found.joints == {"HeadYaw": 0.0}
-    assert found.standard_deviations["HeadYaw offset"] == 0.0
+    assert found.standard_deviations["HeadYaw offset"] == np.radians(1.0)
     assert np.abs(found.residuals[0]).max() < 1e-6  # the board takes the place of the offset
 
     # A camera that turns about the head's axis: known points tell the sum of both apart from everything else.
     upright = replace(one, board=None, points=(T_board[:3, :3] @ MARKS.T).T + T_board[:3, 3])
-    found = calibrate(nao, [upright], joints=["HeadYaw", "LKneePitch"], frames={"CameraTop": ANGLES})
+    found = calibrate(nao, [upright], joints=["HeadYaw", "LKneePitch"], frames={"CameraTop": ANGLES}, prior="none")
     assert found.held == ("LKneePitch offset",)
-    assert found.notes == ("the data say nothing about LKneePitch offset: LKneePitch offset is held at 0",)
+    (note,) = found.notes
+    assert note.startswith(
+        "the data say nothing about LKneePitch offset: LKneePitch offset is held at 0 ± 11°; observe"
+    )
     assert found.joints["HeadYaw"] == pytest.approx(0.04, abs=1e-6)
 
 
@@ -189,8 +194,10 @@ def test_outliers_are_named_and_do_not_bend_the_result(nao: nk.NaoModel) -> None
         "10 of 180 observed items are beyond their noise: observation 0 (pixels), posture 3, point 2" in found.notes[0]
     )
     assert np.abs((found.values - numbers) / np.sqrt(np.diag(found.covariance))).max() < 5.0
-    with pytest.raises(BadArgument, match="contradict each other"):  # squares bend everything towards the outliers
-        calibrate(nao, [replace(one, pixels=pixels)], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, loss="linear")
+    # Squares bend everything towards the outliers.
+    bad = replace(one, pixels=pixels)
+    bent = calibrate(nao, [bad], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, loss="linear")
+    assert np.abs((bent.values - numbers) / np.sqrt(np.diag(bent.covariance))).max() > 5.0
 
 
 def test_observations_that_contradict_each_other_are_refused_by_name(nao: nk.NaoModel) -> None:
@@ -204,6 +211,7 @@ def test_observations_that_contradict_each_other_are_refused_by_name(nao: nk.Nao
 GRID = np.array([[x, y, 0.0] for x in range(4) for y in range(5)], dtype=float)
 
 
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 @pytest.mark.parametrize(
     ("mistake", "board", "says"),
     [  # the unknown pose of a board takes up a reversed order and, but for the way of the camera, a size
@@ -214,6 +222,11 @@ GRID = np.array([[x, y, 0.0] for x in range(4) for y in range(5)], dtype=float)
         ("exchanged", "chessboard", r"they agree if u and v are exchanged$"),
         ("millimetres", None, r"they agree if the points are in mm, not in metres$"),
         ("25 mm", None, r"they agree if the points are 1\.[12]\d* times as far apart \(is the size of a square right"),
+        ("degrees", None, r"they agree if joint values are in degrees, not in radians$"),
+        ("degrees", "chessboard", r"they agree if joint values are in degrees, not in radians$"),
+        ("QVGA", None, r"they agree if the pixels are in images of 1/2 of the size of the camera's$"),
+        ("QVGA", "chessboard", r"they agree if the pixels are in images of 1/2 of the size of the camera's$"),
+        ("4VGA", None, r"^observation 0: \d+ pixels are outside .* if the pixels are in images of 2 times the"),
         ("a wrong posture", None, r"is the stated noise too small, or a point or posture wrong\?$"),
     ],
 )  # fmt: skip
@@ -225,6 +238,7 @@ def test_a_usual_mistake_with_a_board_is_named(nao: nk.NaoModel, mistake: str, b
     T_camera_board = nk.screws.inverse(true.fk(q, "CameraTop")) @ T_root_board
     pixels = camera.project(nk.screws.transform_point(T_camera_board[:, None], 0.03 * GRID))
     pixels += rng.normal(0.0, 0.3, pixels.shape)
+    pixels[~camera.sees(pixels)] = np.nan
     points = 0.03 * GRID
     if mistake == "reversed":
         pixels = pixels[:, ::-1]
@@ -234,6 +248,10 @@ def test_a_usual_mistake_with_a_board_is_named(nao: nk.NaoModel, mistake: str, b
         pixels = pixels[..., ::-1]
     elif mistake == "25 mm":
         points = 0.025 * GRID
+    elif mistake == "degrees":
+        q = np.degrees(q)
+    elif mistake in ("QVGA", "4VGA"):
+        pixels = (pixels + 0.5) * (0.5 if mistake == "QVGA" else 2.0) - 0.5
     elif mistake == "a wrong posture":
         q = np.roll(q, 1, axis=0)
     points = points if board else nk.screws.transform_point(T_root_board, points)
@@ -316,14 +334,15 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
         ({"frames": np.array(None)}, BadArgument, "frames must be a list of texts, got array"),
         ({"joints": ["HeadYaw"], "observations": [Poses(np.zeros(25), None, np.eye(4))]}, UnknownName, "frame 'None'"),  # type: ignore[arg-type]
         ({"joints": ["HeadYaw"], "observations": [Contacts(np.zeros(25), None, "LLeg")]}, UnknownName, "frame 'None'"),  # type: ignore[arg-type]
-        ({"frames": ["LArm", "RArm"], "few": True}, BadArgument, "too few observations: 6 numbers for 12 unknowns"),
+        ({"joints": ["LElbowRoll"], "few": True}, BadArgument, "too few observations: 6 numbers for 12 of"),
     ],
 )  # fmt: skip
 def test_wrong_questions_are_refused_by_name(
     nao: nk.NaoModel, wrong: dict[str, Any], error: type[Exception], message: str
 ) -> None:
-    q = nao.random(0, 1 if wrong.pop("few", False) else 5)
-    arguments = {"observations": [Poses(q, "LArm", nao.fk(q, "LArm"))], **wrong}
+    few = wrong.pop("few", False)
+    q, unknown = nao.random(0, 1 if few else 5), {"world": "w", "marker": "m"} if few else {}
+    arguments = {"observations": [Poses(q, "LArm", nao.fk(q, "LArm"), **unknown)], **wrong}
     with pytest.raises(error, match=message):
         calibrate(nao, **arguments)
 
@@ -374,7 +393,11 @@ def test_the_offsets_are_written_as_load_nao_takes_them(nao: nk.NaoModel, tmp_pa
     true = nao.with_offsets(joints, {"LFoot/FSR/FrontLeft": (0.001, 0, 0, 0, 0.02, 0)})
     observations = [Poses(q, name, true.fk(q, name)) for name in ("RLeg", "LFoot/FSR/FrontLeft")]
     found = calibrate(
-        nao, observations, joints=["LHipYawPitch", "RKneePitch"], frames={"LFoot/FSR/FrontLeft": ["x", "pitch"]}
+        nao,
+        observations,
+        joints=["LHipYawPitch", "RKneePitch"],
+        frames={"LFoot/FSR/FrontLeft": ["x", "pitch"]},
+        prior="none",
     )
     path = found.save(tmp_path / "offsets.toml")
     again = nk.load_nao(offsets=path)
@@ -387,6 +410,79 @@ def test_the_offsets_are_written_as_load_nao_takes_them(nao: nk.NaoModel, tmp_pa
     onto = calibrate(true, [replace(observations[0], q=q + 0 * rng.normal())], joints=["RKneePitch"])
     with pytest.raises(BadArgument, match="had offsets before"):
         onto.save(tmp_path / "more.toml")
+
+
+def test_the_file_says_where_offsets_are_from_and_leaves_out_what_the_data_do_not_determine(
+    nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    q = nao.random(0, 12)
+    hands = nao.with_offsets({"LHipYawPitch": 0.02, "RHipYawPitch": 0.02, "LKneePitch": 0.01}).fk(q, "LLeg")
+    found = calibrate(nao, [Poses(q, "LLeg", hands)], joints=["LHipYawPitch", "LKneePitch", "HeadYaw"])
+    path = found.save(tmp_path / "mine.toml")
+    document = read_toml(str(path))
+    about = document["calibration"]
+    assert about["robot"] == "nao_v6"
+    assert about["observations"] == "poses in 12 postures"
+    assert about["items"] == 12
+    assert about["rms_after"] < 0.1 < about["rms_before"]
+    assert about["standard_deviations"] == found.standard_deviations
+    assert document["joints"].keys() == {"LHipYawPitch", "LKneePitch", "RHipYawPitch"}
+    assert "# HeadYaw: not determined, ± 0.017\n" in path.read_text(encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.allclose(nk.load_nao("v6", offsets=path).fk(q, "LLeg"), hands, atol=2e-3)
+    with pytest.warns(OtherRobotWarning, match="found for nao_v6, and this robot is nao_v4"):
+        nk.load_nao("v4", offsets=path)
+
+
+def test_the_covariance_of_held_offsets_is_that_of_before(nao: nk.NaoModel) -> None:
+    """The errors of many robots have the covariance that one calibration states."""
+    joints, errors = ["HeadPitch", "HeadYaw", "RElbowRoll"], []
+    q = nao.posture("StandInit", HeadYaw=np.linspace(-0.3, 0.3, 5), HeadPitch=np.linspace(-0.2, 0.2, 5))
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        true, numbers = planted(nao, rng, joints, ["CameraTop"])
+        noise = nk.screws.pose(nk.rotations.exp(rng.normal(0.0, 2e-3, (5, 3))), np.zeros((5, 3)))
+        one = Poses(q, "CameraTop", true.fk(q, "CameraTop") @ noise, noise=(0.5, 2e-3))
+        found = calibrate(nao, [one], joints=joints, frames={"CameraTop": ANGLES}, loss="linear")
+        assert "RElbowRoll offset" in found.held
+        errors.append(found.values - numbers)
+    assert len(found.held) > 1  # a zero that the mounting takes over
+    taken = np.sqrt(np.diag(found.covariance))
+    assert taken[joints.index("RElbowRoll")] == np.radians(1.0)
+    assert np.abs(np.std(errors, axis=0) / taken - 1.0).max() < 0.4
+    worst = np.linalg.eigh(found.covariance / np.outer(taken, taken))
+    narrow = (np.array(errors) / taken) @ worst[1][:, 0]  # the combination that is known best
+    assert 0.5 < narrow.std() / np.sqrt(worst[0][0]) < 2.0
+
+
+@pytest.mark.parametrize(
+    ("prior", "error", "message"),
+    [
+        ("wide", UnknownName, "unknown prior 'wide'"),
+        ({"HeadYa": 0.1}, UnknownName, r"calibrated joint or frame of prior: 'HeadYa' \(nearest: HeadYaw"),
+        ({"HeadYaw": [0.1, 0.2]}, nk.errors.WrongShape, r"prior of HeadYaw must have shape \(\)"),
+        ({"CameraTop": 0.1}, nk.errors.WrongShape, r"prior of CameraTop must have shape \(6,\)"),
+        ({"HeadYaw": 0.0}, BadArgument, "prior of HeadYaw must be standard deviations > 0, got 0.0"),
+        ({"HeadYaw": np.nan}, nk.NaoKinError, "prior of HeadYaw must be finite"),
+    ],
+)
+def test_wrong_priors_are_refused(nao: nk.NaoModel, prior: Any, error: type[Exception], message: str) -> None:
+    q = nao.random(0, 3)
+    with pytest.raises(error, match=message):
+        calibrate(nao, [Poses(q, "Head", nao.fk(q, "Head"))], joints=["HeadYaw"], frames=["CameraTop"], prior=prior)
+
+
+def test_priors_are_typical_ones_or_yours(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 3)
+    arguments: dict[str, Any] = {"joints": ["HeadYaw", "LHand"], "frames": {"CameraTop": ["x", "pitch"], "LArm": ["z"]}}
+    for prior, expected in (
+        ("typical", [np.radians(1.0), np.inf, 0.003, np.radians(5.0), np.inf]),
+        ("none", [np.inf] * 5),
+        ({"LHand": 0.05, "CameraTop": [0.001] * 6}, [np.radians(1.0), 0.05, 0.001, 0.001, np.inf]),
+    ):
+        found = calibrate(nao, [Poses(q, "CameraTop", nao.fk(q, "CameraTop"))], **arguments, prior=prior)  # type: ignore[arg-type]
+        assert found.prior_deviations.tolist() == expected
 
 
 def test_the_next_posture_is_that_whose_observation_shrinks_the_uncertainty_most(nao: nk.NaoModel) -> None:
@@ -405,7 +501,7 @@ def test_the_next_posture_is_that_whose_observation_shrinks_the_uncertainty_most
         # The calibrated robot sees the candidate without noise: the covariance of a calibration with it in.
         extra = seen(found.calibrated(), camera, candidates[k : k + 1], "LArm", rng, noise=0.0)
         then = calibrate(nao, [one, replace(extra, noise=0.5)], **arguments)
-        assert 0.5 * (now - np.linalg.slogdet(then.covariance)[1]) == pytest.approx(best.gain[k], rel=1e-3)
+        assert 0.5 * (now - np.linalg.slogdet(then.covariance)[1]) == pytest.approx(best.gain[k], rel=5e-3)
     assert list(best.standard_deviations) == list(found.labels)
     assert all(after <= found.standard_deviations[name] for name, after in best.standard_deviations.items())
     random = nk.calibration.next_posture(found, rng=0, count=300)
@@ -426,7 +522,7 @@ def test_the_next_posture_refuses_what_it_cannot_answer(nao: nk.NaoModel) -> Non
         nk.calibration.next_posture(hand, joints=["LElbowRol"])
     nothing = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"))], joints=["RKneePitch"])
     assert nothing.held == ("RKneePitch offset",)
-    with pytest.raises(BadArgument, match="all offsets are held at zero"):
+    with pytest.raises(BadArgument, match="no candidate shows any"):
         nk.calibration.next_posture(nothing, rng=0)
     camera, ahead = nk.world.camera(nao, "CameraTop"), np.array([[2.0, 0.0, 0.2]])
     pixels = camera.project(nk.screws.transform_point(nk.screws.inverse(nao.fk(q, camera.frame)), ahead))[:, None]
@@ -435,7 +531,7 @@ def test_the_next_posture_refuses_what_it_cannot_answer(nao: nk.NaoModel) -> Non
         nk.calibration.next_posture(away, nao.posture("StandInit", HeadYaw=2.0))
     unseen = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"), world="room")], joints=["LShoulderPitch"])
     assert unseen.held == ("LShoulderPitch offset",)
-    with pytest.raises(BadArgument, match="all offsets are held at zero"):
+    with pytest.raises(BadArgument, match=r"tells more about the offsets; .* observe points at measured places, or"):
         nk.calibration.next_posture(unseen, rng=0)
     moved = nk.calibration.next_posture(hand, joints=["LElbowRoll"], rng=1)
     assert np.flatnonzero(moved.q != q[0]).tolist() == [nao.joint_names.index("LElbowRoll")]

@@ -91,6 +91,18 @@ def test_a_file_says_what_calibrate_takes(nao: nk.NaoModel, path: Path, document
         (("observations", 1, "noise"), -1, "observation 1: noise of poses must have shape"),
         (("observations", 1, "world"), ["x"], "the name of a world of the root must be a text, got ['x']"),
         (("start",), {"board": 3}, "start of board must have shape (6,) or (4, 4)"),
+        (("prior",), "wide", "unknown prior 'wide' (valid: typical, none)"),
+        (("prior",), {"HeadYaw": "x"}, "prior of HeadYaw must be"),
+        (("joint_noise",), -1, "joint_noise must be"),
+        (("observations", 0, "intrinsics"), [280, 280, 160, 120], "intrinsics are of images of about 320 × 240 pixels"),
+        (("observations", 0, "intrinsics"), [560, 560, 160, 120], "intrinsics are of images of about 320 × 240 pixels"),
+        (
+            ("observations", 0, "resolution"),
+            "QVGA",
+            "pixels are outside the image of CameraTop, 320 × 240 pixels (QVGA)",
+        ),
+        (("observations", 0, "points"), ["centre"], "points must be real numbers"),
+        (("observations", 0, "field"), "SPL 2030", "observation 0: unknown field 'SPL 2030'"),
     ],
 )
 def test_what_a_file_says_wrongly_is_named(
@@ -163,7 +175,73 @@ def test_the_command_prints_json(path: Path, document: dict[str, Any], capsys: p
     assert run(["calibrate", str(path), "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out)["held"] == ["RKneePitch offset"]
-    assert err == "nao-kin: the data say nothing about RKneePitch offset: RKneePitch offset is held at 0\n"
+    assert err.startswith("nao-kin: the data say nothing about RKneePitch offset: RKneePitch offset is held at 0 ± 1°;")
     assert run(["calibrate", str(path), "--refuse"]) == 2
     assert "say nothing about RKneePitch offset" in capsys.readouterr().err
     assert run(["calibrate", str(path), "--json", "-o", "/dev/stdout"]) == 2
+
+
+FIELD = {"type": "lines", "camera": "CameraTop", "posture": "StandInit", "noise": 0.5}
+MARK = {"type": "pixels", "camera": "CameraTop", "posture": "StandInit", "frame": "LLeg", "board": "field"}
+
+
+@pytest.fixture
+def on_field(nao: nk.NaoModel, tmp_path: Path) -> tuple[Path, dict[str, Any]]:
+    """Two observations of a robot that stands on a field: pixels on lines, and of a named point."""
+    from test_field import drawn, seen as of_field, stand
+
+    camera, field = nk.world.camera(nao, "CameraTop"), nk.calibration.FIELDS["SPL 2020"]
+    q, T = stand(nao, (2.0, -0.5, 0.3))
+    lines, marks = [], []
+    mark = of_field(nao, camera, q, T, np.array([field.points["opponent penalty mark"]]))[:, 0]
+    for k, row in enumerate(q):
+        joints = dict(zip(("HeadYaw", "HeadPitch"), row[:2].tolist(), strict=True))
+        shown = {}
+        for name in ("opponent goal line", "opponent penalty area line", "opponent left penalty area line"):
+            pixels = of_field(nao, camera, q[k : k + 1], T, drawn(name, 7))[0]
+            shown[name] = pixels[np.isfinite(pixels[:, 0])].tolist()
+        lines.append({"joints": joints, "lines": {name: pixels for name, pixels in shown.items() if pixels}})
+        marks.append({"joints": joints, "pixels": [mark[k].tolist() if np.isfinite(mark[k, 0]) else None]})
+    names = {"points": ["opponent penalty mark"], "field": "SPL 2020", "on_floor": True}
+    observations = [FIELD | {"seen": [one for one in lines if one["lines"]]}, MARK | names | {"seen": marks}]
+    document = {"joints": ["HeadPitch"], "frames": {"CameraTop": ["roll"]}, "observations": observations}
+    return tmp_path / "field.json", document
+
+
+def test_a_file_may_have_lines_and_named_points_of_a_field(
+    nao: nk.NaoModel, on_field: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, document = on_field
+    path.write_text(json.dumps(document))
+    lines, marks = read_observations(nao, path)["observations"]
+    assert len(lines.lines) == np.shape(lines.pixels)[1] >= 12
+    assert np.isnan(np.asarray(lines.pixels)).any()  # fewer pixels in some postures
+    assert np.array_equal(marks.points, [[3.2, 0.0, 0.0]])
+    assert run(["calibrate", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert abs(found["joints"]["HeadPitch"]) < 1e-6
+    assert found["poses"]["field"][0][3] == pytest.approx(-1.763, abs=1e-3)
+    assert found["prior_deviations"]["HeadPitch offset"] == pytest.approx(np.radians(1.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"lines": {"goal line": [[1, 2]]}}, "unknown line of the field SPL 2020 'goal line'"),
+        ({"lines": {}}, "observation 0: lines must name at least one line"),
+        ({"lines": [[1, 2]]}, "lines of seen 0 must be an object"),
+        ({"lines": {"opponent goal line": [[1, 2, 3]]}}, "opponent goal line of seen 0 must be [u, v]"),
+        ({"pixels": []}, "seen 0: member 'pixels'"),
+    ],
+)
+def test_what_a_file_says_wrongly_of_lines_is_named(
+    on_field: tuple[Path, dict[str, Any]], change: dict[str, Any], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, document = on_field
+    one = {"joints": {}, **change}
+    document["observations"] = [FIELD | {"seen": [one]}]
+    path.write_text(json.dumps(document))
+    assert run(["calibrate", str(path)]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert message in err

@@ -13,7 +13,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.calibration import Contacts, Pixels, Poses
-from nao_kin.calibration.solve import Problem
+from nao_kin.calibration.problem import Problem
 from nao_kin.calibration.unknowns import Unknowns
 
 STEP = 1e-6
@@ -78,7 +78,7 @@ def test_every_derivative_is_that_of_finite_differences(nao: nk.NaoModel, some: 
 def test_poses_are_those_of_the_robot_with_these_offsets(base: Any) -> None:
     nao, rng = nk.load_nao(base=base), np.random.default_rng(3)
     frames = {"CameraTop": ("roll", "y"), "LArm": ("x", "yaw"), "l_gripper": ("z", "pitch")}
-    unknowns = Unknowns(nao, ["HeadPitch", "LHipYawPitch"], frames, [])
+    unknowns = Unknowns(nao, ["HeadPitch", "LHipYawPitch"], frames, {})
     x = rng.uniform(-0.1, 0.1, len(unknowns.labels))
     top, hand, gripper = (0, x[2], 0, x[3], 0, 0), (x[4], 0, 0, 0, 0, x[5]), (0, 0, x[6], 0, x[7], 0)
     true = nao.with_offsets(
@@ -103,5 +103,7 @@ def test_sliding_joints_and_followers_have_derivatives_too(tmp_path: Path) -> No
     problem = Problem(robot, [Poses(q, "finger_l", robot.fk(q, "finger_l"))], ["lift", "turn"], [], {})
     assert worst_derivative(problem, np.array([0.05, -0.07])) < 1e-6
     true = robot.with_offsets({"lift": 0.02, "turn": 0.05, "finger": -0.1})
-    found = nk.calibration.calibrate(robot, [Poses(q, "finger_l", true.fk(q, "finger_l"))], joints=["lift", "turn"])
+    found = nk.calibration.calibrate(
+        robot, [Poses(q, "finger_l", true.fk(q, "finger_l"))], joints=["lift", "turn"], prior="none"
+    )
     assert found.joints == pytest.approx({"lift": 0.02, "turn": 0.05, "finger": -0.1}, abs=1e-8)

@@ -192,6 +192,7 @@ ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
     "mujoco": lambda robot, folder: nk.export.mjcf(robot, folder / "nao"),
     "analytic": lambda robot, folder: nk.ik.analytic(robot, "LArm", np.eye(4)),
     "calibration": lambda robot, folder: nk.calibration.calibrate(robot, [], joints=["HeadYaw"]),
+    "photos": lambda robot, folder: nk.calibration.from_photos(robot, folder, "log.csv", board=(9, 6), square=0.03),
     "pink": lambda robot, folder: nk.ik.numeric(robot, "LArm", np.eye(4), solver="pink"),
 }
 

@@ -103,7 +103,8 @@ FOUND = nk.calibration.calibrate(NAO, [OBSERVED], joints=["LElbowYaw"])
 # Arguments by the names that they have in one room.
 IN_ROOMS: dict[str, dict[str, Any]] = {
     "calibration": {"observations": [OBSERVED], "joints": ["LElbowYaw"], "frames": ["LArm"], "start": {},
-        "path": "no_such.json", "calibration": FOUND,
+        "path": "no_such.json", "calibration": FOUND, "photos": "no_such", "log": "log.csv", "board": (9, 6),
+        "square": 0.03,
     },
     "naoqi": {"source": nk.naoqi.LolaSource("no_such"), "names": "Head"},
     "stream": {

@@ -1,0 +1,419 @@
+"""Observations from files: from JSON, and from photos of a chessboard with a log of the joints."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, choice, finite_decimal, shaped, whole_number
+from nao_kin._core.csv_numbers import delimiter_of
+from nao_kin._core.files import described, read_json, read_text
+from nao_kin._core.text import quoted
+from nao_kin._core.warn import need_extra, warn_caller
+from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
+from nao_kin.calibration.problem import AnyObservation
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning, UnknownName
+from nao_kin.robot import RobotModel, check_robot, pose_of
+from nao_kin.screws import transform_point
+from nao_kin.stream import read_log
+from nao_kin.world import Camera, camera
+
+# --- Observations in a JSON file.
+
+_HEAD = {"joints", "frames", "start", "prior", "joint_noise", "observations"}
+_CAMERA = "resolution", "intrinsics", "distortion"
+# Of each type of observation: the members that must be names, all others, and those of each posture.
+_MEMBERS = {
+    "pixels": (("camera",), {*_CAMERA, "points", "frame", "board", "on_floor", "field"}, {"pixels"}),
+    "lines": (("camera",), {*_CAMERA, "frame", "board", "field"}, {"lines"}),
+    "poses": (("frame",), {"world", "marker", "reference"}, {"pose"}),
+    "contacts": (("frame", "reference"), {"height"}, set[str]()),
+}
+_COMMON = {"type", "noise", "posture", "seen"}
+# Members that are the attributes of the same names.
+_PASSED_ON = ("frame", "board", "world", "marker", "reference", "height", "noise", "on_floor")
+# Intrinsics that differ from the published ones by more than this factor, or place the axis so far from the middle of
+# the image, in parts of its size, belong to another resolution.
+_OTHER_FOCUS, _OFF_CENTRE = 1.5, 0.2
+
+
+def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
+    """Return the arguments of `calibrate` from a JSON file.
+
+    The file has the members `observations` and, as for `calibrate`, `joints`, `frames`, `start`, `prior` and
+    `joint_noise`.
+    An observation has a `type`: "pixels", "lines", "poses" or "contacts"; the attributes of `Pixels`, `Lines`, `Poses`
+    or `Contacts`; and `seen`, a list with one object for each posture: `joints` (name → reported value [rad], joints
+    not named as in the `posture` of the observation, or zero) and `pixels` ([u, v] or null for each point), `lines`
+    (name of a line → list of [u, v]) or `pose` (six numbers, or rows of four). A camera is named, with a `resolution`
+    and perhaps its own `intrinsics` [fx, fy, cx, cy] and `distortion`. `points` may be names of points of a `field`.
+
+    Args:
+        robot: the nominal robot.
+        path: the file, "-" for standard input.
+
+    Returns:
+        {"observations": […], "joints": …, "frames": …, "start": …}, and other arguments of `calibrate` in the file.
+
+    Raises:
+        BadInputFile: the file cannot be read or is not valid; the message names the observation and posture.
+
+    Examples:
+        >>> import json, pathlib
+        >>> seen = [{"joints": {"HeadYaw": 0.3}, "pose": [0.0, 0.0, 0.1265, 0.0, 0.0, 0.31]}]
+        >>> document = {"joints": ["HeadYaw"], "observations": [{"type": "poses", "frame": "Head", "seen": seen}]}
+        >>> path = pathlib.Path("observations.json")
+        >>> path.write_text(json.dumps(document)) > 0
+        True
+        >>> arguments = nk.calibration.read_observations(nk.load_nao(), path)
+        >>> found = nk.calibration.calibrate(nk.load_nao(), **arguments)
+        >>> round(found.joints["HeadYaw"], 4), round(found.standard_deviations["HeadYaw offset"], 4)
+        (0.0075, 0.0088)
+    """
+    check_robot(robot)
+    name = str(path)
+    document = read_json(name, read_text(name))
+    try:
+        _check_members(document, _HEAD)
+        given = _list(document.get("observations"), "observations")
+        joints, frames = document.get("joints", []), document.get("frames", [])
+        if not isinstance(joints, list) or not isinstance(frames, list | dict):
+            raise BadArgument("joints must be a list of names, and frames too, or an object of lists")
+        start = {
+            board: pose_of(T, f"start of {board}") for board, T in _object(document.get("start", {}), "start").items()
+        }
+    except NaoKinError as error:
+        raise BadInputFile(name, str(error)) from None
+    observations = []
+    for number, one in enumerate(given):
+        try:
+            observations.append(_observation(robot, one))
+        except NaoKinError as error:
+            raise BadInputFile(name, f"observation {number}: {error}") from None
+    options = {key: document[key] for key in ("prior", "joint_noise") if key in document}
+    return {"observations": observations, "joints": joints, "frames": frames, "start": start, **options}
+
+
+def _observation(robot: RobotModel, given: Any) -> AnyObservation:
+    kind = _object(given, "an observation").get("type")
+    if not isinstance(kind, str) or kind not in _MEMBERS:
+        raise UnknownName("type of observation", kind, tuple(_MEMBERS))
+    names, others, of_seen = _MEMBERS[kind]
+    _check_members(given, _COMMON | set(names) | others)
+    for key in names:
+        if not isinstance(given.get(key), str):
+            raise BadArgument(f"{key} must be given: the name of a frame")
+    seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
+    for number, one in enumerate(seen):
+        _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
+        joints = _object(one.get("joints", {}), f"joints of seen {number}")
+        with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
+        with errors_of(f"seen {number}"):
+            rows.append(with_posture(joints, limits="ignore"))
+    own = {key: given[key] for key in _PASSED_ON if key in given}
+    if kind == "contacts":
+        return Contacts(np.array(rows), **own)
+    if kind == "poses":
+        poses = [pose_of(one.get("pose"), f"pose of seen {number}") for number, one in enumerate(seen)]
+        return Poses(np.array(rows), poses=np.array(poses), **own)
+    if kind == "lines":
+        return _lines(
+            np.array(rows), _camera(robot, given), seen, own | {k: given[k] for k in ("field",) if k in given}
+        )
+    points = _points(_list(given.get("points"), "points"), given.get("field"))
+    pixels = [_pixels(one.get("pixels"), len(points), f"pixels of seen {number}") for number, one in enumerate(seen)]
+    return Pixels(np.array(rows), _camera(robot, given), np.array(pixels), points, **own)
+
+
+def _points(given: list[Any], name: Any) -> Floats:
+    """Return points, shape (k, 3), of which some may be names of points of a field."""
+    if name is None:
+        return as_floats(given, (3,), "points")
+    known = FIELDS[choice(name, FIELDS, "field")].points
+    where = f"point of the field {name}"
+    return as_floats([known[choice(p, known, where)] if isinstance(p, str) else p for p in given], (3,), "points")
+
+
+def _lines(q: Floats, found: Camera, seen: list[Any], own: dict[str, Any]) -> Lines:
+    """Return an observation of lines, with a column for the most pixels that one posture has of each line."""
+    given = [_object(one.get("lines"), f"lines of seen {number}") for number, one in enumerate(seen)]
+    parts, lines = list[Floats](), list[str]()
+    for name in dict.fromkeys(name for one in given for name in one):
+        rows = [
+            _pixels(one[name], len(_list(one[name], "pixels")), f"{name} of seen {number}") if name in one else None
+            for number, one in enumerate(given)
+        ]
+        most = max(len(row) for row in rows if row is not None)
+        part = np.full((len(q), most, 2), np.nan)
+        for k, row in enumerate(rows):
+            if row is not None:
+                part[k, : len(row)] = row
+        parts.append(part)
+        lines += [name] * most
+    if not lines:
+        raise BadArgument("lines must name at least one line")
+    return Lines(q, found, np.concatenate(parts, axis=1), lines, **own)
+
+
+def _camera(robot: RobotModel, given: Mapping[str, Any]) -> Any:
+    resolution = given.get("resolution", "VGA")
+    found = camera(robot, given["camera"], tuple(resolution) if isinstance(resolution, list) else resolution)
+    if "intrinsics" in given:
+        numbers = as_floats(given["intrinsics"], (4,), "intrinsics").tolist()
+        own = replace(found, **dict(zip(("fx", "fy", "cx", "cy"), numbers, strict=True)))
+        centre = (own.cx + 0.5) / own.width - 0.5, (own.cy + 0.5) / own.height - 0.5
+        ratio = own.fx / found.fx
+        if max(map(abs, centre)) > _OFF_CENTRE or not 1.0 / _OTHER_FOCUS < ratio < _OTHER_FOCUS:
+            size = f"{round(2.0 * own.cx)} × {round(2.0 * own.cy)}"
+            raise BadArgument(f"intrinsics are of images of about {size} pixels, not {own.width} × {own.height}")
+        found = own
+    if "distortion" in given:
+        found = replace(found, distortion=tuple(as_floats(given["distortion"], (), "distortion").ravel().tolist()))
+    return found
+
+
+def _pixels(given: Any, count: int, what: str) -> Floats:
+    rows = [[np.nan, np.nan] if row is None else row for row in _list(given, what)]
+    try:
+        found = np.array(rows, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise BadArgument(f"{what} must be [u, v] or null for each point") from None
+    if found.shape != (count, 2):
+        raise BadArgument(f"{what} must be [u, v] or null for each of {count} points, got {len(rows)}")
+    return found
+
+
+def _list(value: Any, what: str) -> list[Any]:
+    if not isinstance(value, list) or not value:
+        raise BadArgument(f"{what} must be a list that is not empty, got {quoted(described(value))}")
+    return value
+
+
+def _object(value: Any, what: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise BadArgument(f"{what} must be an object, got {quoted(described(value))}")
+    return value
+
+
+def _check_members(value: Any, known: set[str], where: str = "") -> None:
+    for name in _object(value, where.rstrip(": ") or "the document"):
+        if name not in known:
+            raise UnknownName(f"{where}member", name, sorted(known))
+
+
+# --- Photos of a chessboard.
+
+_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".ppm", ".pgm", ".tif", ".tiff", ".webp")
+# Units of times in the names of photos, as parts of a second.
+_UNITS = (1.0, 1e3, 1e6, 1e9)
+# Longest time between the rows of a log around a photo [s].
+_LONGEST_GAP = 0.5
+_MOST_CORNERS = 1000
+
+
+def from_photos(
+    robot: RobotModel,
+    photos: Path | str | Iterable[Path | str],
+    log: Path | str,
+    *,
+    board: tuple[int, int],
+    square: float,
+    camera: str = "CameraTop",
+    lens: ArrayLike | None = None,
+    times: Mapping[str, float] | Path | str | None = None,
+    place: ArrayLike | None = None,
+    frame: str | None = None,
+    name: str = "chessboard",
+    noise: float = 0.5,
+    missing: str | float | None = None,
+) -> Pixels:
+    """Return what photos of a chessboard show, with the joint values of a log at their times.
+
+    OpenCV finds the inner corners, to parts of a pixel. Their order is the same in all photos, as if the board were not
+    turned by more than 90° in the image from the first one to another: the first corner is the one nearest to the upper
+    left in the first photo, the next ones follow along a row of the board. In the board, x is along a row, y from row
+    to row, and z away from the camera. Joint values are interpolated between the rows of the log.
+
+    Args:
+        robot: the nominal robot.
+        photos: a folder of images, or their paths, all of one size.
+        log: a file of joint values and times, as `nk.stream.read_log` reads it.
+        board: inner corners of a row, and rows.
+        square: the side of a square [m].
+        camera: name of the camera.
+        lens: its fx, fy, cx, cy and distortion for photos of this size, as `cv2.calibrateCamera` finds them; None for
+            the published field of view without distortion.
+        times: name of a photo → its time, or a CSV file with the columns `file` and `time` [s]. None for the number at
+            the end of the names of the photos, as in top_1712345678.250.png: seconds, or milli-, micro- or nanoseconds
+            if the log has their times in seconds.
+        place: the measured pose of the board in the frame, shape (4, 4), or (x, y, z, roll, pitch, yaw); None if it is
+            unknown.
+        frame: the frame that carries the board; None for the root.
+        name: name of the board.
+        noise: standard deviation of u and of v [pixels].
+        missing: values of joints that the log does not have, as in `nk.stream.read_log`.
+
+    Returns:
+        One posture for each photo, in the order of their names; its pixels are NaN if the photo shows no whole board. A
+        warning names these.
+
+    Raises:
+        MissingExtra: OpenCV is not installed.
+        BadInputFile: a photo cannot be read, or the log has no times.
+        BadArgument: no photos; no photo shows the board; photos of several sizes; a photo without a time, or with one
+            that the log does not have.
+
+    Examples:
+        >>> seen = nk.calibration.from_photos(
+        ...     nk.load_nao(), "photos", "log.csv", board=(9, 6), square=0.03
+        ... )  # doctest: +SKIP
+        >>> found = nk.calibration.calibrate(
+        ...     nk.load_nao(), [seen], joints=["HeadYaw", "HeadPitch"], frames={"CameraTop": ["roll", "pitch", "yaw"]}
+        ... )  # doctest: +SKIP
+    """
+    check_robot(robot)
+    need_extra("chessboards in photos", "photos")
+    paths = _photos(photos)
+    if np.shape(board) != (2,):
+        raise BadArgument(f"board must be the columns and rows of inner corners, got {quoted(board)}")
+    columns = whole_number(board[0], "columns of board", 3, _MOST_CORNERS)
+    rows = whole_number(board[1], "rows of board", 3, _MOST_CORNERS)
+    size = float(shaped(square, (), "square"))
+    if not size > 0.0:
+        raise BadArgument(f"square must be positive, got {quoted(square)}")
+    read = read_log(robot, log, limits="ignore", hips="average", missing=missing)
+    if read.times is None:
+        raise BadInputFile(str(log), "no column of times, which photos need")
+    q = _interpolated(read.times, read.q, _times(paths, times, read.times), paths)
+    pixels, (width, height) = _corners(paths, columns, rows)
+    given = {} if lens is None else _lens(lens)
+    seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **given})
+    without = [path.name for path, found in zip(paths, pixels, strict=True) if np.isnan(found[0, 0])]
+    sides = f"{columns} × {rows} inner corners"
+    if len(without) == len(paths):
+        raise BadArgument(f"none of {len(paths)} photos shows a whole chessboard with {sides}")
+    if without:
+        more = " …" if len(without) > _MOST_LISTED else ""
+        text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: "
+        warn_caller(text + ", ".join(without[:_MOST_LISTED]) + more, NaoKinWarning)
+    y, x = np.divmod(np.arange(columns * rows), columns)
+    points = size * np.stack((x, y, np.zeros_like(x)), axis=-1)
+    if place is not None:
+        return Pixels(q, seen_by, pixels, transform_point(pose_of(place, "place"), points), frame, noise=noise)
+    return Pixels(q, seen_by, pixels, points, frame, board=name, noise=noise)
+
+
+_MOST_LISTED = 5
+
+
+def _lens(numbers: ArrayLike) -> dict[str, Floats]:
+    """Return intrinsics and distortion, given in one list."""
+    array = as_floats(numbers, (), "lens").ravel()
+    if len(array) < 4:
+        raise BadArgument(f"lens must be fx, fy, cx, cy and perhaps a distortion, got {len(array)} numbers")
+    return {"intrinsics": array[:4], "distortion": array[4:]}
+
+
+def _photos(photos: Path | str | Iterable[Path | str]) -> list[Path]:
+    """Return the paths of photos, sorted by name."""
+    if isinstance(photos, Path | str):
+        folder = Path(photos)
+        if not folder.is_dir():
+            raise BadArgument(f"no folder of photos: {quoted(str(folder))}")
+        found = [path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES]
+        if not found:
+            raise BadArgument(f"no photos ({', '.join(_SUFFIXES[:3])} …) in {quoted(str(folder))}")
+    else:
+        try:
+            found = [Path(path) for path in photos]
+        except TypeError:
+            raise BadArgument(f"photos must be a folder or paths of photos, got {quoted(photos)}") from None
+        if not found:
+            raise BadArgument("photos must have at least one path")
+    return sorted(found)
+
+
+def _times(paths: Sequence[Path], times: Mapping[str, float] | Path | str | None, moments: Floats) -> Floats:
+    """Return the times of photos [s]."""
+    if times is None:
+        ends = [re.search(r"\d+(\.\d+)?$", path.stem) for path in paths]
+        for path, end in zip(paths, ends, strict=True):
+            if end is None:
+                what = "a time at the end of its name, as in top_12.250.png"
+                raise BadArgument(f"the photo {path.name} has not {what}; give times")
+        given = np.array([float(end[0]) for end in ends if end is not None])
+        fits = (unit for unit in _UNITS if (_outside(given / unit, moments) == 0.0).all())
+        return np.asarray(given / next(fits, 1.0))
+    known = times if isinstance(times, Mapping) else _read_times(str(times))
+    for path in paths:
+        choice(path.name, known, "photo in times")
+    return np.array([float(shaped(known[path.name], (), f"time of {path.name}")) for path in paths])
+
+
+def _read_times(path: str) -> dict[str, float]:
+    """Return the times in a CSV file with the columns file and time."""
+    text = read_text(path)
+    head = text.partition("\n")[0]
+    rows = list(csv.DictReader(text.splitlines(), delimiter=delimiter_of(head), skipinitialspace=True))
+    found = dict[str, float]()
+    for number, row in enumerate(rows, start=2):
+        time = finite_decimal(row.get("time") or "")
+        if not row.get("file") or time is None:
+            raise BadInputFile(path, f"line {number}: expected the columns file and time [s], as in top_1.png,12.25")
+        found[row["file"]] = time
+    return found
+
+
+def _outside(times: Floats, moments: Floats) -> Floats:
+    """Return by how much times are before the first or after the last moment [s]."""
+    return np.asarray(np.maximum(np.maximum(moments[0] - times, times - moments[-1]), 0.0))
+
+
+def _interpolated(moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
+    """Return the configurations at the times of photos."""
+    if (np.diff(moments) <= 0.0).any():
+        raise BadArgument("the times of the log must ascend")
+    early = _outside(times, moments)
+    if early.max() > 0.0:
+        worst, ends = int(early.argmax()), f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
+        raise BadArgument(f"the photo {paths[worst].name} is of {times[worst]:.6f} s, and the log {ends}")
+    after = np.searchsorted(moments, times)
+    gap = moments[after] - moments[np.maximum(after - 1, 0)]
+    if gap.max() > _LONGEST_GAP:
+        worst = int(gap.argmax())
+        raise BadArgument(f"the log has a gap of {gap[worst]:.3g} s around the photo {paths[worst].name}")
+    return np.stack([np.interp(times, moments, column) for column in q.T], axis=-1)
+
+
+def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tuple[int, int]]:
+    """Return the corners in each photo, shape (n, columns · rows, 2), NaN without a board, and the size of photos."""
+    import cv2
+
+    found, size, along = np.full((len(paths), columns * rows, 2), np.nan), None, np.ones(2)
+    for number, path in enumerate(paths):
+        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        if image is None:
+            raise BadInputFile(str(path), "is no image that OpenCV reads")
+        own = image.shape[1], image.shape[0]
+        size = own if size is None else size
+        if own != size:
+            sizes = f"{own[0]} × {own[1]} pixels, the first one {size[0]} × {size[1]}"
+            raise BadArgument(f"photos must have one size: {path.name} has {sizes}")
+        seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY)
+        if not seen:
+            continue
+        corners = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+        diagonal = corners[-1] - corners[0]
+        if diagonal @ along < 0.0:
+            corners, diagonal = corners[::-1], -diagonal
+        along = diagonal if number == 0 or (along == 1.0).all() else along
+        found[number] = corners
+    return found, size or (0, 0)

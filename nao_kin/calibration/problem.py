@@ -1,0 +1,571 @@
+"""The least squares of a calibration: residuals, what the data determine, outliers, and first estimates of poses."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import Floats, check_tolerance, choice, join_poses, rigid_inverse, shaped
+from nao_kin._core.text import quoted
+from nao_kin.calibration.observations import (
+    PLACE,
+    Checked,
+    Contacts,
+    Lines,
+    Pixels,
+    Poses,
+    Seen,
+    camera_at,
+    errors_of,
+)
+from nao_kin.calibration.unknowns import COORDINATES, PLANAR, State, Unknowns
+from nao_kin.errors import BadArgument, DegreesWarning
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import exp, mean_rotation, nearest_rotation
+from nao_kin.screws import nearest_pose
+from nao_kin.world import outside_image
+
+AnyObservation = Pixels | Lines | Poses | Contacts
+# Residuals beyond this many standard deviations count with their magnitude, not with its square.
+_HUBER = 3.0
+# An item is an outlier if noise alone makes its residual so large with a smaller probability than this.
+_RARE = 1e-6
+# The data determine an offset if its standard deviation after the calibration is below this share of the one before.
+_DETERMINED = 0.8
+# Unknowns with a smaller correlation to an undetermined offset are not named together with it.
+_CORRELATED = 0.3
+_MOST_NAMED = 8
+# Numbers without a prior have one that is wider than any in practice by this factor.
+_WIDER = 1e3
+# Pixels outside of their image by more than so many standard deviations are in another one.
+_OUTSIDE = 10.0
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """An observed item whose residual is larger than its noise explains.
+
+    Attributes:
+        observation: the number of the observation in the list given.
+        kind: "pixels", "lines", "poses" or "contacts".
+        item: the posture, and for pixels the point, as in "posture 3, point 2".
+        sigmas: length of the residual in standard deviations of its noise.
+    """
+
+    observation: int
+    kind: str
+    item: str
+    sigmas: float
+
+    def __str__(self) -> str:
+        return f"observation {self.observation} ({self.kind}), {self.item}: {self.sigmas:.1f} σ"
+
+
+class Problem:
+    """Checked observations and the unknowns that explain them."""
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        observations: Sequence[AnyObservation],
+        joints: Iterable[str],
+        frames: Mapping[str, Iterable[str]] | Iterable[str],
+        start: Mapping[str, ArrayLike],
+        prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "typical",
+        joint_noise: float = 0.0,
+    ) -> None:
+        several = isinstance(observations, Iterable) and getattr(observations, "ndim", 1) > 0
+        given = list(observations) if several else [observations]
+        if not isinstance(start, Mapping):
+            raise BadArgument(f"start must map names to poses, got {quoted(start)}")
+        self.observations: list[Checked] = []
+        for number, one in enumerate(given):
+            if not isinstance(one, AnyObservation):
+                raise BadArgument(f"expected observations: Pixels, Lines, Poses or Contacts, got {quoted(one)}")
+            with errors_of(f"observation {number}"):
+                self.observations.append(one._checked(robot))
+        names = dict[str, str]()
+        for name, meaning in (pose for one in self.observations for pose in one.poses):
+            if names.setdefault(name, meaning) != meaning:
+                raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
+        coordinates = {name: PLANAR if names[name].startswith(PLACE) else COORDINATES for name in names}
+        self.unknowns = Unknowns(robot, joints, frames, coordinates, prior)
+        self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
+        if not self.unknowns.offsets:
+            raise BadArgument("nothing to calibrate: name joints, or frames")
+        known, self._scales = np.isfinite(self.unknowns.prior), self.unknowns.scales
+        self._deviations = np.where(known, self.unknowns.prior, _WIDER * self._scales)
+        self._limits = np.where(known, _DETERMINED * self.unknowns.prior, self._scales)
+        count = sum(int(one.mask.sum()) * one.measured.shape[-1] for one in self.observations)
+        needed = max(self.size - self.unknowns.offsets, 1)
+        if count < needed:
+            raise BadArgument(f"too few observations: {count} numbers for {needed} of unknown poses")
+        for name in start:
+            choice(name, names, "board, marker or world")
+        starts = {name: nearest_pose(shaped(T, (4, 4), f"start of {name}")) for name, T in start.items()}
+        nominal = Unknowns(robot, (), (), {}).at(np.zeros(0))
+        # Observations that share a pose with a richer one are started by it.
+        for rich in sorted(self.observations, key=lambda one: -int(one.mask.sum())):
+            add_starts(nominal, rich, starts)
+        starts |= place_starts(nominal, self.observations, starts)
+        for name, block in self.unknowns.poses.items():
+            self.unknowns.poses[name] = replace(block, start=starts[name])
+        self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
+        self._last: tuple[bytes, list[Seen]] | None = None
+        check_tolerance(joint_noise, "joint_noise")
+        self._again, self._joint_noise = (dict(start), prior, joint_noise), joint_noise
+        self._readings: Readings | None = None
+
+    def again(self, observations: Sequence[AnyObservation]) -> Problem:
+        """Return the same problem with other observations."""
+        unknowns = self.unknowns
+        frames = {
+            name: [coordinate for coordinate, place in zip(COORDINATES, block.places, strict=True) if place >= 0]
+            for name, block in unknowns.frames.items()
+        }
+        return Problem(unknowns.robot, observations, unknowns.joints, frames, *self._again)
+
+    def seen(self, x: Floats) -> list[Seen]:
+        """Return the residuals of each observation, and their derivatives."""
+        key = x.tobytes()  # residuals and derivatives are asked for one after the other
+        if self._last is None or self._last[0] != key:
+            state = self.unknowns.at(x)
+            self._last = key, [one.at(state) for one in self.observations]
+        return self._last[1]
+
+    def outside(self) -> str:
+        """Return a message on pixels outside of their image by more than noise explains; "" if there are none."""
+        for number, one in enumerate(self.observations):
+            if isinstance(one.given, Pixels | Lines):
+                lens, pixels = one.given.camera, np.asarray(one.given.pixels, dtype=np.float64).reshape(-1, 2)
+                last = np.array([lens.width, lens.height]) - 0.5
+                beyond = np.maximum(-0.5 - pixels, pixels - last).max(axis=-1) > _OUTSIDE * one.given.noise
+                if beyond.any():
+                    text = outside_image(self.unknowns.robot, lens, pixels[beyond])
+                    return f"observation {number}: {beyond.sum()} pixels are {text}"
+        return ""
+
+    def take_readings(self, x: Floats) -> None:
+        """Take errors of the reported joint values out of the residuals from now on, as their effects are at x."""
+        if not self._joint_noise > 0.0:
+            return
+        postures, rows, kept = [], [], []
+        by_readings = self.reading_jacobians(x, [one.q for one in self.observations])
+        for one, J, keeps in zip(self.observations, by_readings, self._kept, strict=True):
+            numbers = one.measured.shape[-1]
+            postures.append(np.repeat(one.q[np.nonzero(one.mask)[0]], numbers, axis=0))
+            rows.append(J[one.mask].reshape(-1, J.shape[-1]))
+            kept.append(np.repeat(keeps, numbers))
+        self._readings = Readings(*map(np.concatenate, (postures, rows, kept)))
+
+    def reading_jacobians(self, x: Floats, qs: Sequence[Floats], trial: bool = False) -> list[Floats]:
+        """Return the derivatives of each observation's predictions at configurations by the readings' noise."""
+        robot, state = self.unknowns.robot, self.unknowns.at(x)
+        turning = [name for name in robot.joint_names if robot.unit(name) == "rad" and name not in robot.mimics]
+        readings = Unknowns(robot, turning, (), {})
+        for name, block in self.unknowns.poses.items():
+            readings.poses[name] = replace(block, places=(-1,) * len(COORDINATES), start=state.pose(name).T)
+        at = readings.at(np.zeros(len(turning)))
+        return [
+            np.nan_to_num(one.measure(at, self.unknowns.reported(x, q), trial).J) * self._joint_noise
+            for one, q in zip(self.observations, qs, strict=True)
+        ]
+
+    def residuals(self, x: Floats) -> Floats:
+        """Return all residuals, zero for items left out, and then the errors of readings over their noise."""
+        found = np.concatenate(
+            [(part.residuals * kept[:, None]).ravel() for part, kept in zip(self.seen(x), self._kept, strict=True)]
+        )
+        return found if self._readings is None else self._readings.taken_out(found)
+
+    def jacobian(self, x: Floats) -> Floats:
+        """Return the derivatives of all residuals, shape (m, unknowns)."""
+        parts = [part.J * kept[:, None, None] for part, kept in zip(self.seen(x), self._kept, strict=True)]
+        found = np.concatenate([part.reshape(-1, self.size) for part in parts])
+        return np.asarray(found if self._readings is None else self._readings.taken_out(found))
+
+    def misfits(self, x: Floats) -> list[Floats]:
+        """Return the residuals of each observation, shape (items seen, numbers), without the effect of the readings."""
+        seen = [part.residuals for part in self.seen(x)]
+        if self._readings is None:
+            return seen
+        flat = self._readings.misfits(np.concatenate([part.ravel() for part in seen]))
+        ends = np.cumsum([part.size for part in seen])[:-1]
+        return [part.reshape(own.shape) for part, own in zip(np.split(flat, ends), seen, strict=True)]
+
+    def solved(self, x: Floats, free: NDArray[np.bool_], loss: str, steps: int | None = None) -> Floats:
+        """Return the unknowns of least loss, after at most so many `steps`; those that are not free stay."""
+        from scipy.optimize import least_squares
+
+        scales = self._scales[free]
+        if not len(scales):
+            return x
+
+        def whole(part: Floats) -> Floats:
+            found: Floats = x.copy()
+            found[free] = part
+            return found
+
+        prior = np.diag(1.0 / self._deviations[free])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DegreesWarning)  # of steps that are taken back
+            for stage in dict.fromkeys(("linear", loss)):  # squares first: they lead there from far away
+                x = whole(
+                    least_squares(
+                        lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
+                        x[free],
+                        lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
+                        x_scale=scales,
+                        loss=stage,
+                        f_scale=_HUBER,
+                        xtol=1e-12,
+                        ftol=1e-12,
+                        gtol=1e-12,
+                        max_nfev=steps,
+                    ).x
+                )
+        return x
+
+    def covariance(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
+        """Return the covariance of the errors of the unknowns, those that are not free at zero."""
+        J = self.jacobian(x)
+        if loss != "linear":
+            J = J[np.abs(self.residuals(x)) <= _HUBER]
+        part = _posterior(J[:, free], self._deviations[free])
+        # The errors of the free ones change with the errors of the others by −S.
+        S = part @ J[:, free].T @ J[:, ~free]
+        others = np.diag(np.minimum(self.unknowns.prior, self._scales)[~free] ** 2)
+        found = np.zeros((self.size, self.size))
+        found[np.ix_(free, free)] = part + S @ others @ S.T
+        found[np.ix_(free, ~free)] = -S @ others
+        found[np.ix_(~free, free)] = -others @ S.T
+        found[np.ix_(~free, ~free)] = others
+        return found
+
+    def undetermined(self, x: Floats, free: NDArray[np.bool_]) -> tuple[int, list[int]] | None:
+        """Return the free number that the data determine least, and those correlated with it; None if they do all.
+
+        Numbers of unknown poses follow when all offsets are determined: if they are still free by more than any offset.
+        """
+        places = np.flatnonzero(free)
+        if not len(places):
+            return None
+        covariance = _posterior(self.jacobian(x)[:, free], self._deviations[free])
+        deviations = np.sqrt(np.diag(covariance))
+        is_offset = places < self.unknowns.offsets
+        rest = deviations / self._limits[free]
+        for kind in (is_offset, ~is_offset):
+            if (kind & (rest > 1.0)).any():
+                worst = int(np.where(kind, rest, 0.0).argmax())
+                correlated = np.abs(covariance[worst]) > _CORRELATED * deviations * deviations[worst]
+                return int(places[worst]), places[correlated].tolist()
+        return None
+
+    def leave_out(self, seen: list[Floats]) -> None:
+        """Leave out the items that are beyond their noise at these residuals, and no others."""
+        self._kept = [(~_beyond(residuals)).astype(float) for residuals in seen]
+
+    def outliers(self, seen: list[Floats]) -> tuple[list[Outlier], int]:
+        """Return the items beyond their noise, the largest first, and the number of all items."""
+        found = []
+        for number, (one, residuals) in enumerate(zip(self.observations, seen, strict=True)):
+            sizes = np.linalg.norm(residuals, axis=1)
+            for row in np.flatnonzero(_beyond(residuals)):
+                found.append(Outlier(number, one.kind, one.describe(int(row)), float(sizes[row])))
+        return sorted(found, key=lambda outlier: -outlier.sigmas), sum(map(len, seen))
+
+    def noise_ratios(self, x: Floats, unknowns: int) -> tuple[float | None, float | None]:
+        """Return the ratios of residuals and of errors of readings to their noise; None where chance explains it."""
+        seen = self.misfits(x)
+        near = np.concatenate([part[~_beyond(part)].ravel() for part in seen])
+        # Errors of readings have a part of the freedom of the residuals, at most their number.
+        errors = self.residuals(x)[sum(part.size for part in seen) :]
+        return _ratio(near, near.size - unknowns, errors), _ratio(errors, errors.size)
+
+
+def _beyond(residuals: Floats) -> NDArray[np.bool_]:
+    """Return which items, rows of residuals, noise alone does not explain."""
+    from scipy.stats import chi2
+
+    return np.asarray((residuals**2).sum(axis=1) > chi2.isf(_RARE, residuals.shape[1]))
+
+
+def _ratio(residuals: Floats, freedom: int, *more: Floats) -> float | None:
+    from scipy.stats import chi2
+
+    total = float(residuals @ residuals) + sum(float(part @ part) for part in more)
+    if freedom <= 0 or chi2.sf(total, freedom) > _RARE:
+        return None
+    return float(np.sqrt(total / freedom))
+
+
+class Readings:
+    """Errors of the reported joint values in each posture, which move all residuals r in it by J d.
+
+    With the most likely errors d = −K r, K = (Jᵀ J + 1)⁻¹ Jᵀ, the residuals are (r + J d, d): the sum of their squares
+    is rᵀ (1 + J Jᵀ)⁻¹ r, that of residuals whose covariance is 1 + J Jᵀ.
+    """
+
+    def __init__(self, postures: Floats, J: Floats, kept: Floats) -> None:
+        from scipy.sparse import block_diag, csr_array
+
+        group = np.unique(postures, axis=0, return_inverse=True)[1].ravel()
+        order = np.argsort(group, kind="stable")
+        parts, gains = list[Floats](), list[Floats]()
+        for rows in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+            part = J[rows][:, J[rows].any(axis=0)]
+            counted = part * kept[rows, None]
+            parts.append(part)
+            gains.append(np.asarray(np.linalg.solve(counted.T @ counted + np.eye(part.shape[1]), counted.T)))
+        back = np.argsort(order)
+        self._kept, self._group = kept, group
+        self._owner = np.repeat(np.arange(len(gains)), [len(gain) for gain in gains])
+        self._effects = csr_array(block_diag(parts, format="csr")[back])
+        self._gains = csr_array(block_diag(gains, format="csr")[:, back])
+
+    def taken_out(self, r: Floats) -> Floats:
+        """Return residuals of kept items, or derivatives, without the effects of the errors, and then the errors."""
+        d = -self._gains @ r
+        kept = self._kept if r.ndim == 1 else self._kept[:, None]
+        return np.concatenate((r + kept * (self._effects @ d), d))
+
+    def misfits(self, r: Floats) -> Floats:
+        """Return the residuals of all items, without the effects of the errors that the kept ones show.
+
+        Errors that are improbable in a posture are not taken out of its residuals.
+        """
+        from scipy.stats import chi2
+
+        d = -self._gains @ (self._kept * r)
+        counts = np.bincount(self._owner, minlength=int(self._group.max()) + 1)
+        sizes = np.bincount(self._owner, d * d, len(counts))
+        return np.asarray(r + (sizes <= chi2.isf(_RARE, np.maximum(counts, 1)))[self._group] * (self._effects @ d))
+
+
+def _posterior(J: Floats, deviations: Floats) -> Floats:
+    """Return (Jᵀ J + diag(1/s²))⁻¹ for prior standard deviations s, by singular values."""
+    _, sizes, V = np.linalg.svd(np.concatenate((J * deviations, np.eye(len(deviations)))), full_matrices=False)
+    root = deviations[:, None] * V.T / sizes
+    return np.asarray(root @ root.T)
+
+
+def told(problem: Problem, held: int, members: Sequence[int]) -> str:
+    """Return a note on an undetermined number and on those that trade with it, with what to observe."""
+    label, offsets = problem.labels[held], problem.unknowns.offsets
+    left = f"{label} is held at 0"
+    if held < offsets:
+        size = min(problem.unknowns.prior[held], problem.unknowns.scales[held])
+        left += f" ± {np.degrees(size):.2g}°" if problem.unknowns.units[held] == "rad" else f" ± {size:.2g}"
+    if len(members) == 1:
+        return f"the data say nothing about {label}: {left}; observe what it moves"
+    names = [problem.labels[i] for i in members]
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    advice = "observe postures and points in which these differ"
+    if members[-1] >= offsets:
+        advice = "observe points at measured places, or marks on the robot itself"
+    return f"the data cannot tell apart {', '.join(names[:_MOST_NAMED])}{more}: {left}; {advice}"
+
+
+# --- First estimates of unknown poses, from the nominal robot.
+
+# Postures from which a board's pose is estimated; the best estimate counts.
+_TRIED = 10
+# Ratio of the least to the greatest extent of points that lie in a plane, and of those on a line.
+_FLAT = 1e-6
+
+
+def add_starts(state: State, observation: Checked, starts: dict[str, Floats]) -> None:
+    """Estimate the poses that an observation needs and that have no start yet."""
+    if all(name in starts or meaning.startswith(PLACE) for name, meaning in observation.poses):
+        return
+    given = observation.given
+    if isinstance(given, Pixels):
+        starts[str(given.board)] = _board(state, observation, given)
+    elif isinstance(given, Poses):
+        frames = state.frame(observation.q, given.reference).inverse() @ state.frame(observation.q, given.frame)
+        starts |= _markers(frames.T, np.reshape(given.poses, (-1, 4, 4)), given, starts)
+
+
+def _board(state: State, observation: Checked, given: Pixels) -> Floats:
+    """Return the pose of a board in its frame: of those estimated from single postures, the one that suits all best."""
+    points, mask = np.reshape(given.points, (-1, 3)), observation.mask
+    pixels = observation.measured * given.noise
+    T_frame_cameras = (
+        state.frame(observation.q, given.frame).inverse() @ camera_at(state, observation.q, given.camera)
+    ).T
+    found = list[tuple[float, Floats]]()
+    for n in np.argsort(-mask.sum(axis=1), kind="stable")[:_TRIED]:
+        rays = np.asarray(given.camera.ray(pixels[n]))
+        usable = np.isfinite(rays).all(axis=-1)
+        T_camera_board = _pose_of_points(points[usable], rays[usable])
+        if T_camera_board is None:
+            continue
+        T_frame_board = T_frame_cameras[n] @ T_camera_board
+        T = rigid_inverse(T_frame_cameras) @ T_frame_board
+        seen = T[:, None, :3, :3] @ points[:, :, None]
+        error = np.abs(given.camera.project(seen[..., 0] + T[:, None, :3, 3]) - pixels)[mask]
+        found.append((float(np.median(np.nan_to_num(error, nan=np.inf))), T_frame_board))
+    if not found:
+        raise BadArgument(
+            f"the pose of board {given.board} needs a posture that sees four of its points in a plane, or six; "
+            f"or give start={{{given.board!r}: pose}}"
+        )
+    return min(found, key=lambda pair: pair[0])[1]
+
+
+def _pose_of_points(points: Floats, rays: Floats) -> Floats | None:
+    """Return the pose of a body in the camera's frame from the rays to its points; None for too few of them.
+
+    The direct linear transform: ray × (R X + t) = 0 is linear in the columns of R that the points span, and in t. Its
+    solution is fixed up to a factor, which the lengths of the columns and the side of the camera give.
+    Source: Hartley and Zisserman, Multiple View Geometry, 7.1.
+    """
+    if len(points) < 4:
+        return None
+    centre = points.mean(axis=0)
+    _, spread, axes = np.linalg.svd(points - centre)
+    rank = int((spread > _FLAT * spread.max()).sum())
+    if rank < 2 or (rank == 3 and len(points) < 6):
+        return None
+    B = axes[:rank].T
+    size = spread[0] / np.sqrt(len(points))
+    local = np.concatenate(((points - centre) @ B / size, np.ones((len(points), 1))), axis=1)
+    x, y, z = rays.T
+    o = np.zeros_like(x)
+    skew = np.array([[o, -z, y], [z, o, -x], [-y, x, o]]).transpose(2, 0, 1)
+    rows = np.einsum("nij,nk->nijk", skew, local).reshape(3 * len(points), -1)
+    M = np.linalg.svd(rows)[2][-1].reshape(3, rank + 1)
+    M /= (
+        np.cbrt(np.linalg.norm(M[:, :rank], axis=0).prod())
+        if rank == 3
+        else np.sqrt(np.linalg.norm(M[:, :2], axis=0).prod())
+    )
+    M *= np.sign((rays * (local @ M.T)).sum())
+    columns = M[:, :rank] if rank == 3 else np.column_stack((M[:, :2], np.cross(M[:, 0], M[:, 1])))
+    full = B if rank == 3 else np.column_stack((B, np.cross(B[:, 0], B[:, 1])))
+    try:
+        R = nearest_rotation(columns @ full.T)
+    except BadArgument:  # the rays are in a plane, or nearly one ray
+        return None
+    return join_poses(R, size * M[:, rank] - R @ centre)
+
+
+def _markers(frames: Floats, poses: Floats, given: Poses, starts: dict[str, Floats]) -> dict[str, Floats]:
+    """Return the unknown of T_world_marker = T_world_reference · T_reference_frame · T_frame_marker."""
+    world = np.eye(4) if given.world is None else starts.get(given.world)
+    marker = np.eye(4) if given.marker is None else starts.get(given.marker)
+    if world is None and marker is not None:
+        return {str(given.world): _mean(poses @ rigid_inverse(frames @ marker))}
+    if world is None:
+        world = _world(frames, poses)
+    marker = _mean(rigid_inverse(world @ frames) @ poses)
+    return {name: T for name, T in ((given.world, world), (given.marker, marker)) if name is not None}
+
+
+def _world(frames: Floats, poses: Floats) -> Floats:
+    """Return T_world_reference if both ends are unknown: P N = W F with N = T_marker_frame is linear in W and N.
+
+    Source: Shah, Solving the robot-world/hand-eye calibration problem using the Kronecker product, 2013.
+    """
+    R_P, R_F, one = poses[:, :3, :3], frames[:, :3, :3], np.eye(3)
+    rows = np.concatenate([np.hstack((np.kron(P, one), -np.kron(one, F.T))) for P, F in zip(R_P, R_F, strict=True)])
+    W = np.linalg.svd(rows)[2][-1].reshape(2, 3, 3)[1]
+    R_W = nearest_rotation(W * np.sign(np.linalg.det(W)))
+    # R_P t_N + t_P = R_W t_F + t_W
+    A = np.concatenate([np.hstack((P, -one)) for P in R_P])
+    b = (frames[:, :3, 3] @ R_W.T - poses[:, :3, 3]).ravel()
+    return join_poses(R_W, np.linalg.lstsq(A, b, rcond=None)[0][3:])
+
+
+def _mean(T: Floats) -> Floats:
+    return join_poses(mean_rotation(T[:, :3, :3]).rotation, T[:, :3, 3].mean(axis=0))
+
+
+# --- First estimates of places, from the nominal robot.
+
+# Directions from which the search starts, and those of least error that are continued.
+_DIRECTIONS, _CONTINUED = 24, 6
+# Pixels that show points of the floor farther away do not count [m].
+_FAR = 8.0
+# Errors of a pixel's direction and of the tilt of the robot that are expected, and the largest tilt [rad].
+_PIXEL, _TILT, _LARGEST_TILT = 5e-3, 0.03, 0.12
+
+
+def place_starts(state: State, observations: Sequence[Checked], starts: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return the places of the field in a sole that have no start yet, as poses."""
+    found = dict[str, Floats]()
+    for name in dict.fromkeys(name for one in observations for name, what in one.poses if what.startswith(PLACE)):
+        if name not in starts:
+            shown = [_shown(state, one) for one in observations if any(name == own for own, _ in one.poses)]
+            eyes, rays, X, C, L = (np.concatenate(parts) for parts in zip(*shown, strict=True))
+            if 2 * np.isfinite(X[:, 0]).sum() + np.isnan(X[:, 0]).sum() < 3:
+                raise BadArgument(f"the place {name} needs at least three numbers: two points, or pixels on two lines")
+            found[name] = _placed(eyes, rays, X, C, L)
+    return found
+
+
+def _shown(state: State, one: Checked) -> tuple[Floats, ...]:
+    """Return eyes and rays (m, 3) in the sole, and the point (m, 2), conic and line that each shows."""
+    given, q = one.given, one.q
+    shape = len(q), one.measured.shape[1]
+    T = (state.frame(q, given.frame).inverse() @ camera_at(state, q, given.camera)).T
+    d = np.asarray(given.camera.ray(np.reshape(given.pixels, (*shape, 2)))) @ np.swapaxes(T[:, :3, :3], -1, -2)
+    e = np.broadcast_to(T[:, None, :3, 3], d.shape)
+    with np.errstate(invalid="ignore"):
+        near = -_FAR * d[..., 2] > e[..., 2] * np.hypot(d[..., 0], d[..., 1])
+    X, C, L = np.full((shape[1], 2), np.nan), np.zeros((shape[1], 3, 3)), np.zeros((shape[1], 3))
+    if isinstance(given, Lines):
+        C, L = given._curves()
+    else:
+        X = np.asarray(given.points, dtype=np.float64)[:, :2]
+    return e[near], d[near], *(np.broadcast_to(part, (len(q), *part.shape))[near] for part in (X, C, L))
+
+
+def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floats:
+    """Return the pose of the field in the sole that fits best to what rays show; the robot may be somewhat tilted."""
+    from scipy.optimize import least_squares
+
+    is_point, is_circle = np.isfinite(X[:, 0]), C[:, 0, 0] != 0.0
+    # A pixel on the circle is near its centre; the points of lines are known across them.
+    near = np.where(is_point[:, None], X, np.where((is_circle & ~is_point)[:, None], 0.0, np.nan))
+    both, across = np.isfinite(near[:, 0]), ~is_point & ~is_circle
+
+    def on_floor(tilt: Floats) -> Floats:
+        d = rays @ exp([*tilt, 0.0]).T
+        return np.asarray(eyes[:, :2] - (eyes[:, 2] / np.minimum(d[:, 2], -1e-3))[:, None] * d[:, :2])
+
+    def off(place: Floats) -> Floats:
+        p = on_floor(place[3:])
+        # From a distance on the floor to the angle that the eye sees.
+        angles = eyes[:, 2] / (eyes[:, 2] ** 2 + ((p - eyes[:, :2]) ** 2).sum(axis=-1)) / _PIXEL
+        f = np.concatenate(((p - place[:2]) @ _turn(place[2]), np.ones((len(p), 1))), axis=-1)
+        c = 2.0 * np.einsum("mij,mj->mi", C, f) + L
+        off_line = (f * (c + L)).sum(axis=-1) / 2.0 / np.maximum(np.hypot(c[:, 0], c[:, 1]), 1e-9)
+        points = (f[is_point, :2] - X[is_point]) * angles[is_point, None]
+        return np.concatenate((points.ravel(), (off_line * angles)[~is_point], place[3:] / _TILT))
+
+    p, tried = on_floor(np.zeros(2)), []
+    for yaw in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False):
+        R = _turn(yaw)
+        normals = L[across, :2] @ R.T
+        rows = np.concatenate((np.tile(np.eye(2), (int(both.sum()), 1)), normals))
+        right = (p[across] * normals).sum(axis=-1) + L[across, 2]
+        t = np.linalg.lstsq(rows, np.concatenate(((p[both] - near[both] @ R.T).ravel(), right)), rcond=None)[0]
+        tried.append(np.array([*t, yaw, 0.0, 0.0]))
+    tried.sort(key=lambda place: float(np.abs(off(place)).sum()))
+    bound = np.array([np.inf, np.inf, np.inf, _LARGEST_TILT, _LARGEST_TILT])
+    searches = (least_squares(off, x, loss="soft_l1", f_scale=3.0, bounds=(-bound, bound)) for x in tried[:_CONTINUED])
+    best = min(searches, key=lambda one: float(one.cost))
+    T = np.eye(4)
+    T[:2, :2], T[:2, 3] = _turn(best.x[2]), best.x[:2]
+    return T
+
+
+def _turn(angle: float) -> Floats:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
