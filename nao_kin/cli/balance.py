@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
-from nao_kin.cli.options import RobotOptions, command, option
+from nao_kin.cli.options import CONFIGURATIONS, CONTACTS, FORCES, JSON, LIMITS, RobotOptions, command, option
 from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_note, print_table, units
-from nao_kin.cli.shared import CONFIGURATIONS, CONTACTS, FORCES, JSON, LIMITS
 from nao_kin.cli.sources import FileOptions, numbers_of
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import MISSING, OUTPUT, SEED, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import MISSING, SEED
 from nao_kin.cli.sources import numbers_of, posture_or_number
 from nao_kin.errors import BadArgument
 

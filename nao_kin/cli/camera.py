@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy
-from nao_kin.cli.options import RobotOptions, argument, command, option
+from nao_kin.cli.options import CSV, JSON, LIMITS, RobotOptions, argument, command, option
 from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, units
-from nao_kin.cli.shared import CSV, JSON, LIMITS
 from nao_kin.cli.sources import JointOptions, numbers_of, read_columns
 from nao_kin.errors import BadArgument, BadInputFile
 

@@ -9,9 +9,8 @@ import numpy as np
 import typer
 
 from nao_kin._core.arrays import Floats, LimitPolicy
-from nao_kin.cli.options import RobotOptions, command, option
+from nao_kin.cli.options import ALLOW, CONFIGURATIONS, EXACT, JSON, LIMITS, TOLERANCE, RobotOptions, command, option
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.shared import ALLOW, CONFIGURATIONS, EXACT, JSON, LIMITS, TOLERANCE
 from nao_kin.cli.sources import FileOptions, pairs_of
 
 if TYPE_CHECKING:

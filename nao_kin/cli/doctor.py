@@ -23,9 +23,8 @@ from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.cache import warm_up
-from nao_kin.cli.options import command
+from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.shared import JSON
 
 # --- Libraries tried in a separate process, because incompatible binary libraries crash instead of raising.
 

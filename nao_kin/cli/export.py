@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, command, flag, option
+from nao_kin.cli.options import TIMELINE, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.shared import TIMELINE
 from nao_kin.cli.sources import MotionFile
 from nao_kin.errors import BadArgument
 

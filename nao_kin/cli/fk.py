@@ -12,7 +12,18 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
-from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
+from nao_kin.cli.options import (
+    CSV,
+    FRAME,
+    LIMITS,
+    OUTPUT,
+    REFERENCE,
+    OutputOptions,
+    RobotOptions,
+    argument,
+    command,
+    option,
+)
 from nao_kin.cli.output import (
     fixed,
     print_json,
@@ -23,7 +34,6 @@ from nao_kin.cli.output import (
     progress,
     units,
 )
-from nao_kin.cli.shared import CSV, FRAME, LIMITS, REFERENCE
 from nao_kin.cli.sources import FileOptions, frame_names, note_clamped
 from nao_kin.errors import BadArgument
 

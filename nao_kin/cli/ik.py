@@ -18,9 +18,22 @@ from numpy.typing import NDArray
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import (
+    COLUMNS,
+    CSV,
+    DEG,
+    HIPS,
+    IGNORE_OTHER,
+    LIMITS,
+    OUTPUT,
+    OutputOptions,
+    RobotOptions,
+    argument,
+    command,
+    flag,
+    option,
+)
 from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written, units
-from nao_kin.cli.shared import COLUMNS, CSV, DEG, HIPS, IGNORE_OTHER, LIMITS
 from nao_kin.cli.sources import FileOptions, joint_values, numbers_of
 from nao_kin.errors import BadArgument, NaoKinError, UnknownName
 

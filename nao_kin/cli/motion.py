@@ -11,9 +11,24 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import Group, OutOptions, OutputOptions, RobotOptions, command, flag, option
+from nao_kin.cli.options import (
+    ALLOW,
+    COLUMNS,
+    EXACT,
+    HIPS,
+    JSON,
+    MISSING,
+    OUTSIDE,
+    TOLERANCE,
+    Group,
+    OutOptions,
+    OutputOptions,
+    RobotOptions,
+    command,
+    flag,
+    option,
+)
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.shared import ALLOW, COLUMNS, EXACT, HIPS, JSON, MISSING, OUTSIDE, TOLERANCE
 from nao_kin.cli.sources import MotionFile, check_posture, pairs_of, recorded, refuse_both
 from nao_kin.errors import BadArgument
 

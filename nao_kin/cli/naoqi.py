@@ -19,9 +19,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import JSON, OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
-from nao_kin.cli.shared import JSON
 from nao_kin.cli.sources import posture_or_number
 from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument

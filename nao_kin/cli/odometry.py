@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
+from nao_kin.cli.options import CONTACTS, FORCES, GYRO, OUTPUT, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
     column_writer,
     csv_text,
@@ -22,7 +22,6 @@ from nao_kin.cli.output import (
     print_written,
     units,
 )
-from nao_kin.cli.shared import CONTACTS, FORCES, GYRO
 from nao_kin.cli.sources import FileOptions, Input
 from nao_kin.errors import BadInputFile
 

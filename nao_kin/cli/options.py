@@ -6,7 +6,7 @@ import inspect
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING as REQUIRED, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
@@ -38,7 +38,7 @@ _CONTRADICTIONS = (
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
     """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
-    `metavar` is the placeholder in the help, None for a choice, whose values are listed; MISSING makes it required.
+    `metavar` is the placeholder in the help, None for a choice, whose values are listed; REQUIRED makes it required.
     """
 
     def info(name: str) -> Any:
@@ -52,7 +52,7 @@ def flag(help: str, *names: str, default: bool | None = False) -> Any:
     return option(None, help, *names, default=default)
 
 
-def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
+def argument(metavar: str, help: str, default: Any = REQUIRED) -> Any:
     """Return a positional argument, as in `option`."""
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
@@ -111,7 +111,7 @@ def with_options(name: str) -> Callable[..., None]:
 
 def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
     """Return the parameter for typer, made from an `option`, a `flag` or an `argument`."""
-    default = Parameter.empty if given.default is MISSING else given.default
+    default = Parameter.empty if given.default is REQUIRED else given.default
     annotation = Annotated[kind, given.metadata["info"](name)]
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
@@ -297,3 +297,29 @@ class RobotOptions:
 
 # Options that are missing in commands for the NAO only.
 OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")
+
+# --- Options and arguments of several commands, each with the same word, placeholder and help everywhere.
+
+JSON = flag("Print JSON.")
+CSV = flag("Print CSV.")
+DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
+OUTSIDE = "Treatment of joints outside their limits."
+LIMITS = option(None, OUTSIDE, default="enforce")
+FRAME = option("FRAME", "A frame; repeatable, or several with commas.")
+REFERENCE = option("FRAME", "Give poses in this frame. Default: the root link.")
+SEED = option("N", "Seed of random numbers.", default=0)
+TIMELINE = option("NAME", "One of several motions in the file, by name or number.")
+COLUMNS = option(
+    "NAME=HEADING",
+    "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
+)
+IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
+HIPS = option("RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right.")
+MISSING = option("VALUE", "Values of joints without a column, empty cells and NaN: a posture, or a number.")
+CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
+TOLERANCE = option("M", "Overlap of links that is accepted [m].", default=0.0)
+ALLOW = option("LINK,LINK", "Two links that may overlap; repeatable.")
+EXACT = flag("Where hulls overlap, compare the meshes.")
+CONTACTS = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor.")
+GYRO = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s].")
+FORCES = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor.")

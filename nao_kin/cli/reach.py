@@ -12,9 +12,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, option
+from nao_kin.cli.options import OUTPUT, REFERENCE, SEED, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import print_json, print_note, progress
-from nao_kin.cli.shared import REFERENCE, SEED
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nao_kin._core.arrays import finite_or_none
-from nao_kin.cli.options import RobotOptions, command, flag, option
+from nao_kin.cli.options import DEG, JSON, SEED, RobotOptions, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_table, progress
-from nao_kin.cli.shared import DEG, JSON, SEED
 
 if TYPE_CHECKING:
     from nao_kin.crosscheck import Report

@@ -16,9 +16,19 @@ from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
 from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import RobotOptions, argument, flag, option
+from nao_kin.cli.options import (
+    COLUMNS,
+    DEG,
+    HIPS,
+    IGNORE_OTHER,
+    MISSING,
+    TIMELINE,
+    RobotOptions,
+    argument,
+    flag,
+    option,
+)
 from nao_kin.cli.output import print_note
-from nao_kin.cli.shared import COLUMNS, DEG, HIPS, IGNORE_OTHER, MISSING, TIMELINE
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
 
 if TYPE_CHECKING:

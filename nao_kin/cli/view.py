@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FRAME, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
-from nao_kin.cli.shared import FRAME
 from nao_kin.cli.sources import FileOptions, frame_names, numbers_of
 from nao_kin.errors import BadArgument
 
