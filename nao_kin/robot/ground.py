@@ -309,8 +309,8 @@ class Floor(NamedTuple):
 
     def _deepest(self, T: Floats, down: Floats) -> Floats:
         """Return how far down the spheres of the links reach, shape (n, L)."""
-        centres = (T[..., :3, :3] @ self.centres[..., None])[..., 0] + T[..., :3, 3]
-        return np.asarray((centres @ down[..., None])[..., 0] + self.radii)
+        centres = np.pad(self.centres, ((0, 0), (0, 1)), constant_values=1.0)
+        return np.asarray(np.einsum("nlij,ni,lj->nl", T[..., :3, :], down, centres) + self.radii)
 
     def _depth_of(self, k: int, T: Floats, down: Floats, exact: bool = False) -> Floats:
         points = self.vertices[k] if exact else self.points[self.starts[k] : self.starts[k + 1]]
