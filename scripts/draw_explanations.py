@@ -31,6 +31,7 @@ MODULES = (
     "state",
     "collisions",
     "calibration",
+    "imitation",
 )
 
 

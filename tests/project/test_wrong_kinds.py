@@ -39,6 +39,7 @@ ROOMS = (
     "crosscheck",
     "export",
     "ik",
+    "imitation",
     "joints",
     "lines",
     "naoqi",

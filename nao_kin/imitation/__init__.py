@@ -1,0 +1,8 @@
+"""A person's motion, from motion capture or a webcam, as a motion of the robot."""
+
+from __future__ import annotations
+
+from nao_kin.imitation.files import SAMPLES, read_skeleton
+from nao_kin.imitation.skeleton import PARTS, POINTS, Skeleton
+
+__all__ = ["PARTS", "POINTS", "SAMPLES", "Skeleton", "read_skeleton"]

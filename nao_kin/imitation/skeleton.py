@@ -1,0 +1,427 @@
+"""A person as named points in the course of time, whatever recorded them, with axes, size and handedness checked.
+
+World axes are right-handed with z up. Sources differ in the names, axes and units of their points; `names.toml` has the
+names and axes of each, and the size of the person's trunk tells the unit.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, texts
+from nao_kin._core.files import read_toml
+from nao_kin._core.text import abbreviated
+from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, nearest_names
+
+SIDES = ("left_", "right_")
+_TRUNK = ("pelvis", "chest", "neck", "head", "nose")
+_PAIRS = ("eye", "ear", "shoulder", "elbow", "wrist", "hand", "thumb", "hip", "knee", "ankle", "toe")
+POINTS = (*_TRUNK, *(side + part for part in _PAIRS for side in SIDES))
+PARTS = ("pelvis", "chest", "head", "left_hand", "right_hand")
+
+UNITS: Mapping[str, float] = MappingProxyType(
+    {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}  # cmu: of CMU's skeletons, 1/0.45 inch
+)
+# The axes that point ahead, left and up, for each axis that may point up.
+UP_AXES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
+    {
+        "z": ("x", "y", "z"),
+        "y": ("z", "x", "y"),
+        "-y": ("-z", "x", "-y"),
+        "-z": ("x", "-y", "-z"),
+        "x": ("y", "z", "x"),
+        "-x": ("y", "-z", "-x"),
+    }
+)
+# The distance from the middle of the hips to the middle of the shoulders of an adult [m].
+_TRUNK_LENGTH = 0.5
+# Of landmarks in an image, x and y are between 0 and 1, and the hips are farther than this from the origin.
+_IMAGE_HIPS = 0.1
+# In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this.
+_BACKWARDS = -0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """The points of a person at given times, in a right-handed world frame with z up.
+
+    Attributes:
+        times: shape (n,), ascending [s].
+        points: name → positions, shape (n, 3) [m], NaN where unknown. The names are some of `POINTS`: the joints; hand
+            is the knuckle of the middle finger, thumb its tip, toe the tip or ball of the foot, head a point in or on
+            the head.
+        orientations: name → R_world_part, shape (n, 3, 3), NaN where unknown; often empty. The names are some of
+            `PARTS`. Axes of pelvis, chest and head: x ahead, y left, z up; of a hand: x from the wrist to the knuckles,
+            z out of its back.
+        confidence: name → shape (n,), in [0, 1]; points without an entry count as certain.
+        source: the naming that the points come from, such as "mediapipe".
+        notes: what was decided in reading the points: units, axes, corrections.
+
+    Raises:
+        UnknownName: a name is not in `POINTS` or `PARTS`.
+        WrongShape: an array has another shape.
+        BadArgument: times do not ascend; shoulders or hips are missing.
+        DegeneratePoints: all points are equal, or no point is known.
+
+    Examples:
+        >>> points = {"left_shoulder": [[0, 0.2, 1.4]], "right_shoulder": [[0, -0.2, 1.4]], "pelvis": [[0, 0, 0.9]]}
+        >>> nk.imitation.Skeleton([0.0], points).names
+        ('pelvis', 'left_shoulder', 'right_shoulder')
+    """
+
+    times: Floats
+    points: Mapping[str, Floats]
+    orientations: Mapping[str, Floats] = field(default_factory=dict)
+    confidence: Mapping[str, Floats] = field(default_factory=dict)
+    source: str = "points"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        times = as_floats(self.times, (), "times").copy()
+        if times.ndim != 1 or not len(times):
+            raise WrongShape("times", "(n,) with n ≥ 1", times.shape)
+        back = np.flatnonzero(np.diff(times) <= 0.0)
+        if len(back):
+            k = int(back[0]) + 1
+            raise BadArgument(f"times must ascend, but times[{k}] = {times[k]:.9g} follows {times[k - 1]:.9g}")
+        times.flags.writeable = False
+        object.__setattr__(self, "times", times)
+        for name, tail, valid in (
+            ("points", (3,), POINTS),
+            ("orientations", (3, 3), PARTS),
+            ("confidence", (), POINTS),
+        ):
+            given = getattr(self, name)
+            if not isinstance(given, Mapping):
+                raise BadArgument(f"{name} must be a mapping of names to arrays, got {abbreviated(repr(given), 60)}")
+            for key in given:
+                choice(key, valid, "point" if valid is POINTS else "part with an orientation")
+            checked = {
+                key: shaped(given[key], (len(times), *tail), f"{name} of {key}", gaps=True).copy()
+                for key in valid
+                if key in given
+            }
+            for array in checked.values():
+                array.flags.writeable = False
+            object.__setattr__(self, name, MappingProxyType(checked))
+        object.__setattr__(self, "notes", texts(self.notes, "notes"))
+        check_points(self.points)
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.times)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the points, in the order of `POINTS`."""
+        return tuple(self.points)
+
+    @classmethod
+    def from_landmarks(
+        cls,
+        landmarks: ArrayLike,
+        source: str,
+        *,
+        times: ArrayLike | None = None,
+        rate: float | None = None,
+        units: str | None = None,
+        up: str | None = None,
+    ) -> Skeleton:
+        """Return the skeleton of an array of points in the order of a source, such as a webcam program has them.
+
+        Args:
+            landmarks: shape (n, k, 3) or (n, k, 4), the fourth entry a confidence; (k, 3) or (k, 4) for one frame. NaN
+                for unknown points. k is the number of points of the source.
+            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "azure_kinect" (32), "coco17", "h36m17" or
+                "smpl" (24).
+            times: shape (n,), ascending [s]. Without times and rate, there must be one frame, whose time is 0.
+            rate: frames per second, instead of times.
+            units: "m", "cm", "mm", "inch" or "cmu" (1/0.45 inch); None finds it by the size of the trunk.
+            up: the axis that points up, "z", "y", "-y" and so on; None for the axes of the source, or, if it has none,
+                the axis along which the trunk is longest in the median frame.
+
+        Raises:
+            UnknownName: an unknown source, unit or axis.
+            WrongShape, BadArgument, DegeneratePoints: the array has another shape, is two-dimensional, lacks shoulders
+                or hips, or times do not ascend.
+
+        Examples:
+            >>> landmarks = np.random.default_rng(1).normal(size=(33, 4))
+            >>> nk.imitation.Skeleton.from_landmarks(landmarks, "mediapipe").points["nose"].shape
+            (1, 3)
+        """
+        naming = NAMINGS[choice(source, [name for name, naming in NAMINGS.items() if naming.order], "source")]
+        array = as_floats(landmarks, (), "landmarks", gaps=True)
+        if array.ndim == 2:
+            array = array[None]
+        k = len(naming.order)
+        if array.ndim != 3 or array.shape[1] != k or array.shape[2] not in (3, 4) or not len(array):
+            flat = "; two coordinates give no directions" if array.shape[-1] == 2 else ""
+            raise WrongShape("landmarks", f"(n, {k}, 3 or 4) for {source}{flat}", array.shape)
+        found = dict(zip(naming.order, np.moveaxis(array[..., :3], 1, 0), strict=True))
+        refuse_plane(found)
+        confidence = dict(zip(naming.order, array[..., 3].T, strict=True)) if array.shape[2] == 4 else {}
+        return assembled(frame_times(times, rate, len(array)), found, naming, confidence, units=units, up=up)
+
+
+def check_points(points: Mapping[str, Floats]) -> None:
+    """Raise unless there are two shoulders and a hip, and two points differ."""
+    lacking = [side + "shoulder" for side in SIDES if side + "shoulder" not in points]
+    if not {"pelvis", "left_hip", "right_hip"} & points.keys():
+        lacking += ["left_hip, right_hip or pelvis"]
+    if lacking:
+        raise BadArgument(f"no {' and no '.join(lacking)} among the points: {', '.join(points) or 'none'}")
+    known = np.concatenate([*points.values()])
+    known = known[np.isfinite(known).all(axis=-1)]
+    if not len(known):
+        raise DegeneratePoints("no point is known in any frame")
+    if not np.ptp(known, axis=0).any():
+        raise DegeneratePoints(f"all points are equal, at {known[0].tolist()}")
+
+
+def frame_times(times: ArrayLike | None, rate: float | None, count: int) -> Floats:
+    """Return the given times, or those of frames at the given rate; one frame needs neither."""
+    if times is not None:
+        return shaped(times, (count,), "times")
+    if rate is None and count > 1:
+        raise BadArgument(f"{count} frames without times; state the frames per second with rate=, or times=")
+    if rate is not None and not 0.0 < as_numbers(rate, "rate") < np.inf:
+        raise BadArgument(f"rate must be above 0, got {abbreviated(rate)}")
+    return np.arange(count) / (rate or 1.0)
+
+
+# --- Names.
+
+
+def key_of(name: str) -> str:
+    """Return a name without the differences that do not count: letter case, blanks and signs."""
+    return "".join(c for c in name.lower() if c.isalnum())
+
+
+@dataclass(frozen=True, eq=False)
+class Naming:
+    """The names that a source gives to points, a table of `names.toml`."""
+
+    name: str
+    points: Mapping[str, tuple[str, ...]]  # name of `POINTS` → alternatives in the source
+    order: tuple[str, ...] = ()
+    axes: tuple[str, str, str] | None = None
+    levels: float = 1.0
+    unit: str | None = None  # where the trunk is not seen
+
+    def resolved(self, joints: Iterable[str]) -> dict[str, tuple[str, ...]]:
+        """Return name → the joint, or the two joints, whose mean it is, for all points that the joints give."""
+        return _resolved(self, tuple(joints))
+
+
+@lru_cache(maxsize=64)
+def _resolved(naming: Naming, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    prefix = re.sub(r"[^:_]*$", "", joints[0]) if joints else ""
+    cut = len(prefix) if all(joint.startswith(prefix) for joint in joints) else 0
+    by_key = {key_of(joint[cut:]): joint for joint in joints}
+    found = {}
+    for name, alternatives in naming.points.items():
+        for alternative in alternatives:
+            parts = tuple(by_key.get(key_of(part), "") for part in alternative.split("+"))
+            if all(parts):
+                found[name] = parts
+                break
+    return found
+
+
+@cache
+def tables() -> dict[str, Any]:
+    """Return the document of `names.toml`."""
+    return read_toml(Path(__file__).with_name("names.toml"))
+
+
+def _namings() -> dict[str, Naming]:
+    found = {}
+    for name, table in tables().items():
+        points = {}
+        for part in (*_TRUNK, *_PAIRS):
+            for own, side in zip(SIDES, table["sides"], strict=True):
+                alternatives = tuple(text.replace("*", side).replace("^", side[0]) for text in table.get(part, ()))
+                points[part if part in _TRUNK else own + part] = alternatives
+        axes = tuple(table["axes"]) if "axes" in table else None
+        found[name] = Naming(
+            name, points, tuple(table.get("order", ())), axes, table.get("levels", 1.0), table.get("unit")
+        )
+    return found
+
+
+NAMINGS = _namings()
+
+
+def with_names(naming: Naming, names: Mapping[str, str] | None, joints: Sequence[str]) -> Naming:
+    """Return the naming with the names of the caller, name of `POINTS` → joint, in place of its own."""
+    if names is None:
+        return naming
+    if not isinstance(names, Mapping):
+        raise BadArgument(
+            f"names must map {', '.join(POINTS[:2])} … to names of joints, got {abbreviated(repr(names))}"
+        )
+    for name, joint in names.items():
+        choice(name, POINTS, "point")
+        for part in str(joint).split("+"):
+            if key_of(part) not in map(key_of, joints):
+                raise UnknownName(f"joint for {name}", part.strip(), joints)
+    return replace(naming, points={**naming.points, **{name: (str(joint),) for name, joint in names.items()}})
+
+
+# --- From the points of a source to a skeleton: names, axes, units, handedness.
+
+
+def assembled(
+    times: Floats,
+    joints: Mapping[str, Floats],
+    naming: Naming,
+    confidence: Mapping[str, Floats] = MappingProxyType({}),
+    *,
+    units: str | None = None,
+    up: str | None = None,
+    orientations: Mapping[str, Floats] = MappingProxyType({}),
+) -> Skeleton:
+    """Return the skeleton of points (n, 3) and orientations R_source_part in the axes and units of their source."""
+    if units is not None:
+        choice(units, UNITS, "unit")
+    if up is not None:
+        choice(up, UP_AXES, "axis")
+    resolved = naming.resolved(joints)
+    for name in (side + "shoulder" for side in SIDES):
+        if name not in resolved:
+            near = nearest_names(name, joints)
+            advice = f"nearest: {', '.join(near)}" if near else f"joints: {abbreviated(', '.join(joints))}"
+            raise BadArgument(f"no {name} under a name of {naming.name} ({advice}); names= (--names) states names")
+    mean = {name: joints[a] if not b else (joints[a] + joints[b[0]]) / 2.0 for name, (a, *b) in resolved.items()}
+    sure = {}
+    for name, parts in resolved.items():
+        values = [confidence[part] for part in parts if part in confidence]
+        if values:
+            least = np.minimum(values[0], values[-1]) / naming.levels
+            sure[name] = np.where(least > 0.0, np.minimum(least, 1.0), 0.0)  # also for NaN
+    check_points(mean)
+    notes = []
+    _, trunk = left_and_trunk(mean)
+    axes, note = _axes(trunk, naming.axes, up)
+    notes += note
+    A = np.array([[axis.endswith(c) * (-1.0 if axis.startswith("-") else 1.0) for c in "xyz"] for axis in axes])
+    size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
+    if units is None:
+        units = _unit(size, naming.unit)
+        seen = size > 0.0
+        notes.append(
+            f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
+        )
+    if naming.name == "mediapipe":
+        notes += _image_landmarks(mean)
+    points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
+    turned = {name: A @ R for name, R in orientations.items()}
+    if _backwards(points) < _BACKWARDS:
+        points = {name: values * (1.0, -1.0, 1.0) for name, values in points.items()}
+        turned = {}
+        notes.append(
+            "mirrored: face, toes and knees point backwards, as in left-handed axes; a horizontal axis is reversed, "
+            "and orientations are left out"
+        )
+    return Skeleton(times, points, turned, sure, naming.name, tuple(notes))
+
+
+def left_and_trunk(points: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Return the vectors (n, 3) from the right to the left shoulder, and from the hips to the shoulders.
+
+    Where the middle of the hips is unknown, the pelvis or one hip stands for it.
+    """
+    own = [points[name] for name in ("pelvis", "left_hip", "right_hip") if name in points]
+    hips = (points["left_hip"] + points["right_hip"]) / 2.0 if {"left_hip", "right_hip"} <= points.keys() else own[0]
+    for other in own:
+        hips = np.where(np.isnan(hips), other, hips)
+    left, right = points["left_shoulder"], points["right_shoulder"]
+    return left - right, (left + right) / 2.0 - hips
+
+
+def _axes(trunk: Floats, known: tuple[str, str, str] | None, up: str | None) -> tuple[tuple[str, str, str], list[str]]:
+    """Return the axes that point ahead, left and up, and a note if they are found by the direction of the trunk."""
+    if up is not None:
+        return UP_AXES[up], []
+    if known is not None:
+        return known, []
+    along = trunk[np.isfinite(trunk).all(axis=-1)]
+    along = along[norm(along) > 0.0]
+    if not len(along):
+        raise DegeneratePoints("no frame has shoulders and hips, which show the axis that points up; state it with up=")
+    direction = np.median(along / norm(along)[:, None], axis=0)
+    k = int(np.abs(direction).argmax())
+    up = ("-" if direction[k] < 0.0 else "") + "xyz"[k]
+    return UP_AXES[up], [f"{up} points up, by the direction of the trunk"]
+
+
+def _unit(size: float, usual: str | None) -> str:
+    """Return the unit in which a length of the trunk is nearest to that of an adult, or the usual unit."""
+    if not size > 0.0:
+        if usual is not None:
+            return usual
+        raise DegeneratePoints("no frame has shoulders and hips that differ, whose distance shows the unit")
+    return min(UNITS, key=lambda unit: abs(np.log(size * UNITS[unit] / _TRUNK_LENGTH)))
+
+
+def refuse_plane(joints: Mapping[str, Floats]) -> None:
+    """Raise if one coordinate of all points is the same in all frames."""
+    known = np.concatenate([*joints.values()])
+    known = known[np.isfinite(known).all(axis=-1)]
+    ranges = np.ptp(known, axis=0) if len(known) else np.ones(3)
+    if ranges.any() and not ranges.all():
+        flat = "xyz"[int(np.argmin(ranges))]
+        raise DegeneratePoints(f"{flat} is the same for all points: two-dimensional points give no directions")
+
+
+def _image_landmarks(points: Mapping[str, Floats]) -> list[str]:
+    """Return a note if points seem to be landmarks in an image, not those in metres."""
+    seen = np.concatenate([*points.values()])[:, :2]
+    inside = np.nanmin(seen) >= 0.0 and np.nanmax(seen) <= 1.0
+    if inside and "pelvis" in points and np.nanmedian(norm(points["pelvis"][:, :2])) > _IMAGE_HIPS:
+        return ["these seem to be pose_landmarks, in parts of the image; only pose_world_landmarks show directions"]
+    return []
+
+
+def _backwards(points: Mapping[str, Floats]) -> float:
+    """Return the sum of cosines, positive if face, toes and knees point where left and up say that ahead is.
+
+    It is the median over the frames in which such points are known.
+    """
+    left, trunk = left_and_trunk(points)
+    ahead = cross(left, trunk)
+    total = np.zeros(len(ahead))
+
+    def add(names: Sequence[str], direction: Callable[..., tuple[Floats, Floats]]) -> None:
+        """Add the cosine between `ahead` and a direction, which is given with the length to divide by."""
+        if all(name in points for name in names):
+            vector, length = direction(*(points[name] for name in names))
+            with np.errstate(invalid="ignore", divide="ignore"):
+                cosine = dot(vector, ahead) / (norm(ahead) * length)
+            total[:] += np.where(np.isfinite(cosine), cosine, 0.0)
+
+    def bend(first: Floats, middle: Floats, last: Floats) -> tuple[Floats, Floats]:
+        """Return how far the middle of a limb is from the middle of its ends, and half the length of the limb."""
+        return middle - (first + last) / 2.0, (norm(middle - first) + norm(last - middle)) / 2.0
+
+    def step(first: Floats, last: Floats) -> tuple[Floats, Floats]:
+        return last - first, norm(last - first)
+
+    if "left_ear" in points:
+        add(("left_ear", "right_ear", "nose"), lambda a, b, nose: step((a + b) / 2.0, nose))
+    else:
+        add(("neck", "nose", "head"), bend)
+    for side in SIDES:
+        add((side + "ankle", side + "toe"), step)
+        add((side + "hip", side + "knee", side + "ankle"), bend)
+    return float(np.median(total[total != 0.0])) if total.any() else 0.0

@@ -1,0 +1,332 @@
+"""BVH files against a second reader, with SciPy's rotations; names, axes and orientations; malformed files."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import nao_kin as nk
+from nao_kin.imitation.skeleton import NAMINGS
+
+Floats = NDArray[np.float64]
+WAVE = nk.imitation.SAMPLES["wave"].read_text(encoding="utf-8")
+# Points that no check of handedness uses.
+MAPPED = ("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "pelvis", "neck")
+
+
+def second_reader(text: str) -> dict[str, Floats]:
+    """Return joint → positions (frames, 3), by products of 4×4 matrices from the root, frame by frame."""
+    head, body = re.split(r"(?i)Frame\s+Time:\s*\S+", text)
+    rows = np.array([[float(word) for word in line.split()] for line in body.splitlines() if line.split()])
+    words, path, joints, column = head.split(), [], {}, 0
+    for i, word in enumerate(words):
+        if word in ("ROOT", "JOINT"):
+            joints[words[i + 1]] = {"path": [*path, words[i + 1]], "channels": []}
+            name = words[i + 1]
+        elif word == "Site":
+            name = path[-1] + "_end"
+            joints[name] = {"path": [*path, name], "channels": []}
+        elif word == "{":
+            path.append(name)
+        elif word == "}":
+            path.pop()
+        elif word == "OFFSET":
+            joints[path[-1]]["offset"] = [float(value) for value in words[i + 1 : i + 4]]
+        elif word == "CHANNELS":
+            count = int(words[i + 1])
+            names = [channel.lower() for channel in words[i + 2 : i + 2 + count]]
+            joints[path[-1]]["channels"] = list(zip(names, range(column, column + count), strict=True))
+            column += count
+    found: dict[str, Floats] = {}
+    for joint, entry in joints.items():
+        places = []
+        for row in rows:
+            T = np.eye(4)
+            for name in entry["path"]:
+                step, offset = np.eye(4), list(joints[name]["offset"])
+                sequence, angles = "", []
+                for channel, at in joints[name]["channels"]:
+                    if channel.endswith("position"):
+                        offset["xyz".index(channel[0])] = row[at]
+                    else:
+                        sequence += channel[0].upper()  # upper case: about moving axes
+                        angles.append(row[at])
+                step[:3, 3] = offset
+                if sequence:
+                    step[:3, :3] = Rotation.from_euler(sequence, np.reshape(angles, (1, -1)), degrees=True).as_matrix()[
+                        0
+                    ]
+                T = T @ step
+            places.append(T[:3, 3])
+        found[joint] = np.array(places)
+    return found
+
+
+def made_up(rng: np.random.Generator, order: str, positions: str) -> str:
+    """Return a BVH file of a random tree of joints j0, j1, …, with blanks and tabs in any number."""
+    count = 12
+    parents = [-1, *(int(rng.integers(max(0, k - 4), k)) for k in range(1, count))]
+    lines, width = ["HIERARCHY"], 0
+
+    def blank() -> str:
+        return str(rng.choice([" ", "\t", "   ", " \t "]))
+
+    def write(k: int) -> None:
+        nonlocal width
+        lines.append(("JOINT" if k else "ROOT") + blank() + f"j{k}")
+        lines.append(blank() + "{")
+        lines.append("OFFSET" + "".join(blank() + f"{value:.6f}" for value in rng.normal(size=3)))
+        channels = [f"{axis}rotation" for axis in order][: 3 if k % 5 else int(rng.integers(1, 4))]
+        if positions == "all" or (positions == "root" and not k):
+            channels = [*(f"{axis}position" for axis in rng.permutation([*"XYZ"])), *channels]
+        if positions == "some" and k % 2:
+            channels.insert(1, "Yposition")
+        width += len(channels)
+        lines.append("CHANNELS" + blank() + str(len(channels)) + "".join(blank() + channel for channel in channels))
+        children = [child for child, parent in enumerate(parents) if parent == k]
+        for child in children:
+            write(child)
+        if not children:
+            lines.append("End Site\n{\n OFFSET 0.1 0.2 -0.3\n}")
+        lines.append("}")
+
+    write(0)
+    rows = rng.uniform(-180.0, 180.0, size=(4, width))
+    body = ["\t".join(f"{value:.6f}" for value in row) + blank() for row in rows]
+    return "\n".join([*lines, "MOTION", f"Frames:{blank()}4", f"Frame Time:{blank()}0.008333", *body, ""])
+
+
+@pytest.mark.parametrize("order", ["".join(axes) for axes in itertools.permutations("XYZ")])
+@pytest.mark.parametrize("positions", ["none", "root", "some", "all"])
+def test_random_hierarchies_agree_with_a_second_reader(tmp_path: Path, order: str, positions: str) -> None:
+    rng = np.random.default_rng([*order.encode(), len(positions)])
+    text = made_up(rng, order, positions)
+    file = tmp_path / "made up.bvh"
+    file.write_bytes(text.replace("\n", "\r\n").encode())
+    joints = second_reader(text)
+    chosen = rng.choice([*joints], size=len(MAPPED), replace=False)
+    names = dict(zip(MAPPED, map(str, chosen), strict=True))
+    skeleton = nk.imitation.read_skeleton(file, names=names, units="m", up="z")
+    np.testing.assert_allclose(skeleton.times, np.arange(4) * 0.008333, atol=1e-15)
+    for name, joint in names.items():
+        np.testing.assert_allclose(skeleton.points[name], joints[joint], atol=1e-12)
+
+
+def test_a_sample_agrees_with_a_second_reader() -> None:
+    skeleton, joints = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"]), second_reader(WAVE)
+    for name, (joint, *_) in NAMINGS["mixamo"].resolved(joints).items():
+        x, y, z = joints[joint].T / 100.0
+        np.testing.assert_allclose(skeleton.points[name], np.stack([z, x, y], axis=1), atol=1e-12)
+
+
+def renamed(text: str, naming: str) -> str:
+    """Return the BVH file with the names of another naming."""
+    joints = re.findall(r"(?:ROOT|JOINT) (\S+)", text)
+    resolved = NAMINGS["mixamo"].resolved(joints)
+    for joint in {*joints} - {parts[0] for parts in resolved.values()}:
+        text = text.replace(f"JOINT {joint}\n", f"JOINT Other{joint}\n")
+    for name, (joint, *_) in resolved.items():
+        others = [other for other in NAMINGS[naming].points[name] if not other.endswith("_end")]
+        if others:
+            text = re.sub(rf"(ROOT|JOINT) {joint}\n", rf"\1 @{others[0]}\n", text)
+    return text.replace("@", "")
+
+
+@pytest.mark.parametrize("naming", ["mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "points"])
+def test_every_naming_is_recognised_by_its_names(tmp_path: Path, naming: str) -> None:
+    file = tmp_path / "person.bvh"
+    file.write_text(renamed(WAVE, naming))
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    skeleton = nk.imitation.read_skeleton(file)
+    assert skeleton.source == naming
+    assert {"left_wrist", "right_elbow", "pelvis", "chest", "neck", "head", "left_ankle"} <= skeleton.points.keys()
+    for name in skeleton.points.keys() - {"left_hand", "right_hand", "left_toe", "right_toe"}:
+        np.testing.assert_allclose(skeleton.points[name], truth.points[name], atol=1e-12)
+
+
+def test_a_common_prefix_and_letter_case_do_not_count(tmp_path: Path) -> None:
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    for prefix in ("mixamorig:", "Character1_"):
+        file = tmp_path / "person.bvh"
+        file.write_text(re.sub(r"(ROOT|JOINT) (\S+)", lambda m, p=prefix: f"{m[1]} {p}{m[2].upper()}", WAVE))
+        assert nk.imitation.read_skeleton(file).names == truth.names
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("inch", 0.0254)])
+def test_the_size_of_the_trunk_tells_the_unit(tmp_path: Path, unit: str, metres: float) -> None:
+    def scaled(match: re.Match[str]) -> str:
+        return "OFFSET " + " ".join(f"{float(value) * 0.01 / metres:.9g}" for value in match[1].split())
+
+    head, body = re.sub(r"OFFSET ([-. \d]+)", scaled, WAVE).split("MOTION\n")
+    label, frame_time, *rows = body.splitlines()
+    for k, row in enumerate(rows):
+        x, y, z, *angles = row.split()
+        rows[k] = " ".join([*(f"{float(value) * 0.01 / metres:.9g}" for value in (x, y, z)), *angles])
+    file = tmp_path / "person.bvh"
+    file.write_text("\n".join([head + "MOTION", label, frame_time, *rows]))
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    skeleton = nk.imitation.read_skeleton(file)
+    assert any(f"unit {unit}," in note for note in skeleton.notes)
+    np.testing.assert_allclose(skeleton.points["left_toe"], truth.points["left_toe"], atol=1e-6)
+    stated = nk.imitation.read_skeleton(file, units="cm")
+    np.testing.assert_allclose(stated.points["left_toe"] * metres / 0.01, truth.points["left_toe"], atol=1e-6)
+
+
+def turned(**angles: tuple[float, float, float]) -> str:
+    """Return the hierarchy of the wave with one frame, in which joints have the given angles (z, x, y) [degrees]."""
+    head = WAVE.split("MOTION")[0]
+    values = ["0 95 0"]
+    for joint in re.findall(r"(?:ROOT|JOINT) (\S+)", head):
+        values.append(" ".join(map(str, angles.get(joint, (0, 0, 0)))))
+    return f"{head}MOTION\nFrames: 1\nFrame Time: 0.05\n{' '.join(values)}\n"
+
+
+def test_parts_have_the_documented_axes(tmp_path: Path) -> None:
+    file = tmp_path / "person.bvh"
+    file.write_text(turned())
+    rest = nk.imitation.read_skeleton(file)
+    for part in ("pelvis", "chest", "head"):
+        np.testing.assert_allclose(rest.orientations[part][0], np.eye(3), atol=1e-12)
+    # Arms stretched out: from the wrist to the knuckles, and upwards out of the back.
+    np.testing.assert_allclose(rest.orientations["left_hand"][0][:, [0, 2]].T, [[0, 1, 0], [0, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(rest.orientations["right_hand"][0][:, [0, 2]].T, [[0, -1, 0], [0, 0, 1]], atol=1e-12)
+    # The head turned to the left by 30°, the left palm turned ahead: the thumb points up.
+    file.write_text(turned(Head=(0, 0, 30), LeftHand=(0, -90, 0)))
+    skeleton = nk.imitation.read_skeleton(file)
+    np.testing.assert_allclose(skeleton.orientations["head"][0], nk.rotations.rot_z(np.pi / 6), atol=1e-12)
+    np.testing.assert_allclose(skeleton.orientations["left_hand"][0][:, 2], [-1, 0, 0], atol=1e-12)
+
+
+def test_a_rest_pose_that_does_not_stand_gives_points_and_no_orientations(tmp_path: Path) -> None:
+    file = tmp_path / "person.bvh"
+    # The legs along the spine, as in LAFAN1, whose bones all lie along x: half a turn of the thighs puts them right.
+    text = re.sub(r"OFFSET 0 -(42|7)", r"OFFSET 0 \1", turned(LeftUpLeg=(180, 0, 0), RightUpLeg=(180, 0, 0)))
+    file.write_text(text)
+    skeleton = nk.imitation.read_skeleton(file)
+    assert not skeleton.orientations
+    assert skeleton.points["left_knee"][0, 2] < 0.6
+
+
+def test_a_file_with_z_up_is_read_like_one_with_y_up(tmp_path: Path) -> None:
+    """Blender writes z up; a turn of the root by 90° about x does the same, in every frame."""
+    head, body = WAVE.split("MOTION\n")
+    label, frame_time, *rows = body.splitlines()
+    rows = [" ".join(["0", "0", "95", "0", "90", "0", *row.split()[6:]]) for row in rows]
+    file = tmp_path / "person.bvh"
+    file.write_text("\n".join([head + "MOTION", label, frame_time, *rows]))
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    skeleton = nk.imitation.read_skeleton(file)
+    assert skeleton.notes[0] == "z points up, by the direction of the trunk"
+    for name, points in skeleton.points.items():
+        x, y, z = truth.points[name].T
+        np.testing.assert_allclose(points, np.stack([y, -x, z], axis=1), atol=1e-12)  # another heading
+
+
+LAST = len(WAVE.splitlines())
+FAULTS = {
+    "empty": (lambda t: " \n", "empty; expected BVH"),
+    "hierarchy cut off": (lambda t: t[: t.index("JOINT Neck")], "line 18: ends where OFFSET is expected"),
+    "motion cut off": (lambda t: t[: t.index("Frame Time")], "ends where Frame is expected; it is incomplete"),
+    "half of the frames": (lambda t: "\n".join(t.splitlines()[:-30]), "frame 35 is the last one, but 65 frames are"),
+    "too many frames": (lambda t: t.replace("Frames: 65", "Frames: 60"), "frame 65 is the last one, but 60 frames"),
+    "a row cut off": (lambda t: t.rstrip()[:-3], f"line {LAST}: "),
+    "a word in a row": (lambda t: t.rstrip()[:-1] + "x\n", "expected a finite number"),
+    "nan": (lambda t: t.replace("MOTION", "MOTION").rstrip() + "nan\n", "expected a finite number"),
+    "no braces": (lambda t: t.replace("{", "", 1), "OFFSET, expected { after the name"),
+    "no offset": (lambda t: t.replace("OFFSET 0 10 0", "", 1), "ends without OFFSET"),
+    "a short offset": (
+        lambda t: t.replace("OFFSET 0 10 0", "OFFSET 0 10", 1),
+        "is 'CHANNELS', expected a finite number",
+    ),
+    "unknown channel": (
+        lambda t: t.replace("Zrotation", "Zrotaton", 1),
+        "'Zrotaton', expected Zrotation, or another of",
+    ),
+    "a channel twice": (
+        lambda t: t.replace("Zrotation Xrotation", "Xrotation Xrotation", 1),
+        "a channel twice in Hips",
+    ),
+    "unknown word": (lambda t: t.replace("JOINT", "JOIN", 1), "'JOIN', expected JOINT, or another of"),
+    "a joint twice": (lambda t: t.replace("LeftArm", "RightArm"), "a second joint 'RightArm'"),
+    "a second root": (lambda t: t.replace("MOTION", "ROOT Other\n{\n}\nMOTION"), "'ROOT', expected MOTION"),
+    "no frame time": (
+        lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 0"),
+        "frame time is 0, expected more than",
+    ),
+    "half a frame": (lambda t: t.replace("Frames: 65", "Frames: 64.5"), "number of frames is 64.5, expected a whole"),
+    "binary": (lambda t: t + "\0", "expected a finite number"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_malformed_file_is_refused_with_its_place(tmp_path: Path, fault: str) -> None:
+    change, expected = FAULTS[fault]
+    file = tmp_path / "bad.bvh"
+    file.write_text(change(WAVE))
+    with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)) as caught:
+        nk.imitation.read_skeleton(file)
+    assert str(file) in str(caught.value)
+    if fault != "empty":
+        assert caught.value.line > 0
+
+
+def test_errors_name_line_and_column(tmp_path: Path) -> None:
+    file = tmp_path / "bad.bvh"
+    lines = WAVE.splitlines()
+    row = lines[-3].split()
+    lines[-3] = " ".join([*row[:7], "12,5", *row[8:]])
+    file.write_text("\n".join(lines))
+    with pytest.raises(nk.errors.BadInputFile) as caught:
+        nk.imitation.read_skeleton(file)
+    assert (caught.value.line, caught.value.column) == (LAST - 2, len(" ".join(row[:7])) + 2)
+    file.write_text(WAVE.replace("Xposition", "Aposition"))
+    with pytest.raises(nk.errors.BadInputFile) as caught:
+        nk.imitation.read_skeleton(file)
+    assert (caught.value.line, caught.value.column) == (5, WAVE.splitlines()[4].index("Xposition") + 1)
+
+
+def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "cut.bvh"
+    data = "\n".join(WAVE.replace("Frames: 65", "Frames: 2").splitlines()[:-63]).encode()
+    file.write_bytes(data)
+    assert len(nk.imitation.read_skeleton(file)) == 2
+    for end in range(0, len(data) - 4, 31):
+        file.write_bytes(data[:end])
+        with pytest.raises(nk.errors.BadInputFile):
+            nk.imitation.read_skeleton(file)
+
+
+def test_deep_hierarchies_need_no_recursion(tmp_path: Path) -> None:
+    depth = 1500
+    joints = "".join(f"JOINT a{k} {{ OFFSET 0 1 0 CHANNELS 1 Xrotation\n" for k in range(depth))
+    text = f"HIERARCHY ROOT r {{ OFFSET 0 0 0 CHANNELS 0\n{joints}{'}' * depth}}}\nMOTION\nFrames: 1\nFrame Time: 1\n"
+    file = tmp_path / "deep.bvh"
+    file.write_text(text + "0 " * depth)
+    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
+        nk.imitation.read_skeleton(file)
+
+
+def test_names_of_ones_own(tmp_path: Path) -> None:
+    file = tmp_path / "person.bvh"
+    file.write_text(WAVE.replace("LeftArm", "upper arm 1").replace("RightArm", "upper arm 2"))
+    with pytest.raises(
+        nk.errors.BadInputFile, match=r"no left_shoulder under a name of mixamo \(nearest: LeftShoulder"
+    ):
+        nk.imitation.read_skeleton(file)
+    names = {"left_shoulder": "Upper Arm 1", "right_shoulder": "upper arm 2", "neck": "Neck + Head"}
+    skeleton = nk.imitation.read_skeleton(file, names=names)
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    np.testing.assert_allclose(skeleton.points["left_shoulder"], truth.points["left_shoulder"])
+    np.testing.assert_allclose(skeleton.points["neck"], (truth.points["neck"] + truth.points["head"]) / 2.0)
+    with pytest.raises(nk.errors.UnknownName, match=r"unknown point 'left_sholder' \(nearest: left_shoulder"):
+        nk.imitation.read_skeleton(file, names={"left_sholder": "upper arm 1"})
+    with pytest.raises(nk.errors.UnknownName, match=r"unknown joint for left_shoulder 'upper arm 3' \(nearest: upper"):
+        nk.imitation.read_skeleton(file, names={"left_shoulder": "upper arm 3"})
+    with pytest.raises(nk.errors.UnknownName, match=r"unknown source 'mixmo' \(nearest: mixamo"):
+        nk.imitation.read_skeleton(file, source="mixmo")

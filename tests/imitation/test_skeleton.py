@@ -1,0 +1,545 @@
+"""Points of every source in the documented axes and units; AMASS by its rotations; what is no skeleton."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import nao_kin as nk
+from nao_kin.imitation.skeleton import NAMINGS, left_and_trunk
+
+Floats = NDArray[np.float64]
+BOW = nk.imitation.SAMPLES["bow"]
+RATE = 25.0
+
+KINECT_V2 = """SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight ElbowRight
+WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight AnkleRight FootRight SpineShoulder
+HandTipLeft ThumbLeft HandTipRight ThumbRight""".split()
+AZURE = """PELVIS SPINE_NAVEL SPINE_CHEST NECK CLAVICLE_LEFT SHOULDER_LEFT ELBOW_LEFT WRIST_LEFT HAND_LEFT
+HANDTIP_LEFT THUMB_LEFT CLAVICLE_RIGHT SHOULDER_RIGHT ELBOW_RIGHT WRIST_RIGHT HAND_RIGHT
+HANDTIP_RIGHT THUMB_RIGHT HIP_LEFT KNEE_LEFT ANKLE_LEFT FOOT_LEFT HIP_RIGHT KNEE_RIGHT ANKLE_RIGHT
+FOOT_RIGHT HEAD NOSE EYE_LEFT EAR_LEFT EYE_RIGHT EAR_RIGHT""".split()
+# Human3.6M's 17 points, and SMPL's 24, by the names of this library; None where it has none.
+H36M = """pelvis right_hip right_knee right_ankle left_hip left_knee left_ankle chest neck nose head left_shoulder
+left_elbow left_wrist right_shoulder right_elbow right_wrist""".split()
+SMPL_PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
+
+
+@pytest.fixture(scope="module")
+def person() -> dict[str, Floats]:
+    """A person who faces +x, with z up [m]: the wave, with a face and thumbs."""
+    wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    points = {name: values[::8].copy() for name, values in wave.points.items()}
+    head, R = points["head"], wave.orientations["head"][::8]
+    for name, place in {
+        "nose": (0.1, 0.0, 0.05),
+        "left_eye": (0.08, 0.03, 0.08),
+        "right_eye": (0.08, -0.03, 0.08),
+        "left_ear": (0.0, 0.07, 0.06),
+        "right_ear": (0.0, -0.07, 0.06),
+    }.items():
+        points[name] = head + R @ np.array(place)
+    for side in ("left_", "right_"):
+        points[side + "thumb"] = points[side + "wrist"] + (0.05, 0.0, 0.0)
+    return points
+
+
+def own_name(joint: str) -> str:
+    """Return the name in this library of a joint such as ElbowLeft or ELBOW_LEFT."""
+    match = re.fullmatch(r"(\w+?)_?(left|right)", joint, re.IGNORECASE)
+    part = (match[1] if match else joint).lower()
+    part = {
+        "foot": "toe",
+        "spinebase": "pelvis",
+        "spinemid": "chest",
+        "spineshoulder": "neck",
+        "spine_chest": "chest",
+    }.get(part, part)
+    return f"{match[2].lower()}_{part}" if match else part
+
+
+def in_camera(points: Floats, source: str) -> Floats:
+    """Return points in the camera's axes, as the makers document them; the person faces the camera, 2.5 m away."""
+    ahead, left, up = np.moveaxis(points, -1, 0)
+    if source == "kinect_v2":  # x to the sensor's left, which is the person's right; y up; z away
+        return np.stack([-left, up, 2.5 - ahead], axis=-1)
+    return np.stack([left, -up, 2.5 - ahead], axis=-1)  # x to the right of the image, y down, z away
+
+
+def check(skeleton: nk.imitation.Skeleton, person: dict[str, Floats], least: int, tolerance: float = 1e-9) -> None:
+    """Compare distances from the pelvis with the person's."""
+    common = skeleton.points.keys() & person.keys()
+    assert len(common) >= least, sorted(common)
+    for name in common:
+        own = skeleton.points[name] - skeleton.points["pelvis"]
+        np.testing.assert_allclose(own, person[name] - person["pelvis"], atol=tolerance, err_msg=name)
+
+
+def landmarks_of(person: dict[str, Floats]) -> Floats:
+    """Return the world landmarks of MediaPipe, shape (n, 33, 4)."""
+    rows = []
+    for name in NAMINGS["mediapipe"].order:
+        side = name.split("_")[0] + "_"
+        part = {"pinky": "hand", "index": "hand", "foot_index": "toe", "heel": "ankle"}.get(name.removeprefix(side), "")
+        rows.append(person.get(side + part if part else name, person["head"]))
+    points = in_camera(np.stack(rows, axis=1), "mediapipe") - (0.0, 0.0, 2.5)
+    return np.concatenate([points, np.full((*points.shape[:2], 1), 0.9)], axis=-1)
+
+
+def times(count: int) -> Floats:
+    return np.arange(count) / RATE
+
+
+@pytest.mark.parametrize("form", ["array", "lists", "objects", "csv", "csv by number"])
+def test_mediapipe_in_every_form(tmp_path: Path, person: dict[str, Floats], form: str) -> None:
+    person = {**person, "pelvis": (person["left_hip"] + person["right_hip"]) / 2.0}
+    person["neck"] = (person["left_shoulder"] + person["right_shoulder"]) / 2.0
+    person["head"] = (person["left_ear"] + person["right_ear"]) / 2.0
+    array = landmarks_of(person)
+    n, names = len(array), NAMINGS["mediapipe"].order
+    file = tmp_path / ("pose.csv" if form.startswith("csv") else "pose.json")
+    frames: list[Any] = array.tolist()
+    if form == "objects":
+        keys = ("x", "y", "z", "visibility")
+        frames = [[dict(zip(keys, entry, strict=True)) for entry in frame] for frame in frames]
+    if form.startswith("csv"):
+        heads = [f"{name}_{what}" for name in names for what in ("x", "y", "z", "visibility")]
+        if form == "csv by number":
+            heads = [f"{what}{k}" for k in range(33) for what in "xyzv"]
+        rows = [
+            ",".join(map(repr, [t, *frame.ravel().tolist()])) for t, frame in zip(times(n).tolist(), array, strict=True)
+        ]
+        file.write_text("\n".join([",".join(["time", *heads]), *rows]))
+    else:
+        file.write_text(json.dumps({"times": times(n).tolist(), "landmarks": frames}))
+    if form == "array":
+        skeleton = nk.imitation.Skeleton.from_landmarks(array, "mediapipe", times=times(n))
+    else:
+        skeleton = nk.imitation.read_skeleton(file)
+    assert skeleton.source == "mediapipe"
+    np.testing.assert_allclose(skeleton.times, times(n))
+    np.testing.assert_allclose(skeleton.confidence["left_hand"], 0.9)
+    check(skeleton, person, 26)
+
+
+@pytest.mark.parametrize("source", ["kinect_v2", "azure_kinect"])
+def test_kinect_tables(tmp_path: Path, person: dict[str, Floats], source: str) -> None:
+    n, file = len(person["head"]), tmp_path / "bodies.csv"
+    joints, scale, levels = (KINECT_V2, 1.0, 2) if source == "kinect_v2" else (AZURE, 1000.0, 3)
+    places = np.stack([in_camera(person.get(own_name(joint), person["pelvis"]), source) for joint in joints], axis=1)
+    heads = [f"{joint}_{what}" for joint in joints for what in ("X", "Y", "Z", "TrackingState")]
+    table = np.concatenate([places * scale, np.full((n, len(joints), 1), levels)], axis=-1)
+    table[:, joints.index("HEAD" if scale > 1 else "Head"), 3] = 1
+    rows = [
+        ";".join(map(repr, [t * 1e3, 7, *row.ravel().tolist()]))
+        for t, row in zip(times(n).tolist(), table, strict=True)
+    ]
+    file.write_text("\n".join([";".join(["Time [ms]", "BodyID", *heads]), *rows]))
+    skeleton = nk.imitation.read_skeleton(file)
+    assert skeleton.source == source
+    np.testing.assert_allclose(skeleton.times, times(n))
+    np.testing.assert_allclose(skeleton.confidence["left_wrist"], 1.0)
+    np.testing.assert_allclose(skeleton.confidence["head"], 1.0 / levels)
+    check(skeleton, {name: values for name, values in person.items() if name != "neck"}, 21 if levels == 2 else 26)
+    # Without an own column of times, and with empty cells where a joint is not seen.
+    rows = [re.sub(r"^[^;]*;7;[^;]*;[^;]*;[^;]*", "7;;;", row) for row in rows]
+    file.write_text("\n".join([";".join(["BodyID", *heads]), *rows]))
+    skeleton = nk.imitation.read_skeleton(file, rate=RATE)
+    np.testing.assert_allclose(skeleton.times, times(n))
+    assert np.isnan(skeleton.points["pelvis"]).all()
+    assert np.isfinite(skeleton.points["left_hip"]).all()
+
+
+def cube() -> list[Floats]:
+    return [R.as_matrix() for R in Rotation.create_group("O")]
+
+
+@pytest.mark.parametrize("source", ["coco17", "h36m17"])
+@pytest.mark.parametrize("form", ["npy", "npz", "json"])
+def test_coco_and_human36m_in_any_axes(tmp_path: Path, person: dict[str, Floats], source: str, form: str) -> None:
+    names = H36M if source == "h36m17" else NAMINGS["coco17"].order
+    person = {**person}
+    if source == "coco17":
+        person["pelvis"] = (person["left_hip"] + person["right_hip"]) / 2.0
+    array = np.stack([person[name] for name in names], axis=1)
+    n = len(array)
+    for R in cube():
+        file, given = tmp_path / f"pose.{form}", (array @ R.T) * 1000.0
+        if form == "npy":
+            np.save(file, given)
+        elif form == "npz":
+            np.savez(file, keypoints=given, times=times(n), other=np.zeros(3))
+        else:
+            file.write_text(json.dumps({"times": times(n).tolist(), "landmarks": given.tolist()}))
+        rate = RATE if form == "npy" else None
+        skeleton = nk.imitation.read_skeleton(file, source=source, rate=rate)
+        np.testing.assert_allclose(skeleton.times, times(n))
+        assert "unit mm" in skeleton.notes[-1]
+        # The same person with another heading.
+        origin = skeleton.points["pelvis"][0]
+        turn, distance = Rotation.align_vectors(
+            np.concatenate([skeleton.points[name] - origin for name in names if name in skeleton.points]),
+            np.concatenate([person[name] - person["pelvis"][0] for name in names if name in skeleton.points]),
+        )
+        assert distance < 1e-5
+        assert turn.as_matrix()[2, 2] == pytest.approx(1.0)
+
+
+def test_the_axis_that_points_up_may_be_stated(person: dict[str, Floats]) -> None:
+    array = np.stack([person[name] for name in H36M], axis=1)[:1]
+    lying = array @ nk.rotations.rot_y(np.pi / 2).T
+    found = nk.imitation.Skeleton.from_landmarks(lying, "h36m17")
+    stated = nk.imitation.Skeleton.from_landmarks(lying, "h36m17", up="z", units="m")
+    assert np.ptp(found.points["head"] - found.points["pelvis"], axis=-1)[0] > 0.5
+    np.testing.assert_allclose(stated.points["head"], lying[:, H36M.index("head")])
+    with pytest.raises(nk.errors.UnknownName, match="unknown axis 'up'"):
+        nk.imitation.Skeleton.from_landmarks(lying, "h36m17", up="up")
+    with pytest.raises(nk.errors.UnknownName, match="unknown unit 'metre'"):
+        nk.imitation.Skeleton.from_landmarks(lying, "h36m17", units="metre")
+
+
+@pytest.mark.parametrize("columns", [66, 72, 156, 165])
+def test_amass_turns_the_bones_of_smpl(tmp_path: Path, columns: int) -> None:
+    rng = np.random.default_rng(columns)
+    n, file = 5, tmp_path / "amass.npz"
+    upright = Rotation.from_rotvec([np.pi / 2, 0.0, 0.0])  # SMPL has y up, AMASS z
+    poses = np.zeros((n, columns))
+    poses[:, :3] = upright.as_rotvec()
+    trans = rng.normal(size=(n, 3))
+    np.savez(file, poses=poses, trans=trans, mocap_framerate=np.array(120.0), betas=np.zeros(16), gender="neutral")
+    rest = nk.imitation.read_skeleton(file)
+    np.testing.assert_allclose(rest.times, np.arange(n) / 120.0)
+    for part in ("pelvis", "head"):
+        R = rest.orientations[part][0]
+        np.testing.assert_allclose(R[:, 2], [0, 0, 1], atol=1e-12)
+        feet = (rest.points["left_toe"] - rest.points["left_ankle"])[0]
+        assert R[:, 0] @ feet > 0.8 * np.linalg.norm(feet)
+    # Arms stretched out to the sides, legs down.
+    for side, sign in (("left_", 1.0), ("right_", -1.0)):
+        arm = (rest.points[side + "wrist"] - rest.points[side + "shoulder"])[0]
+        assert sign * arm @ rest.orientations["pelvis"][0][:, 1] > 0.98 * np.linalg.norm(arm)
+        leg = (rest.points[side + "ankle"] - rest.points[side + "hip"])[0]
+        assert -leg[2] > 0.98 * np.linalg.norm(leg)
+    # All joints turned: bones are those of the rest pose, by SciPy's rotations along the path from the root.
+    poses[:, :66] += rng.normal(scale=0.3, size=(n, 66))
+    np.savez(file, poses=poses.astype(np.float32), trans=trans, mocap_frame_rate=60)
+    moved = nk.imitation.read_skeleton(file, units="m", up="z")
+    still = nk.imitation.read_skeleton(_rest_in_source_axes(tmp_path, columns), units="m", up="z")
+    joints = {"left_elbow": 18, "right_wrist": 21, "right_hand": 23, "left_toe": 10, "head": 15}
+    before = {"left_elbow": "left_shoulder", "right_wrist": "right_elbow", "right_hand": "right_wrist"}
+    before |= {"left_toe": "left_ankle", "head": "neck"}
+    for name, joint in joints.items():
+        R, k = Rotation.identity(n), SMPL_PARENTS[joint]
+        while k >= 0:
+            own = Rotation.from_rotvec(poses[:, 3 * k : 3 * k + 3]) if k < 22 else Rotation.identity(n)
+            R, k = own * R, SMPL_PARENTS[k]
+        bone = still.points[name] - still.points[before[name]]
+        np.testing.assert_allclose(moved.points[name] - moved.points[before[name]], R.apply(bone[0]), atol=1e-6)
+    np.testing.assert_allclose(moved.points["pelvis"], trans, atol=1e-12)
+
+
+def _rest_in_source_axes(folder: Path, columns: int) -> Path:
+    file = folder / "rest.npz"
+    np.savez(file, poses=np.zeros((1, columns)), trans=np.zeros((1, 3)), mocap_framerate=1.0)
+    return file
+
+
+@pytest.mark.parametrize("source", ["mediapipe", "coco17", "h36m17"])
+def test_mirrored_points_are_found_and_set_right(person: dict[str, Floats], source: str) -> None:
+    if source == "mediapipe":
+        array = landmarks_of(person)[..., :3]
+    else:
+        array = np.stack([person[name] for name in (H36M if source == "h36m17" else NAMINGS[source].order)], axis=1)
+    truth = nk.imitation.Skeleton.from_landmarks(array, source, rate=RATE)
+    assert not any("mirrored" in note for note in truth.notes)
+    for axis in range(3):
+        signs = np.where(np.arange(3) == axis, -1.0, 1.0)
+        upright = "-z" if source != "mediapipe" and axis == 2 else None
+        skeleton = nk.imitation.Skeleton.from_landmarks(array * signs, source, rate=RATE, up=upright)
+        if source == "mediapipe" and axis == 1:
+            continue  # upside down as well
+        assert "mirrored: face, toes and knees point backwards" in skeleton.notes[-1]
+        own, other = (
+            np.concatenate([s.points[name] - s.points["pelvis"][0] for name in s.names]) for s in (skeleton, truth)
+        )
+        turn, distance = Rotation.align_vectors(own, other)
+        assert distance < 1e-5
+        assert turn.as_matrix()[2, 2] == pytest.approx(1.0)
+
+
+def test_a_person_who_sees_behind_is_not_taken_for_mirrored(person: dict[str, Floats]) -> None:
+    """Toes and knees outvote a head that is turned as far as it goes."""
+    array = landmarks_of(person)[..., :3]
+    order = NAMINGS["mediapipe"].order
+    head = array[:, :11] - array[:, 7:9].mean(axis=1, keepdims=True)
+    array[:, :11] = head @ nk.rotations.rot_y(np.radians(100.0)).T + array[:, 7:9].mean(axis=1, keepdims=True)
+    assert order[10] == "mouth_right"
+    assert "mirrored" not in str(nk.imitation.Skeleton.from_landmarks(array, "mediapipe", rate=RATE).notes)
+
+
+def test_unknown_points_stay_unknown(person: dict[str, Floats]) -> None:
+    array = landmarks_of(person)
+    array[2, 13, :3] = np.nan
+    array[3] = np.nan
+    skeleton = nk.imitation.Skeleton.from_landmarks(array, "mediapipe", rate=RATE)
+    assert np.isnan(skeleton.points["left_elbow"]).all(axis=1).tolist() == [k in (2, 3) for k in range(len(array))]
+    assert skeleton.confidence["left_elbow"][3] == 0.0
+
+
+def test_the_trunk_begins_between_the_hips_or_where_one_is_known(person: dict[str, Floats]) -> None:
+    hips = {name: person[name].copy() for name in ("pelvis", "left_hip", "right_hip")}
+    middle = (hips["left_hip"] + hips["right_hip"]) / 2.0
+    shoulders = (person["left_shoulder"] + person["right_shoulder"]) / 2.0
+    hips["right_hip"][1:] = np.nan
+    hips["pelvis"][2:] = np.nan
+    for names in (("pelvis", "left_hip", "right_hip"), ("left_hip", "right_hip"), ("pelvis",)):
+        points = {name: person[name] for name in ("left_shoulder", "right_shoulder")}
+        points |= {name: hips[name] for name in names}
+        below = shoulders - left_and_trunk(points)[1]
+        if len(names) > 1:
+            np.testing.assert_allclose(below[0], middle[0])
+            np.testing.assert_allclose(below[2:], hips["left_hip"][2:])
+        if "pelvis" in names:
+            np.testing.assert_allclose(below[1], hips["pelvis"][1])
+
+
+def test_a_frame_without_a_person_is_unknown(tmp_path: Path) -> None:
+    document = json.loads(BOW.read_text(encoding="utf-8"))
+    document["landmarks"][4] = None
+    document["landmarks"][5] = []
+    document["landmarks"][6][0] = [None, None, None, 0]
+    file = tmp_path / "bow.json"
+    file.write_text(json.dumps(document))
+    skeleton = nk.imitation.read_skeleton(file)
+    assert np.flatnonzero(np.isnan(skeleton.points["nose"][:, 0])).tolist() == [4, 5, 6]
+    assert np.flatnonzero(np.isnan(skeleton.points["left_wrist"][:, 0])).tolist() == [4, 5]
+    assert skeleton.confidence["nose"][3:8].tolist() == [1, 0, 0, 0, 1]
+
+
+def test_one_frame_without_a_shoulder_has_the_usual_unit(person: dict[str, Floats]) -> None:
+    array = landmarks_of(person)[:1]
+    truth = nk.imitation.Skeleton.from_landmarks(array, "mediapipe")
+    array[0, 11, :3] = np.nan
+    skeleton = nk.imitation.Skeleton.from_landmarks(array, "mediapipe")
+    assert skeleton.notes == ("unit m, as usual",)
+    np.testing.assert_array_equal(skeleton.points["left_wrist"], truth.points["left_wrist"])
+    coco = np.stack([person[name] for name in NAMINGS["coco17"].order], axis=1)[:1]
+    coco[0, 5] = np.nan
+    with pytest.raises(nk.errors.DegeneratePoints, match="no frame has shoulders and hips, which show the axis"):
+        nk.imitation.Skeleton.from_landmarks(coco, "coco17")
+    with pytest.raises(nk.errors.DegeneratePoints, match="no frame has shoulders and hips that differ"):
+        nk.imitation.Skeleton.from_landmarks(coco, "coco17", up="z")
+    assert nk.imitation.Skeleton.from_landmarks(coco, "coco17", up="z", units="m").names
+
+
+def test_image_landmarks_are_noted(person: dict[str, Floats]) -> None:
+    array = landmarks_of(person)[..., :3] * 0.25 + 0.5
+    assert "pose_landmarks" in nk.imitation.Skeleton.from_landmarks(array, "mediapipe", rate=RATE).notes[-1]
+
+
+def test_a_skeleton_shares_no_memory_and_cannot_change(person: dict[str, Floats]) -> None:
+    stamps = times(len(person["head"]))
+    skeleton = nk.imitation.Skeleton(stamps, person)
+    stamps += 1.0
+    person["head"][0] += 1.0
+    assert skeleton.times[0] == 0.0
+    assert skeleton.points["head"][0, 2] != person["head"][0, 2]
+    person["head"][0] -= 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        skeleton.points["head"][0] = 0.0
+    with pytest.raises(TypeError):
+        skeleton.points["head"] = person["head"]  # type: ignore[index]
+    assert skeleton.names == tuple(name for name in nk.imitation.POINTS if name in person)
+    assert len(skeleton) == len(stamps)
+
+
+def document(**changes: Any) -> str:
+    return json.dumps({**json.loads(BOW.read_text(encoding="utf-8")), **changes})
+
+
+def landmarks() -> list[Any]:
+    return list(json.loads(BOW.read_text(encoding="utf-8"))["landmarks"])
+
+
+BAD_JSON = {
+    "no landmarks": (lambda: document(landmarks=3), 'expected {"times"'),
+    "no frames": (lambda: document(landmarks=[]), "0 points: no source has as many"),
+    "a word for a coordinate": (
+        lambda: document(landmarks=[[["a", 0, 0], *frame[1:]] for frame in landmarks()]),
+        "landmarks[0][0]: expected [x, y, z] or [x, y, z, visibility], got a list of 3",
+    ),
+    "a list": (lambda: "[1, 2]", 'expected {"times"'),
+    "malformed": (lambda: document()[:-30], "malformed JSON"),
+    "times run back": (
+        lambda: document(times=[0.0, 0.2, 0.1, *np.arange(3, 31) / 10]),
+        "times must ascend, but times[2] = 0.1 follows 0.2",
+    ),
+    "equal times": (lambda: document(times=[0.0] * 31), "times must ascend, but times[1] = 0 follows 0"),
+    "too few times": (lambda: document(times=[0.0, 1.0]), "times must have shape (31,), got (2,)"),
+    "no times": (lambda: document(times=None), "31 frames without times; state the frames per second with rate="),
+    "a word": (lambda: document(times=["x"] * 31), "times must be real numbers, got"),
+    "32 points": (
+        lambda: document(landmarks=[frame[:31] for frame in landmarks()]),
+        "31 points: no source has as many",
+    ),
+    "17 points": (
+        lambda: document(landmarks=[frame[:17] for frame in landmarks()]),
+        "17 points: coco17 or h36m17; state",
+    ),
+    "one frame of 5": (
+        lambda: document(landmarks=[landmarks()[0][:5], *landmarks()[1:]]),
+        "landmarks[0] has 5 points, another frame has 33",
+    ),
+    "two coordinates": (
+        lambda: document(landmarks=[[entry[:2] for entry in frame] for frame in landmarks()]),
+        "landmarks[0][0]: expected [x, y, z] or [x, y, z, visibility], got a list of 2; two coordinates give no",
+    ),
+    "z is 0": (
+        lambda: document(landmarks=[[[*entry[:2], 0.0] for entry in frame] for frame in landmarks()]),
+        "z is the same for all points: two-dimensional points give no directions",
+    ),
+    "all equal": (lambda: document(landmarks=[[[1, 2, 3]] * 33] * 31), "all points are equal, at [1.0, 2.0, 3.0]"),
+    "all unknown": (lambda: document(landmarks=[None, *[[[None] * 3] * 33] * 30]), "no point is known in any frame"),
+    "huge": (lambda: document().replace("[[[", "[[[1e999,0,0,0],[", 1), "landmarks[0][0]: expected [x, y, z]"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_JSON)
+def test_bad_json_is_refused(tmp_path: Path, fault: str) -> None:
+    make, expected = BAD_JSON[fault]
+    file = tmp_path / "pose.json"
+    file.write_text(make())
+    with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)) as caught:
+        nk.imitation.read_skeleton(file)
+    assert str(file) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+BAD_CSV = {
+    "two coordinates": ("time,left_wrist_x,left_wrist_y\n0,1,2", "only x and y: two coordinates give no directions"),
+    "joint angles": ("time,HeadYaw\n0,1", "no columns such as left_wrist_x"),
+    "no rows": ("time," + ",".join(f"{j}_{c}" for j in KINECT_V2 for c in "xyz"), "a header and no rows"),
+    "a word": ("time,Head_x,Head_y,Head_z\n0,1,2,a", "line 2, column 4: Head_z is 'a', expected a finite number"),
+    "no shoulders": ("time,Head_x,Head_y,Head_z\n0,1,2,3\n1,2,3,4", "no left_shoulder under a name of"),
+    "units differ": (
+        "time,ShoulderLeft_x [mm],ShoulderLeft_y [m],ShoulderLeft_z [m]\n0,1,2,3\n1,3,4,5",
+        "columns in different units: m, mm",
+    ),
+    "twice": ("time,Head_x,Head_x\n0,1,2", "given twice"),
+    "no hips": (
+        "time," + ",".join(f"{j}_{c}" for j in ("ShoulderLeft", "ShoulderRight", "Head") for c in "xyz") + "\n"
+        "0,0,0,0,1,1,1,2,3,4",
+        "no left_hip, right_hip or pelvis among the points: head, left_shoulder, right_shoulder",
+    ),
+    "not a table": ("\0\1\2", "no columns such as left_wrist_x"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_CSV)
+def test_bad_tables_are_refused(tmp_path: Path, fault: str) -> None:
+    text, expected = BAD_CSV[fault]
+    file = tmp_path / "bodies.csv"
+    file.write_text(text)
+    with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)):
+        nk.imitation.read_skeleton(file)
+
+
+BAD_ARRAYS: dict[str, tuple[dict[str, Any], str]] = {
+    "poses too narrow": (
+        {"poses": np.zeros((3, 63)), "trans": np.zeros((3, 3))},
+        "poses must be finite numbers (n, 66",
+    ),
+    "poses nan": ({"poses": np.full((3, 66), np.nan)}, "poses must be finite numbers"),
+    "trans too short": ({"poses": np.zeros((3, 66)), "trans": np.zeros((2, 3))}, "trans must be finite numbers (3, 3)"),
+    "no rate": ({"poses": np.zeros((3, 66)), "trans": np.zeros((3, 3))}, "3 frames without times; state the frames"),
+    "rate 0": ({"poses": np.zeros((3, 66)), "mocap_framerate": 0.0}, "rate must be above 0, got 0"),
+    "two arrays": ({"a": np.zeros((3, 17, 3)), "b": np.zeros((3, 17, 3))}, "expected one array of points"),
+    "no array": ({"a": np.zeros(3)}, "expected one array of points (n, k, 3 or 4), or poses of AMASS; arrays: a (3,)"),
+    "pickled": ({"a": np.array([{}], dtype=object)}, "not a readable file of NumPy"),
+    "complex": ({"a": np.zeros((3, 33, 3), dtype=complex), "times": np.arange(3)}, "landmarks must be real numbers"),
+    "infinite": ({"a": np.full((3, 33, 3), np.inf), "times": np.arange(3)}, "landmarks must be finite"),
+    "2-D": ({"a": np.zeros((3, 33, 2)), "times": np.arange(3)}, "two coordinates give no directions, got (3, 33, 2)"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_ARRAYS)
+def test_bad_arrays_are_refused(tmp_path: Path, fault: str) -> None:
+    arrays, expected = BAD_ARRAYS[fault]
+    file = tmp_path / "poses.npz"
+    np.savez(file, **arrays)
+    with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)):
+        nk.imitation.read_skeleton(file)
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) // 2])
+    with pytest.raises(nk.errors.BadInputFile, match="not a readable file of NumPy"):
+        nk.imitation.read_skeleton(file)
+
+
+def test_bad_arguments_are_refused(person: dict[str, Floats], tmp_path: Path) -> None:
+    stamps = times(len(person["head"]))
+    Skeleton, errors = nk.imitation.Skeleton, nk.errors
+    with pytest.raises(errors.UnknownName, match=r"unknown point 'left_wirst' \(nearest: left_wrist"):
+        Skeleton(stamps, {**person, "left_wirst": person["head"]})
+    with pytest.raises(errors.UnknownName, match="unknown part with an orientation 'nose'"):
+        Skeleton(stamps, person, {"nose": np.eye(3)})
+    with pytest.raises(errors.BadArgument, match="no right_shoulder among the points"):
+        Skeleton(stamps, {name: values for name, values in person.items() if name != "right_shoulder"})
+    with pytest.raises(errors.WrongShape, match=r"points of head must have shape \(9, 3\), got \(8, 3\)"):
+        Skeleton(stamps, {**person, "head": person["head"][1:]})
+    with pytest.raises(errors.WrongShape, match="times must have shape"):
+        Skeleton([], {})
+    with pytest.raises(errors.BadArgument, match="points must be a mapping"):
+        Skeleton(stamps, [1.0])  # type: ignore[arg-type]
+    with pytest.raises(errors.UnknownName, match=r"unknown source 'mediapip' \(nearest: mediapipe"):
+        Skeleton.from_landmarks(np.zeros((33, 3)), "mediapip")
+    with pytest.raises(errors.WrongShape, match=r"landmarks must have shape \(n, 33, 3 or 4\) for mediapipe"):
+        Skeleton.from_landmarks(np.zeros((9, 32, 3)), "mediapipe")
+    with pytest.raises(errors.BadArgument, match="path must be the name of a file"):
+        nk.imitation.read_skeleton(3)  # type: ignore[arg-type]
+    with pytest.raises(errors.BadInputFile, match="cannot be read: No such file"):
+        nk.imitation.read_skeleton(tmp_path / "missing.bvh")
+    with pytest.raises(errors.BadInputFile, match="names= is for joints with names"):
+        nk.imitation.read_skeleton(BOW, names={"head": "nose"})
+
+
+def test_every_table_of_names_is_complete() -> None:
+    for naming in NAMINGS.values():
+        for name in ("left_shoulder", "right_elbow", "left_wrist", "right_hip", "left_knee", "right_ankle", "pelvis"):
+            assert naming.points[name], (naming.name, name)
+        if naming.order:
+            missing = {
+                part.strip()
+                for name, alternatives in naming.points.items()
+                for alternative in alternatives
+                for part in alternative.split("+")
+                if part.strip() not in naming.order
+            }
+            assert not missing, naming.name
+    for one, other in itertools.combinations(NAMINGS.values(), 2):
+        assert one.points != other.points, (one.name, other.name)
+    assert [*NAMINGS["kinect_v2"].order] == KINECT_V2
+    assert [*NAMINGS["azure_kinect"].order] == AZURE
+    h36m = NAMINGS["h36m17"]
+    resolved = {parts[0]: name for name, parts in h36m.resolved(h36m.order).items()}
+    assert [resolved[joint] for joint in h36m.order] == H36M
+
+
+def test_the_samples_are_those_of_the_script(tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    script = Path(__file__).resolve().parents[2] / "scripts" / "generate_skeleton_samples.py"
+    subprocess.run([sys.executable, script, tmp_path], check=True)
+    assert {file.name for file in tmp_path.iterdir()} == {file.name for file in nk.imitation.SAMPLES.values()}
+    for file in nk.imitation.SAMPLES.values():
+        ours, theirs = (re.findall(r"[-\d.]+", path.read_text()) for path in (file, tmp_path / file.name))
+        np.testing.assert_allclose(np.array(ours, dtype=float), np.array(theirs, dtype=float), atol=0.11)
+    assert sum(file.stat().st_size for file in nk.imitation.SAMPLES.values()) < 100_000
