@@ -114,7 +114,7 @@ _printed: set[str] = set()
 KERNELS: dict[str, CachedKernel] = {}
 """The kernels of all modules that have been imported, by name."""
 # Importing these modules makes all kernels.
-_KERNEL_MODULES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik"
+_KERNEL_MODULES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik", "nao_kin.imitation.limbs"
 
 # Time to read a kernel, with and without the import of Numba [s].
 _IMPORT_SECONDS, READ_SECONDS = 1.0, 0.2

@@ -19,6 +19,7 @@ LITTLE = {
     "bench_fk": "--rounds 1",
     "bench_ik": "--targets 50 --rounds 1",
     "bench_ik_numeric": "--targets 4 --rounds 1 --robots nao",
+    "bench_imitation": "--frames 60 --rounds 1",
     "bench_loops": "--counts 50 --rounds 1",
     "bench_motion": "--keys 20 --times 100 --turns 1",
     "bench_naoqi": "--calls 100 --sessions 4",
