@@ -1,0 +1,149 @@
+"""A person's skeleton becomes a motion of arms and head that the robot can play."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin._core.arrays import Floats
+from nao_kin.errors import BadArgument
+from nao_kin.imitation import Skeleton, imitate
+
+FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
+JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
+MOVED = [side + joint for side in "LR" for joint in JOINTS] + ["HeadYaw", "HeadPitch"]
+
+
+def swing(nao: nk.NaoModel, times: Floats) -> Floats:
+    """Configurations of a slow swing of arms and head, away from stretched arms."""
+    q = np.tile(nao.posture("StandInit"), (len(times), 1))
+    for k, name in enumerate(MOVED):
+        q[:, nao.joint_names.index(name)] += 0.25 * np.sin(times + k)
+    return nao.clamp(q)
+
+
+def person(nao: nk.NaoModel, times: Floats, q: Floats, noise: float = 0.0) -> Skeleton:
+    """The robot's own points, 2.5 times as large, on the way somewhere."""
+    rng = np.random.default_rng(0)
+    place = np.stack([0.3 * times, -0.1 * times, np.ones(len(times))], axis=1)
+    sides = (("left", "L"), ("right", "R"))
+    points = {f"{a}_{name}": nao.fk(q, b + frame)[:, :3, 3] for a, b in sides for name, frame in FRAMES.items()}
+    points = {name: 2.5 * p + place + rng.normal(0.0, noise, p.shape) for name, p in points.items()}
+    turned = {f"{a}_hand": nao.fk(q, b + "WristYaw")[:, :3, :3] for a, b in sides}
+    return Skeleton(times, points, turned | {"head": nao.fk(q, "Head")[:, :3, :3]})
+
+
+def columns(nao: nk.NaoModel) -> list[int]:
+    return [nao.joint_names.index(name) for name in MOVED]
+
+
+@pytest.mark.parametrize("rate", [10.0, 30.0])
+def test_the_robot_s_own_motion_comes_back_at_any_rate(nao: nk.NaoModel, rate: float) -> None:
+    times = np.arange(0.0, 6.0, 1.0 / rate)
+    q = swing(nao, times)
+    made = imitate(nao, person(nao, times, q), cutoff=0.0, slack=0.0)
+    assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
+    assert made.motion.joint_names == tuple(MOVED)
+    np.testing.assert_allclose(made.motion.sample(times), q[:, columns(nao)], atol=1e-9)
+    assert not made.changes
+    assert not made.notes
+    assert all((codes == 0).all() for codes in made.clamped.values())
+    # A filter and slack change little.
+    assert np.abs(imitate(nao, person(nao, times, q)).q - q)[:, columns(nao)].max() < 0.03
+
+
+def test_noise_and_gaps_leave_directions_near_and_no_joint_too_fast(nao: nk.NaoModel) -> None:
+    times = np.arange(0.0, 6.0, 1.0 / 30.0)
+    q = swing(nao, times)
+    noisy = person(nao, times, q, noise=0.02)
+    rng, points = np.random.default_rng(1), {}
+    for name, p in noisy.points.items():
+        points[name] = np.where(rng.random(len(times))[:, None] < 0.1, np.nan, p)
+    made = imitate(nao, Skeleton(times, points, noisy.orientations))
+    assert nk.motion.check(nao, made.motion).ok
+    clean = nk.imitation.imitate(nao, person(nao, times, q), cutoff=0.0, slack=0.0)
+    for side in "LR":
+        for start, end, most in (("Shoulder", "Elbow", 0.08), ("Elbow", "WristYaw", 0.15)):
+            lines = [
+                nao.fk(each.q, side + end)[:, :3, 3] - nao.fk(each.q, side + start)[:, :3, 3] for each in (made, clean)
+            ]
+            units = [line / np.linalg.norm(line, axis=1, keepdims=True) for line in lines]
+            assert np.linalg.norm(units[0] - units[1], axis=1).mean() < most
+    assert any(note.startswith("left elbow is unknown in ") for note in made.notes)
+
+
+def test_points_of_low_confidence_are_bridged(nao: nk.NaoModel) -> None:
+    times = np.arange(0.0, 3.0, 0.1)
+    known = person(nao, times, swing(nao, times))
+    points = {name: np.array(p) for name, p in known.points.items()}
+    points["right_wrist"][10:13] += 5.0
+    doubt = np.ones(len(times))
+    doubt[10:13] = 0.2
+    made = imitate(nao, Skeleton(times, points, known.orientations, {"right_wrist": doubt}), cutoff=0.0)
+    assert made.notes == ("right wrist is unknown in 3 of 30 frames",)
+    straight = imitate(nao, known, cutoff=0.0)
+    assert np.abs(made.q - straight.q).max() < 0.1
+
+
+def test_a_motion_too_fast_is_slowed_down_and_said_so(nao: nk.NaoModel) -> None:
+    times = np.arange(0.0, 6.0, 0.05)
+    fast = person(nao, times / 40.0, swing(nao, times))
+    made = imitate(nao, fast, cutoff=0.0)
+    assert made.motion.end > 1.2 * times[-1] / 40.0
+    assert nk.motion.check(nao, made.motion).ok
+    assert {change.kind for change in made.changes} == {"slower"}
+    assert "times as long" in made.describe()
+
+
+def test_a_mirror_exchanges_the_arms(nao: nk.NaoModel) -> None:
+    times = np.arange(0.0, 3.0, 0.1)
+    seen = person(nao, times, swing(nao, times))
+    own, mirrored = (imitate(nao, seen, mirror=mirror, cutoff=0.0, slack=0.0) for mirror in (False, True))
+    image = nk.motion.mirror(nao, own.motion)
+    seen_there = image.sample(times)[:, [image.joint_names.index(name) for name in MOVED]]
+    assert np.abs(mirrored.q[:, columns(nao)] - seen_there).max() < 1e-9
+
+
+def test_arms_or_head_may_stay(nao: nk.NaoModel) -> None:
+    times = np.arange(0.0, 3.0, 0.1)
+    seen, stand = person(nao, times, swing(nao, times)), nao.posture("StandInit")
+    for still, part in (("arms", columns(nao)[:10]), ("head", columns(nao)[10:])):
+        q = imitate(nao, seen, **{still: False}, cutoff=0.0).q
+        others = [k for k in columns(nao) if k not in part]
+        np.testing.assert_allclose(q[:, part], np.tile(stand[part], (len(times), 1)), atol=1e-12)
+        assert np.ptp(q[:, others], axis=0).min() > 0.1
+
+
+def test_uneven_frames_become_even(nao: nk.NaoModel) -> None:
+    times = np.sort(np.random.default_rng(2).uniform(0.0, 6.0, 200))
+    q = swing(nao, times)
+    made = imitate(nao, person(nao, times, q))
+    assert np.ptp(np.diff(made.times)) < 1e-9
+    assert np.abs(made.q - swing(nao, made.times))[:, columns(nao)].max() < 0.05
+
+
+@pytest.mark.parametrize("name", nk.imitation.SAMPLES)
+def test_the_samples_can_be_played(nao: nk.NaoModel, name: str) -> None:
+    made = imitate(nao, nk.imitation.read_skeleton(nk.imitation.SAMPLES[name]))
+    assert nk.motion.check(nao, made.motion).ok
+    assert max(np.nanmean(made.errors[f"{side}_upper_arm"]) for side in ("left", "right")) < 0.1
+
+
+def test_one_frame_is_a_posture(nao: nk.NaoModel) -> None:
+    q = swing(nao, np.array([0.7]))
+    made = imitate(nao, person(nao, np.array([0.7]), q), slack=0.0)
+    assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
+
+
+def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
+    times = np.array([0.0, 1.0])
+    seen = person(nao, times, swing(nao, times))
+    with pytest.raises(BadArgument, match="skeleton must be a Skeleton"):
+        imitate(nao, seen.points)  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="cutoff must be a number ≥ 0"):
+        imitate(nao, seen, cutoff=-1.0)
+    with pytest.raises(BadArgument, match="slack must be a number ≥ 0"):
+        imitate(nao, seen, slack=-1.0)
+    with pytest.raises(BadArgument, match="mirror must be True or False"):
+        imitate(nao, seen, mirror="left")  # type: ignore[arg-type]
