@@ -142,9 +142,7 @@ def _carrying(
         return np.asarray(shaped(contacts, (*batch, len(feet.names)), "contacts") != 0.0)
     if forces is None:
         return None
-    pressed = feet.forces(robot, forces, batch)
-    total = pressed.sum(axis=-1, keepdims=True)
-    return np.asarray((total > 0.0) & (pressed >= _CARRYING * total))
+    return feet.loaded(feet.forces(robot, forces, batch))
 
 
 def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
@@ -227,6 +225,12 @@ class Feet(NamedTuple):
             raise WrongShape("forces", f"{own}" + (f" or {all_sensors}" if sensors else ""), values.shape)
         pressed = np.maximum(shaped(forces, values.shape, "forces"), 0.0)
         return pressed if values.shape == own else pressed @ self.carried(robot, sensors).T
+
+    @staticmethod
+    def loaded(pressed: Floats) -> NDArray[np.bool_]:
+        """Return which soles carry the robot, given the force on each, shape (..., S)."""
+        total = pressed.sum(axis=-1, keepdims=True)
+        return np.asarray((total > 0.0) & (pressed >= _CARRYING * total))
 
     def carried(self, robot: RobotModel, links: Sequence[str]) -> NDArray[np.bool_]:
         """Return which links move with each sole, shape (S, L)."""

@@ -175,51 +175,8 @@ def odometry(
         >>> found.T_world_base[[0, -1], 2, 3].round(3).tolist()
         [0.32, 0.227]
     """
-    check_robot(robot)
-    names = named_soles(robot, soles, needed=True)
-    rows, known = without_gaps(robot, q, names)
-    moments = checked_times(times, len(rows))
-    check_tolerance(longest_gap, "longest_gap")
-    check_tolerance(lower, "lower")
-    feet = Feet.of(robot, names, or_origin=True)
-    T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
-    ground = Ground.of(robot, feet, moments, contacts, forces, longest_gap)
-    stands = ground.stands if valid is None else ground.stands & (shaped(valid, (len(rows),), "valid") != 0.0)
-    known, turns, notes = known & ground.known, None, []
-    if gyro is not None:
-        turns, near = bridged(gyro, (len(rows), 3), "gyro", moments, longest_gap)
-        known &= near
-        notes = notes_on_gyro(turns)
-    segment = _segments(moments, known, stands, longest_gap)
-
-    T_world_feet, T_world_first = np.eye(4), None
-    if start is not None:
-        T_world_first = rigid_poses(shaped(start, (4, 4), "start"), "start")
-    T_world_base, T_world_support = np.full((2, len(rows), 4, 4), np.nan)
-    support = np.full(len(rows), -1)
-    covariance, velocity = np.full((len(rows), 3, 3), np.nan), np.full((len(rows), 3), np.nan)
-    for k in range(segment.max(initial=-1) + 1):
-        own = np.flatnonzero(segment == k)
-        T_soles, at = T_base_soles[own], moments[own]
-        support[own] = ground.supports(own, T_soles, lower)
-        first = T_soles[0, support[own[0]]]
-        if T_world_first is None:
-            frame = feet_frame(rigid_inverse(first) @ T_soles[0])
-            frame[2, 3] = 0.0
-            T_world_sole = T_world_feet @ rigid_inverse(frame)
-        else:
-            T_world_sole, T_world_first = on_floor(T_world_first @ first), None
-        T, T_world_support[own] = _trajectory(
-            T_soles, support[own], at, None if turns is None else turns[own], T_world_sole
-        )
-        T_world_base[own] = T
-        T_world_feet = on_floor(feet_frame(T[-1] @ T_soles[-1]))
-        pose = np.column_stack([T[:, :2, 3], np.unwrap(np.arctan2(T[:, 1, 0], T[:, 0, 0]))])
-        stepped = np.diff(support[own], prepend=support[own[0]]) != 0
-        covariance[own] = _covariance(pose, at, stepped, by_gyro=turns is not None)
-        velocity[own] = _velocity(pose, at)
-    T_world_support[:, 2, 3] -= feet.heights[support]
-    return Odometry(moments, T_world_base, names, support, T_world_support, segment, covariance, velocity, tuple(notes))
+    log = LegLog.of(robot, times, q, soles, contacts, forces, lower, longest_gap)
+    return log.followed(gyro, start, valid)
 
 
 def _trajectory(
@@ -398,6 +355,95 @@ class Ground:
         for k, row in enumerate(after.tolist()):
             found[k] = now = row[now]
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class LegLog:
+    """A checked log of n rows: what its joints say about the soles, and contacts or forces about the ground.
+
+    Attributes:
+        feet: the s soles.
+        moments: times of the rows, shape (n,) [s].
+        q: configurations, interpolated where they are NaN, shape (n, nq).
+        T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
+        ground: contacts or forces.
+        known: in which rows the values of the legs and of the ground are known, shape (n,).
+        lower: height difference that makes a lower sole the support [m].
+        longest_gap: largest time between two rows of a segment [s].
+    """
+
+    feet: Feet
+    moments: Floats
+    q: Floats
+    T_base_soles: Floats
+    ground: Ground
+    known: Mask
+    lower: float
+    longest_gap: float
+
+    @staticmethod
+    def of(
+        robot: RobotModel,
+        times: ArrayLike,
+        q: ArrayLike,
+        soles: Sequence[str] | None,
+        contacts: ArrayLike | None,
+        forces: ArrayLike | None,
+        lower: float,
+        longest_gap: float,
+    ) -> LegLog:
+        """Return the log that the arguments of `odometry` give."""
+        check_robot(robot)
+        names = named_soles(robot, soles, needed=True)
+        rows, known = without_gaps(robot, q, names)
+        moments = checked_times(times, len(rows))
+        check_tolerance(longest_gap, "longest_gap")
+        check_tolerance(lower, "lower")
+        feet = Feet.of(robot, names, or_origin=True)
+        T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
+        ground = Ground.of(robot, feet, moments, contacts, forces, longest_gap)
+        return LegLog(feet, moments, rows, T_base_soles, ground, known & ground.known, lower, longest_gap)
+
+    def followed(self, gyro: ArrayLike | None, start: ArrayLike | None, valid: ArrayLike | None) -> Odometry:
+        """Return the trajectory, with the arguments of `odometry`."""
+        moments, count = self.moments, len(self.moments)
+        stands = self.ground.stands if valid is None else self.ground.stands & (shaped(valid, (count,), "valid") != 0.0)
+        known, turns, notes = self.known, None, []
+        if gyro is not None:
+            turns, near = bridged(gyro, (count, 3), "gyro", moments, self.longest_gap)
+            known = known & near
+            notes = notes_on_gyro(turns)
+        segment = _segments(moments, known, stands, self.longest_gap)
+
+        T_world_feet, T_world_first = np.eye(4), None
+        if start is not None:
+            T_world_first = rigid_poses(shaped(start, (4, 4), "start"), "start")
+        T_world_base, T_world_support = np.full((2, count, 4, 4), np.nan)
+        support = np.full(count, -1)
+        covariance, velocity = np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan)
+        for k in range(segment.max(initial=-1) + 1):
+            own = np.flatnonzero(segment == k)
+            T_soles, at = self.T_base_soles[own], moments[own]
+            support[own] = self.ground.supports(own, T_soles, self.lower)
+            first = T_soles[0, support[own[0]]]
+            if T_world_first is None:
+                frame = feet_frame(rigid_inverse(first) @ T_soles[0])
+                frame[2, 3] = 0.0
+                T_world_sole = T_world_feet @ rigid_inverse(frame)
+            else:
+                T_world_sole, T_world_first = on_floor(T_world_first @ first), None
+            T, T_world_support[own] = _trajectory(
+                T_soles, support[own], at, None if turns is None else turns[own], T_world_sole
+            )
+            T_world_base[own] = T
+            T_world_feet = on_floor(feet_frame(T[-1] @ T_soles[-1]))
+            pose = np.column_stack([T[:, :2, 3], np.unwrap(np.arctan2(T[:, 1, 0], T[:, 0, 0]))])
+            stepped = np.diff(support[own], prepend=support[own[0]]) != 0
+            covariance[own] = _covariance(pose, at, stepped, by_gyro=turns is not None)
+            velocity[own] = _velocity(pose, at)
+        T_world_support[:, 2, 3] -= self.feet.heights[support]
+        found = T_world_base, self.feet.names, support, T_world_support, segment, covariance, velocity
+        return Odometry(moments, *found, tuple(notes))
 
 
 def _segments(moments: Floats, known: Mask, stands: Mask, longest_gap: float) -> NDArray[np.intp]:

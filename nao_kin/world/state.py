@@ -14,20 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LOWER, TOUCHING, Floats, check_tolerance, join_poses
+from nao_kin._core.arrays import LOWER, TOUCHING, Floats, join_poses
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, RobotModel, check_robot, named_soles
+from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy, rot_z
 from nao_kin.world.odometry import (
     Ground,
+    LegLog,
     Mask,
     Odometry,
     bridged,
-    checked_times,
     debounced,
-    odometry,
     sole_heights,
-    without_gaps,
 )
 
 # Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
@@ -39,8 +37,6 @@ _FALLING, _LYING, _UPRIGHT_AGAIN, _SURELY_LYING = np.radians([30.0, 50.0, 30.0, 
 _FLAT = np.radians(15.0)
 # A fall lasts longer than _BRIEF; a robot without contact before or after a fall is lifted from _SHORT on [s].
 _BRIEF, _SHORT = 0.1, 1.0
-# A sole carries if the force on it is at least this share of the total, as in `RobotModel.set_down`.
-_CARRYING = 0.1
 # Time constant of the filter of accelerometer and gyrometer [s]: longer than a step, shorter than the drift; and of
 # the accelerometer alone, which shall follow a fall.
 _TIME_CONSTANT, _ALONE = 1.0, 0.2
@@ -212,50 +208,30 @@ def state(
     Source: AngleX, AngleY and the axes: doc.aldebaran.com/2-8, inertial_naov6; signs of V6: docs.ros.org,
     nao_sensor_msgs; the negative accelerometer: B-Human's NaoProvider.cpp (d89d603), which changes LoLA's sign.
     """
-    check_robot(robot)
-    names = named_soles(robot, soles, needed=True)
-    rows, known = without_gaps(robot, q, names)
-    moments = checked_times(times, len(rows))
-    check_tolerance(longest_gap, "longest_gap")
-    check_tolerance(lower, "lower")
-    feet = Feet.of(robot, names, or_origin=True)
-    T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
-    ground = Ground.of(robot, feet, moments, contacts, forces, longest_gap)
-    log = _Log(moments, T_base_soles, ground, known & ground.known, longest_gap)
-    support = ground.supports(np.arange(len(rows)), T_base_soles, lower)
+    log = LegLog.of(robot, times, q, soles, contacts, forces, lower, longest_gap)
+    ground, T_base_soles, rows = log.ground, log.T_base_soles, np.arange(len(log.moments))
+    support = ground.supports(rows, T_base_soles, lower)
     notes = list[str]()
-    turns = None if gyro is None else log.without_bias(gyro, rows, notes)
-    measured = log.vertical(angles, accelerometer, turns, notes)
-    up = T_base_soles[np.arange(len(rows)), support, :3, 2] if measured is None else measured
-    carrying = log.carrying(support)
+    turns = None if gyro is None else _without_bias(log, gyro, notes)
+    measured = _vertical(log, angles, accelerometer, turns, notes)
+    up = T_base_soles[rows, support, :3, 2] if measured is None else measured
+    carrying = _carrying(log, support)
     flat = (np.einsum("nsi,ni->ns", T_base_soles[..., :3, 2], up) >= np.cos(_FLAT)) & carrying
     posture = _postures(up, ground.stands & flat.any(axis=1), log, by_legs=measured is None)
     contact = (posture == "upright") & ground.stands
-    path = odometry(
-        robot,
-        moments,
-        q,
-        soles=soles,
-        contacts=contacts,
-        forces=forces,
-        gyro=turns,
-        start=start,
-        lower=lower,
-        longest_gap=longest_gap,
-        valid=contact,
-    )
+    path = log.followed(turns, start, contact)
     tilt, R_level_base = _roll_pitch(up), np.full((len(rows), 3, 3), np.nan)
     valid = path.valid
     R_level_base[valid] = matrix_from_rpy(np.pad(tilt[valid], ((0, 0), (0, 1))))
-    T_world_base, lever = np.full((len(rows), 4, 4), np.nan), T_base_soles[np.arange(len(rows)), path.support, :3, 3]
+    T_world_base, lever = np.full((len(rows), 4, 4), np.nan), T_base_soles[rows, path.support, :3, 3]
     R = rot_z(path.pose[valid, 2]) @ R_level_base[valid]
     place = path.T_world_support[valid, :3, 3] * [1.0, 1.0, 0.0] - np.einsum("nij,nj->ni", R, lever[valid])
     T_world_base[valid] = join_poses(R, place)
-    legs = None if measured is None else _roll_pitch(T_base_soles[np.arange(len(rows)), path.support, :3, 2])
-    pressure = _sole_pressure(robot, feet, ground)
+    legs = None if measured is None else _roll_pitch(T_base_soles[rows, path.support, :3, 2])
+    pressure = _sole_pressure(robot, log.feet, ground)
     return State(
-        times=moments,
-        soles=names,
+        times=log.moments,
+        soles=log.feet.names,
         posture=posture,
         contact=contact,
         carrying=carrying & contact[:, None],
@@ -271,79 +247,69 @@ def state(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Log:
-    """The rows of a log: times (n,), soles in the root link (n, s, 4, 4), contact, and which rows have values (n,)."""
+def _carrying(log: LegLog, support: NDArray[np.intp]) -> Mask:
+    """Return which soles carry the robot or, from the joints alone, are as low as the support, shape (n, s)."""
+    if log.ground.rule == "joints":
+        heights = sole_heights(log.T_base_soles)[np.arange(len(support)), support]
+        return np.asarray(np.abs(heights) <= TOUCHING)
+    return log.feet.loaded(log.ground.pressed)
 
-    moments: Floats
-    T_base_soles: Floats
-    ground: Ground
-    known: Mask
-    longest_gap: float
 
-    def carrying(self, support: NDArray[np.intp]) -> Mask:
-        """Return which soles carry the robot or, from the joints alone, are as low as the support, shape (n, s)."""
-        if self.ground.rule == "joints":
-            heights = sole_heights(self.T_base_soles)[np.arange(len(support)), support]
-            return np.asarray(np.abs(heights) <= TOUCHING)
-        pressed = self.ground.pressed
-        total = pressed.sum(axis=1, keepdims=True)
-        return np.asarray((total > 0.0) & (pressed >= _CARRYING * total))
+def _without_bias(log: LegLog, gyro: ArrayLike, notes: list[str]) -> Floats:
+    """Return the gyrometer (n, 3) without its mean in rows at rest, NaN where it is not known; add a note."""
+    turns, near = bridged(gyro, (len(log.moments), 3), "gyro", log.moments, log.longest_gap)
+    bins = np.unique(np.floor((log.moments - log.moments[0]) / _REST), return_inverse=True)[1]
+    used = log.known & near & log.ground.stands
+    counts = np.bincount(bins[used], minlength=bins[-1] + 1)
 
-    def without_bias(self, gyro: ArrayLike, q: Floats, notes: list[str]) -> Floats:
-        """Return the gyrometer (n, 3) without its mean in rows at rest, NaN where it is not known; add a note."""
-        turns, near = bridged(gyro, (len(self.moments), 3), "gyro", self.moments, self.longest_gap)
-        bins = np.unique(np.floor((self.moments - self.moments[0]) / _REST), return_inverse=True)[1]
-        used = self.known & near & self.ground.stands
-        counts = np.bincount(bins[used], minlength=bins[-1] + 1)
+    def means(values: Floats) -> Floats:
+        sums = [np.bincount(bins[used], column[used], len(counts)) for column in values.T]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.transpose(sums) / counts[:, None]
 
-        def means(values: Floats) -> Floats:
-            sums = [np.bincount(bins[used], column[used], len(counts)) for column in values.T]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                return np.transpose(sums) / counts[:, None]
+    joints, mean = means(log.q), means(turns)
+    deviation = np.sqrt(np.maximum(means(turns**2) - mean**2, 0.0))
+    still = np.abs(np.diff(joints, axis=0)).max(axis=1, initial=0.0) < _STILL
+    rest = (counts > 1) & (np.abs(mean).max(axis=1) < _SLOW) & (deviation.max(axis=1) < _QUIET)
+    rest &= np.append(True, still) & np.append(still, True)
+    rows = used & rest[bins]
+    if rest.sum() > 1:
+        bias = turns[rows].mean(axis=0)
+        shown = ", ".join(f"{value:.4f}" for value in bias)
+        notes.append(f"the gyrometer's mean at rest, {shown} rad/s, is subtracted")
+        turns = turns - bias
+    return np.where(near[:, None], turns, np.nan)
 
-        joints, mean = means(q), means(turns)
-        deviation = np.sqrt(np.maximum(means(turns**2) - mean**2, 0.0))
-        still = np.abs(np.diff(joints, axis=0)).max(axis=1, initial=0.0) < _STILL
-        rest = (counts > 1) & (np.abs(mean).max(axis=1) < _SLOW) & (deviation.max(axis=1) < _QUIET)
-        rest &= np.append(True, still) & np.append(still, True)
-        rows = used & rest[bins]
-        if rest.sum() > 1:
-            bias = turns[rows].mean(axis=0)
-            shown = ", ".join(f"{value:.4f}" for value in bias)
-            notes.append(f"the gyrometer's mean at rest, {shown} rad/s, is subtracted")
-            turns = turns - bias
-        return np.where(near[:, None], turns, np.nan)
 
-    def vertical(
-        self, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Floats | None, notes: list[str]
-    ) -> Floats | None:
-        """Return the vertical in the root link by the inertial unit, shape (n, 3), NaN where it is not known."""
-        count = len(self.moments)
-        if angles is not None and accelerometer is not None:
-            raise BadArgument("give angles or an accelerometer, not both")
-        if angles is not None:
-            tilt, near = bridged(angles, (count, 2), "angles", self.moments, self.longest_gap)
-            up = matrix_from_rpy(np.pad(tilt, ((0, 0), (0, 1))))[:, 2]
-        elif accelerometer is not None:
-            force, near = bridged(accelerometer, (count, 3), "accelerometer", self.moments, self.longest_gap)
-            size = np.linalg.norm(force, axis=1)
-            seen = near & (size > 0.0)
-            if not seen.any():
-                return np.full((count, 3), np.nan)
-            direction = force / np.where(seen, size, 1.0)[:, None]
-            along = np.einsum("ni,ni->n", direction, self.T_base_soles[..., :3, 2].mean(axis=1))
-            sign = np.sign(along[seen & self.ground.stands & (np.abs(along) > _ALONG)].sum())
-            if sign == 0.0:
-                notes.append("the robot never stands upright: the accelerometer's sign is taken as that of 9.8 m/s² up")
-            elif sign < 0.0:
-                notes.append("the accelerometer is negative when the robot stands, as LoLA has it; its sign is changed")
-                direction = -direction
-            used = np.where(seen, np.maximum(0.0, 1.0 - np.abs(size / np.median(size[seen]) - 1.0) / _SHAKEN), 0.0)
-            up = _filtered(direction, used, turns, self.moments, self.longest_gap)
-        else:
-            return None
-        return np.where(near[:, None], up, np.nan)
+def _vertical(
+    log: LegLog, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Floats | None, notes: list[str]
+) -> Floats | None:
+    """Return the vertical in the root link by the inertial unit, shape (n, 3), NaN where it is not known."""
+    count = len(log.moments)
+    if angles is not None and accelerometer is not None:
+        raise BadArgument("give angles or an accelerometer, not both")
+    if angles is not None:
+        tilt, near = bridged(angles, (count, 2), "angles", log.moments, log.longest_gap)
+        up = matrix_from_rpy(np.pad(tilt, ((0, 0), (0, 1))))[:, 2]
+    elif accelerometer is not None:
+        force, near = bridged(accelerometer, (count, 3), "accelerometer", log.moments, log.longest_gap)
+        size = np.linalg.norm(force, axis=1)
+        seen = near & (size > 0.0)
+        if not seen.any():
+            return np.full((count, 3), np.nan)
+        direction = force / np.where(seen, size, 1.0)[:, None]
+        along = np.einsum("ni,ni->n", direction, log.T_base_soles[..., :3, 2].mean(axis=1))
+        sign = np.sign(along[seen & log.ground.stands & (np.abs(along) > _ALONG)].sum())
+        if sign == 0.0:
+            notes.append("the robot never stands upright: the accelerometer's sign is taken as that of 9.8 m/s² up")
+        elif sign < 0.0:
+            notes.append("the accelerometer is negative when the robot stands, as LoLA has it; its sign is changed")
+            direction = -direction
+        used = np.where(seen, np.maximum(0.0, 1.0 - np.abs(size / np.median(size[seen]) - 1.0) / _SHAKEN), 0.0)
+        up = _filtered(direction, used, turns, log.moments, log.longest_gap)
+    else:
+        return None
+    return np.where(near[:, None], up, np.nan)
 
 
 def _filtered(direction: Floats, used: Floats, turns: Floats | None, moments: Floats, longest_gap: float) -> Floats:
@@ -397,7 +363,7 @@ def _roll_pitch(up: Floats) -> Floats:
     return np.column_stack([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))])
 
 
-def _postures(up: Floats, supported: Mask, log: _Log, *, by_legs: bool) -> NDArray[Any]:
+def _postures(up: Floats, supported: Mask, log: LegLog, *, by_legs: bool) -> NDArray[Any]:
     """Return the posture of each row, from the vertical in the root link (n, 3), and rows that stand on a flat sole."""
     known = np.isfinite(up).all(axis=1)
     with np.errstate(invalid="ignore"):
