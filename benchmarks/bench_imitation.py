@@ -9,11 +9,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from racing import best
 from scipy.optimize import least_squares
 
 import nao_kin as nk
@@ -22,16 +21,6 @@ from nao_kin.imitation.limbs import Directions, LimbMap
 # Limits [µs]: a frame of a batch, and a frame alone.
 LIMIT, ALONE_LIMIT = 10.0, 300.0
 ARMS = [(side, [side + joint for joint in ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")]) for side in "LR"]
-
-
-def best(call: Callable[[], object], rounds: int) -> float:
-    """Return the best processor time of a call [s]: other programs disturb it little."""
-    times = []
-    for _ in range(rounds):
-        start = time.process_time()
-        call()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 def walk(nao: nk.NaoModel, count: int) -> np.ndarray:

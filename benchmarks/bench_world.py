@@ -9,11 +9,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from racing import best
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
@@ -21,16 +20,6 @@ import nao_kin as nk
 # Limits [µs]: the margin of one configuration in a batch, one pixel without distortion to the ground, and the state of
 # one row with forces, accelerometer and gyrometer.
 LIMIT, PIXEL_LIMIT, STATE_LIMIT = 3.0, 1.0, 30.0
-
-
-def best(call: Callable[[], object], rounds: int) -> float:
-    """Return the best processor time of a call, summed over threads [s]: other programs disturb it little."""
-    times = []
-    for _ in range(rounds):
-        start = time.process_time()
-        call()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 def by_scipy(nao: nk.NaoModel, q: np.ndarray) -> list[float]:

@@ -138,6 +138,17 @@ def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
         return scaled / length[..., None], np.ldexp(length, -shift)
 
 
+def between_samples(values: Floats) -> Floats:
+    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed."""
+    filled = np.array(values)
+    places = np.arange(len(values))
+    for column in np.flatnonzero(np.isnan(values).any(axis=0)):
+        known = ~np.isnan(values[:, column])
+        if known.any():
+            filled[:, column] = np.interp(places, places[known], values[known, column])
+    return filled
+
+
 def cross(a: Floats, b: Floats) -> Floats:
     """Return the vector products a × b, shape (..., 3), for any batch shape; np.cross allows only 32 axes."""
     (a0, a1, a2), (b0, b1, b2) = ([v[..., i] for i in range(3)] for v in (a, b))

@@ -24,7 +24,7 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning
 from nao_kin.robot import RobotModel, check_robot, pose_of
 from nao_kin.screws import transform_point
 from nao_kin.stream import read_log
-from nao_kin.world import Camera, camera
+from nao_kin.world import Camera, camera, configurations_at
 
 # --- Observations in a JSON file.
 
@@ -292,7 +292,7 @@ def from_photos(
     read = read_log(robot, log, limits="ignore", hips="average", missing=missing)
     if read.times is None:
         raise BadInputFile(str(log), "no column of times, which photos need")
-    q = _interpolated(read.times, read.q, _times(paths, times, read.times), paths)
+    q = _interpolated(robot, read.times, read.q, _times(paths, times, read.times), paths)
     pixels, (width, height) = _corners(paths, columns, rows)
     given = {} if lens is None else _lens(lens)
     seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **given})
@@ -377,7 +377,7 @@ def _outside(times: Floats, moments: Floats) -> Floats:
     return np.asarray(np.maximum(np.maximum(moments[0] - times, times - moments[-1]), 0.0))
 
 
-def _interpolated(moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
+def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
     """Return the configurations at the times of photos."""
     if (np.diff(moments) <= 0.0).any():
         raise BadArgument("the times of the log must ascend")
@@ -390,7 +390,7 @@ def _interpolated(moments: Floats, q: Floats, times: Floats, paths: Sequence[Pat
     if gap.max() > _LONGEST_GAP:
         worst = int(gap.argmax())
         raise BadArgument(f"the log has a gap of {gap[worst]:.3g} s around the photo {paths[worst].name}")
-    return np.stack([np.interp(times, moments, column) for column in q.T], axis=-1)
+    return configurations_at(robot, moments, q, times, longest_gap=_LONGEST_GAP)
 
 
 def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tuple[int, int]]:

@@ -11,7 +11,7 @@ from typing import Any, NoReturn, SupportsIndex, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, between_samples, choice
 from nao_kin._core.warn import NEAR, SAMPLED_FPS, hides_former
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
@@ -77,17 +77,6 @@ def scaled(
         for i in ([] if times is None else np.flatnonzero(short).tolist())
     )
     return new_times, shares, stretched
-
-
-def between_samples(values: Floats) -> Floats:
-    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed."""
-    filled = np.array(values)
-    places = np.arange(len(values))
-    for column in np.flatnonzero(np.isnan(values).any(axis=0)):
-        known = ~np.isnan(values[:, column])
-        if known.any():
-            filled[:, column] = np.interp(places, places[known], values[known, column])
-    return filled
 
 
 # --- The result: a joint trajectory along a path of targets.

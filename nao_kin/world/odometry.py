@@ -19,6 +19,7 @@ from nao_kin._core.arrays import (
     Floats,
     as_floats,
     as_numbers,
+    between_samples,
     check_tolerance,
     join_poses,
     rigid_inverse,
@@ -242,7 +243,7 @@ def checked_times(times: ArrayLike, count: int) -> Floats:
     return moments
 
 
-def without_gaps(robot: RobotModel, q: ArrayLike, soles: Sequence[str]) -> tuple[Floats, Mask]:
+def _filled(robot: RobotModel, q: ArrayLike, soles: Sequence[str]) -> tuple[Floats, Mask]:
     """Return configurations (n, nq), interpolated where they are NaN, and in which rows the soles' joints are known."""
     values = as_floats(q, (robot.nq,), "q", gaps=True)
     if values.ndim != 2 or not len(values):
@@ -250,11 +251,8 @@ def without_gaps(robot: RobotModel, q: ArrayLike, soles: Sequence[str]) -> tuple
     gaps = np.isnan(values)
     moving = {name for sole in soles for name in serial_chain(robot, robot.tree.root, sole).coordinates}
     columns = [robot.nq_base + k for k, name in enumerate(robot.joint_names) if name in moving]
-    filled, at = np.where(gaps, robot.neutral(), values), np.arange(len(values))
-    for column in np.flatnonzero(gaps.any(axis=0) & ~gaps.all(axis=0)):
-        seen = ~gaps[:, column]
-        filled[:, column] = np.interp(at, at[seen], values[seen, column])
-    return robot.checked(filled), np.asarray(~gaps[:, columns].any(axis=1))
+    filled = between_samples(values)
+    return robot.checked(np.where(np.isnan(filled), robot.neutral(), filled)), np.asarray(~gaps[:, columns].any(axis=1))
 
 
 def bridged(
@@ -395,7 +393,7 @@ class LegLog:
         """Return the log that the arguments of `odometry` give."""
         check_robot(robot)
         names = named_soles(robot, soles, needed=True)
-        rows, known = without_gaps(robot, q, names)
+        rows, known = _filled(robot, q, names)
         moments = checked_times(times, len(rows))
         check_tolerance(longest_gap, "longest_gap")
         check_tolerance(lower, "lower")
