@@ -385,12 +385,11 @@ def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, 
     if early.max() > 0.0:
         worst, ends = int(early.argmax()), f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
         raise BadArgument(f"the photo {paths[worst].name} is of {times[worst]:.6f} s, and the log {ends}")
-    after = np.searchsorted(moments, times)
-    gap = moments[after] - moments[np.maximum(after - 1, 0)]
-    if gap.max() > _LONGEST_GAP:
-        worst = int(gap.argmax())
-        raise BadArgument(f"the log has a gap of {gap[worst]:.3g} s around the photo {paths[worst].name}")
-    return configurations_at(robot, moments, q, times, longest_gap=_LONGEST_GAP)
+    found = configurations_at(robot, moments, q, times, longest_gap=_LONGEST_GAP)
+    for path, row in zip(paths, found, strict=True):
+        if np.isnan(row).any():
+            raise BadArgument(f"the log has a gap of more than {_LONGEST_GAP:.3g} s around the photo {path.name}")
+    return found
 
 
 def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tuple[int, int]]:
