@@ -105,6 +105,7 @@ def view(
         "X,Y,Z|NAME", "The vertical in the root's frame, or a posture's name. Default: found from the joint values."
     ),
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
+    balance: bool = flag("Also plot the margins of the balance while FILE plays, red where the robot tips."),
     frame: list[str] | None = FRAME,
     output: str | None = option("FILE", "The same as --html or --png, by the ending of FILE.", *OUTPUT),
     html: str | None = option("FILE", "Write the page with everything in it, and end."),
@@ -148,6 +149,8 @@ def view(
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
     model, q, _, many = given.configurations(robot, file, limits="ignore", sampling=speed)
+    if balance and not many:
+        raise BadArgument("--balance plots the margins of a motion; name the FILE to play")
     speed = given.rate if fps is None and given.rate is not None else speed
     if file is not None and len(q) and not given.deg:
         from nao_kin.stream import look_like_degrees
@@ -158,7 +161,7 @@ def view(
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if many:
-            viewer.animate(q, speed, up=vertical)
+            viewer.animate(q, speed, up=vertical, balance=balance)
         elif chosen or vertical is not None:
             viewer.display(q[0] if chosen else viewer.q, up=vertical)
         if frame is not None:

@@ -316,7 +316,7 @@ KINDS: Mapping[str, Kind] = {
     "image": Kind({"camera": "string", "format": "string", "data": "Uint8Array"}),
     "images": Kind({"cameras": "string[]"}, blank={"cameras": []}),
     "plot": Kind(
-        {"name": "string", "lines": "string[]", "run": "number", "first": "number"}
+        {"name": "string", "lines": "string[]", "run": "number", "first": "number", "margins": "boolean"}
         | {"times": "Float64Array", "values": "Float64Array"}
     ),
     "plots": Kind({"names": "string[]"}, blank={"names": []}),

@@ -27,7 +27,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion import Hips, Motion
+from nao_kin.motion import Hips, Motion, balanced
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UnreadableShape
@@ -131,6 +131,20 @@ def clip(
         raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
     check_size(robot, array)
     return array, rate
+
+
+def margins(
+    robot: RobotModel, qs: Floats | Motion, fps: float, fill: str | ArrayLike
+) -> tuple[Floats, dict[str, Floats]]:
+    """Return times from the beginning of a clip [s], and the margins of its balance then [mm]."""
+    motion = qs
+    if not isinstance(motion, Motion):
+        motion = Motion(np.arange(len(motion)) / fps, robot.joint_names, motion[:, robot.nq_base :])
+    found = balanced(robot, motion, fill)
+    times = (found.times - motion.start).round(9)
+    during = (times >= 0.0) & (times <= round(motion.duration, 9))
+    lines = {"margin": found.margin, "centre-of-mass margin": found.com_margin}
+    return times[during], {name: 1e3 * line[during] for name, line in lines.items()}
 
 
 def check_size(robot: RobotModel, qs: Floats) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LARGEST, choice
+from nao_kin._core.arrays import LARGEST, Floats, choice
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.viewer.messages import NamedMessages, RetainedMessages, named_key, panel_message, typed_array
@@ -22,6 +22,8 @@ from nao_kin.viewer.overlays import checked_name, number
 
 MAX_POINTS = 100_000
 _MAX_LINES = 64
+# Title of the plot of margins.
+_MARGINS = "Balance"
 # Points of a message, and the time between two messages of the same points [s].
 _POINTS = 500
 _PAUSE = 0.05
@@ -31,7 +33,7 @@ class _Stream:
     """The lines of one plot: the points from number `first` on, for one message, and where earlier messages begin."""
 
     def __init__(self, name: str, lines: tuple[str, ...], run: int) -> None:
-        self.name, self.lines, self.run = name, lines, run
+        self.name, self.lines, self.run, self.margins = name, lines, run, False
         self.first, self.sent = 0, deque[int]()
         self.times: list[float] = []
         self.rows: list[list[float]] = []
@@ -42,6 +44,7 @@ class _Stream:
 
     def message(self) -> bytes:
         content = {"name": self.name, "lines": list(self.lines), "run": self.run, "first": self.first}
+        content |= {"margins": self.margins}
         numbers = {"times": np.array(self.times), "values": np.array(self.rows).reshape(-1)}
         return panel_message("plot", content | {key: typed_array(array) for key, array in numbers.items()})
 
@@ -94,6 +97,18 @@ class Streams:
             self._waiting.pop(name, None)
             self._messages.drop(f"{named_key('plot', name)} ")
             self._list()
+
+    def show_margins(self, margins: tuple[Floats, Mapping[str, Floats]] | None) -> None:
+        """Plot times [s] and margins of the clip [mm], which a page shows with it; None removes them."""
+        with self._lock:
+            for name in [name for name, stream in self._streams.items() if stream.margins]:
+                self.remove(name)
+            if margins is not None:
+                times, lines = margins
+                stream = self._begin(_MARGINS, tuple(lines))
+                stream.margins, stream.times = True, times.tolist()
+                stream.rows = np.column_stack(list(lines.values())).tolist()
+                self._close(stream)
 
     def flush(self) -> None:
         """Send all points that wait."""

@@ -191,6 +191,7 @@ class Viewer:
         fill: str | ArrayLike = HOLD,
         hips: Hips = "average",
         up: ArrayLike | None = None,
+        balance: bool = False,
     ) -> None:
         """Play a sequence of configurations, as a meshcat clip that the page can pause and scrub.
 
@@ -204,6 +205,11 @@ class Viewer:
             fill: values of the joints that a motion does not name, as in `Motion.configurations`.
             hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
             up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
+            balance: also plot the margins of the zero-moment point and of the centre of mass over time, as in
+                `nk.motion.check`; red where the robot tips.
+
+        Raises:
+            BadArgument: `balance` of a robot without soles.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -213,10 +219,13 @@ class Viewer:
         array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
         play, loop = flag(play, "play"), flag(loop, "loop")
         ups = None if up is None else overlays.directions(up, "up", len(array))
+        moving = qs if isinstance(qs, Motion) else array
+        margins = overlays.margins(self.robot, moving, rate, fill) if flag(balance, "balance") else None
         warn_outside(self.robot, array, self._warned)
         tracks = [track("joint_values", "number", array), *([] if ups is None else [track("up_values", "number", ups)])]
         clip = set_animation({ROBOT: tracks}, rate, play=play, loop=loop)
         self._streams.restart()
+        self._streams.show_margins(margins)
         with self._lock:
             self._lead.release()
             self._show_joints(array[0], None if ups is None else ups[0].tolist())

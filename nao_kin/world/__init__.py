@@ -20,7 +20,7 @@ from nao_kin.world.camera_views import (
     visible_ground,
 )
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
-from nao_kin.world.dynamic_balance import EDGES as EDGES, DynamicBalance, dynamic_balance
+from nao_kin.world.dynamic_balance import EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.odometry import (
     Odometry,
     odometry,
@@ -31,6 +31,7 @@ from nao_kin.world.odometry import (
 from nao_kin.world.state import State, state
 
 __all__ = [
+    "EDGES",
     "SPL",
     "Balance",
     "Camera",

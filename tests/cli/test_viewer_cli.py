@@ -107,7 +107,11 @@ def test_a_trajectory_is_played(tmp_path: Path, nao: nk.NaoModel, many: bool) ->
     else:
         path = tmp_path / "one.json"
         path.write_text(json.dumps(nao.angles(qs[0])), encoding="utf-8")
-    assert run(["view", str(path), "--fps", "50", "--html", str(page)]) == 0
+    balance = ["--balance"] if many else []
+    assert run(["view", str(path), "--fps", "50", "--html", str(page), *balance]) == 0
+    assert [m["margins"] for m in messages_of(page.read_text(encoding="utf-8")) if m.get("kind") == "plot"] == [
+        True
+    ] * many
     clips = [m for m in messages_of(page.read_text(encoding="utf-8")) if m["type"] == "set_animation"]
     assert len(clips) == many
     if many:
@@ -151,6 +155,7 @@ def test_bad_input_is_refused_in_one_line(
     )
     short = _write(tmp_path / "short.csv", nao.joint_names[:20], nao.random(1, 2)[:, :20])
     assert "missing joints" in _refused(capsys, str(short), *html)
+    assert "name the FILE to play" in _refused(capsys, "--posture", "Stand", "--balance", *html)
     assert "cannot be read" in _refused(capsys, str(tmp_path / "none.csv"), *html)
     assert "leave out --posture" in _refused(capsys, str(short), "--posture", "Stand", *html)
     assert "cannot write" in _refused(capsys, "--html", str(tmp_path / "no" / "x.html"))

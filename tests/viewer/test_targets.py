@@ -199,6 +199,31 @@ def test_points_count_their_time_from_animate_and_are_in_a_recording(viewer: nk.
     assert recording.plots["x", "x"][:, 1].tolist() == [3.0]
 
 
+def test_margins_of_the_balance_come_with_their_clip_and_go_with_it(viewer: nk.Viewer, nao: nk.NaoModel) -> None:
+    times = np.linspace(0.0, 1.0, 51)
+    pitch = -0.15 * np.sin(3.5 * np.pi * times) * np.sin(np.pi * times)
+    rock = nk.Motion(5.0 + times, ["LAnklePitch", "RAnklePitch"], np.column_stack([pitch, pitch]))
+    viewer.plot("Force", 1.0)
+    viewer.animate(rock, fill="Stand", balance=True)
+    (message,) = [message for message in _shown(viewer, "plot") if message["margins"]]
+    assert message["lines"] == ["margin", "centre-of-mass margin"]
+    at, values = _points(viewer, message["name"])
+    assert at == pytest.approx(0.01 * np.arange(101))
+    (part,) = nk.motion.check(nao, rock, fill="Stand", balance=True).balance
+    assert values.min(axis=0) == pytest.approx([1e3 * part.margin, 1e3 * part.com_margin])
+    assert part.margin < 0.0
+    # Configurations at a speed of one's own: at half the speed, a fourth of the accelerations.
+    q = nao.posture("Stand", LAnklePitch=pitch, RAnklePitch=pitch)
+    viewer.animate(q, fps=25, balance=True)
+    at, slow = _points(viewer, message["name"])
+    assert (at[-1], len(_shown(viewer, "plots")[-1]["names"])) == (2.0, 2)
+    assert values[:, 0].min() + 20.0 < slow[:, 0].min() < slow[:, 1].min()
+    viewer.animate(np.repeat(nao.posture("LyingBack")[None], 3, axis=0), balance=True)
+    assert np.isnan(_points(viewer, message["name"])[1]).all()
+    viewer.animate(q)
+    assert [message["name"] for message in _shown(viewer, "plot")] == ["Force"]
+
+
 # --- refusals ---------------------------------------------------------------------------------------------------------
 
 

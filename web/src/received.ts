@@ -54,7 +54,15 @@ export interface Received {
   extras: { names: string[] };
   image: { camera: string; format: string; data: Uint8Array };
   images: { cameras: string[] };
-  plot: { name: string; lines: string[]; run: number; first: number; times: Float64Array; values: Float64Array };
+  plot: {
+    name: string;
+    lines: string[];
+    run: number;
+    first: number;
+    margins: boolean;
+    times: Float64Array;
+    values: Float64Array;
+  };
   plots: { names: string[] };
   camera: { name: string };
   capture: { id: string; camera: string; width: number; height: number };

@@ -308,3 +308,34 @@ def test_plots_grow_live_go_with_a_clip_and_are_in_a_saved_page(
         assert saved.q[nao.joint_names.index("LKneePitch")] == pytest.approx(
             0.5 * (nao.posture("Stand") + nao.posture("Crouch"))[nao.joint_names.index("LKneePitch")], abs=0.05
         )
+
+
+@pytest.mark.full
+def test_margins_are_red_where_the_robot_tips_and_are_shown_with_their_clip_only(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    times = np.linspace(0.0, 1.0, 31)
+    pitch = -0.15 * np.sin(3.5 * np.pi * times) * np.sin(np.pi * times)
+    viewer = nk.Viewer(nao)
+    viewer.animate(nao.posture("Stand", LAnklePitch=pitch, RAnklePitch=pitch), play=False, balance=True)
+    with opened(browser, viewer.save_html(tmp_path / "tips.html"), (1400, 900)) as page:
+        plot = page.tab.locator(".plots .stream")
+        plot.wait_for()
+        assert "margin from −" in (plot.locator(".picture").get_attribute("aria-label") or "")
+        # The middle of each of fifty columns of the plot, just below its upper edge.
+        reddish = page.run(
+            """() => {
+                const [{ plot: { plot }, curves }] = naoKin.player.plots.streams.values();
+                const { left, top } = plot.bbox;
+                return Array.from({ length: 99 }, (_, i) => {
+                    const x = plot.valToPos((i + 0.5) * 0.01, "x", true);
+                    const [r, g, , a] = plot.ctx.getImageData(x, top + 3, 1, 1).data;
+                    return [a > 0 && r > g + 60, curves.values[0][i] < 0];
+                });
+            }"""
+        )
+        agree = [drawn == negative for drawn, negative in reddish]
+        assert sum(agree) >= 95  # lines of the grid and the curve itself cover some
+        assert 20 < sum(drawn for drawn, _ in reddish) < 80
+        page.run("() => naoKin.player.unload()")
+        assert until(lambda: plot.count() == 0)

@@ -37,6 +37,8 @@ interface Line {
   /** In the unit shown; null for no value. */
   values: (number | null)[];
   limits: (number | null)[];
+  /** Whether times at which the line is negative are red; the zero is then always in sight. */
+  red?: boolean;
   /** Digits after the decimal point; null for four significant digits. */
   digits: number | null;
   /** The sign of the unit. */
@@ -44,6 +46,7 @@ interface Line {
 }
 
 const HEIGHT = 112;
+const RED = "rgb(224 49 49 / 25%)";
 
 function written(value: number, digits: number | null) {
   if (Number.isNaN(value)) return "–";
@@ -109,11 +112,16 @@ export class Plot {
       grid: { stroke: grid, width: 1 },
       ticks: { show: false },
     };
+    // By default the zero is in sight if it is near.
+    const padding: uPlot.Range.Limit = { pad: 0.1, soft: 0, mode: lines.some(({ red }) => red) ? 1 : 3 };
     this.plot = new uPlot(
       {
         width: this.picture.clientWidth || 300,
         height: HEIGHT,
-        scales: { x: { time: false, range: (_, low, high) => [low, high > low ? high : low + 1] } },
+        scales: {
+          x: { time: false, range: (_, low, high) => [low, high > low ? high : low + 1] },
+          y: { range: { min: padding, max: padding } },
+        },
         legend: { show: false },
         cursor: { show: false },
         padding: [6, 10, 0, 0],
@@ -150,6 +158,15 @@ export class Plot {
   drawLimits({ ctx, bbox, valToPos, scales }: uPlot) {
     const { min, max } = scales.y;
     ctx.save();
+    ctx.fillStyle = RED;
+    ctx.beginPath();
+    const x = (i: number) => Math.round(valToPos(this.times[Math.min(i, this.times.length - 1)], "x", true));
+    for (const { values } of this.lines.filter(({ red }) => red)) {
+      values.forEach((value, i) => {
+        if ((value ?? 0) < 0) ctx.rect(x(i), bbox.top, Math.max(x(i + 1) - x(i), 1), bbox.height);
+      });
+    }
+    ctx.fill();
     ctx.globalAlpha = 0.55;
     ctx.lineWidth = devicePixelRatio;
     ctx.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);

@@ -6,6 +6,7 @@ import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
 import { unitOf } from "../values/units.ts";
 import { Plot } from "./plot.ts";
+import { ClipPlayback } from "../timeline/playback.ts";
 import { busiest, evenTimes, sampleTimes } from "../timeline/motion.ts";
 import type { Curves } from "./streams.ts";
 
@@ -121,6 +122,8 @@ export class PlotStrip {
     const begin = performance.now();
     const { motion, page } = this.player;
     const found = page.streams.curves(motion);
+    const playsClip = this.player.playback instanceof ClipPlayback;
+    for (const [name, { margins }] of found) if (margins && !playsClip) found.delete(name);
     for (const [name, { plot }] of this.streams) {
       if (found.has(name)) continue;
       plot.clear();
@@ -136,9 +139,10 @@ export class PlotStrip {
           name: line,
           colour: COLOURS[i % COLOURS.length],
           values: curves.values[i],
-          limits: [],
-          digits: null,
-          sign: "",
+          limits: curves.margins ? [0] : [],
+          red: curves.margins && i === 0,
+          digits: curves.margins ? 1 : null,
+          sign: curves.margins ? "mm" : "",
         })),
       );
     }
@@ -146,12 +150,12 @@ export class PlotStrip {
     this.took = performance.now() - begin;
   }
 
-  addStream(name: string, { lines }: Curves) {
+  addStream(name: string, { lines, margins }: Curves) {
     const title = lines.length === 1 && lines[0] === name ? "" : name;
     const seek = (time: number) => this.player.loaded && this.player.seek(time);
     const plot = new Plot(name, element("strong", {}, title), seek, true);
     plot.element.classList.add("stream");
-    this.element.append(plot.element);
+    this.element[margins ? "prepend" : "append"](plot.element);
     return plot;
   }
 

@@ -14,6 +14,8 @@ interface Stream {
   chunks: Map<number, Chunk>;
   /** Number of points received. */
   count: number;
+  /** Whether the lines are margins of the program's clip, shown with it. */
+  margins: boolean;
 }
 
 /** The curves of a plot, as they are drawn. */
@@ -22,6 +24,7 @@ export interface Curves {
   times: number[];
   /** The values of each line. */
   values: (number | null)[][];
+  margins: boolean;
 }
 
 // The largest number of points kept for a plot.
@@ -34,9 +37,9 @@ export class Streams extends EventTarget {
   /** The points since a recording began; `from` is the time of that beginning on the clock of each plot. */
   recording: { time: () => number; from: Map<string, number>; plots: Map<string, Curves> } | null = null;
 
-  add({ name, run, lines, first, times, values }: Received["plot"]) {
+  add({ name, run, lines, first, margins, times, values }: Received["plot"]) {
     let stream = this.live.get(name);
-    if (stream?.run !== run) this.live.set(name, (stream = { run, lines, chunks: new Map(), count: 0 }));
+    if (stream?.run !== run) this.live.set(name, (stream = { run, lines, chunks: new Map(), count: 0, margins }));
     stream.chunks.set(first, { times, values });
     const known = Math.max(0, stream.count - first);
     stream.count = Math.max(stream.count, first + times.length);
@@ -55,8 +58,8 @@ export class Streams extends EventTarget {
     const recorded = motion && this.recorded.get(motion);
     if (recorded) return recorded;
     return new Map(
-      [...this.live].map(([name, { lines, chunks }]) => {
-        const made = empty(lines);
+      [...this.live].map(([name, { lines, chunks, margins }]) => {
+        const made = { ...empty(lines), margins };
         for (const [, chunk] of [...chunks].sort(([a], [b]) => a - b)) append(made, chunk);
         return [name, made];
       }),
@@ -88,7 +91,7 @@ export class Streams extends EventTarget {
   }
 }
 
-const empty = (lines: string[]): Curves => ({ lines, times: [], values: lines.map(() => []) });
+const empty = (lines: string[]): Curves => ({ lines, times: [], values: lines.map(() => []), margins: false });
 
 function append({ lines, times, values }: Curves, chunk: Chunk) {
   chunk.times.forEach((time, i) => {
