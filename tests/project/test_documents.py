@@ -56,7 +56,8 @@ def _write_inputs(folder: Path, nao: nk.NaoModel) -> None:
     rows = [f"{0.1 * k},{','.join(map(str, row))}" for k, row in enumerate(nao.random(0, 3, collision_free=True))]
     (folder / "walk.csv").write_text("\n".join([f"time,{names}", *rows]) + "\n")
     measured = "LFsr,RFsr,GyroX,GyroY,GyroZ,AngleX,AngleY,AccX,AccY,AccZ"
-    still = [f"{0.1 * k},{rows[0].partition(',')[2]},20,30,0,0,0,0,0.02,0,0,9.8" for k in range(3)]
+    stand = ",".join(map(str, nao.posture("Stand")))
+    still = [f"{0.1 * k},{stand},20,30,0,0,0,0,0.02,0,0,9.8" for k in range(3)]
     (folder / "log.csv").write_text("\n".join([f"time,{names},{measured}", *still]) + "\n")
     for file, joints in (("head.csv", nao.chains["Head"]), ("legs.csv", (*nao.chains["LLeg"], *nao.chains["RLeg"]))):
         text = "\n".join(f"{0.1 * k},{'0.1,' * len(joints)}20,30" for k in range(3))
