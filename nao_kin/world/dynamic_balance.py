@@ -16,9 +16,9 @@ from nao_kin._core.arrays import TOUCHING, Floats, rigid_inverse
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, named_soles
 from nao_kin.world.balance import balance
-from nao_kin.world.odometry import odometry
+from nao_kin.world.odometry import checked_times
 
 # Standard gravity [m/s²].
 _GRAVITY = 9.80665
@@ -85,7 +85,8 @@ def dynamic_balance(
     edges is found in closed form. Accelerations are means over 0.1 s (a filter of Savitzky and Golay of third degree),
     because motors and gears do not follow the corners of a motion any faster.
 
-    The support polygon is that of `balance`; the trunk moves as in `odometry`, one sole flat on the floor and in place.
+    The support polygon is that of `balance`. A sole that touches the floor is in place: of several, the one
+    that touches it for the longest time before and after.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -111,18 +112,21 @@ def dynamic_balance(
         >>> bool(found.margin.min() < found.com_margin.min())
         True
     """
-    path = odometry(robot, times, q, soles=(soles,) if isinstance(soles, str) else soles)
-    steps = np.diff(path.times)
+    named_soles(robot, soles, needed=True)
+    rows = robot.checked(q)
+    moments = checked_times(times, len(rows))
+    steps = np.diff(moments)
     if len(steps) < 4 or np.abs(steps - steps.mean()).max() > 1e-6 + 1e-3 * steps.mean():
         raise BadArgument(
             "times must be at least five, evenly spaced: sample the motion, as Motion.configurations does"
         )
-    rows = robot.checked(q)
     rest = balance(robot, rows, soles=soles, contacts=contacts, forces=forces, outline=outline, tolerance=tolerance)
-    acceleration, moment = _rates(robot, rows, path.T_world_base, float(steps.mean()))
-    # The two worlds differ by a turn about the vertical and a shift on the floor.
-    R = (rest.down.T_world_base @ rigid_inverse(path.T_world_base))[:, :3, :3]
-    acceleration, moment = (np.einsum("nij,nj->ni", R, rates) for rates in (acceleration, moment))
+    support, acceleration, moment = _lasting(rest.down.touching), np.empty_like(rest.com), np.empty_like(rest.com)
+    for sole in np.unique(support):
+        own, T_sole_base = support == sole, rest.T_sole_base[:, sole]
+        R_world_sole = (rest.down.T_world_base @ rigid_inverse(T_sole_base))[own, :3, :3]
+        for rates, of_sole in zip((acceleration, moment), _rates(robot, rows, T_sole_base, steps.mean()), strict=True):
+            rates[own] = np.einsum("nij,nj->ni", R_world_sole, of_sole[own])
     mass = robot.mass
     lever = mass * acceleration[:, :2] * rest.com[:, 2:] + np.stack([moment[:, 1], -moment[:, 0]], axis=-1)
     weight = mass * (_GRAVITY + acceleration[:, 2])
@@ -142,7 +146,7 @@ def dynamic_balance(
     ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], _outwards(vertices, nearest))
     quarter = np.round(np.nan_to_num(np.arctan2(left, ahead)) / (0.5 * np.pi)).astype(np.intp) % 4
     return DynamicBalance(
-        times=path.times,
+        times=moments,
         down=rest.down,
         com=rest.com,
         com_margin=np.where(stands, rest.margin, np.nan),
@@ -151,6 +155,14 @@ def dynamic_balance(
         edge=np.where(stands, quarter, -1),
         slower=np.where(stands, slower, np.nan),
     )
+
+
+def _lasting(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return which of s soles touches the floor, and for the longest time before and after, shapes (n, s) and (n,)."""
+    rows = np.arange(len(touching))[:, None]
+    before = np.maximum.accumulate(np.where(touching, -np.inf, rows))
+    after = np.minimum.accumulate(np.where(touching, np.inf, rows)[::-1])[::-1]
+    return np.asarray(np.minimum(rows - before, after - rows).argmax(axis=1))
 
 
 def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -> tuple[Floats, Floats]:

@@ -103,6 +103,21 @@ def test_to_the_sides_the_edges_are_left_and_right(nao: nk.NaoModel) -> None:
         assert nk.world.EDGES[found.edge[100]] == side
 
 
+def test_a_foot_that_is_lifted_moves_the_robot_by_no_more_than_its_mass(nao: nk.NaoModel) -> None:
+    # The foot is tilted while it is lifted and put back: it was in place once, and is not from then on.
+    lift, lean = np.sin(0.5 * np.pi * TIMES) ** 4, 0.21
+    rolls = {"LHipRoll": lean, "RHipRoll": lean, "LAnkleRoll": -lean, "RAnkleRoll": -lean}
+    q = nao.posture("StandInit", rolls, limits="clamp")
+    q = q + lift[:, None] * (nao.posture("StandInit", rolls, LKneePitch=1.4, LAnklePitch=-0.2, limits="clamp") - q)
+    mirrored = nk.motion.mirror(nao, nk.Motion(TIMES, nao.joint_names, q)).configurations(nao, times=TIMES).q
+    left, right = (nk.world.dynamic_balance(nao, TIMES, rows) for rows in (q, mirrored))
+    assert not left.down.touching[:, 0].all()
+    assert not right.down.touching[:, 1].all()
+    away = [np.linalg.norm(found.zmp - found.com[:, :2], axis=1) for found in (left, right)]
+    np.testing.assert_allclose(*away, atol=2e-3)
+    assert away[0].max() < 0.05
+
+
 def test_of_a_robot_that_lies_or_sits_nothing_is_known(nao: nk.NaoModel) -> None:
     q = np.repeat(nao.posture("LyingBack")[None], 20, axis=0)
     found = nk.world.dynamic_balance(nao, TIMES[:20], q)
