@@ -48,7 +48,7 @@ SECTIONS = {
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip
     """.split(),
     "Inverse kinematics": ["arm_branches", "romeo_branches", "look_at", "follow_ball", "crouch", "whole_body"],
-    "Motions and NAOqi": ["wave", "position6d", "virtual_nao", "log_to_hands"],
+    "Motions and NAOqi": ["wave", "webcam", "position6d", "virtual_nao", "log_to_hands"],
     "Robots and other tools": """
         two_naos meshcat_scene romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
     """.split(),

@@ -26,6 +26,7 @@ from nao_kin.cli import (  # noqa: F401
     export,
     fk,
     ik,
+    imitate,
     motion,
     naoqi,
     odometry,
@@ -61,7 +62,7 @@ _ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export")
 _WORLD = ("balance", "odometry", "state", "collisions", "camera", "calibrate")
 _SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
-for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):
+for _name in (*_ORDER, *_WORLD, "imitate", *_SERVICES, *_OF_MOTIONS):
     # Listed in the help without its options, which `Group` makes when the command is called.
     _group = motion.app if _name in _OF_MOTIONS else app
     _group.command(_name.removeprefix("motion "), help=COMMANDS[_name][0].__doc__)(lambda: None)

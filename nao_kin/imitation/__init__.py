@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from nao_kin.imitation.files import SAMPLES, read_skeleton
 from nao_kin.imitation.imitate import Imitation, imitate
+from nao_kin.imitation.live import Imitator
 from nao_kin.imitation.skeleton import PARTS, POINTS, Skeleton
 
-__all__ = ["PARTS", "POINTS", "SAMPLES", "Imitation", "Skeleton", "imitate", "read_skeleton"]
+__all__ = ["PARTS", "POINTS", "SAMPLES", "Imitation", "Imitator", "Skeleton", "imitate", "read_skeleton"]

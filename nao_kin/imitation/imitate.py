@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, check_tolerance, flag
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
-from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap
-from nao_kin.imitation.skeleton import POINTS, Skeleton
-from nao_kin.motion import Change, Motion, clamp, slow_down
-from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import nearest_rotation
+from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
+from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
+from nao_kin.imitation.skeleton import POINTS, Skeleton, left_and_trunk
+from nao_kin.imitation.stance import followed, in_place, stood
+from nao_kin.motion import Change, Motion, MotionReport, check, clamp, slow_down
+from nao_kin.robot import CollisionRule, RobotModel, check_robot
+from nao_kin.rotations import nearest_rotation, rot_z
 
 # Points with less confidence count as unknown.
-_CONFIDENCE = 0.5
-# The points that directions need.
-_NEEDED = tuple(
-    name for name in POINTS if name.split("_")[-1] not in ("hand", "thumb", "knee", "ankle", "toe", "chest")
-)
+CONFIDENCE = 0.5
+# The points that nothing needs.
+_NEEDLESS = ("chest", "left_thumb", "right_thumb")
+# Length of a NAO's trunk, from the hips to the shoulders [m]: of the figure beside it.
+_TRUNK = 0.185
+# Samples per second of the check's collisions.
+_RATE = 200.0
 # Times that differ from evenly spaced ones by less than this share of a frame are evenly spaced.
 _EVEN = 0.01
 # Order of the low-pass filter, which runs forward and backward.
@@ -34,37 +39,105 @@ class Imitation:
     """A person's motion as that of a robot.
 
     Attributes:
-        motion: the motion of arms and head, within limits and speed limits.
+        motion: the motion that the robot can play: of arms and head, of the legs unless they are ignored, and of the
+            hands if the skeleton has fingers.
         times: the frames that were imitated, shape (n,) [s]: those of the skeleton, evenly spaced if it was smoothed.
-        q: the configuration of each frame, before the motion was slowed down, shape (n, nq).
+        played: the time of each frame in `motion`, which has a key there, shape (n,) [s].
+        q: the configuration of each frame, shape (n, nq).
         errors: name → angles between the person's directions and the robot's, shape (n,) [rad], NaN where unknown: of
             upper arms, forearms, hands and gaze.
-        clamped: name → why, shape (n,): 1 if ShoulderPitch, ElbowYaw, WristYaw or HeadYaw is at its limit, 2 if
-            ShoulderRoll, ElbowRoll or HeadPitch is, 3 if both are, 4 for an unknown direction.
+        clamped: name → why, shape (n,), a sum: 1 if ShoulderPitch, ElbowYaw, WristYaw or HeadYaw is at its limit, 2 if
+            ShoulderRoll, ElbowRoll or HeadPitch is, 4 for an unknown direction, 8 for an arm that made room.
+        lean: the share of the trunk's lean that the feet allow, shape (n,); NaN if the legs are ignored.
         changes: how the motion was changed so that it can be played, as in `nk.motion.MendedMotion`.
-        notes: on the skeleton, unknown points and frames.
+        report: what a check of the motion found, as of `nk.motion.check`.
+        notes: on the skeleton, unknown points, steps and frames.
+        skeleton: the person.
     """
 
     motion: Motion
     times: Floats
+    played: Floats
     q: Floats
     errors: Mapping[str, Floats]
     clamped: Mapping[str, NDArray[np.int64]]
+    lean: Floats
     changes: tuple[Change, ...]
+    report: MotionReport
     notes: tuple[str, ...]
+    skeleton: Skeleton
+
+    @property
+    def ok(self) -> bool:
+        """Whether the check of the motion found no violation."""
+        return self.report.ok
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the result for JSON: mean and largest angles [rad], shares of frames, changes, check and notes."""
+        directions = {}
+        for name, errors in self.errors.items():
+            known, codes = errors[np.isfinite(errors)], self.clamped[name]
+            if len(known):
+                outside, room = ((codes & flags) > 0 for flags in (Clamp.FIRST | Clamp.SECOND, Clamp.LINKS))
+                directions[name] = {"mean": float(known.mean()), "most": float(known.max())} | {
+                    "outside_limits": float(np.mean(outside)),
+                    "made_room": float(np.mean(room)),
+                }
+        return {
+            "frames": len(self.times),
+            "start": float(self.times[0]),
+            "end": float(self.times[-1]),
+            "duration": self.motion.duration,
+            "joints": list(self.motion.joint_names),
+            "directions": directions,
+            "least_lean": None if np.isnan(self.lean).any() else float(self.lean.min()),
+            "changes": [change.as_dict() for change in self.changes],
+            "check": self.report.as_dict(),
+            "notes": list(self.notes),
+        }
 
     def describe(self) -> str:
-        """Return the mean error of each direction and how often it was outside of the limits, changes and notes."""
+        """Return the error of each direction and how often limits or other links prevent it, changes, notes, check."""
         lines = []
-        for name, errors in self.errors.items():
-            if np.isfinite(errors).any():
-                share = np.mean((self.clamped[name] & (Clamp.FIRST | Clamp.SECOND)) > 0)
-                degrees = np.rad2deg(np.nanmean(errors)), np.rad2deg(np.nanmax(errors))
-                label = name.replace("_", " ")
-                lines.append(
-                    f"{label}: {degrees[0]:.1f}° off, at most {degrees[1]:.1f}°; {share:.0%} outside of limits"
-                )
-        return "\n".join([*lines, *(change.describe() for change in self.changes), *self.notes])
+        for name, row in self.as_dict()["directions"].items():
+            degrees = np.rad2deg([row["mean"], row["most"]])
+            line = f"{name.replace('_', ' ')}: {degrees[0]:.1f}° off, at most {degrees[1]:.1f}°"
+            line += f"; {row['outside_limits']:.0%} outside of limits"
+            lines.append(line + (f"; {row['made_room']:.0%} to make room" if row["made_room"] else ""))
+        if (self.lean < 1.0).any():
+            lines.append(f"trunk: {np.mean(self.lean < 1.0):.0%} with less lean, at least {self.lean.min():.0%} of it")
+        changes = (change.describe() for change in self.changes)
+        return "\n".join([*lines, *changes, *self.notes, self.report.describe()])
+
+    def figure(self, times: ArrayLike, *, aside: float = 0.4) -> Floats:
+        """Return the person as a stick figure beside the robot, for `Viewer.animate`.
+
+        It is as large as the robot, faces the way the robot does, and stays in place, with its feet on the floor.
+
+        Args:
+            times: of the motion, shape (k,) [s].
+            aside: how far the figure is to the left of the robot [m].
+
+        Returns:
+            Both ends of each bone in the world, shape (k, bones, 2, 3) [m].
+        """
+        at = np.interp(as_floats(times, (), "times"), self.played, self.times)
+        bones = self.skeleton.bones
+        left, trunk = left_and_trunk(self.skeleton.points)
+        scale = _TRUNK / float(np.nanmedian(norm(trunk)))
+        turned = bones @ rot_z(float(np.arctan2(*np.nanmedian(left[:, :2] * (-1.0, 1.0), axis=0))))
+        columns = scale * turned.reshape(len(bones), -1)
+        found = np.stack([_bridged(self.skeleton.times, column, at) for column in columns.T], axis=1)
+        figure = found.reshape(len(at), *bones.shape[1:])
+        low = np.nan_to_num(np.nanmin(figure[..., 2], axis=(1, 2)))
+        figure[..., 2] -= low[:, None, None]
+        figure[..., :2] -= np.nanmean(figure[:, :2, :, :2], axis=(1, 2))[:, None, None]
+        figure[..., 1] += aside
+        return figure
+
+    def __repr__(self) -> str:
+        joints, seconds = len(self.motion.joint_names), self.motion.duration
+        return f"<Imitation: {len(self.times)} frames, {joints} joints, {seconds:.4g} s, {self.report!r}>"
 
 
 def imitate(
@@ -73,74 +146,137 @@ def imitate(
     *,
     arms: bool = True,
     head: bool = True,
+    legs: Literal["stand", "follow", "ignore"] = "stand",
     mirror: bool = False,
+    target: Literal["direction", "place", "mixed"] = "direction",
     cutoff: float = 4.0,
     slack: float = 0.1,
+    collisions: bool | CollisionRule = True,
+    balance: bool = True,
 ) -> Imitation:
-    """Return a person's motion as a motion of the robot's arms and head.
+    """Return a person's motion as a motion that the robot can play.
 
     Directions count, not places: each upper arm, forearm and hand, and the face, gets the direction in the torso that
     it has in the person's, or the nearest that the joints reach. Unknown points, and those with a confidence below 0.5,
-    are bridged in time by straight lines. Then time is stretched where a joint would be too fast.
+    are bridged in time by straight lines. Arms that overlap other links move outwards. Then time is stretched where a
+    joint would be too fast, and as a whole until the robot does not tip.
 
     Args:
-        robot: a NAO of any version, or another robot with arms and a neck of its geometry.
+        robot: a NAO of any version, or another robot with arms, a neck and, unless they are ignored, legs of its
+            geometry.
         skeleton: the person.
         arms: whether arms move; otherwise they keep their values in the posture "StandInit".
         head: whether the head moves.
+        legs: "stand" keeps both feet in place, and legs lean the trunk as the person's leans, as far as balance allows;
+            "follow" also takes the person's steps and height of the hips; "ignore" leaves out the legs.
         mirror: whether the robot is the person's mirror image, such as of someone who faces it.
+        target: "direction"; or "place" for hands at the person's places about the middle of the shoulders, times the
+            ratio of the robot's span to the person's, with elbows to the same side; or "mixed" for places of hands that
+            are near each other, such as in clapping, and directions otherwise.
         cutoff: the frequency [Hz] above which motion of the points is filtered out, by a Butterworth filter of second
             order that runs forward and backward; 0 for no filter. Frames that are not evenly spaced become so.
         slack: how much farther than necessary [rad] a forearm in line with the upper arm, and an upper arm out to the
             side, may be from their directions, to move less: there, small errors turn joints far. It falls to zero at
             four times this angle from the line.
+        collisions: whether arms make room for other links, as in `nk.motion.check`: True, or a
+            `nk.robot.CollisionRule` with an overlap that is accepted. They stay 2 mm farther away.
+        balance: whether to slow down until the robot does not tip; not if legs are ignored.
 
     Raises:
-        BadArgument: the robot has no arms or neck of this geometry, or the cut-off or the slack is below zero.
+        BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or the slack is below zero;
+            hips or ankles are unknown, which legs="follow" needs.
         MissingExtra: SciPy is not installed, which filters; a cut-off of 0 needs none.
 
     Examples:
         >>> nao = nk.load_nao()
         >>> wave = nk.imitation.imitate(nao, nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"]))
-        >>> nk.motion.check(nao, wave.motion).ok
+        >>> wave.ok
         True
     """
     check_robot(robot)
     if not isinstance(skeleton, Skeleton):
         raise BadArgument(f"skeleton must be a Skeleton, as from read_skeleton, got {type(skeleton).__name__}")
     check_tolerance(cutoff, "cutoff")
-    solver = LimbMap(robot)
+    choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
+    choice(target, TARGETS, "target")
+    rule, solver = CollisionRule.of(collisions), LimbMap(robot)
     times, points, turned, notes = _filtered(skeleton, float(cutoff))
-    person = Directions.of(points, turned)
     if flag(mirror, "mirror"):
-        person = person.mirrored()
-    if not flag(arms, "arms"):
-        person = replace(
-            person,
-            upper_arms=person.upper_arms * np.nan,
-            forearms=person.forearms * np.nan,
-            hands=person.hands * np.nan,
-        )
-    if not flag(head, "head"):
-        person = replace(person, gaze=person.gaze * np.nan)
-    solved = solver.solve(person, robot.clamp(_start(robot)), slack=slack)
-    motion = Motion(times - times[0], solver.joints, solved.q[:, solver.columns])
-    inside = clamp(robot, motion)
-    played = slow_down(robot, inside.motion)
+        points, turned = mirrored(points, turned)
+    person = Directions.of(points, turned)
+    torso = person.torso
+    if target != "direction":
+        person = to_places(solver, points, person, mixed=target == "mixed")
+    wanted = person.only(arms=flag(arms, "arms"), head=flag(head, "head"))
+    start = start_of(robot)
+    solved = solver.solve(wanted, start, slack=slack)
+    q, codes = solved.q, solved.codes
+    hands = opened(robot, points, q)
+    lean, least, stance, misses = np.full(len(q), np.nan), np.zeros(len(q) - 1), None, 0
+    if legs != "ignore":
+        stance = in_place(robot, start, torso) if legs == "stand" else followed(robot, start, times, points, torso)
+        least, notes = stance.least, (*notes, *stance.notes)
+        q, lean, misses = stood(robot, times, q, stance, solver.columns)
+    if rule is not None and arms:
+        q, moved = make_room(robot, solver, times, q, rule)
+        codes[:, [0, 1, 3, 4]] |= np.where(moved, int(Clamp.LINKS), 0)[:, [0, 0, 1, 1]]
+        if stance is not None and moved.any():
+            q, lean, misses = stood(robot, times, q, stance, solver.columns)
+    joints = [name for k, name in enumerate(robot.joint_names) if k + robot.nq_base in {*solver.columns, *hands}]
+    if stance is not None:
+        joints = [name for name in robot.joint_names if robot.unit(name) == "rad" or name in joints]
+    at = [robot.joint_names.index(name) + robot.nq_base for name in joints]
+    steps = np.maximum(np.diff(times), least)
+    motion = Motion(np.concatenate([[0.0], np.cumsum(steps)]), joints, q[:, at])
+    motion, changes, more = _playable(
+        robot, motion, start, balance=flag(balance, "balance") and legs != "ignore" and not misses
+    )
+    if (steps > np.diff(times) + 1e-9).any():
+        notes = (*notes, f"{(steps - np.diff(times)).sum():.3g} s more for shifting the weight from foot to foot")
+    if misses:
+        notes = (*notes, f"no balanced pose was found for {misses} of {len(q)} frames")
     return Imitation(
-        motion=played.motion,
+        motion=motion,
         times=times,
-        q=solved.q,
-        errors=dict(zip(DIRECTIONS, solved.errors.T, strict=True)),
-        clamped=dict(zip(DIRECTIONS, solved.codes.T, strict=True)),
-        changes=inside.changes + played.changes,
-        notes=(*skeleton.notes, *notes, *person.notes),
+        played=motion.key_times,
+        q=q,
+        errors=dict(zip(DIRECTIONS, solver.errors(wanted, q, solved.errors).T, strict=True)),
+        clamped=dict(zip(DIRECTIONS, codes.T, strict=True)),
+        lean=lean,
+        changes=changes,
+        report=check(robot, motion, fill=start, rate=_RATE, collisions=rule or False, balance=stance is not None),
+        notes=(*skeleton.notes, *notes, *person.notes, *more),
+        skeleton=skeleton,
     )
 
 
-def _start(robot: RobotModel) -> Floats:
+def _bridged(times: Floats, column: Floats, at: Floats) -> Floats:
+    """Return a column at other times, with straight lines across gaps; NaN if it is unknown."""
+    known = np.isfinite(column)
+    return np.interp(at, times[known], column[known]) if known.any() else np.full(len(at), np.nan)
+
+
+def _playable(
+    robot: RobotModel, motion: Motion, start: Floats, *, balance: bool
+) -> tuple[Motion, tuple[Change, ...], tuple[str, ...]]:
+    """Return the motion inside limits and speed limits and, with `balance`, without tipping; changes, and notes."""
+    inside = clamp(robot, motion, fill=start)
+    played = slow_down(robot, inside.motion)
+    notes: tuple[str, ...] = ()
+    if balance and motion.duration > 0.0:
+        try:
+            changed = played.changes
+            played = slow_down(robot, played.motion, balance=True, fill=start)
+            return played.motion, inside.changes + changed + played.changes, notes
+        except BadArgument as reason:
+            notes = (str(reason),)
+    return played.motion, inside.changes + played.changes, notes
+
+
+def start_of(robot: RobotModel) -> Floats:
     """Return the posture before the first frame."""
-    return robot.posture("StandInit") if "StandInit" in robot.semantics.postures else robot.neutral()
+    names = robot.semantics.postures
+    return robot.clamp(robot.posture("StandInit") if "StandInit" in names else robot.neutral())
 
 
 def _filtered(
@@ -155,20 +291,20 @@ def _filtered(
         if len(spaced) != len(times) or np.abs(spaced - times).max() * rate > _EVEN:
             even = spaced
     found: list[dict[str, Floats]] = [{}, {}]
-    needed = {name: skeleton.points[name] for name in _NEEDED if name in skeleton.points}
+    needed = {name: skeleton.points[name] for name in POINTS if name in skeleton.points and name not in _NEEDLESS}
     for k, arrays in enumerate((needed, skeleton.orientations)):
         for name, array in arrays.items():
             columns = np.array(array).reshape(len(times), -1)
             known = np.isfinite(columns).all(axis=1)
             if k == 0:
-                known &= skeleton.confidence.get(name, np.ones(len(times))) >= _CONFIDENCE
+                known &= skeleton.confidence.get(name, np.ones(len(times))) >= CONFIDENCE
             if not known.all():
                 label = name.replace("_", " ") + (" is unknown" if k == 0 else "'s orientation is unknown")
                 notes.append(f"{label} in {np.count_nonzero(~known)} of {len(times)} frames")
             if not known.any():
                 found[k][name] = np.full((len(even), *array.shape[1:]), np.nan)
                 continue
-            columns = np.stack([np.interp(even, times[known], column[known]) for column in columns.T], axis=1)
+            columns = np.stack([_bridged(times, np.where(known, column, np.nan), even) for column in columns.T], axis=1)
             if 0.0 < cutoff < 0.5 * rate:
                 columns = _low_pass(columns, cutoff / rate)
             values = columns.reshape(len(even), *array.shape[1:])

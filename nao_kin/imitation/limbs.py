@@ -35,6 +35,7 @@ from nao_kin._kernels.rows import in_lists, run_rows
 from nao_kin.errors import BadArgument
 from nao_kin.ik import LimitRegion, arm as solve_arm, head as solve_head, limbs
 from nao_kin.robot import RobotModel, check_robot
+from nao_kin.rotations import rot_x, rot_y, rot_z
 
 SIDES = ("left", "right")
 DIRECTIONS = (*(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand")), "gaze")
@@ -44,12 +45,14 @@ class Clamp(IntFlag):
     """Why a direction is not met: the joints at their limits, or an unknown direction, whose joints keep their values.
 
     The first joint is ShoulderPitch, ElbowYaw, WristYaw or HeadYaw; the second is ShoulderRoll, ElbowRoll or HeadPitch.
+    LINKS: the arm is farther out, because links would overlap.
     """
 
     NONE = 0
     FIRST = 1
     SECOND = 2
     UNKNOWN = 4
+    LINKS = 8
 
 
 # --- Directions of a person.
@@ -116,12 +119,12 @@ class Directions:
             notes=notes,
         )
 
-    def mirrored(self) -> Directions:
-        """Return the directions in a mirror: those of left and right exchanged, and y reversed."""
-        flip = np.array([1.0, -1.0, 1.0])
-        upper_arms, forearms = self.upper_arms[:, ::-1] * flip, self.forearms[:, ::-1] * flip
-        hands = self.hands[:, ::-1] * flip[:, None] * flip
-        return replace(self, upper_arms=upper_arms, forearms=forearms, hands=hands, gaze=self.gaze * flip)
+    def only(self, *, arms: bool, head: bool) -> Directions:
+        """Return the directions with those of arms or head unknown."""
+        parts = ("upper_arms", "forearms", "hands") * (not arms) + ("gaze",) * (not head)
+        if not parts:
+            return self
+        return replace(self, **{name: np.full_like(getattr(self, name), np.nan) for name in parts})
 
     @property
     def rows(self) -> Floats:
@@ -129,6 +132,20 @@ class Directions:
         n = len(self.gaze)
         arms = np.concatenate([self.upper_arms, self.forearms, self.hands.reshape(n, 2, 9)], axis=-1)
         return np.ascontiguousarray(np.concatenate([arms.reshape(n, 30), self.gaze], axis=-1))
+
+
+def mirrored(
+    points: Mapping[str, Floats], orientations: Mapping[str, Floats]
+) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return points and orientations in a mirror: those of left and right exchanged, and y reversed."""
+    flip = np.array([1.0, -1.0, 1.0])
+
+    def other(name: str) -> str:
+        side, _, part = name.partition("_")
+        return f"{SIDES[1 - SIDES.index(side)]}_{part}" if side in SIDES else name
+
+    turned = {other(name): R * flip[:, None] * flip for name, R in orientations.items()}
+    return {other(name): p * flip for name, p in points.items()}, turned
 
 
 def _unit(v: Floats) -> Floats:
@@ -569,15 +586,56 @@ class LimbMap:
         if "head" not in found:
             solve_head(robot, np.eye(3))
         used = [found[name] for name in ("armL", "armR", "head")]
+        self._arms = used[:2]
         self.columns = np.concatenate([limb["columns"] for limb in used])
         self._multiplier = np.concatenate([limb["multiplier"] for limb in used])
         self._offset = np.concatenate([limb["offset"] for limb in used])
         self._numbers = _arm_map(robot, used[0]), _arm_map(robot, used[1]), _head_map(robot, used[2])
+        self._maps: tuple[ArmMap, ArmMap] = self._numbers[:2]
 
     @property
     def joints(self) -> tuple[str, ...]:
         """The joints that move, of both arms and the head, as in `RobotModel.joint_names`."""
         return tuple(self.robot.joint_names[column - self.robot.nq_base] for column in self.columns)
+
+    @property
+    def lengths(self) -> tuple[float, float, float, float]:
+        """From the middle to a shoulder, to the elbow, to the hand [m], and how far an elbow bends [rad]."""
+        own = self._arms[0]["geometry"]
+        arm, upper = self._numbers[0], math.hypot(own["elbow_x"], own["elbow_y"])
+        bend = max(abs(0.5 * math.pi - arm.elbow.south), abs(0.5 * math.pi - arm.elbow.north))
+        return abs(own["shoulder"][1]), upper, own["place"][0], bend
+
+    def links(self, side: str) -> set[str]:
+        """Return the links of an arm, from the shoulder to the fingers."""
+        first, found = self._arms[SIDES.index(side)]["joints"][0], set[str]()
+        for joint in self.robot.tree.joints:
+            if joint.name == first or joint.parent in found:
+                found.add(joint.child)
+        return found
+
+    def outwards(self, q: Floats, share: Floats) -> Floats:
+        """Return configurations with ShoulderRoll a share (n, 2) of the way to its outward limit."""
+        made = np.array(q)
+        for k, limb in enumerate(self._arms):
+            lower, upper = self._maps[k].shoulder[2:]
+            roll = (upper if k == 0 else lower) - self._maps[k].tilt
+            end = (roll - limb["offset"][1]) / limb["multiplier"][1]
+            column = limb["columns"][1]
+            made[:, column] += share[:, k] * (end - made[:, column])
+        return made
+
+    def errors(self, directions: Directions, q: Floats, solved: Floats) -> Floats:
+        """Return the angles of configurations from directions, as in `LimbValues`; hands and gaze as solved."""
+        angles = np.array(solved)
+        for k, (limb, numbers) in enumerate(zip(self._arms, self._maps, strict=True)):
+            values = q[:, limb["columns"]] * limb["multiplier"] + limb["offset"]
+            upper = rot_y(values[:, 0]) @ rot_z(values[:, 1])
+            fore = (upper @ rot_x(values[:, 2]) @ rot_z(values[:, 3]))[..., 0]
+            lines = upper @ np.array([math.cos(numbers.tilt), math.sin(numbers.tilt), 0.0]), fore
+            for part, (line, own) in enumerate(zip(lines, (directions.upper_arms, directions.forearms), strict=True)):
+                angles[:, 3 * k + part] = 2.0 * np.arcsin(np.minimum(0.5 * norm(line - own[:, k]), 1.0))
+        return angles
 
     def solve(self, directions: Directions, near: ArrayLike | None = None, *, slack: float = 0.0) -> LimbValues:
         """Return the configurations of n frames, one after another: each is nearest to the one before.

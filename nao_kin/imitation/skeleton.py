@@ -24,9 +24,25 @@ from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShap
 
 SIDES = ("left_", "right_")
 _TRUNK = ("pelvis", "chest", "neck", "head", "nose")
-_PAIRS = ("eye", "ear", "shoulder", "elbow", "wrist", "hand", "thumb", "hip", "knee", "ankle", "toe")
+_PAIRS = ("eye", "ear", "shoulder", "elbow", "wrist", "hand", "finger", "thumb", "hip", "knee", "ankle", "toe")
 POINTS = (*_TRUNK, *(side + part for part in _PAIRS for side in SIDES))
 PARTS = ("pelvis", "chest", "head", "left_hand", "right_hand")
+
+# The bones of a stick figure; "a + b" is the middle of two points.
+_NECK, _LOINS = "left_shoulder + right_shoulder", "left_hip + right_hip"
+_BONES = (
+    (_NECK, "head"),
+    (_NECK, _LOINS),
+    *((name + one, name + two) for name in SIDES for one, two in (("shoulder", "elbow"), ("elbow", "wrist"))),
+    *((name + "wrist", name + "hand") for name in SIDES),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+    *(
+        (name + one, name + two)
+        for name in SIDES
+        for one, two in (("hip", "knee"), ("knee", "ankle"), ("ankle", "toe"))
+    ),
+)
 
 UNITS: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}  # cmu: of CMU's skeletons, 1/0.45 inch
@@ -124,6 +140,48 @@ class Skeleton:
     def names(self) -> tuple[str, ...]:
         """The names of the points, in the order of `POINTS`."""
         return tuple(self.points)
+
+    def between(self, start: float | None = None, end: float | None = None) -> Skeleton:
+        """Return the frames between two times, which are part of it [s]; None for the first and the last frame.
+
+        Raises:
+            BadArgument: no frame is between them.
+
+        Examples:
+            >>> wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+            >>> len(wave), len(wave.between(1.0, 2.0))
+            (65, 21)
+        """
+        low, high = (
+            ends if limit is None else float(as_numbers(limit, what))
+            for limit, what, ends in ((start, "start", self.times[0]), (end, "end", self.times[-1]))
+        )
+        rows = (self.times >= low) & (self.times <= high)
+        if not rows.any():
+            whole = f"{self.times[0]:.6g} to {self.times[-1]:.6g} s"
+            raise BadArgument(f"no frame from {low:.6g} to {high:.6g} s; the skeleton has {whole}")
+
+        def part(arrays: Mapping[str, Floats]) -> dict[str, Floats]:
+            return {name: array[rows] for name, array in arrays.items()}
+
+        return replace(
+            self,
+            times=self.times[rows],
+            points=part(self.points),
+            orientations=part(self.orientations),
+            confidence=part(self.confidence),
+        )
+
+    @property
+    def bones(self) -> Floats:
+        """Both ends of each bone of a stick figure, for `Viewer.animate`, shape (n, bones, 2, 3) [m]."""
+
+        def ends(name: str) -> Floats | None:
+            parts = [self.points[part] for part in name.split(" + ") if part in self.points]
+            return np.asarray(np.mean(parts, axis=0)) if len(parts) > name.count("+") else None
+
+        pairs = [(ends(one), ends(two)) for one, two in _BONES]
+        return np.stack([np.stack([one, two], axis=1) for one, two in pairs if one is not None and two is not None], 1)
 
     @classmethod
     def from_landmarks(

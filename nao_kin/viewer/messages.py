@@ -198,10 +198,14 @@ def set_animation(
 
 
 def track(name: str, kind: str, rows: Floats, times: Floats | None = None) -> dict[str, Any]:
-    """Return a track of a node's property, one row of numbers at each of `times`, by default 0, 1, … n − 1."""
+    """Return a track of a property, one row of numbers at each of `times`, by default 0, 1, … n − 1.
+
+    The property is that of the clip's node, or, as in "child.position", of the part of its object with this name.
+    """
     at = np.arange(len(rows)) if times is None else times
     values = typed_array(rows.astype(np.float32).reshape(-1))
-    return {"name": f".{name}", "type": kind, "times": typed_array(at.astype(np.float32)), "values": values}
+    name = name if "." in name else f".{name}"
+    return {"name": name, "type": kind, "times": typed_array(at.astype(np.float32)), "values": values}
 
 
 def typed_array(array: NDArray[Any]) -> Any:

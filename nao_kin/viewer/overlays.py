@@ -21,6 +21,7 @@ from nao_kin._core.arrays import (
     as_vectors,
     choice,
     flag,
+    norm,
     shaped,
     unit,
     whole_number,
@@ -30,14 +31,18 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.motion import Hips, Motion, balanced
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import UnreadableShape
-from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
+from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
+from nao_kin.rotations import quat_from_matrix, quat_to_xyzw, quat_unwrap, rotation_between
+from nao_kin.viewer.meshes import Mesh, Shape, load_meshes, mesh_of
 from nao_kin.viewer.messages import (
+    Command,
     NamedMessages,
     RetainedMessages,
     geometry_document,
+    hex_colour,
     packed,
     panel_message,
+    track,
     typed_array,
 )
 
@@ -56,6 +61,8 @@ _LARGEST_FIRST = 1_000_000
 EDITIONS = ("orange", "blue", "red", "grey")
 # Beyond this, a double resolves angles worse than 1e-10 rad, and a graphics card, which uses floats, distorts robots.
 LARGEST = 1e6
+# A figure: its node, its colour, the radius of a bone, and the size of one that is not seen [m].
+FIGURE, _FIGURE, _BONE, _NOTHING = "figure", (0.35, 0.55, 0.8), 0.008, 1e-5
 # Beyond this distance [m] a graphics card distorts shapes.
 FARTHEST = 1e4
 
@@ -280,6 +287,43 @@ def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, 
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
     rgb = _BLUE if colour is None else one_colour(colour)
     return {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
+
+
+def figure(bones: ArrayLike, count: int) -> tuple[Command, list[dict[str, Any]]]:
+    """Return the command that draws a figure of bones, and the tracks that move it through its `count` places.
+
+    A bone is a rod of unit length along y, placed, turned and stretched, with balls at both ends. Where an end is
+    unknown (NaN), the bone shrinks to nothing.
+    """
+    ends = as_floats(bones, (2, 3), "figure", gaps=True)
+    if ends.ndim != 4 or len(ends) != count or not ends.shape[1]:
+        raise WrongShape("figure", f"({count}, bones, 2, 3)", ends.shape)
+    known = np.asarray(np.isfinite(ends).all(axis=(-1, -2)))
+    ends = np.where(known[..., None, None], ends, 0.0)
+    _positions(ends.reshape(-1, 3), "ends of bones", _MAX_LINE_POINTS)
+    across = ends[..., 1, :] - ends[..., 0, :]
+    length = np.maximum(norm(across), _NOTHING)
+    y = np.array([0.0, 1.0, 0.0])
+    turns = quat_from_matrix(rotation_between(y, np.where((length > _NOTHING)[..., None], across, y)))
+    shapes: dict[str, Shape] = {"rod": Cylinder(_BONE, 1.0), "start": Sphere(1.5 * _BONE), "end": Sphere(1.5 * _BONE)}
+    material = {"uuid": "bone", "type": "MeshPhongMaterial", "color": hex_colour((*_FIGURE, 1.0))}
+    children, tracks = [], list[dict[str, Any]]()
+    for k in range(ends.shape[1]):
+        size = np.where(known[:, k], 1.0, _NOTHING)
+        parts = {"rod": ends[:, k].mean(axis=1), "start": ends[:, k, 0], "end": ends[:, k, 1]}
+        for part, places in parts.items():
+            children.append({"type": "Mesh", "name": f"{part}{k}", "geometry": part, "material": "bone"})
+            tracks.append(track(f"{part}{k}.position", "vector", places))
+            stretch = size * length[:, k] if part == "rod" else size
+            tracks.append(track(f"{part}{k}.scale", "vector", np.stack([size, stretch, size], axis=1)))
+        tracks.append(track(f"rod{k}.quaternion", "quaternion", quat_to_xyzw(quat_unwrap(turns[:, k]))))
+    document = {
+        "metadata": {"version": 4.5, "type": "Object"},
+        "geometries": [{"uuid": part, **geometry_document(shape)} for part, shape in shapes.items()],
+        "materials": [material],
+        "object": {"type": "Group", "children": children},
+    }
+    return {"type": "set_object", "path": FIGURE, "object": document}, tracks
 
 
 def one_colour(colour: ArrayLike, what: str = "color") -> list[float]:

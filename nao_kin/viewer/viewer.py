@@ -27,7 +27,15 @@ from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token
 from nao_kin.viewer.browser import pictures
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
-from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_animation, track, typed_array
+from nao_kin.viewer.messages import (
+    Command,
+    RetainedMessages,
+    packed,
+    panel_message,
+    set_animation,
+    track,
+    typed_array,
+)
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.overlays import Buttons, Extras
 from nao_kin.viewer.panels import Image, Images, Streams
@@ -192,6 +200,7 @@ class Viewer:
         hips: Hips = "average",
         up: ArrayLike | None = None,
         balance: bool = False,
+        figure: ArrayLike | None = None,
     ) -> None:
         """Play a sequence of configurations, as a meshcat clip that the page can pause and scrub.
 
@@ -207,6 +216,8 @@ class Viewer:
             up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
             balance: also plot the margins of the zero-moment point and of the centre of mass over time, as in
                 `nk.motion.check`; red where the robot tips.
+            figure: a stick figure that moves with them, such as a person: both ends of each bone in the world, shape
+                (n, bones, 2, 3) [m]; NaN for unknown ends.
 
         Raises:
             BadArgument: `balance` of a robot without soles.
@@ -223,12 +234,18 @@ class Viewer:
         margins = overlays.margins(self.robot, moving, rate, fill) if flag(balance, "balance") else None
         warn_outside(self.robot, array, self._warned)
         tracks = [track("joint_values", "number", array), *([] if ups is None else [track("up_values", "number", ups)])]
-        clip = set_animation({ROBOT: tracks}, rate, play=play, loop=loop)
+        moved = {ROBOT: tracks}
+        drawn: Command = {"type": "delete", "path": overlays.FIGURE}
+        if figure is not None:
+            drawn, moved[overlays.FIGURE] = overlays.figure(figure, len(array))
+        clip = set_animation(moved, rate, play=play, loop=loop)
         self._streams.restart()
         self._streams.show_margins(margins)
         with self._lock:
             self._lead.release()
             self._show_joints(array[0], None if ups is None else ups[0].tolist())
+            if figure is not None or self._messages.get("figure") is not None:
+                self._messages.put("figure", packed(drawn))
             self._messages.put("clip", packed(clip))
 
     def camera(self, name: str) -> None:

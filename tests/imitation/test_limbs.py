@@ -15,7 +15,7 @@ import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
 from nao_kin.imitation import limbs
-from nao_kin.imitation.limbs import Clamp, Directions, LimbMap
+from nao_kin.imitation.limbs import Clamp, Directions, LimbMap, mirrored
 from nao_kin.robot.nao import VERSIONS
 
 SIDES = (("left", "L"), ("right", "R"))
@@ -144,7 +144,7 @@ def test_a_mirrored_person_is_a_mirrored_configuration(nao: nk.NaoModel) -> None
     for name, (other, sign) in nk.motion.mirrored_joints(nao).items():
         if nao.joint_names.index(name) in used:
             image[:, nao.joint_names.index(other)] = sign * q[:, nao.joint_names.index(name)]
-    seen = Directions.of(points_of(nao, q), orientations_of(nao, q)).mirrored()
+    seen = Directions.of(*mirrored(points_of(nao, q), orientations_of(nao, q)))
     assert np.abs(LimbMap(nao).solve(seen).q - image)[:, used].max() < 1e-9
 
 

@@ -130,7 +130,11 @@ export interface MeshcatViewer {
     addEventListener(type: string, listener: () => void): void;
   };
   animator: Animator;
-  scene_tree: { find(path: string[]): { object: Three.Object3D }; delete(path: string[]): void };
+  scene_tree: {
+    children: Record<string, { object: Three.Object3D } | undefined>;
+    find(path: string[]): { object: Three.Object3D };
+    delete(path: string[]): void;
+  };
   needs_render: boolean;
   animate(): void;
   handle_command(message: any): void;

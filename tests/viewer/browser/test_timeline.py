@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import umsgpack
 from viewer_pages import Page, messages_of, opened, until, visitor
 
 import nao_kin as nk
 from nao_kin.cli.app import run
+from nao_kin.errors import WrongShape
 from nao_kin.motion import check, read_motion, write_motion
 from nao_kin.viewer import Viewer
 
@@ -372,6 +374,35 @@ def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.Na
     press(page, "Key frames")
     assert "became" in message(page)
     assert 2 <= len(times(page)) <= len(yaw)
+
+
+def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer, q = Viewer(nao), np.tile(nao.posture("StandInit"), (3, 1))
+    bones = np.array(
+        [[[[0.1 * k, 0.5, 0.2], [0.1 * k, 0.5, 0.6]], [[0.0, 0.5, 0.6], [0.2 * k, 0.5, 0.6]]] for k in range(3)]
+    )
+    bones[1, 1, 1] = np.nan
+    viewer.animate(q, 10.0, play=False, figure=bones)
+    places = """(time) => {
+        naoKin.player.seek(time);
+        const {figure} = naoKin.viewer.scene_tree.children;
+        return ["rod0", "end0", "rod1"].map((name) => {
+            const part = figure.object.getObjectByName(name);
+            return [name, part.position.toArray(), part.scale.toArray()];
+        });
+    }"""
+    with opened(browser, viewer.save_html(tmp_path / "figure.html"), SIZE) as page:
+        for k in range(3):
+            found = {name: (position, scale) for name, position, scale in page.run(places, k / 10.0)}
+            np.testing.assert_allclose(found["rod0"][0], [0.1 * k, 0.5, 0.4], atol=1e-6)
+            np.testing.assert_allclose(found["rod0"][1], [1.0, 0.4, 1.0], atol=1e-6)
+            np.testing.assert_allclose(found["end0"][0], [0.1 * k, 0.5, 0.6], atol=1e-6)
+            assert (found["rod1"][1][0] < 1e-3) == (k == 1)
+    viewer.animate(q)
+    assert umsgpack.unpackb(viewer._messages.get("figure") or b"") == {"type": "delete", "path": "figure"}
+    for wrong in (bones[:2], bones[..., :2], np.zeros((3, 0, 2, 3))):
+        with pytest.raises(WrongShape, match="figure must have shape"):
+            viewer.animate(q, figure=wrong)
 
 
 @pytest.mark.full

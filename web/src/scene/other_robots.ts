@@ -62,11 +62,13 @@ export class OtherRobots {
   }
 
   /**
-   * The box around all visible robots, in the world of three.js; if links are given, the box around these links of the page's
-   * own robot.
+   * The box around all visible robots and the figure of a clip, in the world of three.js; if links are given, the box around
+   * these links of the page's own robot.
    */
   box(links: number[]) {
     const box = this.page.robot.box(links);
+    const { figure } = this.page.viewer.scene_tree.children;
+    if (links.length === 0 && figure) box.expandByObject(figure.object);
     for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
       if (!visible) continue;
       const { robot } = shown;

@@ -1,0 +1,160 @@
+"""A robot that follows a person while they move: one frame in, one configuration out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, check_tolerance, choice, flag
+from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.imitation.imitate import CONFIDENCE, start_of
+from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
+from nao_kin.imitation.skeleton import NAMINGS, POINTS, UP_AXES, check_points
+from nao_kin.robot import RobotModel
+
+
+class Imitator:
+    """A robot's arms and head that follow a person's, frame by frame.
+
+    It keeps the last configuration and the last smoothed points. Directions, mirror and slack are those of `imitate`;
+    legs do not move, and links may overlap: NAOqi itself stops arms before they touch the body.
+
+    Args:
+        robot: a NAO of any version, or another robot with arms and a neck of its geometry.
+        source: of the arrays that `step` takes, "mediapipe", "kinect_v2", "azure_kinect" …, as in
+            `Skeleton.from_landmarks`. The axes of "coco17", "h36m17" and "smpl" differ from program to program: `up`
+            states them.
+        arms: whether arms move.
+        head: whether the head moves.
+        mirror: whether the robot is the person's mirror image.
+        up: the axis of the source that points up, "z", "y", "-y" …; None for that of the source.
+        cutoff: the frequency [Hz] above which motion of the points is damped, by a low-pass filter of first order,
+            which delays slow motion by 1 / (2π · cutoff); 0 for none.
+        slack: as in `imitate` [rad].
+
+    Attributes:
+        q: the last configuration, shape (nq,); that of the posture "StandInit" at first.
+        joints: the joints that move.
+
+    Raises:
+        UnknownName: an unknown source or axis.
+        BadArgument: the robot has no arms or neck of this geometry, or a number is below zero; `up` is not stated.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> follower = nk.imitation.Imitator(nao, "mediapipe")
+        >>> landmarks = np.random.default_rng(1).normal(size=(33, 4))
+        >>> follower.step(landmarks, 0.0).shape
+        (25,)
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        source: str = "mediapipe",
+        *,
+        arms: bool = True,
+        head: bool = True,
+        mirror: bool = False,
+        up: str | None = None,
+        cutoff: float = 4.0,
+        slack: float = 0.1,
+    ) -> None:
+        naming = NAMINGS[choice(source, [name for name, naming in NAMINGS.items() if naming.order], "source")]
+        if up is None and naming.axes is None:
+            raise BadArgument(f'{source} has no fixed axes; state the one that points up, such as up="z"')
+        axes = naming.axes if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
+        check_tolerance(cutoff, "cutoff")
+        check_tolerance(slack, "slack")
+        self._map, self._slack, self._cutoff = LimbMap(robot), float(slack), float(cutoff)
+        self._parts = {"arms": flag(arms, "arms"), "head": flag(head, "head")}
+        self._mirror = flag(mirror, "mirror")
+        self.joints = self._map.joints
+        self.q = start_of(robot)
+        resolved = naming.resolved(naming.order)
+        self._names = tuple(resolved)
+        at = {name: k for k, name in enumerate(naming.order)}
+        self._rows = np.array([[at[parts[0]], at[parts[-1]]] for parts in resolved.values()])
+        # From the axes of the source to ahead, left, up.
+        self._turn = np.array(
+            [[axis.endswith(c) * (-1.0 if axis.startswith("-") else 1.0) for c in "xyz"] for axis in axes or ()]
+        )
+        self._levels, self._count = naming.levels, len(naming.order)
+        self._points: Floats | None = None
+        self._time = -math.inf
+        self._speeds = np.array([robot.joints.limits(name)[2] for name in self.joints])
+
+    def step(self, frame: ArrayLike | Mapping[str, ArrayLike], time: float) -> Floats:
+        """Return the configuration for a frame, no farther from the last one than the joints move in the time between.
+
+        The first frame is where the time begins, and returns the posture at the start.
+        Points that are NaN, or have a confidence below 0.5, keep their last place; without any, so does the robot.
+
+        Args:
+            frame: points in the order of the source, shape (k, 3) or (k, 4), the fourth entry the confidence; or name
+                of `POINTS` → (3,), in a right-handed frame with z up. In any unit.
+            time: of the frame, later than that of the last one [s].
+
+        Raises:
+            WrongShape: the frame has another shape.
+            UnknownName: a name is not in `POINTS`.
+            BadArgument: the time is not later.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> follower = nk.imitation.Imitator(nao)
+            >>> shoulders = {"left_shoulder": [0.0, 0.19, 0.5], "right_shoulder": [0.0, -0.19, 0.5]}
+            >>> arm = {"left_elbow": [0.0, 0.47, 0.5], "left_wrist": [0.0, 0.47, 0.75]}
+            >>> points = {**shoulders, **arm, "pelvis": [0.0, 0.0, 0.0]}
+            >>> start, end = follower.step(points, 0.0), follower.step(points, 2.0)
+            >>> round(float(end[nao.joint_names.index("LShoulderRoll")]), 2)  # of an arm out to the side, 76° at most
+            1.33
+        """
+        now = float(as_numbers(time, "time"))
+        if not self._time < now < math.inf:
+            raise BadArgument(f"time must be later than {self._time:g} s, that of the last frame, got {now:g}")
+        points = self._named(frame) if isinstance(frame, Mapping) else self._of_source(frame)
+        # The first frame moves nothing, for there is no time to do so.
+        passed, self._time = (now - self._time if self._time > -math.inf else 0.0), now
+        if self._points is None:
+            self._points = points
+        else:
+            share = 1.0 - math.exp(-2.0 * math.pi * self._cutoff * passed) if self._cutoff > 0.0 else 1.0
+            moved = self._points + share * (points - self._points)
+            # A point that was unknown is not filtered, one that is unknown stays.
+            moved = np.where(np.isnan(self._points), points, moved)
+            self._points = np.where(np.isnan(moved), self._points, moved)
+        named = {name: self._points[None, k] for k, name in enumerate(self._names)}
+        if self._mirror:
+            named, _ = mirrored(named, {})
+        found = self._map.solve(Directions.of(named).only(**self._parts), self.q, slack=self._slack).q[0]
+        columns, most = self._map.columns, self._speeds * passed
+        step = found[columns] - self.q[columns]
+        # All joints slow down alike, which keeps the way to the goal straight.
+        slower = float(np.max(np.abs(step) / np.maximum(most, 1e-12), initial=1.0))
+        self.q = np.array(self.q)
+        self.q[columns] += step / slower
+        if slower > 1.0:
+            self.q = self._map.robot.clamp(self.q)  # the range of a coupled limit is not convex
+        return np.array(self.q)
+
+    def _of_source(self, frame: ArrayLike) -> Floats:
+        array = as_floats(frame, (), "frame", gaps=True)
+        if array.ndim != 2 or array.shape[0] != self._count or array.shape[1] not in (3, 4):
+            raise WrongShape("frame", f"({self._count}, 3 or 4)", array.shape)
+        points = array[:, :3]
+        if array.shape[1] == 4:
+            points = np.where(array[:, 3:] >= CONFIDENCE * self._levels, points, np.nan)
+        return np.asarray(points[self._rows].mean(axis=1) @ self._turn.T)
+
+    def _named(self, frame: Mapping[str, ArrayLike]) -> Floats:
+        for name in frame:
+            choice(name, POINTS, "point")
+        points = {name: as_floats(value, (3,), name, gaps=True) for name, value in frame.items()}
+        check_points({name: point[None] for name, point in points.items()})
+        if tuple(points) != self._names:
+            self._names, self._points = tuple(points), None
+        return np.array(list(points.values()))

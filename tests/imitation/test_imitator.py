@@ -1,0 +1,92 @@
+"""A robot that follows a person while they move."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.imitation import Imitator, Skeleton, imitate
+
+
+@pytest.fixture(scope="module")
+def landmarks() -> np.ndarray:
+    with open(nk.imitation.SAMPLES["bow"], encoding="utf-8") as file:
+        return np.array(json.load(file)["landmarks"])
+
+
+def test_a_person_who_stays_is_reached_within_speed_limits(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    follower, rows = Imitator(nao, slack=0.0), [nao.posture("StandInit")]
+    for k in range(100):
+        rows.append(follower.step(landmarks[0], 0.02 * k))
+    speeds = np.abs(np.diff(rows, axis=0)) / 0.02
+    limits = np.array([nao.joints.limits(name)[2] for name in nao.joint_names])
+    assert (speeds <= limits + 1e-9).all()
+    assert speeds.max() > 1.0
+    still = Skeleton.from_landmarks(landmarks[0], "mediapipe")
+    wanted = imitate(nao, still, legs="ignore", collisions=False, cutoff=0.0, slack=0.0).q[0]
+    np.testing.assert_allclose(rows[-1], wanted, atol=1e-9)
+
+
+def test_frames_of_a_person_who_moves_are_followed_closely(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    follower = Imitator(nao, cutoff=0.0, slack=0.0)
+    seen = landmarks * (1.0, 1.0, 1.0, 0.0) + (0.0, 0.0, 0.0, 1.0)
+    follower.step(seen[0], -2.0)
+    q = [follower.step(frame, 2.0 * k) for k, frame in enumerate(seen)]  # slow enough for all joints
+    whole = Skeleton.from_landmarks(seen, "mediapipe", times=2.0 * np.arange(len(seen)))
+    made = imitate(nao, whole, legs="ignore", collisions=False, cutoff=0.0, slack=0.0)
+    np.testing.assert_allclose(q, made.q, atol=1e-9)
+
+
+def test_named_points_and_a_mirror(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    seen = Skeleton.from_landmarks(landmarks[10], "mediapipe")
+    points = {name: p[0] for name, p in seen.points.items()}
+    one, other, image_of = (Imitator(nao, cutoff=0.0, mirror=mirror) for mirror in (False, False, True))
+    for time in (0.0, 2.0):
+        own, same, image = (
+            follower.step(frame, time)
+            for follower, frame in ((one, points), (other, landmarks[10]), (image_of, landmarks[10]))
+        )
+    np.testing.assert_allclose(own, same, atol=1e-12)
+    for name, (twin, sign) in nk.motion.mirrored_joints(nao).items():
+        if name in one.joints:
+            assert abs(one.q[nao.joint_names.index(name)] - sign * image[nao.joint_names.index(twin)]) < 1e-9
+
+
+def test_points_that_are_lost_keep_their_places(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    follower = Imitator(nao)
+    for k in range(50):
+        follower.step(landmarks[0], 0.04 * k)
+    before = follower.q
+    lost = landmarks[0].copy()
+    lost[:, :3] += np.random.default_rng(0).normal(0.0, 1.0, (33, 3))
+    lost[:, 3] = 0.1
+    np.testing.assert_allclose(follower.step(lost, 2.1), before, atol=1e-6)
+    lost[:, 0] = np.nan
+    np.testing.assert_allclose(follower.step(lost, 2.2), before, atol=1e-6)
+
+
+def test_a_first_frame_without_a_person_leaves_the_robot_as_it_is(nao: nk.NaoModel) -> None:
+    follower = Imitator(nao)
+    for time in (0.0, 1.0):
+        q = follower.step(np.full((33, 3), np.nan), time)
+        np.testing.assert_allclose(q, nao.posture("StandInit"), atol=1e-12)
+
+
+def test_wrong_input_is_refused(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    with pytest.raises(UnknownName, match="unknown source 'mediapip' .nearest: mediapipe."):
+        Imitator(nao, "mediapip")
+    with pytest.raises(BadArgument, match="coco17 has no fixed axes"):
+        Imitator(nao, "coco17")
+    assert Imitator(nao, "coco17", up="-y").step(np.random.default_rng(0).normal(size=(17, 3)), 0.0).shape == (25,)
+    follower = Imitator(nao)
+    follower.step(landmarks[0], 1.0)
+    with pytest.raises(BadArgument, match="time must be later than 1 s"):
+        follower.step(landmarks[0], 1.0)
+    with pytest.raises(WrongShape, match=r"\(33, 3 or 4\)"):
+        follower.step(landmarks[0, :, :2], 2.0)
+    with pytest.raises(UnknownName, match="unknown point 'left_elbo'"):
+        follower.step({"left_elbo": [0.0, 0.0, 0.0]}, 2.0)

@@ -1,0 +1,165 @@
+"""Legs of a robot that moves like a person: feet in place or in steps, lean, balance, and room for the arms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from people import walker
+
+import nao_kin as nk
+from nao_kin._core.arrays import Floats
+from nao_kin.imitation import Imitation, Skeleton, imitate
+from nao_kin.imitation.stance import slowly
+
+
+@pytest.fixture(scope="module")
+def walked(nao: nk.NaoModel) -> Imitation:
+    return imitate(nao, walker(), legs="follow")
+
+
+def leaning(pitch: Floats, roll: Floats) -> Skeleton:
+    """A person whose trunk leans, and whose arms hang from it."""
+    R = nk.rotations.rot_y(pitch) @ nk.rotations.rot_x(roll)
+    places = {
+        "shoulder": (0.0, 0.19, 0.5),
+        "elbow": (0.0, 0.3, 0.25),
+        "wrist": (0.1, 0.3, 0.03),
+        "hip": (0.0, 0.1, 0.0),
+    }
+    points = {
+        f"{name}_{part}": R @ (x, side * y, z)
+        for name, side in (("left", 1.0), ("right", -1.0))
+        for part, (x, y, z) in places.items()
+    }
+    return Skeleton(np.arange(len(pitch)) / 20.0, points)
+
+
+def test_a_trunk_leans_as_the_person_s_above_feet_in_place(nao: nk.NaoModel) -> None:
+    t = np.arange(60) / 20.0
+    pitch, roll = 0.4 * np.sin(2.0 * t) ** 2, 0.1 * np.sin(3.0 * t)
+    made = imitate(nao, leaning(pitch, roll), cutoff=0.0)
+    assert made.ok, made.describe()
+    assert (made.lean == 1.0).all()
+    # Pinocchio's feet: where they are in the first frame, as seen from each other, and flat.
+    feet = nao.fk(made.q, ["LLeg", "RLeg"])
+    between = np.linalg.inv(feet[:, 0]) @ feet[:, 1]
+    assert np.abs(between - between[0]).max() < 1e-6
+    # The vertical in the torso is that of the person; the heading may differ, for one motor turns both hips.
+    up = feet[:, 0, :3, 2]
+    wanted = (nk.rotations.rot_y(pitch) @ nk.rotations.rot_x(roll))[:, 2]
+    assert np.abs(up - wanted).max() < 0.03
+    # The centre of mass stays above the middle of the feet.
+    com = np.linalg.inv(feet[:, 0]) @ np.append(nao.com(made.q), np.ones((60, 1)), axis=1)[..., None]
+    assert np.ptp(com[:, :2, 0], axis=0).max() < 0.003
+
+
+def test_a_lean_that_the_feet_do_not_allow_becomes_less(nao: nk.NaoModel) -> None:
+    t = np.arange(30) / 20.0
+    made = imitate(nao, leaning(2.0 * np.sin(2.0 * t) ** 2, 0.0 * t), cutoff=0.0)
+    assert made.lean.min() < 0.9
+    assert "with less lean" in made.describe()
+    assert made.ok, made.describe()
+
+
+def test_a_robot_that_follows_steps_stands_on_one_foot_and_does_not_tip(nao: nk.NaoModel, walked: Imitation) -> None:
+    assert walked.ok, walked.describe()
+    assert "3 steps" in walked.notes
+    on = [row.soles for row in walked.report.balance]
+    assert {("RLeg",), ("LLeg",)} < set(on)
+    alone = [row for row in walked.report.balance if len(row.soles) == 1]
+    # At rest the centre of mass is 25 mm inside the inner edge, where the plan has it.
+    assert min(row.com_margin for row in alone) > 0.02
+
+
+def test_a_foot_on_the_floor_does_not_slip(nao: nk.NaoModel, walked: Imitation) -> None:
+    poses = nao.fk(walked.q, ["LLeg", "RLeg"])
+    lifted = np.abs((np.linalg.inv(poses[:, 0]) @ poses[:, 1])[:, 2, 3]) > 1e-4
+    assert 0.05 < lifted.mean() < 0.7
+    between = (np.linalg.inv(poses[:, 0]) @ poses[:, 1])[:, :2, 3]
+    moved = np.linalg.norm(np.diff(between, axis=0), axis=1)
+    both = ~lifted[1:] & ~lifted[:-1]
+    assert moved[both].max() < 1e-4
+    assert moved[~both].max() > 1e-3
+
+
+def test_steps_of_a_person_elsewhere_and_of_another_size_are_the_same(nao: nk.NaoModel, walked: Imitation) -> None:
+    R, seen = nk.rotations.rot_z(2.0), walker()
+    points = {name: 1.2 * p @ R.T + (5.0, -3.0, 0.4) for name, p in seen.points.items()}
+    again = imitate(nao, Skeleton(seen.times, points), legs="follow")
+    assert np.abs(again.q - walked.q).max() < 1e-4
+    np.testing.assert_allclose(again.motion.end, walked.motion.end, rtol=1e-3)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("options", [{"noise": 0.02}, {"squat": 0.3}, {"step": 0.0, "lift": 0.25}, {"period": 1.4}])
+def test_other_ways_to_step_do_not_tip(nao: nk.NaoModel, options: dict[str, float]) -> None:
+    made = imitate(nao, walker(6.0, **options), legs="follow")
+    assert made.ok, made.describe()
+
+
+def test_slowly_is_the_largest_function_below_that_changes_slowly() -> None:
+    times = np.array([0.0, 0.1, 0.3, 0.4])
+    np.testing.assert_allclose(slowly(times, np.array([1.0, 0.2, 1.0, 1.0]), 2.0), [0.4, 0.2, 0.6, 0.8])
+
+
+def clapper() -> Skeleton:
+    """A person whose hands meet before the chest, and part."""
+    t = np.arange(40) / 20.0
+    apart = 0.02 + 0.5 * np.sin(1.5 * t) ** 2
+    points = {}
+    for name, side in (("left", 1.0), ("right", -1.0)):
+        hand = np.stack([0.35 + 0.0 * t, side * apart, 0.35 + 0.0 * t], axis=1)
+        shoulder = np.tile((0.0, 0.19 * side, 0.5), (40, 1))
+        along = hand - shoulder
+        distance = np.linalg.norm(along, axis=1)[:, None]
+        cosine = (0.28**2 + distance**2 - 0.34**2) / (2.0 * 0.28 * distance)
+        out = np.tile((0.0, 0.4 * side, -1.0), (40, 1))
+        out -= (out * along).sum(axis=1, keepdims=True) * along / distance**2
+        out /= np.linalg.norm(out, axis=1)[:, None]
+        elbow = shoulder + 0.28 * (cosine * along / distance + np.sqrt(1.0 - cosine**2) * out)
+        points |= {f"{name}_shoulder": shoulder, f"{name}_elbow": elbow, f"{name}_hand": hand}
+        points |= {f"{name}_wrist": elbow + (hand - elbow) * 0.25 / 0.34, f"{name}_hip": shoulder * (1.0, 0.5, 0.0)}
+    return Skeleton(t, points)
+
+
+def test_hands_that_clap_meet_by_their_places(nao: nk.NaoModel) -> None:
+    apart = {}
+    for target in ("direction", "place", "mixed"):
+        made = imitate(nao, clapper(), target=target, cutoff=0.0, slack=0.0, legs="ignore", collisions=False)
+        hands = nao.fk(made.q, ["LArm", "RArm"])[..., :3, 3]
+        apart[target] = np.linalg.norm(hands[:, 0] - hands[:, 1], axis=1)
+    # In the first frame the person's hands touch, later they are a metre apart.
+    assert apart["place"][0] < 0.05
+    assert apart["mixed"][0] < 0.05
+    assert apart["direction"][0] > apart["place"][0] + 0.02
+    assert abs(apart["mixed"].max() - apart["direction"].max()) < 0.02
+
+
+def test_arms_make_room_for_the_body_and_each_other(nao: nk.NaoModel) -> None:
+    t = np.arange(40) / 20.0
+    tight = leaning(0.0 * t, 0.0 * t)
+    points = dict(tight.points)
+    for name in ("left", "right"):
+        points[f"{name}_elbow"] = points[f"{name}_shoulder"] - (0.0, 0.0, 0.28)
+        points[f"{name}_wrist"] = points[f"{name}_elbow"] + (0.0, -0.2 if name == "left" else 0.2, -0.1)
+    made, free = (imitate(nao, Skeleton(t, points), cutoff=0.0, collisions=rule) for rule in (True, False))
+    assert not nao.clearance(free.q).is_free.all()
+    assert nao.clearance(made.q).distance.min() > 0.0
+    assert made.ok, made.describe()
+    assert (made.clamped["left_upper_arm"] & 8).all()
+    assert "to make room" in made.describe()
+    # A touch that is accepted moves the arms less.
+    touch = imitate(nao, Skeleton(t, points), cutoff=0.0, collisions=nk.robot.CollisionRule(0.01))
+    assert np.nanmean(touch.errors["left_upper_arm"]) < np.nanmean(made.errors["left_upper_arm"])
+
+
+def test_hands_open_as_the_fingers_do(nao: nk.NaoModel) -> None:
+    seen = leaning(np.zeros(5), np.zeros(5))
+    wrist = seen.points["left_wrist"]
+    bend = np.linspace(0.0, np.pi, 5)
+    knuckles = wrist + np.array([0.08, 0.0, 0.0])
+    tip = knuckles + 0.09 * np.stack([np.cos(bend), 0.0 * bend, -np.sin(bend)], axis=1)
+    made = imitate(nao, Skeleton(seen.times, {**seen.points, "left_hand": knuckles, "left_finger": tip}), cutoff=0.0)
+    np.testing.assert_allclose(made.q[:, nao.joint_names.index("LHand")], [1.0, 0.854, 0.5, 0.146, 0.0], atol=1e-3)
+    assert "LHand" in made.motion.joint_names
+    assert "RHand" not in made.motion.joint_names
