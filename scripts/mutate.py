@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 import ast
 import csv
+import functools
 import os
 import re
 import shutil
@@ -105,6 +106,16 @@ def _chosen(fault: Fault, hits: list[_Hit]) -> _Hit:
 def _planted_in_python(fault: Fault, source: str) -> str:
     """Replace one node of the syntax tree of a function, and return the tree as source without comments."""
     tree = ast.parse(source)
+    replace(tree, *find(fault, tree))
+    return ast.unparse(tree)
+
+
+def find(fault: Fault, tree: ast.Module) -> tuple[ast.expr | ast.stmt, ast.expr | ast.stmt]:
+    """Return the node of a file's syntax tree that a fault replaces, and the node that takes its place.
+
+    Raises:
+        NotPlanted: see `planted`.
+    """
     scope: ast.AST = tree
     for name in filter(None, fault.place.partition("#")[0].split(".")):
         inside = next((node for node in ast.walk(scope) if getattr(node, "name", None) == name), None)
@@ -114,8 +125,12 @@ def _planted_in_python(fault: Fault, source: str) -> str:
     old, new = _parsed(fault)
     hits = [node for node in ast.walk(scope) if isinstance(node, (ast.expr, ast.stmt)) and _same(node, old)]
     hits.sort(key=lambda node: (node.lineno, node.col_offset))
-    _Replace(_chosen(fault, hits), new).visit(scope)
-    return ast.unparse(tree)
+    return _chosen(fault, hits), new
+
+
+def replace(tree: ast.AST, old: ast.AST, new: ast.AST) -> None:
+    """Put a node of a syntax tree in the place of another; called with the nodes swapped, it restores the tree."""
+    _Replace(old, new).visit(tree)
 
 
 def _same(a: object, b: object) -> bool:
@@ -175,6 +190,7 @@ def _is_for_node(test: str) -> bool:
     return test.endswith(".test.js")
 
 
+@functools.cache
 def _found(test: str) -> str:
     """Return a test with its folder: "test_pairs.py::test_name" as "tests/joints/test_pairs.py::test_name"."""
     file, sign, name = test.partition("::")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import importlib
 import re
 from collections.abc import Iterator
@@ -48,9 +49,20 @@ def _parts(module: Path) -> tuple[str, ...]:
     return parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts
 
 
+# Modules inside the package by the names under which they are imported.
+NAMES = {".".join(("nao_kin", *_parts(module))): ".".join(_parts(module)) for module in MODULES}
+
+
+@functools.cache
+def _import_statements(module: Path) -> list[ast.Import | ast.ImportFrom]:
+    """Return the imports of a module: at its top, inside functions, and for types."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    return [node for node in ast.walk(tree) if isinstance(node, (ast.Import, ast.ImportFrom))]
+
+
 def _imports(module: Path) -> Iterator[tuple[str, ...]]:
-    """Return the imports of a module from the package, at its top or inside functions, such as ("robot", "urdf")."""
-    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+    """Return the imports of a module from the package, such as ("robot", "urdf")."""
+    for node in _import_statements(module):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom) and node.module:
             names = [node.module]
@@ -128,14 +140,13 @@ def test_a_room_is_entered_through_its_face() -> None:
 
 
 def _modules_imported(module: Path) -> set[str]:
-    """Return the modules of the package that a module imports: at its top, inside functions, and for types."""
-    names = {".".join(("nao_kin", *_parts(other))): ".".join(_parts(other)) for other in MODULES}
+    """Return the modules of the package that a module imports."""
     found = set()
-    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+    for node in _import_statements(module):
         if isinstance(node, ast.Import):
-            found |= {names.get(alias.name) for alias in node.names}
+            found |= {NAMES.get(alias.name) for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found |= {names.get(f"{node.module}.{alias.name}", names.get(node.module)) for alias in node.names}
+            found |= {NAMES.get(f"{node.module}.{alias.name}", NAMES.get(node.module)) for alias in node.names}
     return {name for name in found if name}
 
 
