@@ -10,12 +10,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, choice, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, as_floats, choice, cross_matrix, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, body_frame_of
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
-from nao_kin.screws import adjoint
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 # The coordinates of a thing that lies on a plane z = 0.
@@ -71,11 +70,19 @@ class Moving:
 
     def __matmul__(self, other: Moving) -> Moving:
         """T_ab T_bc, whose twist is that of b, moved to c, plus that of c in b."""
-        return Moving(self.T @ other.T, adjoint(rigid_inverse(other.T)) @ self.J + other.J)
+        return Moving(self.T @ other.T, _carried(other.T, self.J) + other.J)
 
     def inverse(self) -> Moving:
         """T_ba; a moves in b against the motion of b in a."""
-        return Moving(rigid_inverse(self.T), -adjoint(self.T) @ self.J)
+        back = rigid_inverse(self.T)
+        return Moving(back, -_carried(back, self.J))
+
+
+def _carried(T_bc: Floats, J: Floats) -> Floats:
+    """The twists of c in its axes, from those of b in its own, with which it moves: Rᵀ (v + ω × t) and Rᵀ ω."""
+    back, t = np.swapaxes(T_bc[..., :3, :3], -1, -2), T_bc[..., :3, 3]
+    linear = J[..., :3, :] - cross_matrix(t) @ J[..., 3:, :]
+    return np.concatenate([back @ linear, back @ J[..., 3:, :]], axis=-2)
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ def some(nao: nk.NaoModel) -> dict[str, Any]:
 def test_every_derivative_is_that_of_finite_differences(nao: nk.NaoModel, some: dict[str, Any], kind: str) -> None:
     problem = Problem(nao, *some[kind])
     rng = np.random.default_rng(7)
-    for size in (0.0, 0.03, 0.1):
+    for size in (0.0, 0.1):
         assert worst_derivative(problem, size * rng.uniform(-1.0, 1.0, problem.size)) < 1e-6
 
 
