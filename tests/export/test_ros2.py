@@ -15,6 +15,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from loops import full
 from made_up_robots import J, made_up
 from moveit_rules import violations
 
@@ -241,7 +242,7 @@ def test_the_srdf_in_it_obeys_the_rules_of_moveit(package: nk.export.Exported) -
     assert violations(text, tree) == []
 
 
-@pytest.mark.parametrize("coupling", ["locked", "independent"])
+@pytest.mark.parametrize("coupling", ["independent", *full("locked")])
 def test_urdf_and_srdf_agree_for_other_couplings(nao: nk.NaoModel, tmp_path: Path, coupling: str) -> None:
     folder = tmp_path / "nao_description"
     options = {"coupling": coupling, "frames": "none", "names": "naoqi", "meshes": "none"}

@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
 from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions, pose_errors
-from loops import for_all
+from loops import for_all, full
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -306,12 +306,12 @@ def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
 @for_all("beside", [0.0, 1e-8, 1e-6])
 def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None:
     romeo = nk.load_robot("romeo")
-    q = romeo.random(1, 10)
+    q = romeo.random(1, 5)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T = romeo.fk(q, "LWristPitch", reference="torso")
     found = analytic(romeo, "LWristPitch", T, reference="torso", locked={"LShoulderPitch": 0.1})
     # Between 1e-7 and 1e-6 rad a few searches fail.
-    assert found.success.all() or (beside == 1e-6 and found.success.sum() >= 9)
+    assert found.success.all() or (beside == 1e-6 and found.success.sum() >= 4)
     assert (found.family == Family.SINGULAR).all() or beside == 1e-6  # where EAIK has some of the branches
     assert romeo.within_limits(found.q).all()
     assert found.residual[found.success].max() < 1e-8
@@ -347,7 +347,7 @@ def poses_by_pinocchio(robot: Any, frame: str, q: Floats) -> Floats:
     return np.array(poses)
 
 
-@for_all("beside", [0.0, 1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-3])
+@pytest.mark.parametrize("beside", [0.0, 1e-9, 1e-6, 1e-3, *full(1e-12, 1e-7, 1e-5)])
 @for_all(("name", "frame", "joint", "lock"), SINGULAR)
 def test_where_two_axes_meet_the_reference_is_among_the_solutions(
     name: str, frame: str, joint: str, lock: str, beside: float

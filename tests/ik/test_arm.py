@@ -199,14 +199,22 @@ def test_a_position_out_of_the_limits_gets_the_nearest_not_a_local_minimum() -> 
     columns = list(found.columns)
     low, high = old.lower[columns], old.upper[columns]
     rng = np.random.default_rng(3)
+
+    def posed(values: Floats) -> Floats:
+        q = np.zeros(old.nq)
+        q[columns] = values
+        return q
+
+    def slopes(values: Floats) -> Floats:
+        return old.jacobian(posed(values), "LArm", expressed_in="mixed")[:3, columns]
+
     for place, residual in zip(places, found.residual[:, 0], strict=True):
 
         def error(values: Floats, place: Floats = place) -> Floats:
-            q = np.zeros(old.nq)
-            q[columns] = values
-            return old.position(q, "LArm") - place
+            return old.position(posed(values), "LArm") - place
 
-        ends = [optimize.least_squares(error, start, bounds=(low, high)) for start in rng.uniform(low, high, (16, 5))]
+        starts = rng.uniform(low, high, (16, 5))
+        ends = [optimize.least_squares(error, start, slopes, bounds=(low, high)) for start in starts]
         assert residual < min(math.sqrt(2.0 * end.cost) for end in ends) + 1e-6
 
 
@@ -218,7 +226,7 @@ def test_the_weight_trades_distance_for_angle(nao: nk.NaoModel) -> None:
     assert light[1] > heavy[1]
 
 
-@for_all("beyond", [1e-9, 1e-6, 1e-3, 0.1, 1.0])
+@for_all("beyond", [1e-9, 1e-3, 1.0])
 def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel, beyond: float) -> None:
     rng = np.random.default_rng(1)
     quaternions = rng.normal(size=(20, 4))
@@ -304,7 +312,7 @@ def test_of_poses_far_away_no_random_start_ends_nearer(nao: nk.NaoModel) -> None
     T[:, :3, :3] = T[:, :3, :3] @ exp(rng.normal(size=(60, 3)))
     found = nk.ik.arm(nao, "L", T)
     cost = np.square(found.residual * [1.0, 0.1]).sum(axis=-1)
-    for _ in range(8):
+    for _ in range(3):
         other = nk.ik.arm(nao, "L", T, near=nao.random(rng, 60))
         assert (cost <= np.square(other.residual * [1.0, 0.1]).sum(axis=-1) * (1.0 + 1e-4) + 1e-15).all()
 

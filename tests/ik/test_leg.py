@@ -240,17 +240,17 @@ def test_the_hip_triple_is_that_of_davenport_angles(nao: nk.NaoModel) -> None:
         assert np.minimum(*gaps).max() < 1e-12
 
 
-@for_all("beyond", [1.01e-6, 1e-5, 1e-3, 0.1, 1.0])
+@for_all("beyond", [1.01e-6, 1e-3, 1.0])
 @for_all("side", SIDES)
 def test_out_of_reach_is_said_with_the_distance(nao: nk.NaoModel, side: str, beyond: float) -> None:
     rng = np.random.default_rng(1)
-    quaternions = rng.normal(size=(50, 4))
+    quaternions = rng.normal(size=(20, 4))
     R = matrix_from_quat(quaternions / np.linalg.norm(quaternions, axis=1)[:, None])
     hip = nao.position(nao.neutral(), side + "HipYawPitch")
-    directions = rng.normal(size=(50, 3))
+    directions = rng.normal(size=(20, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     foot = nao.fk(nao.neutral(), side + "Leg", reference=side + "AnkleRoll")[:3, 3]
-    T = np.tile(np.eye(4), (50, 1, 1))
+    T = np.tile(np.eye(4), (20, 1, 1))
     T[:, :3, :3] = R
     T[:, :3, 3] = hip + (0.2029 + beyond) * directions + R @ foot
     found = nk.ik.leg(nao, side, T, limits="ignore")
@@ -291,9 +291,9 @@ def test_millimetres_are_guessed(nao: nk.NaoModel) -> None:
 
 def test_what_is_blamed_is_really_outside(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(6)
-    q = nao.random(rng, 400)
+    q = nao.random(rng, 150)
     T = nao.fk(q, "LLeg")
-    T[:, :3, :3] = T[:, :3, :3] @ rot_y(rng.uniform(-1.5, 1.5, 400))
+    T[:, :3, :3] = T[:, :3, :3] @ rot_y(rng.uniform(-1.5, 1.5, 150))
     found = nk.ik.leg(nao, "L", T)
     every = nk.ik.leg(nao, "L", T, limits="ignore")
     for i in np.flatnonzero(found.reason >= Reason.JOINT_LIMIT):
@@ -524,13 +524,13 @@ def test_a_leg_is_not_stretched_by_more_than_a_micrometre(nao: nk.NaoModel) -> N
 @for_all("side", SIDES)
 def test_a_foot_that_is_not_reached_gets_the_nearest_pose(nao: nk.NaoModel, side: str, limits: str) -> None:
     rng = np.random.default_rng(4)
-    T = nao.fk(nao.random(rng, 60), f"{side}Leg")
-    T[:, :3, 3] += rng.normal(scale=0.2, size=(60, 3))
-    T[::2, :3, :3] = T[::2, :3, :3] @ exp(rng.normal(size=(30, 3)))
-    reference = nao.random(rng, 60)
+    T = nao.fk(nao.random(rng, 30), f"{side}Leg")
+    T[:, :3, 3] += rng.normal(scale=0.2, size=(30, 3))
+    T[::2, :3, :3] = T[::2, :3, :3] @ exp(rng.normal(size=(15, 3)))
+    reference = nao.random(rng, 30)
     found = nk.ik.leg(nao, side, T, near=reference, limits=limits)  # type: ignore[arg-type]
     missed = ~np.asarray(found.success)
-    assert missed.sum() > 20
+    assert missed.sum() > 10
     assert limits == "ignore" or nao.within_limits(found.q).all()
     assert not found.count[missed].any()
     np.testing.assert_allclose(pose_errors(nao.fk(found.q, f"{side}Leg"), T), found.residual, rtol=0, atol=1e-7)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from loops import full
 from scipy.linalg import expm
 
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
@@ -201,9 +202,12 @@ def test_configurations_that_make_no_sense_are_refused() -> None:
 # --- walking ----------------------------------------------------------------------------------------------------------
 
 
+FAR = [(0.3, 0.0, 0.0), (0.0, 0.15, 0.0), (0.0, 0.0, 3.1)]
+
+
 @pytest.mark.parametrize(
     "target",
-    [(0.3, 0.0, 0.0), (-0.12, 0.0, 0.0), (0.0, 0.15, 0.0), (0.0, -0.1, -1.2), (0.2, 0.1, 0.6), (0.0, 0.0, 3.1)],
+    [(-0.12, 0.0, 0.0), (0.0, -0.1, -1.2), (0.2, 0.1, 0.6), *full(*((target,) for target in FAR))],
 )
 def test_a_walk_ends_at_its_target_on_feet_that_never_slip(script: Script, target: tuple) -> None:
     script("moveInit")
@@ -293,7 +297,10 @@ def test_move_init_brings_a_level_torso_to_walking_height(script: Script) -> Non
 # --- velocities -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("velocity", [(0.08, 0.0, 0.0), (-0.05, 0.0, 0.0), (0.0, 0.03, 0.0), (0.05, 0.0, 0.3)])
+VELOCITIES = [(0.08, 0.0, 0.0), (0.05, 0.0, 0.3), *full(((-0.05, 0.0, 0.0),), ((0.0, 0.03, 0.0),))]
+
+
+@pytest.mark.parametrize("velocity", VELOCITIES)
 def test_a_velocity_is_kept_and_changed_after_a_step(script: Script, velocity: tuple) -> None:
     script("moveInit")
     start, begin = script.place(), script.nao.clock.now

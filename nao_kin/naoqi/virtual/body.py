@@ -15,7 +15,7 @@ from nao_kin.naoqi.spaces import TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between
-from nao_kin.world import on_floor, sole_heights, standing_sole
+from nao_kin.world import feet_frame, on_floor, sole_heights, standing_sole
 
 # The difference below which a clipped command or a late joint counts as rounding.
 _NOTEWORTHY = 1e-9
@@ -237,11 +237,17 @@ class Base:
         """
         if self.support is None:
             return
-        foot = self.standing_foot(q, self.support)
+        T_torso_soles = self._robot.fk(q[None] if before is None else np.stack([before, q]), LEGS)
+        if before is not None and np.array_equal(*T_torso_soles):
+            return  # the legs did not move
+        heights, own = sole_heights(T_torso_soles), LEGS.index(self.support)
+        foot = LEGS[standing_sole(heights[-1], own)]
         if foot != self.support:
             self.stand_on(foot, q)
-        elif before is not None and self._both_down(before) and self._both_down(q):
-            self._move_to(self._robot_frame(before), q)
+        elif before is not None and (heights[:, own, 1 - own] <= LOWER).all():  # both are down
+            T_world_torso = self._T_world_sole @ rigid_inverse(T_torso_soles[:, own])
+            T_world_before, T_world_robot = feet_frame(T_world_torso[:, None] @ T_torso_soles)
+            self._move(T_world_before @ rigid_inverse(T_world_robot))
 
     def check_stands(self) -> None:
         """Refuse a robot that does not stand on its feet."""
@@ -256,14 +262,13 @@ class Base:
         """Stand on a foot after a rest on the floor, with FRAME_ROBOT where the robot last stood."""
         self.stand_on(foot, q)
         if self._T_world_stood is not None:
-            self._move_to(self._T_world_stood, q)
+            self._move(self._T_world_stood @ rigid_inverse(self._robot_frame(q)))
 
     def _robot_frame(self, q: Floats) -> Floats:
         return robot_frame(self._robot, q, torso_in_world=self.torso(q))
 
-    def _move_to(self, T_world_robot: Floats, q: Floats) -> None:
-        """Move the standing foot along the floor so that FRAME_ROBOT is at a pose."""
-        change = T_world_robot @ rigid_inverse(self._robot_frame(q))
+    def _move(self, change: Floats) -> None:
+        """Move the standing foot along the floor by the change of FRAME_ROBOT's pose in the world."""
         change[2, 3] = 0.0
         self._T_world_sole = change @ self._T_world_sole
 
@@ -288,12 +293,6 @@ class Base:
     def is_down(self, foot: str, q: Floats) -> bool:
         """Return whether the robot stands on its feet with this sole on the floor, to a millimetre."""
         return self.support is not None and bool((self.torso(q) @ self._robot.fk(q, foot))[2, 3] <= LOWER)
-
-    def _both_down(self, q: Floats) -> bool:
-        """Return whether the other sole is on the floor too."""
-        assert self.support is not None
-        own = LEGS.index(self.support)
-        return bool(sole_heights(self._robot.fk(q, LEGS))[own, 1 - own] <= LOWER)
 
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
         """Return the standing foot: `before`, unless the other foot is lower in the frames of both soles."""
