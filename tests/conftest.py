@@ -15,7 +15,8 @@ from viewer_pages import chromium
 
 import nao_kin as nk
 
-settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=60)
+settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=20)
+settings.register_profile("thorough", settings.get_profile("nao_kin"), max_examples=60)  # once a week
 settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=4)
 settings.load_profile("nao_kin")
 

@@ -59,7 +59,7 @@ def _gap(nao: nk.NaoModel, row: np.ndarray, near: np.ndarray, columns: tuple[int
 @pytest.mark.parametrize("solver", ["leg", "arm", "legs", "head", "look_at", "numeric", "analytic"])
 def test_exactly_the_solutions_in_collision_are_left_out(solver: str) -> None:
     nao = nk.load_nao()
-    q = nao.random(3, {"legs": 8, "numeric": 6, "analytic": 8}.get(solver, 16))
+    q = nao.random(3, {"legs": 16, "numeric": 6, "analytic": 20}.get(solver, 16))
     columns = list(_solved(nao, solver, q, q).columns)
     near = q.copy()
     near[:, columns] = np.roll(q, 1, axis=0)[:, columns]

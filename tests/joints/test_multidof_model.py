@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from loops import EACH_VERSION, for_all
+from loops import EACH_VERSION, for_all, full
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -97,7 +97,7 @@ def test_all_frames_velocities_and_the_centre_of_mass_are_the_naos(version, rule
 
 
 @for_all("rule", RULES)
-@for_all("version", VERSIONS)
+@pytest.mark.parametrize("version", EACH_VERSION)
 def test_the_mass_matrix_is_the_naos_seen_through_the_velocity_matrix(version, rule) -> None:
     typed = typed_nao(version, rule)
     for q in wide(typed.robot, 6):
@@ -283,11 +283,13 @@ def test_a_typed_model_survives_pickling(nao) -> None:
 
 
 @for_all("rule", RULES)
-@for_all(("name", "base"), [("romeo", "fixed"), ("romeo", "floating"), ("talos_full_v2", "fixed"), ("panda", "fixed")])
+@pytest.mark.parametrize(
+    ("name", "base"), [("romeo", "floating"), ("panda", "fixed"), *full(("romeo", "fixed"), ("talos_full_v2", "fixed"))]
+)
 def test_other_robots_keep_their_frames_velocities_and_centre_of_mass(name, base, rule) -> None:
     robot = nk.load_robot(name, base=base)
     typed = TypedModel(robot, rule=rule)
-    q = wide(robot, 60)
+    q = wide(robot, 20)
     pose, velocity, com = worst_differences(robot, typed, q)
     assert max(pose, velocity, com) < 1e-12
     assert np.abs(typed.com(typed.from_q(q)) - robot.com(q)).max() < 1e-12
@@ -349,10 +351,10 @@ CHAINS = {
 def test_made_up_robots_keep_their_frames_velocities_and_centre_of_mass(tmp_path, name, rule, base) -> None:
     robot = made_up(tmp_path, *CHAINS[name], base=base)
     typed = TypedModel(robot, rule=rule)
-    q = wide(robot, 30)
+    q = wide(robot, 10)
     assert max(worst_differences(robot, typed, q)) < 1e-13
     assert np.allclose(typed.com(typed.from_q(q)), robot.com(q), rtol=0, atol=1e-14)
-    for row in q[-3:]:
+    for row in q[-1:]:
         E = typed.velocity_matrix(row)
         for algorithm in (mass_matrix, composite_mass_matrix, inverse_dynamics_mass_matrix):
             M = E.T @ algorithm(typed.model, typed.from_q(row)) @ E

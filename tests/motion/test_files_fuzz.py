@@ -130,7 +130,7 @@ def test_words_put_anywhere(path: Path, name: str, changes: list[tuple[float, st
 
 
 @pytest.mark.parametrize("name", FORMAT_OF)
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 2**32))
 def test_bytes_changed_at_random(path: Path, name: str, seed: int) -> None:
     rng = random.Random(seed)
@@ -141,7 +141,7 @@ def test_bytes_changed_at_random(path: Path, name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in FORMAT_OF if name != "motion.npz"])
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 2**32))
 def test_lines_and_numbers_swapped_doubled_and_left_out(path: Path, name: str, seed: int) -> None:
     rng = random.Random(seed)
@@ -159,7 +159,7 @@ def test_lines_and_numbers_swapped_doubled_and_left_out(path: Path, name: str, s
 
 
 @pytest.mark.parametrize("format", FORMATS)
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     content=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace")))
 )

@@ -134,7 +134,7 @@ def _motions(draw: Callable[..., Any]) -> Motion:
     return Motion(times, names, keys, interpolation, handles)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(_motions())
 def test_json_and_npz_lose_nothing(tmp_path_factory: pytest.TempPathFactory, motion: Motion) -> None:
     folder = tmp_path_factory.mktemp("lossless")
@@ -143,7 +143,7 @@ def test_json_and_npz_lose_nothing(tmp_path_factory: pytest.TempPathFactory, mot
         assert read_motion(folder / "a") == motion
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(_motions())
 def test_curves_are_the_same_in_python_and_naoqi(tmp_path_factory: pytest.TempPathFactory, motion: Motion) -> None:
     folder = tmp_path_factory.mktemp("curves")

@@ -223,7 +223,7 @@ def test_a_follower_agrees_to_single_precision_of_its_own_value(tmp_path: Path, 
 _JOINTS = nk.load_nao().joint_names
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.dictionaries(
         st.sampled_from(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import functools
 import math
 
 import mpmath
@@ -60,6 +61,7 @@ def exact_rotation(axis, angle):
         return np.array(R.tolist(), dtype=np.float64), np.array(list(e), dtype=np.float64)
 
 
+@functools.cache
 def exact_cases():
     """Axis, angle in many digits, matrix: near 0, in between, near π and on it."""
     with mpmath.workdps(400):
@@ -68,11 +70,8 @@ def exact_cases():
     return [(angle, *exact_rotation(axis, angle)) for axis in EXACT_AXES for angle in angles]
 
 
-CASES = exact_cases()
-
-
 def test_natural_invariants_are_exact_near_zero_near_pi_and_between():
-    for angle, R, e in CASES:
+    for angle, R, e in exact_cases():
         axis, found = natural_invariants(R)
         near_pi = float(mpmath.pi - angle)
         sign = -1.0 if near_pi < 1e-15 and axis @ e < 0.0 else 1.0
@@ -84,14 +83,14 @@ def test_natural_invariants_are_exact_near_zero_near_pi_and_between():
 
 
 def test_logarithm_is_exact_near_zero_near_pi_and_between():
-    for angle, R, e in CASES:
+    for angle, R, e in exact_cases():
         v = log(R)
         sign = -1.0 if float(mpmath.pi - angle) < 1e-15 and v @ e < 0.0 else 1.0
         assert worst(sign * v, e * float(angle)) < 1.2e-15 * min(float(angle), 1.0)
 
 
 def test_exponential_is_exact_near_zero_near_pi_and_between():
-    for angle, R, e in CASES:
+    for angle, R, e in exact_cases():
         found = exp(e * float(angle))
         assert worst(found, R) < 1.2e-15
         # The antisymmetric part carries the small angles, and keeps their relative accuracy.

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from rotation_samples import integer_rotations, many_angles, many_axes, many_rotations, random_rotations, worst
-from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
@@ -191,6 +190,8 @@ def test_what_has_no_mean_is_refused():
 
 
 def test_random_rotations_are_uniform():
+    from scipy import stats  # takes a second, in each process
+
     R = random_rotation(0, 20000)
     _, angle = natural_invariants(R)
     assert stats.kstest(angle, lambda a: (a - np.sin(a)) / math.pi).pvalue > 0.01
@@ -209,6 +210,8 @@ def test_random_quaternions_are_the_quaternions_of_random_rotations():
 
 
 def test_rotations_near_one_scatter_normally_in_its_own_axes():
+    from scipy import stats  # takes a second, in each process
+
     R, sigma = rot_y(1.0), np.array([0.1, 0.02, 0.3])
     vectors = log(R.T @ random_rotation_near(R, sigma, 1, 5000)) / sigma
     for i in range(3):

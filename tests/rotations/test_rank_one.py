@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 import pytest
 import scipy.linalg
-import sympy
 from hypothesis import example, given, settings, strategies as st
 from loops import for_all
 from scipy.spatial.transform import Rotation
@@ -84,6 +83,8 @@ def test_the_inverse_undoes_the_matrix(u, v) -> None:
 @few
 @given(shears)
 def test_a_shear_is_defective_and_has_one_jordan_block(pair) -> None:
+    import sympy  # takes a second, in each process
+
     u, v = pair
     assert u @ v == 0
     eigen = rank_one.eigen(u, v)
@@ -241,6 +242,8 @@ def test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengt
 
 
 def test_the_identities_of_the_paper_hold_symbolically() -> None:
+    import sympy  # takes a second, in each process
+
     u, v = (sympy.Matrix(sympy.symbols(f"{name}:3")) for name in "uv")
     T = sympy.eye(3) + u * v.T
     assert sympy.expand(T.det() - 1 - u.dot(v)) == 0

@@ -361,7 +361,7 @@ def test_any_numbers_give_finite_results_or_the_librarys_own_error(batch):
     for name, (call, head) in TINY_TO_HUGE:
         shape = (*batch, *((3, 3) if name in OF_MATRICES else head))
         answered = 0
-        for _ in range(30):
+        for _ in range(12):
             usual = rng.choice(known, batch) if name in OF_MATRICES else rng.uniform(-4.0, 4.0, shape)
             strange = rng.random(shape) < rng.choice([0.0, 0.1, 0.3, 1.0])
             values = np.where(strange, rng.choice(STRANGE, shape), usual)

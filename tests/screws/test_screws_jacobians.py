@@ -41,14 +41,14 @@ def check(side: str, twist: np.ndarray, roundings: float) -> None:
 
 
 @pytest.mark.parametrize("side", FUNCTIONS)
-@settings(EXACT, max_examples=30)
+@settings(EXACT, max_examples=10)
 @given(twists)
 def test_jacobians_are_the_mean_of_the_adjoints_on_the_way_and_their_inverses_undo_them(side, twist) -> None:
     check(side, twist, 8)
 
 
 @pytest.mark.parametrize("side", FUNCTIONS)
-@settings(EXACT, max_examples=15)
+@settings(EXACT, max_examples=6)
 @given(long_twists)
 def test_jacobians_hold_past_half_a_turn(side, twist) -> None:
     if abs(math.sin(np.linalg.norm(twist[3:]) / 2)) < 1e-3:

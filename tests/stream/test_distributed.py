@@ -15,7 +15,7 @@ import dask
 import dask.array as da
 import numpy as np
 import pytest
-from loops import for_all
+from loops import for_all, full
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -45,10 +45,11 @@ BATCHES = {
     "two axes": ((4, 6), (3, 2)),
     "three axes": ((2, 3, 4), (1, 2, 3)),
 }
+SOME = ("one configuration", "none", "uneven chunks", "three axes")
 
 
 @for_all("question", QUESTIONS)
-@pytest.mark.parametrize("batch", BATCHES)
+@pytest.mark.parametrize("batch", [*SOME, *full("one chunk", "two axes")])
 @pytest.mark.parametrize("last", [-1, 7], ids=["whole configurations", "cut configurations"])
 def test_the_results_are_those_of_a_single_process(nao: nk.NaoModel, batch: str, last: int, question: str) -> None:
     name, arguments, options = QUESTIONS[question]

@@ -99,7 +99,7 @@ def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics
     assert np.array_equal(unknown, plain.fk([0.5], "image_l"))  # no camera, no ending: a body frame
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**31), st.booleans(), st.sampled_from([-0.1, 0.0, 0.05, 3.0]))
 def test_the_ground_at_a_pixel_is_projected_to_that_pixel(seed: int, lens: bool, height: float) -> None:
     nao, rng = nk.load_nao(), np.random.default_rng(seed)
@@ -190,7 +190,7 @@ def test_a_pixel_outside_the_image_shows_nothing_and_alone_names_the_resolution_
     assert grabbed == pytest.approx(nk.world.pixel_to_ground(nao, q, [499.75, 349.75], camera).points)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**31), st.booleans())
 def test_the_horizon_divides_rays_that_go_up_from_those_that_go_down(seed: int, lens: bool) -> None:
     nao, rng = nk.load_nao(), np.random.default_rng(seed)
