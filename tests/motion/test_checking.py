@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 import numpy as np
 import pytest
+from loops import full
 from made_up_robots import J, made_up
 from test_motion import random_motion
 
@@ -61,7 +62,7 @@ def _agrees(report: MotionReport, kind: str, joint: str, t: Floats, excess: Floa
     assert max((row.excess for row in rows), default=0.0) >= excess.max() - 1e-9
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, *full(2, 3)])
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_everything_outside_is_found_and_nothing_else(nao: nk.NaoModel, interpolation: str, seed: int) -> None:
     motion = _motion(nao, seed, interpolation)

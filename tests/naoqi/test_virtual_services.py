@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import full
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial import ConvexHull
 
@@ -496,7 +497,8 @@ def test_the_robot_describes_itself(virtual: VirtualNao) -> None:
 
 
 @pytest.mark.parametrize(
-    ("version", "named"), [("v3.2", "VERSION_32"), ("v3.3", "VERSION_33"), ("v4", "VERSION_40"), ("v6", "VERSION_60")]
+    ("version", "named"),
+    [("v6", "VERSION_60"), *full(("v3.2", "VERSION_32"), ("v3.3", "VERSION_33"), ("v4", "VERSION_40"))],
 )
 def test_versions_are_written_as_naoqi_writes_them(version: str, named: str) -> None:
     with VirtualNao(nk.load_nao(version), stepped=True) as robot:

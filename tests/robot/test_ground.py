@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings, strategies as st
-from loops import for_all
+from loops import for_all, full
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -212,7 +212,7 @@ def test_the_rows_are_mirror_images_and_counter_clockwise() -> None:
         assert (along[:, 0] * np.roll(along[:, 1], -1) - along[:, 1] * np.roll(along[:, 0], -1) > 0.0).all()
 
 
-@for_all("name", ["romeo", "icub"])
+@pytest.mark.parametrize("name", ["romeo", *full("icub")])
 def test_any_humanoid_stands_on_the_soles_of_its_semantics(name: str) -> None:
     pytest.importorskip("cmeel")
     try:

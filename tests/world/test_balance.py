@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from loops import for_all
+from loops import for_all, full
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -154,7 +154,7 @@ def test_margins_follow_gravity_and_the_outline(nao: nk.NaoModel) -> None:
     assert nk.world.margin(floating, floating.posture("StandZero")) == pytest.approx(float(level), abs=1e-9)
 
 
-@for_all("name", ["romeo", "icub"])
+@pytest.mark.parametrize("name", ["romeo", *full("icub")])
 def test_any_humanoid_has_a_margin(name: str) -> None:
     try:
         tree = nk.load_robot(name).tree

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from loops import full
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
@@ -55,7 +56,7 @@ def _hits(robot: nk.RobotModel, q: np.ndarray, camera: Camera, pixels: np.ndarra
 
 
 @pytest.mark.parametrize("lens", _LENSES)
-@pytest.mark.parametrize("frame", ["CameraTop", "CameraBottom"])
+@pytest.mark.parametrize("frame", ["CameraTop", *full("CameraBottom")])
 def test_a_pixel_shows_the_robot_if_its_ray_meets_a_hull(nao: nk.NaoModel, frame: str, lens: str) -> None:
     camera, rng = _camera(lens, frame), np.random.default_rng(3)
     u, v = np.meshgrid(np.linspace(0.0, 639.0, 29), np.linspace(0.0, 479.0, 23))
