@@ -226,6 +226,7 @@ def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: 
 
 
 def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: Page) -> None:
+    page.draw(True)  # shaders are made for what is drawn
     page.run("""() => {
         window.linked = 0;
         const own = naoKin.viewer.renderer.getContext().linkProgram;
@@ -239,6 +240,7 @@ def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: P
     page.run("() => naoKin.viewer.render()")
     assert page.run(GHOSTS)
     before = page.run("() => window.linked")
+    assert before > 0
     for _ in range(4):
         place += np.array((2, -4))
         page.tab.mouse.move(*place)
@@ -248,6 +250,7 @@ def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: P
     page.tab.mouse.up()
     page.run("() => { delete naoKin.viewer.renderer.getContext().linkProgram; }")
     page.run("() => naoKin.show({ com: false, support: false })")
+    page.draw(False)
 
 
 # The place of a ring's point on the screen, so far round about its axis.
