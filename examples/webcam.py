@@ -8,6 +8,7 @@ import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def frames() -> Iterator[tuple[float, np.ndarray]]:
     options = vision.PoseLandmarkerOptions(base_options=base, running_mode=vision.RunningMode.VIDEO)
     with vision.PoseLandmarker.create_from_options(options) as landmarker:
         while (read := camera.read())[0]:
-            ms = int(camera.get(cv2.CAP_PROP_POS_MSEC))
+            ms = int(1000 * monotonic())
             image = mp.Image(image_format=mp.ImageFormat.SRGB, data=cv2.cvtColor(read[1], cv2.COLOR_BGR2RGB))
             for person in landmarker.detect_for_video(image, ms).pose_world_landmarks[:1]:
                 yield ms / 1000.0, np.array([[p.x, p.y, p.z, p.visibility] for p in person])

@@ -27,7 +27,15 @@ HERE = Path(__file__).resolve().parent
 IMAGES = HERE.parent / "docs" / "images"
 # Size of the page in CSS pixels, and screen pixels for each.
 WIDTH, HEIGHT, SCALE = 1280, 800, 1.5
-OTHERS = ("draw_ghosts", "draw_lights", "draw_old_script", "draw_reach", "draw_whole_body", "walk_and_draw")
+OTHERS = (
+    "draw_ghosts",
+    "draw_imitation",
+    "draw_lights",
+    "draw_old_script",
+    "draw_reach",
+    "draw_whole_body",
+    "walk_and_draw",
+)
 # Chromium draws without a graphics card; this long after the last change the picture is final [ms].
 OPTIONS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 AT_REST = 3000

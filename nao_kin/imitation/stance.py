@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, join_poses, norm
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
+from nao_kin.imitation.limbs import SIDES
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import power, rot_z
 
 FEET = ("LLeg", "RLeg")
-SIDES = ("left", "right")
 # The lean is smaller where it is missed by this [rad], or the place of the centre of mass by this [m].
 _TILTED, _AWAY = 0.15, 0.01
 # Weights of the trunk's position and rotation, and how often the position is corrected.
