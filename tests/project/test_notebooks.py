@@ -100,8 +100,8 @@ def test_a_notebook_stands_here_as_it_was_run_last(path: Path) -> None:
     assert {output["name"] for output in outputs if output["output_type"] == "stream"} == {"stdout"}
 
 
-def test_the_lecture_has_its_six_notebooks() -> None:
-    assert [path.stem[0] for path in LECTURE] == list("123456")
+def test_the_lecture_has_its_seven_notebooks() -> None:
+    assert [path.stem[0] for path in LECTURE] == list("1234567")
 
 
 @pytest.mark.parametrize("path", LECTURE, ids=lambda path: path.stem)
