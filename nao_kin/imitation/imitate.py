@@ -228,7 +228,7 @@ def imitate(
     at = [robot.joint_names.index(name) + robot.nq_base for name in joints]
     steps = np.maximum(np.diff(times), least)
     motion = Motion(np.concatenate([[0.0], np.cumsum(steps)]), joints, q[:, at])
-    motion, changes, more = _playable(
+    motion, played, changes, more = _playable(
         robot, motion, start, balance=flag(balance, "balance") and legs != "ignore" and not misses
     )
     if (steps > np.diff(times) + 1e-9).any():
@@ -238,7 +238,7 @@ def imitate(
     return Imitation(
         motion=motion,
         times=times,
-        played=motion.key_times,
+        played=played,
         q=q,
         errors=dict(zip(DIRECTIONS, solver.errors(wanted, q, solved.errors).T, strict=True)),
         clamped=dict(zip(DIRECTIONS, codes.T, strict=True)),
@@ -258,19 +258,23 @@ def _bridged(times: Floats, column: Floats, at: Floats) -> Floats:
 
 def _playable(
     robot: RobotModel, motion: Motion, start: Floats, *, balance: bool
-) -> tuple[Motion, tuple[Change, ...], tuple[str, ...]]:
-    """Return the motion inside limits and speed limits and, with `balance`, without tipping; changes, and notes."""
+) -> tuple[Motion, Floats, tuple[Change, ...], tuple[str, ...]]:
+    """Return the motion inside limits and speed limits and, with `balance`, without tipping.
+
+    Also return the time of each of its frames, changes, and notes.
+    """
     inside = clamp(robot, motion, fill=start)
+    # Keys between frames may be new; slower motions keep all keys.
+    keys = np.searchsorted(inside.motion.key_times, motion.key_times - 1e-9)
     played = slow_down(robot, inside.motion)
-    notes: tuple[str, ...] = ()
+    changes, notes = inside.changes + played.changes, list[str]()
     if balance and motion.duration > 0.0:
         try:
-            changed = played.changes
             played = slow_down(robot, played.motion, balance=True, fill=start)
-            return played.motion, inside.changes + changed + played.changes, notes
+            changes += played.changes
         except BadArgument as reason:
-            notes = (str(reason),)
-    return played.motion, inside.changes + played.changes, notes
+            notes.append(str(reason))
+    return played.motion, played.motion.key_times[keys], changes, tuple(notes)
 
 
 def start_of(robot: RobotModel) -> Floats:

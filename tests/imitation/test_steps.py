@@ -66,6 +66,10 @@ def test_a_robot_that_follows_steps_stands_on_one_foot_and_does_not_tip(nao: nk.
     assert "3 steps" in walked.notes
     on = [row.soles for row in walked.report.balance]
     assert {("RLeg",), ("LLeg",)} < set(on)
+    assert len(walked.played) == len(walked.times)
+    names = [nao.joint_names.index(name) for name in walked.motion.joint_names]
+    assert np.abs(walked.motion.sample(walked.played) - walked.q[:, names]).max() < 0.1  # coupled limits move ankles
+    assert np.isfinite(walked.figure(walked.played[::10])).all()
     alone = [row for row in walked.report.balance if len(row.soles) == 1]
     # At rest the centre of mass is 25 mm inside the inner edge, where the plan has it.
     assert min(row.com_margin for row in alone) > 0.02
