@@ -11,7 +11,6 @@ from nao_kin._core.text import quoted
 from nao_kin.cli.options import (
     ALLOW,
     EXACT,
-    OTHER_ROBOTS,
     TOLERANCE,
     OutOptions,
     OutputOptions,
@@ -32,9 +31,7 @@ if TYPE_CHECKING:
 _FPS = 30.0
 
 
-@command(
-    "imitate", "Example: nao-kin imitate dance.bvh -o dance.xar --html dance.html --legs follow", without=OTHER_ROBOTS
-)
+@command("imitate", "Example: nao-kin imitate dance.bvh -o dance.xar --html dance.html --legs follow")
 def imitate(
     *,
     file: str = argument("FILE", "BVH, JSON, CSV, .npy or .npz file of a skeleton; - for standard input."),
