@@ -85,7 +85,9 @@ def main() -> int:
         for n in (1, max(1, count // 1000))
     )
     n = len(few.gaze)
-    follower, landmarks = nk.imitation.Imitator(nao, "mediapipe"), np.random.default_rng(0).normal(size=(100, 33, 4))
+    with open(nk.imitation.SAMPLES["bow"], encoding="utf-8") as file:
+        landmarks = np.array(json.load(file)["landmarks"])
+    follower = nk.imitation.Imitator(nao, "mediapipe")
     moments = iter(np.arange(1_000_000) / 30.0)
     us = {
         "frame": best(lambda: solver.solve(person), rounds) / count,
@@ -93,7 +95,8 @@ def main() -> int:
         "frame_with_slack": best(lambda: solver.solve(outside, slack=0.05), rounds) / count,
         "directions": best(lambda: person_of(nao, q), 1) / count,
         "frame_alone": best(lambda: [solver.solve(one) for _ in range(100)], rounds) / 100,
-        "frame_of_a_webcam": best(lambda: [follower.step(frame, next(moments)) for frame in landmarks], rounds) / 100,
+        "frame_of_a_webcam": best(lambda: [follower.step(frame, next(moments)) for frame in landmarks], rounds)
+        / len(landmarks),
         "arms_by_scipy": best(lambda: by_scipy(nao, few, q[:n]), 1) / n,
     }
     figures = {f"{name}_us": round(1e6 * value, 2) for name, value in us.items()}
