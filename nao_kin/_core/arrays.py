@@ -138,6 +138,17 @@ def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
         return scaled / length[..., None], np.ldexp(length, -shift)
 
 
+def runs(mask: NDArray[np.bool_]) -> list[slice]:
+    """Return the slices of consecutive rows in which a mask (n,) is true."""
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return [slice(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]
+
+
+def eased(share: Floats) -> Floats:
+    """Return shares from 0 to 1 that begin and end with a slope of zero, for shares that grow evenly."""
+    return share * share * (3.0 - 2.0 * share)
+
+
 def between_samples(values: Floats) -> Floats:
     """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed."""
     filled = np.array(values)

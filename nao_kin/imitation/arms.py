@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, dot, norm
+from nao_kin._core.arrays import Floats, between_samples, dot, eased, norm
 from nao_kin.imitation.limbs import SIDES, Directions, LimbMap
 from nao_kin.imitation.stance import slowly
 from nao_kin.robot import CollisionRule, RobotModel
@@ -48,7 +48,7 @@ def to_places(solver: LimbMap, points: Mapping[str, Floats], person: Directions,
     share = np.ones(len(left))
     if mixed:
         away = np.clip((_APART - norm(hands[0] - hands[1]) / reach) / (_APART - _NEAR), 0.0, 1.0)
-        share = np.nan_to_num(away**2 * (3.0 - 2.0 * away))
+        share = np.nan_to_num(eased(away))
     uppers, forearms = np.array(person.upper_arms), np.array(person.forearms)
     for k, sign in enumerate((1.0, -1.0)):
         place = scale * ((hands[k] - middle)[:, None] @ person.torso)[:, 0] - (0.0, sign * shoulder, 0.0)
@@ -82,11 +82,9 @@ def opened(robot: RobotModel, points: Mapping[str, Floats], q: Floats) -> list[i
         wrist, hand, tip = (points[part] for part in parts)
         with np.errstate(invalid="ignore", divide="ignore"):
             opening = 0.5 + 0.5 * dot(hand - wrist, tip - hand) / (norm(hand - wrist) * norm(tip - hand))
-        known = np.isfinite(opening)
-        if known.any():
-            column = robot.joint_names.index(name) + robot.nq_base
-            q[:, column] = np.interp(np.arange(len(q)), np.flatnonzero(known), opening[known])
-            columns.append(column)
+        if np.isfinite(opening).any():
+            columns.append(robot.joint_names.index(name) + robot.nq_base)
+            q[:, columns[-1]] = between_samples(opening[:, None])[:, 0]
     return columns
 
 

@@ -12,7 +12,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, check_tolerance,
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.imitation.imitate import CONFIDENCE, start_of
 from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
-from nao_kin.imitation.skeleton import NAMINGS, POINTS, UP_AXES, check_points
+from nao_kin.imitation.skeleton import POINTS, UP_AXES, axis_matrix, check_points, ordered_naming
 from nao_kin.robot import RobotModel
 
 
@@ -63,7 +63,7 @@ class Imitator:
         cutoff: float = 4.0,
         slack: float = 0.1,
     ) -> None:
-        naming = NAMINGS[choice(source, [name for name, naming in NAMINGS.items() if naming.order], "source")]
+        naming = ordered_naming(source)
         if up is None and naming.axes is None:
             raise BadArgument(f'{source} has no fixed axes; state the one that points up, such as up="z"')
         axes = naming.axes if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
@@ -78,10 +78,7 @@ class Imitator:
         self._names = tuple(resolved)
         at = {name: k for k, name in enumerate(naming.order)}
         self._rows = np.array([[at[parts[0]], at[parts[-1]]] for parts in resolved.values()])
-        # From the axes of the source to ahead, left, up.
-        self._turn = np.array(
-            [[axis.endswith(c) * (-1.0 if axis.startswith("-") else 1.0) for c in "xyz"] for axis in axes or ()]
-        )
+        self._turn = axis_matrix(axes or ())
         self._levels, self._count = naming.levels, len(naming.order)
         self._points: Floats | None = None
         self._time = -math.inf

@@ -217,7 +217,7 @@ class Skeleton:
             >>> nk.imitation.Skeleton.from_landmarks(landmarks, "mediapipe").points["nose"].shape
             (1, 3)
         """
-        naming = NAMINGS[choice(source, [name for name, naming in NAMINGS.items() if naming.order], "source")]
+        naming = ordered_naming(source)
         array = as_floats(landmarks, (), "landmarks", gaps=True)
         if array.ndim == 2:
             array = array[None]
@@ -320,6 +320,16 @@ def _namings() -> dict[str, Naming]:
 NAMINGS = _namings()
 
 
+def ordered_naming(source: str) -> Naming:
+    """Return the naming of a source whose points have an order, such as "mediapipe"."""
+    return NAMINGS[choice(source, [name for name, naming in NAMINGS.items() if naming.order], "source")]
+
+
+def axis_matrix(axes: Sequence[str]) -> Floats:
+    """Return the rows of a matrix that turns vectors into axes ahead, left and up, given as "x", "-y" and so on."""
+    return np.array([[axis.endswith(c) * (-1.0 if axis.startswith("-") else 1.0) for c in "xyz"] for axis in axes])
+
+
 def with_names(naming: Naming, names: Mapping[str, str] | None, joints: Sequence[str]) -> Naming:
     """Return the naming with the names of the caller, name of `POINTS` → joint, in place of its own."""
     if names is None:
@@ -372,7 +382,7 @@ def assembled(
     _, trunk = left_and_trunk(mean)
     axes, note = _axes(trunk, naming.axes, up)
     notes += note
-    A = np.array([[axis.endswith(c) * (-1.0 if axis.startswith("-") else 1.0) for c in "xyz"] for axis in axes])
+    A = axis_matrix(axes)
     size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
     if units is None:
         units = _unit(size, naming.unit)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, join_poses, norm
+from nao_kin._core.arrays import Floats, eased, join_poses, norm, runs
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
 from nao_kin.imitation.limbs import SIDES
@@ -252,18 +252,12 @@ def _on_floor(times: Floats, high: Floats) -> NDArray[np.bool_]:
     """Return which feet are on the floor, by their heights above the lower one, shape (n, 2) [m]."""
     carries = high < _LIFTED
     for k in range(2):
-        for first, last in _runs(~carries[:, k]):
-            if times[last - 1] - times[first] < _SHORTEST:
-                carries[first:last, k] = True
+        for run in runs(~carries[:, k]):
+            if times[run.stop - 1] - times[run.start] < _SHORTEST:
+                carries[run, k] = True
             else:
-                carries[first : first + _AT_ENDS, k] = carries[last - _AT_ENDS : last, k] = True
+                carries[run.start : run.start + _AT_ENDS, k] = carries[run.stop - _AT_ENDS : run.stop, k] = True
     return carries
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first index and the one after the last of each run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _walked(R: Floats, beside: Floats, carries: NDArray[np.bool_]) -> Floats:
@@ -282,7 +276,7 @@ def _steps(raw: Floats, carries: NDArray[np.bool_]) -> tuple[Floats, tuple[str, 
     A foot is placed beside the other one as the person's is, as far as the robot's legs allow.
     """
     flat, clipped = np.array(raw), 0
-    phases = sorted((first, last, k) for k in range(2) for first, last in _runs(carries[:, k]))
+    phases = sorted((run.start, run.stop, k) for k in range(2) for run in runs(carries[:, k]))
     placed: list[tuple[Floats, Floats] | None] = [None, None]
     for first, last, k in phases:
         mean = raw[first:last, k].mean(axis=0)
@@ -292,22 +286,22 @@ def _steps(raw: Floats, carries: NDArray[np.bool_]) -> tuple[Floats, tuple[str, 
             clipped += bool(off > 1e-3)
         placed[k] = mean, own
         flat[first:last, k] = own
-    for k in range(2):
-        for first, last in _runs(~carries[:, k]):
-            ends = max(first - 1, 0), min(last, len(raw) - 1)
-            # The other foot stays meanwhile: of its phases, the one at the middle of the swing.
-            middle = (first + last) // 2
-            start, end = next(run for run in _runs(carries[:, 1 - k]) if run[0] <= middle < run[1])
-            mean = raw[start:end, 1 - k].mean(axis=0)
-            rows = np.arange(ends[0], ends[1] + 1)
-            moved = np.array([_beside(raw[i, k], mean, flat[middle, 1 - k], k)[0] for i in rows])
-            share = np.linspace(0.0, 1.0, len(rows))[:, None]
-            before = flat[ends[0], k] - moved[0] if carries[ends[0], k] else 0.0
-            after = flat[ends[1], k] - moved[-1] if carries[ends[1], k] else before
-            before = after if not carries[ends[0], k] else before
-            flat[first:last, k] = (moved + (1.0 - share) * before + share * after)[first - ends[0] :][: last - first]
-    count = sum(len(_runs(~carries[:, k])) for k in range(2))
-    notes = [f"{count} step{'s'[: count != 1]}"] if count else []
+    swings = [(run, k) for k in range(2) for run in runs(~carries[:, k])]
+    for run, k in swings:
+        first, last = run.start, run.stop
+        ends = max(first - 1, 0), min(last, len(raw) - 1)
+        # The other foot stays meanwhile: of its phases, the one at the middle of the swing.
+        middle = (first + last) // 2
+        phase = next(phase for phase in runs(carries[:, 1 - k]) if phase.start <= middle < phase.stop)
+        mean = raw[phase, 1 - k].mean(axis=0)
+        rows = np.arange(ends[0], ends[1] + 1)
+        moved = np.array([_beside(raw[i, k], mean, flat[middle, 1 - k], k)[0] for i in rows])
+        share = np.linspace(0.0, 1.0, len(rows))[:, None]
+        before = flat[ends[0], k] - moved[0] if carries[ends[0], k] else 0.0
+        after = flat[ends[1], k] - moved[-1] if carries[ends[1], k] else before
+        before = after if not carries[ends[0], k] else before
+        flat[run, k] = (moved + (1.0 - share) * before + share * after)[first - ends[0] :][: last - first]
+    notes = [f"{len(swings)} step{'s'[: len(swings) != 1]}"] if swings else []
     if clipped:
         notes.append(f"{clipped} of {len(phases)} places of feet are as near to the person's as the robot's legs allow")
     return flat, tuple(notes)
@@ -330,28 +324,26 @@ def _lifts(high: Floats, carries: NDArray[np.bool_]) -> Floats:
     """Return the heights of the feet, (n, 2) [m]: zero on the floor, and smoothly up and down."""
     lifts = np.zeros(high.shape)
     for k in range(2):
-        for first, last in _runs(~carries[:, k]):
-            share = (np.arange(first, last) - first + 1.0) / (last - first + 1.0)
-            if last == len(high):
+        for run in runs(~carries[:, k]):
+            count = run.stop - run.start
+            share = np.arange(1.0, count + 1.0) / (count + 1.0)
+            if run.stop == len(high):
                 share = np.minimum(share, 0.25)
             ramp = np.clip(4.0 * np.minimum(share, 1.0 - share), 0.0, 1.0)
-            lifts[first:last, k] = np.minimum(high[first:last, k], _HIGHEST) * ramp**2 * (3.0 - 2.0 * ramp)
+            lifts[run, k] = np.minimum(high[run, k], _HIGHEST) * eased(ramp)
     return lifts
 
 
 def _weight(times: Floats, carries: NDArray[np.bool_]) -> Floats:
-    """Return the shares of the weight on both feet, (n, 2): one on a foot alone, else shifted in time, smoothly."""
+    """Return the shares of the weight on both feet, (n, 2): one on a foot alone, else shifted evenly in time."""
     both = carries.all(axis=1)
     left = np.where(both, 0.5, carries[:, 0])
-    for first, last in _runs(np.asarray(both)):
-        before = left[first - 1] if first else 0.5
-        after = left[last] if last < len(left) else 0.5
-        middle = 0.5 * (times[first] + times[last - 1])
-        long = times[last - 1] - times[first] > 2.0 * _SHIFT
-        knots = [times[first], times[last - 1]]
-        values = [before, after]
-        if long:
-            knots = [knots[0], min(knots[0] + _SHIFT, middle), max(knots[1] - _SHIFT, middle), knots[1]]
-            values = [before, 0.5, 0.5, after]
-        left[first:last] = np.interp(times[first:last], knots, values)
+    for run in runs(np.asarray(both)):
+        start, end = times[run.start], times[run.stop - 1]
+        before = left[run.start - 1] if run.start else 0.5
+        after = left[run.stop] if run.stop < len(left) else 0.5
+        knots, values = [start, end], [before, after]
+        if end - start > 2.0 * _SHIFT:
+            knots, values = [start, start + _SHIFT, end - _SHIFT, end], [before, 0.5, 0.5, after]
+        left[run] = np.interp(times[run], knots, values)
     return np.stack([left, 1.0 - left], axis=1)

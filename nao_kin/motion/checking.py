@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
     COUPLING_TOLERANCE,
@@ -19,6 +19,7 @@ from nao_kin._core.arrays import (
     Floats,
     choice,
     finite_or_none,
+    runs,
 )
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
@@ -376,7 +377,7 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
     times = moves.times
     clearance = robot.clearance(moves.q, **vars(rule))
     rows = []
-    for part in _runs(~np.asarray(clearance.is_free)):
+    for part in runs(~np.asarray(clearance.is_free)):
         worst = part.start + int(np.argmin(clearance.distance[part]))
         one, other = clearance.pairs[int(clearance.pair_index[worst])]
         start, end, at = (float(times[k]) for k in (part.start, part.stop - 1, worst))
@@ -413,19 +414,13 @@ def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionV
         worst = part.start + int(margin[part].argmin())
         least = float(com_margin[part].min()), float(margin[worst]), float(times[worst])
         intervals.append(BalanceInterval(*span, names, *least, EDGES[edge[worst]], float(slower[part].max())))
-        for run in _runs(margin[part] < 0.0):
+        for run in runs(margin[part] < 0.0):
             own = slice(part.start + run.start, part.start + run.stop)
             worst = own.start + int(margin[own].argmin())
             at = float(times[own.start]), float(times[own.stop - 1]), float(times[worst]), float(margin[worst])
             name, factor = " and ".join(names), float(slower[own].max())
             tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", EDGES[edge[worst]], factor))
     return intervals, tips
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[slice]:
-    """Return the slices of consecutive rows in which a mask is true."""
-    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
-    return [slice(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
@@ -586,7 +581,7 @@ def _draw_margins(axes: Any, found: DynamicBalance) -> None:
     for margin, colour, name in ((found.com_margin, _LIMIT, "at rest"), (found.margin, _LINE, "moving")):
         axes.plot(found.times, 1e3 * margin, color=colour, linewidth=1.2, label=name)
     axes.axhline(0.0, color=_LIMIT, linewidth=0.9, linestyle="--")
-    for run in _runs(found.margin < 0.0):
+    for run in runs(found.margin < 0.0):
         axes.axvspan(found.times[run.start], found.times[run.stop - 1], color=_OUTSIDE, alpha=0.25, linewidth=1.0)
     axes.set_title("balance: margin [mm]", fontsize=9)
     axes.legend(fontsize=7, loc="best", frameon=False)

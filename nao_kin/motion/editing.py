@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, shaped, whole_number
+from nao_kin._core.arrays import Floats, as_floats, eased, shaped, whole_number
 from nao_kin._core.sides import other_side
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
@@ -255,7 +255,7 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
     count = max(1, int(np.ceil((dense[1] - dense[0]) * _BLEND_RATE)))
     grid = np.unique(np.concatenate([one.key_times, second.key_times, [begin], np.linspace(*dense, count + 1)]))
     share = np.clip((grid - begin) / blend, 0.0, 1.0)
-    weight = share * share * (3.0 - 2.0 * share)
+    weight = eased(share)
     names = tuple(dict.fromkeys((*one.joint_names, *two.joint_names)))
     before = dict(zip(one.joint_names, one.sample(grid).T, strict=True))
     after = dict(zip(second.joint_names, second.sample(grid).T, strict=True))

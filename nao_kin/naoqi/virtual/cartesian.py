@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse
+from nao_kin._core.arrays import Floats, choice, eased, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
@@ -210,7 +210,7 @@ class _LimbFollower:
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         result = q.copy()
-        result[self._columns] = start + share * share * (3.0 - 2.0 * share) * (goal - start)
+        result[self._columns] = start + eased(share) * (goal - start)
         return np.asarray(result)
 
     def _target(self, time: float, T_world_torso: Floats) -> LimbTarget:
