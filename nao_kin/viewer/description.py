@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import COLD_TO_WARM, Floats, Vector, choice, colours as scale_colours, finite_or_none
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
 from nao_kin.robot import Feet, RobotModel, topology
@@ -233,7 +232,6 @@ class SceneRobot:
                 {"name": name, "direction": direction, "links": [place[link] for link in links]}
                 for name, (direction, links) in self.cameras.items()
             ],
-            "limbs": limbs(robot),
             "head": next((index for name, index in place.items() if "head" in name.lower()), None),
             "eyes": [
                 {"name": name, "link": place[self.link_of(name)]}

@@ -1,6 +1,5 @@
 // Types of the data from Python and of the parts of meshcat.
 import type * as Three from "three";
-import type { LimbNumbers } from "./ik/limbs.ts";
 import type { Vector } from "./math/rotations.ts";
 
 /** The robot as nao_kin.viewer.description describes it. A link is an index into `links`, a column an index into q. */
@@ -29,7 +28,6 @@ export interface About {
   effectors: string[];
   bodies: { link: number; mass: number; centre: Vector }[];
   cameras: Camera[];
-  limbs: LimbNumbers[];
   head: number | null;
   eyes: Eye[];
 }
@@ -58,7 +56,7 @@ export interface Eye {
   vertical: number | null;
 }
 
-export type { LimbNumbers, Vector };
+export type { Vector };
 
 /** Value of a joint = multiplier · q[column] + offset; `follows` names the joint that it mimics, or is empty. */
 export interface Driven {

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { COPIES, poseNumbers, quaternionOf } from "../src/pick/facts.ts";
+import { quaternionOf } from "../src/math/rotations.ts";
+import { COPIES, poseNumbers } from "../src/pick/facts.ts";
 
 /** By columns, as three.js has its matrices. */
 const matrix = (rows, [x, y, z] = [0, 0, 0]) => ({

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { angleBetween, product, rotX, rotY, rotZ } from "../src/math/rotations.ts";
-import { generator } from "./chains.js";
+import { generator } from "./generator.js";
 
 test("the angle between two rotations is the one that leads from one to the other, up to half a turn", () => {
   const random = generator(1);

@@ -30,9 +30,6 @@ ON_SCREEN = """([frame, by]) => {
 }"""
 CAMERA = "() => naoKin.drag.camera.matrixWorld.elements"
 ROOT = "() => naoKin.robot.root.matrixWorld.elements"
-GHOSTS = (
-    """() => naoKin.drag.ghosts.group.children.filter(({ visible }) => visible).map(({ userData }) => userData.link)"""
-)
 LEG = ("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll")
 
 
@@ -64,24 +61,22 @@ def assert_consistent(page: Page, nao: nk.NaoModel) -> np.ndarray:
 
 
 @pytest.mark.parametrize("frame", ["LArm", *full("RArm")])
-@pytest.mark.parametrize(
-    ("camera", "by", "kept"),
-    [("three-quarter", (0.0, 0.05, 0.0), False), ("side", (0.048, 0.014, 0.0), True)],
-)
+@pytest.mark.parametrize(("camera", "by"), [("three-quarter", (0.0, 0.05, 0.0)), ("side", (0.048, 0.014, 0.0))])
 def test_a_hand_dragged_five_centimetres_is_under_the_pointer(
-    page: Page, nao: nk.NaoModel, frame: str, camera: str, by: tuple[float, float, float], kept: bool
+    page: Page, nao: nk.NaoModel, frame: str, camera: str, by: tuple[float, float, float]
 ) -> None:
     page.tab.get_by_role("button", name=camera, exact=True).click()
     before = page.q
     pointer = drag(page, frame, on_screen(page, frame, by) - on_screen(page, frame))
-    assert said(page) == ("" if kept else f"{frame}: the forearm turns: its direction cannot be kept here")
+    assert said(page) == ""
     assert np.abs(on_screen(page, frame) - pointer).max() < 0.1
     q = assert_consistent(page, nao)
     moved = {nao.joint_names[column] for column in np.flatnonzero(np.abs(q - before) > 1e-9)}
     assert moved <= set(nao.chains[frame])
     T, T_before = nao.fk(q, frame), nao.fk(before, frame)
     assert np.linalg.norm(T[:3, 3] - T_before[:3, 3]) == pytest.approx(0.05, abs=3e-3)
-    assert (np.abs(T[:3, 0] - T_before[:3, 0]).max() < 1e-9) == kept
+    # It turns less than by moving the shoulder alone, or the elbow alone.
+    assert nk.rotations.natural_invariants(T_before[:3, :3].T @ T[:3, :3])[1] < 0.5
     for joint in nao.chains[frame]:
         shown = float(page.slider(joint).input_value())
         assert shown == pytest.approx(q[nao.joint_names.index(joint)], abs=1e-6)
@@ -105,7 +100,7 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
 ) -> None:
     start = on_screen(page, frame)
     drag(page, frame, by)
-    found = re.fullmatch(rf"{frame}: out of reach by (\d+) mm", said(page))
+    found = re.fullmatch(rf"{frame}: out of reach by (\d+) mm(: .* stops at .*)?", said(page))
     assert found
     assert int(found[1]) > 20
     assert page.tab.locator("#drag").get_attribute("aria-live") == "polite"
@@ -138,7 +133,7 @@ def test_an_arm_dragged_past_its_reach_goes_on_from_where_it_is(
     for share in np.linspace(0, 1, 25)[1:]:
         page.tab.mouse.move(*(start + share * np.array(by)))
         q = page.q
-        assert np.abs(q - before).max() < 0.62
+        assert np.abs(q - before).max() < 1.5  # a stretched arm may turn about itself
         before = q
         lines.add(said(page))
     assert any("out of reach by" in line for line in lines)
@@ -160,7 +155,7 @@ def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> No
         assert_consistent(page, nao)
         lines.add(said(page))
     page.tab.mouse.up()
-    assert any(re.search(r"needs \S+°, at (least|most) ", line) for line in lines), lines
+    assert any(re.search(r": \w+ stops at \S+°", line) for line in lines), lines
 
 
 def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
@@ -170,13 +165,11 @@ def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: n
     pointer = drag(page, "LLeg", (30, -25))
     left, right = nao.fk(assert_consistent(page, nao), ("LLeg", "RLeg"))
     assert np.abs(on_screen(page, "LLeg") - pointer).max() < 0.1
-    assert np.abs(left[:3, :3] - before[0, :3, :3]).max() < 1e-9
+    assert np.abs(left[:3, :3] - before[0, :3, :3]).max() < 1e-6
     assert np.linalg.norm(left[:3, 3] - before[0, :3, 3]) > 0.02
-    assert np.abs(right[:3, 2:] - before[1, :3, 2:]).max() < 1e-9
+    assert np.abs(right[:3, 2:] - before[1, :3, 2:]).max() < 1e-6
     # What the shared motor leaves: a turn about the normal of the sole, in the line.
-    found = re.fullmatch(
-        r"LLeg: RLeg turns by (-?[\d.]+)° with the hip motor that both legs share", said(page).replace("−", "-")
-    )
+    found = re.fullmatch(r"LLeg: RLeg turns by (-?[\d.]+)° with RHipYawPitch", said(page).replace("−", "-"))
     assert found
     E = before[1, :3, :3].T @ right[:3, :3]
     assert float(found[1]) == pytest.approx(math.degrees(math.atan2(E[1, 0], E[0, 0])), abs=0.06)
@@ -194,38 +187,11 @@ def test_a_foot_stops_at_the_floor(page: Page, nao: nk.NaoModel) -> None:
     assert_consistent(page, nao)
     assert page.run(ROOT) == root
     assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=2e-4)
-    assert said(page).startswith("LLeg: the sole is on the floor")
+    assert said(page).startswith("LLeg: stands on the floor")
     page.tab.mouse.up()
 
 
-def test_feet_that_cross_are_told(page: Page, nao: nk.NaoModel) -> None:
-    page.tab.get_by_role("button", name="front", exact=True).click()
-    towards = on_screen(page, "RLeg") - on_screen(page, "LLeg")
-    drag(page, "LLeg", 0.05 * towards)
-    assert "feet cross" not in said(page)
-    page.tab.mouse.up()
-    drag(page, "LLeg", 0.6 * towards, steps=16)
-    assert "the feet cross" in said(page)
-    page.tab.mouse.up()
-
-
-def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: nk.NaoModel) -> None:
-    assert page.run(GHOSTS) == []
-    drag(page, "LLeg", (10, -30))
-    links = {page.run("(i) => naoKin.robot.about.links[i].name", link) for link in page.run(GHOSTS)}
-    assert {"LThigh", "LTibia"} <= links
-    assert links <= {"LPelvis", "LHip", "LThigh", "LTibia", "LAnklePitch_link", "l_ankle"}  # of the other leg none
-    feet = page.run("""() => naoKin.drag.ghosts.group.children
-        .filter(({ userData }) => naoKin.robot.about.links[userData.link].name === "l_ankle")
-        .map(({ userData }) => userData.pose.clone().transpose().toArray())""")
-    foot = page.poses(("l_ankle",))[0]
-    assert len(feet) >= 7
-    assert all(np.abs(np.reshape(T, (4, 4)) - foot).max() < 1e-6 for T in feet)
-    page.tab.mouse.up()
-    assert page.run("() => naoKin.drag.ghosts.group.children.length") == 0
-
-
-def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: Page) -> None:
+def test_balance_needs_no_new_shaders_with_each_step_of_a_drag(page: Page) -> None:
     page.draw(True)  # shaders are made for what is drawn
     page.run("""() => {
         window.linked = 0;
@@ -237,15 +203,14 @@ def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: P
         naoKin.show({ com: true, support: true });
     }""")
     place = drag(page, "LLeg", (10, -30))
-    page.run("() => naoKin.viewer.render()")
-    assert page.run(GHOSTS)
+    for _ in range(2):
+        page.run("() => naoKin.viewer.render()")
     before = page.run("() => window.linked")
     assert before > 0
     for _ in range(4):
         place += np.array((2, -4))
         page.tab.mouse.move(*place)
         page.run("() => naoKin.viewer.render()")
-    assert page.run(GHOSTS)
     assert page.run("() => window.linked") == before
     page.tab.mouse.up()
     page.run("() => { delete naoKin.viewer.renderer.getContext().linkProgram; }")
@@ -286,8 +251,8 @@ def test_a_ring_turns_a_foot_about_its_axis_at_its_place(page: Page, nao: nk.Nao
     about, angle = nk.rotations.natural_invariants(E)
     assert abs(about[axis]) == pytest.approx(1.0, abs=1e-6)
     assert float(angle * about[axis]) == pytest.approx(0.4, abs=0.01)
-    assert np.abs(after[0, :3, 3] - before[0, :3, 3]).max() < 1e-9
-    assert np.abs(after[1, :3, 2:] - before[1, :3, 2:]).max() < 1e-9
+    assert np.abs(after[0, :3, 3] - before[0, :3, 3]).max() < 1e-5
+    assert np.abs(after[1, :3, 2:] - before[1, :3, 2:]).max() < 1e-5
     assert page.run(ROOT) == pytest.approx(root, abs=1e-12)
     page.tab.mouse.up()
     assert page.run("() => naoKin.pick.selection.frame") == frame
@@ -349,7 +314,7 @@ def test_a_ring_stops_where_the_limb_does_and_escape_gives_back(page: Page, nao:
     turn(page, "LLeg", 2, np.linspace(-0.6, 1.4, 30))
     q = assert_consistent(page, nao)
     assert np.abs(q - before).max() > 0.1
-    assert re.fullmatch(r"LLeg: .*\S+ needs \S+°, at (least|most) \S+°.*", said(page))
+    assert re.fullmatch(r"LLeg: \w+ stops at \S+°.*", said(page))
     page.tab.keyboard.press("Escape")
     assert np.array_equal(page.q, before)
     page.tab.mouse.up()
@@ -361,11 +326,11 @@ def test_the_rings_of_a_hand_turn_its_forearm(page: Page, nao: nk.NaoModel, axis
     # Beyond what is wanted, and back: the pointer may be where the arm does not follow.
     turn(page, "LArm", axis, np.array([-0.7, -0.6, -0.5, -0.3, -0.5, -0.7 + angle]))
     after = nao.fk(assert_consistent(page, nao), "LArm")
-    assert np.abs(after[:3, 3] - before[:3, 3]).max() < 1e-9
+    assert np.abs(after[:3, 3] - before[:3, 3]).max() < 1e-5
     assert said(page) == ""
     turned = nk.rotations.matrix_from_natural(before[:3, axis], angle) @ before[:3, 0]
-    assert np.abs(after[:3, 0] - turned).max() < 0.01
-    assert page.run("() => naoKin.drag.rings.length") == 2
+    assert np.abs(after[:3, 0] - turned).max() < 0.03
+    assert page.run("() => naoKin.drag.rings.length") == 3
     page.tab.mouse.up()
     page.tab.keyboard.press("Escape")
     assert page.run("() => naoKin.drag.rings.length") == 0
@@ -514,6 +479,25 @@ def test_hands_feet_and_gaze_of_a_calibrated_robot_are_dragged(browser: Any, nao
             assert moved.size
             joints = {joint for chain in chains for joint in mine.chains[chain]}
             assert {mine.joint_names[column] for column in moved} <= joints
+
+
+def test_an_arm_of_another_kind_is_dragged_by_its_hand_and_a_selected_link(browser: Any, tmp_path: Path) -> None:
+    panda = nk.load_robot("panda")
+    with opened(browser, Viewer(panda).save_html(tmp_path / "panda.html"), SIZE) as page:
+        assert page.run("() => naoKin.drag.handles.map(({ limb }) => limb.frame)") == ["panda_hand_tcp"]
+        places = page.run("""() => naoKin.drag.handles[0].limb.chain.forward(naoKin.q).p""")
+        assert places == pytest.approx(panda.position(page.q, "panda_hand_tcp", reference="panda_link0"), abs=1e-12)
+        page.run("() => naoKin.pick.selection.select('panda_link5')")
+        for frame in ("panda_hand_tcp", "panda_link5"):
+            before = page.q
+            pointer = drag(page, frame, (30, 20))
+            q = page.q
+            assert np.abs(on_screen(page, frame) - pointer).max() < 0.1
+            assert np.abs(page.poses((frame,)) - panda.fk(q, frame)).max() < 1e-6
+            assert panda.within_limits(q)
+            moved = np.flatnonzero(q != before)
+            assert set(moved) <= set(range(7 if frame == "panda_hand_tcp" else 5))
+            page.tab.mouse.up()
 
 
 def test_a_robot_without_such_limbs_has_no_handles(browser: Any, tmp_path: Path) -> None:

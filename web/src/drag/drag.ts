@@ -1,10 +1,9 @@
 import type { App } from "../app.ts";
 import type { Ray } from "three";
-import { LIMB_CLASSES } from "../ik/limbs.ts";
-import { Ghosts, clearGhosts } from "../scene/ghosts.ts";
+import { clearGhosts } from "../scene/ghosts.ts";
 import { AXES, type Axis } from "../scene/shapes.ts";
 import type { Snapshot } from "../stance.ts";
-import type { Gesture, Grip, Hold, Limb } from "./follow.ts";
+import type { Gesture, Grip, Hold } from "./gestures.ts";
 import { HandleKeys, type Holdable } from "./handle_keys.ts";
 import { Handles, nearest, turnsOf, type Pointed } from "./handles.ts";
 import { JointDrag, type motionOf } from "./joint_drag.ts";
@@ -25,9 +24,7 @@ export class Drag {
   held: ({ gesture: Gesture; first: Gesture } & Snapshot) | null = null;
   /** The grip that is highlighted because it is under the pointer or has the focus. */
   lit: Grip | null = null;
-  limbs: Limb[];
   marks: Handles;
-  ghosts: Ghosts;
   pointer: Pointer;
   keys: HandleKeys;
 
@@ -41,12 +38,10 @@ export class Drag {
     public line: HTMLElement,
     bar: HTMLElement,
   ) {
-    this.limbs = page.robot.about.limbs.map((limb) => new (LIMB_CLASSES as any)[limb.kind](limb));
-    this.ghosts = new Ghosts(page.robot);
-    this.marks = new Handles(page, this.limbs, this.ghosts);
+    this.marks = new Handles(page);
     this.pointer = new Pointer(page, this, pane);
     this.keys = new HandleKeys(this, bar);
-    page.addEventListener("targets", () => this.keys.refresh());
+    for (const event of ["targets", "handles"]) page.addEventListener(event, () => this.keys.refresh());
   }
 
   get handles() {
@@ -64,16 +59,16 @@ export class Drag {
 
   /** What can be moved by keyboard: the handles, and the targets of the program. */
   get holdables(): Holdable[] {
-    const { page, limbs } = this;
+    const { page } = this;
     const handles = this.handles.map((handle) => ({
       name: handle.limb.frame,
-      base: handle.limb.torso,
+      base: page.robot.about.floating ? page.robot.about.links[0].name : page.robot.about.root,
       turns: turnsOf(handle),
       light: (on: boolean) => this.light(on ? handle : null),
-      toMove: () => new LimbDrag(page, limbs, this.ghosts, handle, null),
+      toMove: () => new LimbDrag(page, handle, null),
       toTurn: (axis: Axis) => {
         page.pick.selection.select(handle.limb.frame);
-        return new TurnDrag(page, limbs, handle.limb, axis, null);
+        return new TurnDrag(page, handle.limb, axis.axis, null);
       },
     }));
     const targets = page.targets.movable.map((target) => ({

@@ -2,7 +2,7 @@ import "./handle_keys.css";
 import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Drag } from "./drag.ts";
-import type { Gesture } from "./follow.ts";
+import type { Gesture } from "./gestures.ts";
 import type { Axis } from "../scene/shapes.ts";
 import type { Vector } from "../math/rotations.ts";
 import { degrees } from "./stops.ts";

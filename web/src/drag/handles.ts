@@ -2,13 +2,13 @@ import type { PageWith } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import type { Viewport } from "../pick/pick.ts";
 import { AXES, flatMaterial, turnAlong, type Axis } from "../scene/shapes.ts";
-import type { Ghosts } from "../scene/ghosts.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
-import type { Grip, Handle, Limb } from "./follow.ts";
+import { FOR_A_PLACE, Limb, limbsOf } from "../ik/limbs.ts";
+import type { Grip, Handle } from "./gestures.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 
-type Page = PageWith<"ghosts" | "pick" | "robot" | "stance" | "studio" | "viewer">;
+type Page = PageWith<"ghosts" | "panel" | "pick" | "robot" | "stance" | "studio" | "viewer">;
 
 /** Make the knob of a handle: a circle that keeps its size on the screen. */
 export function makeKnob() {
@@ -53,9 +53,9 @@ function makeSight(length: number) {
   return line;
 }
 
-// The distance from the mouse or from a finger within which a knob is grabbed, and below the same for a line [px].
-const [POINT, FINGER] = [14, 28];
-const [LINE_POINT, LINE_FINGER] = [6, 16];
+// The distance from the mouse and from a finger within which grips are grabbed [px]: knobs, knobs on a link that can be
+// grabbed itself, and lines.
+const WITHIN = { knob: [14, 28], tight: [8, 12], line: [6, 16] };
 
 /** The position and the kind of a pointer. */
 export interface Pointed {
@@ -66,14 +66,14 @@ export interface Pointed {
 
 /** The grip under the pointer and its point there: the nearest one, measured in the grip's own grabbing distance. */
 export function nearest(viewport: Viewport, { clientX, clientY, pointerType }: Pointed, grips: Grip[]) {
-  const [knob, line] = pointerType === "touch" ? [FINGER, LINE_FINGER] : [POINT, LINE_POINT];
+  const by = pointerType === "touch" ? 1 : 0;
   let found: { grip: Grip; point: THREE.Vector3 } | null = null;
   let least = 1;
   for (const grip of grips) {
     for (const point of grip.points()) {
       const place = viewport.place(point);
       const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
-      const share = away / (grip.isLine ? line : knob);
+      const share = away / WITHIN[grip.shape][by];
       if (share < least) [found, least] = [{ grip, point }, share];
     }
   }
@@ -111,37 +111,34 @@ interface Ring extends Grip {
 // Radius and thickness of a ring for a small robot [m], and the number of points tested along it.
 const [RADIUS, THICKNESS, SAMPLES] = [0.072, 0.0011, 64];
 
-const TURNS: Record<string, Axis[]> = { leg: AXES, arm: AXES.slice(1) };
+// A place takes three coordinates, so a limb with more can turn in place.
+const FOR_TURNS = 4;
 
-/** The axes that a handle's frame can be turned about. */
-export const turnsOf = ({ limb }: Handle) => TURNS[limb.kind] ?? [];
+/** The axes that a handle's frame can be turned about. Rings of a link in the middle of a limb would cover the link. */
+export function turnsOf({ limb, shape }: Handle) {
+  return shape === "knob" && limb.kind !== "gaze" && limb.columns.length >= FOR_TURNS ? AXES : [];
+}
 
 // The handle of the gaze is in front of the camera at this share of the robot's size, which counts up to SMALL [m].
 const [SIGHT, SMALL] = [0.25, 1.5];
 
 /**
- * The handles of the limbs, and the rings that turn the frame of the selected limb. A foot has rings about all three axes. A
- * hand, whose arm has five joints, has rings about the two axes that turn the direction of the forearm.
+ * The handles of the limbs, one for the selected frame if it is none of theirs, and the rings that turn the frame of the
+ * selected handle.
  */
 export class Handles {
   shown = false;
   list: Handle[];
+  /** The handle of a selected frame that is not the end of a limb; it stays until another such frame is selected. */
+  own: Handle | null = null;
   rings: Ring[] = [];
 
-  /** @param answers the ghosts of the other branches, shown while a limb is dragged */
-  constructor(
-    readonly page: Page,
-    readonly limbs: Limb[],
-    readonly answers: Ghosts,
-  ) {
-    const gaze = limbs.find(({ kind }) => kind === "gaze");
-    this.list = limbs
-      .filter((limb) => limb.kind === "arm" || limb.kind === "leg" || limb === gaze)
-      .map((limb) => this.make(limb));
+  constructor(readonly page: Page) {
+    this.list = limbsOf(page.robot.about).map((limb) => this.make(limb));
     page.addEventListener("selected", () => this.refresh());
   }
 
-  make(limb: Limb) {
+  make(limb: Limb, shape: Grip["shape"] = "knob") {
     const { robot, studio } = this.page;
     const mark = asMark(new THREE.Group());
     const knob = makeKnob();
@@ -151,10 +148,10 @@ export class Handles {
     if (ahead) mark.add(makeSight(ahead));
     robot.frameNode(limb.frame).add(mark);
     const handle: Handle = {
-      ...{ limb, mark, knob, ahead, isLine: false },
+      ...{ limb, mark, knob, ahead, shape },
       points: () => [knob.getWorldPosition(new THREE.Vector3())],
       light: (on) => highlight(knob, on),
-      gesture: (hold) => new LimbDrag(this.page, this.limbs, this.answers, handle, hold),
+      gesture: (hold) => new LimbDrag(this.page, handle, hold),
     };
     return handle;
   }
@@ -165,13 +162,27 @@ export class Handles {
     this.refresh();
   }
 
-  /** Draw the rings of the selected limb, and no others. */
+  /** Give the selected frame a handle, and draw the rings of it, and no others. Event of the page: "handles". */
   refresh() {
-    for (const { mesh } of this.rings) dispose(mesh);
     const { frame } = this.page.pick.selection;
+    if (frame !== null && this.list.every(({ limb }) => limb.frame !== frame)) this.change(frame);
+    for (const { mesh } of this.rings) dispose(mesh);
     const handle = this.shown && this.list.find(({ limb }) => limb.frame === frame);
     this.rings = handle ? turnsOf(handle).map((axis) => this.ring(handle.limb, axis)) : [];
     this.page.viewer.set_dirty();
+  }
+
+  /** Make the handle of a selected frame, and remove the one before. A frame that fewer joints move than
+   * a place needs has none. */
+  change(frame: string) {
+    const { robot } = this.page;
+    const limb = new Limb(robot.about, frame, robot.linkOf(frame), "hand");
+    if (this.own) dispose(this.own.mark);
+    const others = this.list.filter((handle) => handle !== this.own);
+    this.own = limb.columns.length >= FOR_A_PLACE ? this.make(limb, "tight") : null;
+    this.list = this.own ? [...others, this.own] : others;
+    if (this.own) this.own.mark.visible = this.shown;
+    this.page.dispatchEvent(new Event("handles"));
   }
 
   ring(limb: Limb, axis: Axis): Ring {
@@ -179,10 +190,10 @@ export class Handles {
     const node = this.page.robot.frameNode(limb.frame);
     node.add(asMark(mesh));
     return {
-      ...{ limb, axis, mesh, isLine: true },
+      ...{ limb, axis, mesh, shape: "line" },
       points: () => inWorld(points, node),
       light() {},
-      gesture: (hold) => new TurnDrag(this.page, this.limbs, limb, axis, hold),
+      gesture: (hold) => new TurnDrag(this.page, limb, axis.axis, hold),
     };
   }
 }

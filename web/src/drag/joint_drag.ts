@@ -2,7 +2,7 @@ import type { PageWith } from "../app.ts";
 import { joints, unitText } from "../pick/facts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Gesture, Hold } from "./follow.ts";
+import type { Gesture, Hold } from "./gestures.ts";
 import { farthest, type Stop } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
 

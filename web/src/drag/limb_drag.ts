@@ -1,64 +1,107 @@
 import type { PageWith } from "../app.ts";
-import { clamp, squaredDistance } from "../math/numbers.ts";
-import { distance, minus, plus, times, type Rotation, type Vector } from "../math/rotations.ts";
-import type { Viewport } from "../pick/pick.ts";
-import type { Ghosts } from "../scene/ghosts.ts";
-import type { Axis } from "../scene/shapes.ts";
-import { THREE } from "../three.ts";
+import { rotationAbout, type Placed } from "../ik/chain.ts";
+import { Follower, type Followed, type Limb } from "../ik/limbs.ts";
+import { clamp } from "../math/numbers.ts";
 import {
-  LAST_STEP,
-  directionsAround,
-  feetCross,
-  followerOf,
-  footOf,
-  nearestPlace,
-  type Gesture,
-  type Handle,
-  type Hold,
-  type Limb,
-  type Follower,
-} from "./follow.ts";
+  angleBetween,
+  direction,
+  distance,
+  minus,
+  plus,
+  product,
+  quaternionOf,
+  times,
+  transposed,
+  type Rotation,
+  type Vector,
+} from "../math/rotations.ts";
+import { unitText } from "../pick/facts.ts";
+import type { Viewport } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { Coordinate } from "../types.ts";
+import type { Gesture, Handle, Hold } from "./gestures.ts";
+import { degrees, millimetres } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
 
-type Page = PageWith<"ghosts" | "pick" | "robot" | "stance">;
+type Page = PageWith<"ghosts" | "panel" | "pick" | "robot" | "stance">;
 
-// Two branches are different if their squared distance is above OTHER. Then the looks of their ghosts, inside the limits
-// and outside.
-const OTHER = 1e-6;
-const INSIDE = { colour: "#2f6fe0", opacity: 0.3 };
-const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
+// A way is followed in strides of this length [m], or in the largest number of them.
+const [STRIDE, STRIDES] = [0.02, 15];
+// What is farther from its place [m] or its direction [rad] is said.
+const [AWAY, TURNED] = [1e-4, 1e-3];
+
+/** The joints that a limit holds, with the limits; empty if none is held. */
+function heldJoints({ panel, robot }: Page, { q, held }: Followed) {
+  const { coordinates } = robot.about;
+  return held
+    .map((column) => coordinates.find((one) => one.column === column) as Coordinate)
+    .map(({ joint, column, unit }) => `${joint} stops at ${unitText(q[column], unit, panel.settings.units)}`)
+    .join(", ");
+}
+
+/** How far limbs that are coupled to the dragged one have turned or moved since the start; empty if none has. */
+function coupledMoves({ kept }: Follower, q: number[]) {
+  return kept.map(({ limb, placed }) => {
+    const { p, R } = limb.chain.forward(q);
+    const way = distance(p, placed.p);
+    if (way > AWAY) return `${limb.frame} moves by ${millimetres(way)}`;
+    const turn = degrees(angleAbout([0, 0, 1], placed.R, R), 1);
+    const joint = limb.joints.find(({ follows }) => follows !== "");
+    return Number.parseFloat(turn) === 0 ? "" : `${limb.frame} turns by ${turn} with ${joint?.name ?? "it"}`;
+  });
+}
+
+/** The angle about an axis in the rotation from one orientation to another, in (−2π, 2π]. */
+function angleAbout(axis: Vector, from: Rotation, to: Rotation) {
+  const [a, b, c, d, e, f, g, h, i] = product(transposed(from), to);
+  const [r0, ...r] = quaternionOf({ elements: [a, d, g, 0, b, e, h, 0, c, f, i] });
+  return 2 * Math.atan2(r[0] * axis[0] + r[1] * axis[1] + r[2] * axis[2], r0);
+}
+
+/** The height of the lowest vertex that moves with the last joint of a limb, over the floor. */
+function lowestOf(robot: Robot, limb: Limb) {
+  const { path } = robot.about.links[limb.joints.at(-1)?.link ?? limb.link];
+  const isCarried = (link: number) => path.every((name, i) => robot.about.links[link].path[i] === name);
+  return robot.lowest(robot.meshes.filter(({ link }) => isCarried(link)));
+}
+
+const said = (limb: Limb, ...parts: string[]) => {
+  const text = parts.filter(Boolean).join("; ");
+  return text && `${limb.frame}: ${text}`;
+};
 
 /**
- * Drag of a handle: the limb follows it by its closed form in the plane that faces the camera; the trunk stays.
+ * Drag of a handle: the limb follows it in the plane that faces the camera, as near as its limits allow; the robot's first
+ * link stays where it is.
  */
 export class LimbDrag implements Gesture {
   follower: Follower;
   pulled: ReturnType<Viewport["pulled"]> | null;
   floor: number;
+  /** Where the handle is, in the first link. */
   place: Vector;
-  says: string | undefined;
+  says = "";
 
   constructor(
     readonly page: Page,
-    readonly limbs: Limb[],
-    readonly ghosts: Ghosts,
     readonly handle: Handle,
     hold: Hold | null,
   ) {
-    const { limb } = handle;
-    this.follower = followerOf(page.robot, limb, limbs);
+    const { pick, robot, stance } = page;
+    this.follower = new Follower(handle.limb, stance.q);
     const at = handle.knob.getWorldPosition(new THREE.Vector3());
-    this.pulled = hold && page.pick.viewport.pulled(at, hold.ray);
-    // The sole must not go below the floor; a sole that is already below must not go lower.
-    const isOnFloor = limb.kind === "leg" && !page.robot.about.floating;
-    this.floor = isOnFloor ? at.y - Math.max(0, footOf(page.robot, limb).low) : -Infinity;
-    this.place = this.inTorso(at);
+    this.pulled = hold && pick.viewport.pulled(at, hold.ray);
+    // The limb must not go below the floor; one that is already below must not go lower.
+    const isStopped = handle.limb.kind !== "gaze" && !robot.about.floating;
+    this.floor = isStopped ? at.y - Math.max(0, lowestOf(robot, handle.limb)) : -Infinity;
+    this.place = this.inBase(at);
   }
 
   /** @param options `level` is whether the handle moves only up and down on the screen */
   move(ray: THREE.Ray, options: { level: boolean }) {
     const to = this.pulled?.(ray, options);
-    return to ? this.moveTo(to) : (this.says ?? "");
+    return to ? this.moveTo(to) : this.says;
   }
 
   /** Move the handle from its current place to the right and up on the screen [m]. */
@@ -70,99 +113,63 @@ export class LimbDrag implements Gesture {
   moveTo(to: THREE.Vector3) {
     const isBelow = to.y < this.floor;
     if (isBelow) to.setY(this.floor);
-    this.says = this.follow(this.inTorso(to), isBelow ? "the sole is on the floor" : "");
+    this.says = this.follow(this.inBase(to), isBelow ? "stands on the floor" : "");
     return this.says;
   }
 
   end() {
     this.handle.knob.position.set(this.handle.ahead, 0, 0);
-    this.ghosts.clear();
   }
 
-  /** Move the limb to a target in the torso's frame, or to the nearest reachable point in the plane of the drag. */
-  follow(target: Vector, notice: string) {
+  /** Move the limb to a place in the first link along a straight line, or as near as it can. */
+  follow(place: Vector, notice: string) {
     const { page, follower, handle } = this;
-    const near = this.approach(target);
-    let followed = follower.follow(target, near.q);
-    const { says } = followed;
-    let place = target;
-    if (!followed.q) {
-      place = nearestPlace(target, near.place, this.directions(), (tried) => this.isReached(tried, near.q));
-      followed = follower.follow(place, near.q);
+    const { limb } = handle;
+    const strides = clamp(Math.ceil(distance(this.place, place) / STRIDE), 1, STRIDES);
+    const way = minus(place, this.place);
+    let followed: Followed = { q: page.stance.q, held: [] };
+    for (let i = 1; i <= strides; i++) {
+      followed = follower.toPlace(plus(this.place, times(i / strides, way)), followed.q);
     }
-    if (followed.q) {
-      this.place = place;
-      page.ghosts.clearAnswers();
-      const others = this.others(place, followed.q);
-      page.stance.set(followed.q);
-      page.stance.settle();
-      this.ghosts.show(others, page.robot.linkOf(handle.limb.joints[0]));
-      // The handle of the gaze stays under the pointer, even if the camera cannot look exactly at it.
-      if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
-    }
-    const crossing = feetCross(page.robot, handle.limb, this.limbs) ? "the feet cross" : "";
-    const said = [notice, says, crossing].filter(Boolean).join("; ");
-    return said && `${handle.limb.frame}: ${said}`;
+    const reached = limb.chain.forward(followed.q);
+    if (limb.kind !== "gaze" && this.inWorld(reached.p).y < this.floor - AWAY) return said(limb, "stands on the floor");
+    this.place = limb.kind === "gaze" ? place : reached.p;
+    page.ghosts.clearAnswers();
+    page.stance.set(followed.q);
+    page.stance.settle();
+    // The handle of the gaze stays under the pointer, even if the camera cannot look exactly at it.
+    if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(place)));
+    return said(limb, notice, this.missed(reached, place, followed), ...coupledMoves(follower, followed.q));
   }
 
-  /**
-   * Move towards a target in strides along a straight line; return the place and the configuration that are less than a
-   * stride from it, or at which the line leaves the reach.
-   */
-  approach(target: Vector) {
-    const { follower, place } = this;
-    const strides = Math.ceil(distance(place, target) / (follower.stride ?? Infinity));
-    let near = { place, q: this.page.stance.q };
-    for (let i = 1; i < strides; i++) {
-      const next = plus(place, times(i / strides, minus(target, place)));
-      const { q } = follower.follow(next, near.q);
-      if (!q) break;
-      near = { place: next, q };
-    }
-    return near;
-  }
-
-  isReached(place: Vector, q: number[]): boolean {
-    const isAbove = this.inWorld(place).y > this.floor - LAST_STEP;
-    return isAbove && Boolean(this.follower.follow(place, q).q);
-  }
-
-  /** Unit vectors in the plane of the drag, in the torso's frame. */
-  directions() {
-    const toTorso = new THREE.Matrix4().copy(this.torso.matrixWorld).invert();
-    const [right, up] = this.page.pick.viewport.axes.map((axis) => axis.transformDirection(toTorso).toArray());
-    return directionsAround(right, up);
-  }
-
-  /** The other branches for a target as ghosts, fainter if they are outside the limits. */
-  others(target: Vector, q: number[]) {
-    const { limb } = this.handle;
-    const own = limb.values(q);
-    return this.follower
-      .branches(target, q)
-      .filter(({ values }) => squaredDistance(values, own) > OTHER)
-      .map(({ values }) => ({ q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) }));
+  /** How far the limb is from a place or from looking at it, and which joints stop it; empty if it is there. */
+  missed({ p, R }: Placed, place: Vector, followed: Followed) {
+    let miss = "";
+    if (this.handle.limb.kind === "gaze") {
+      const angle = 2 * Math.asin(Math.min(1, 0.5 * distance([R[0], R[3], R[6]], direction(minus(place, p)))));
+      if (angle > TURNED) miss = `looks ${degrees(angle, 1)} past it`;
+    } else if (distance(p, place) > AWAY) miss = `out of reach by ${millimetres(distance(p, place))}`;
+    const held = miss && heldJoints(this.page, followed);
+    return held ? `${miss}: ${held}` : miss;
   }
 
   // --- frames --------------------------------------------------------------------------------------------------
 
-  get torso() {
-    return this.page.robot.frameNode(this.handle.limb.torso);
-  }
-
   /** @param point in the world */
-  inTorso(point: THREE.Vector3): Vector {
-    return this.torso.worldToLocal(point.clone()).toArray();
+  inBase(point: THREE.Vector3): Vector {
+    return this.page.robot.nodes[0].worldToLocal(point.clone()).toArray();
   }
 
-  /** @param place in the torso */
+  /** @param place in the first link */
   inWorld(place: Vector) {
-    return this.torso.localToWorld(new THREE.Vector3().fromArray(place));
+    return this.page.robot.nodes[0].localToWorld(new THREE.Vector3().fromArray(place));
   }
 }
 
 // The turn to an angle is made in steps [rad]; a step that cannot be made is halved up to HALVINGS times.
 const [STEP, HALVINGS] = [0.05, 8];
+// The largest errors of a step that is made: of the place [m], and of the turn [rad].
+const [OFF, ASTRAY] = [1e-5, 1e-4];
 
 /**
  * Drag of a ring, by the pointer or by keys: the limb turns its frame about the axis of the ring, in place, as far as it
@@ -170,25 +177,22 @@ const [STEP, HALVINGS] = [0.05, 8];
  */
 export class TurnDrag implements Gesture {
   follower: Follower;
-  axis: THREE.Vector3;
   wanted = 0;
   reached = 0;
   swept: Swept | null;
 
   constructor(
     readonly page: Page,
-    limbs: Limb[],
     readonly limb: Limb,
-    { axis }: Axis,
+    readonly axis: Vector,
     hold: Hold | null,
   ) {
-    const { robot, pick } = page;
-    this.follower = followerOf(robot, limb, limbs);
-    const own = new THREE.Vector3(...axis);
-    this.axis = own.clone().transformDirection(robot.poseIn(limb.frame, limb.torso));
+    const { robot, pick, stance } = page;
+    this.follower = new Follower(limb, stance.q);
     const node = robot.frameNode(limb.frame);
     const origin = node.getWorldPosition(new THREE.Vector3());
-    this.swept = hold && new Swept(pick.viewport, origin, own.transformDirection(node.matrixWorld), hold);
+    const along = new THREE.Vector3(...axis).transformDirection(node.matrixWorld);
+    this.swept = hold && new Swept(pick.viewport, origin, along, hold);
   }
 
   move(ray: THREE.Ray) {
@@ -204,27 +208,24 @@ export class TurnDrag implements Gesture {
 
   /** Turn as far towards the wanted angle as the limb can; returns a message, which may be empty. */
   turn() {
-    const { page } = this;
+    const { page, follower, limb, axis } = this;
+    const { R, p } = follower.start;
     let { q } = page.stance;
-    let says = "";
+    let stops = "";
     let step = STEP;
     while (this.reached !== this.wanted && step > STEP / 2 ** HALVINGS) {
       const next = this.reached + clamp(this.wanted - this.reached, -step, step);
-      const followed = this.follower.turn?.(this.rotation(next), q);
-      if (followed?.q) [q, this.reached] = [followed.q, next];
-      else step *= 0.5;
-      says = followed?.says ?? "";
+      const wanted = product(R, rotationAbout(axis, next));
+      const followed = follower.toTurn(wanted, axis, q);
+      const made = limb.chain.forward(followed.q);
+      const off = limb.kind === "foot" ? angleBetween(made.R, wanted) : Math.abs(angleAbout(axis, wanted, made.R));
+      if (distance(made.p, p) <= OFF && off <= ASTRAY) [q, this.reached, stops] = [followed.q, next, ""];
+      else [step, stops] = [0.5 * step, heldJoints(page, followed) || "cannot turn farther"];
     }
     page.stance.set(q);
     page.stance.settle();
-    return says && `${this.limb.frame}: ${says}`;
+    return said(limb, stops, ...coupledMoves(follower, q));
   }
 
   end() {}
-
-  /** The rotation by an angle about the ring's axis, in the torso's frame, row by row. */
-  rotation(angle: number): Rotation {
-    const { elements: m } = new THREE.Matrix4().makeRotationAxis(this.axis, angle);
-    return [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]];
-  }
 }

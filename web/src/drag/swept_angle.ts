@@ -1,6 +1,6 @@
 import type * as Three from "three";
 import type { Viewport } from "../pick/pick.ts";
-import type { Hold } from "./follow.ts";
+import type { Hold } from "./gestures.ts";
 import { cross, direction as unit, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
 
 // How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is the

@@ -7,7 +7,7 @@ import { AXES, makeArrow, makeTriad, turnAlong, type Axis } from "../scene/shape
 import { asMark, dispose } from "../robot/nodes.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
 import { THREE } from "../three.ts";
-import type { Gesture, Grip, Hold } from "./follow.ts";
+import type { Gesture, Grip, Hold } from "./gestures.ts";
 import { highlight, inWorld, makeKnob, makeRing } from "./handles.ts";
 import { Swept } from "./swept_angle.ts";
 
@@ -80,7 +80,7 @@ export class Target {
   add(drawn: Drawn, points: THREE.Vector3[], axis: Axis | null, gesture: Grip["gesture"], turns = false) {
     const grip = {
       ...{ axis, turns, drawn, gesture },
-      isLine: axis !== null,
+      shape: axis === null ? ("knob" as const) : ("line" as const),
       points: () => inWorld(points, this.node),
       light: (on: boolean) => light(drawn, on),
     };

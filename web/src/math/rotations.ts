@@ -51,10 +51,13 @@ export function distance(a: Vector, b: Vector) {
 
 /** @returns A B */
 export function product(A: Matrix3, B: Matrix3): Matrix3 {
-  const entries = [0, 3, 6].flatMap((i) =>
-    [0, 1, 2].map((j) => A[i] * B[j] + A[i + 1] * B[j + 3] + A[i + 2] * B[j + 6]),
-  );
-  return entries as Matrix3;
+  const [a, b, c, d, e, f, g, h, i] = A;
+  const [j, k, l, m, n, o, p, q, r] = B;
+  return [
+    ...[a * j + b * m + c * p, a * k + b * n + c * q, a * l + b * o + c * r],
+    ...[d * j + e * m + f * p, d * k + e * n + f * q, d * l + e * o + f * r],
+    ...[g * j + h * m + i * p, g * k + h * n + i * q, g * l + h * o + i * r],
+  ] as Matrix3;
 }
 
 /** @returns Aᵀ */
@@ -101,4 +104,26 @@ export function rollPitchYaw({ elements: m }: { elements: ArrayLike<number> }): 
   const pitch = Math.atan2(-m[2], c * m[0] + s * m[1]);
   const roll = Math.atan2(s * m[8] - c * m[9], c * m[5] - s * m[4]);
   return [roll, pitch, yaw];
+}
+
+/**
+ * The unit quaternion of a rotation, from the longest row of the matrix 4 r rᵀ, which is accurate at half a turn too.
+ *
+ * @param matrix column by column
+ * @returns scalar first, with the canonical sign
+ */
+export function quaternionOf({ elements: m }: { elements: ArrayLike<number> }): number[] {
+  const [d01, d02, d03] = [m[6] - m[9], m[8] - m[2], m[1] - m[4]];
+  const [d12, d13, d23] = [m[1] + m[4], m[8] + m[2], m[6] + m[9]];
+  const rows = [
+    [1 + m[0] + m[5] + m[10], d01, d02, d03],
+    [d01, 1 + m[0] - m[5] - m[10], d12, d13],
+    [d02, d12, 1 - m[0] + m[5] - m[10], d23],
+    [d03, d13, d23, 1 - m[0] - m[5] + m[10]],
+  ];
+  const longest = rows.reduce((best, row, i) => (row[i] > rows[best][best] ? i : best), 0);
+  const row = rows[longest];
+  const first = row.find((value) => value !== 0) ?? 1;
+  const scale = Math.sign(first) / Math.hypot(...row);
+  return row.map((value) => value * scale + 0);
 }

@@ -50,11 +50,11 @@ const LIST = {
 /** Show a hint on dragging, clicking and keys, until the user first does something; it is shown only once. */
 export function giveHint({ page, settings }: Panel) {
   if (!settings.own || settings.kept("hint") === "seen") return;
-  const { joints, limbs } = page.robot.about;
+  const { joints } = page.robot.about;
   const isTouch = matchMedia("(pointer: coarse)").matches;
   const hints = ["Drag to turn"];
   if (joints.length > 0) hints.push(`${isTouch ? "Tap" : "Click"} a limb to drag it`);
-  if (limbs.length > 0) hints.push("Pull a ring");
+  if (joints.length > 0) hints.push("Pull a ring");
   if (!isTouch) hints.push("? lists the keys");
   const line = document.getElementById("hint") as HTMLElement;
   line.replaceChildren(...hints.map((hint) => element("span", {}, hint)));

@@ -1,4 +1,4 @@
-import { rollPitchYaw } from "../math/rotations.ts";
+import { quaternionOf, rollPitchYaw } from "../math/rotations.ts";
 import type { About, JointAbout } from "../types.ts";
 import { spoken, unitOf, type Choice } from "../values/units.ts";
 
@@ -71,28 +71,6 @@ export function poseNumbers(matrix: { elements: ArrayLike<number> }) {
     angle: 2 * Math.atan2(length, r0),
     rows,
   };
-}
-
-/**
- * The unit quaternion of a rotation, from the longest row of the matrix 4 r rᵀ, which is accurate at half a turn too.
- *
- * @param matrix column by column
- * @returns scalar first, with the canonical sign
- */
-export function quaternionOf({ elements: m }: { elements: ArrayLike<number> }): number[] {
-  const [d01, d02, d03] = [m[6] - m[9], m[8] - m[2], m[1] - m[4]];
-  const [d12, d13, d23] = [m[1] + m[4], m[8] + m[2], m[6] + m[9]];
-  const rows = [
-    [1 + m[0] + m[5] + m[10], d01, d02, d03],
-    [d01, 1 + m[0] - m[5] - m[10], d12, d13],
-    [d02, d12, 1 - m[0] + m[5] - m[10], d23],
-    [d03, d13, d23, 1 - m[0] - m[5] + m[10]],
-  ];
-  const longest = rows.reduce((best, row, i) => (row[i] > rows[best][best] ? i : best), 0);
-  const row = rows[longest];
-  const first = row.find((value) => value !== 0) ?? 1;
-  const scale = Math.sign(first) / Math.hypot(...row);
-  return row.map((value) => value * scale + 0);
 }
 
 const list = (values: number[]) => `[${values.map((value) => String(value + 0)).join(", ")}]`;

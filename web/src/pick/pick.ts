@@ -1,4 +1,5 @@
 import type { PageWith } from "../app.ts";
+import { limbsOf } from "../ik/limbs.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
@@ -20,8 +21,8 @@ class Selection {
   triad: THREE.Group | null = null;
 
   constructor(readonly page: Page) {
-    const { limbs, effectors, frames } = page.robot.about;
-    this.read = limbs.find(({ kind }) => kind === "arm")?.frame ?? effectors[0] ?? frames[0].name;
+    const { about } = page.robot;
+    this.read = limbsOf(about).find(({ kind }) => kind === "hand")?.frame ?? about.effectors[0] ?? about.frames[0].name;
   }
 
   /** Number of the link that the frame belongs to. */

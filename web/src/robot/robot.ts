@@ -89,10 +89,10 @@ export class Robot extends Skeleton {
     return this.fromWorld().multiply(this.root.matrixWorld);
   }
 
-  /** Height of the lowest vertex over the floor. */
-  lowest() {
+  /** Height of the lowest vertex over the floor, of all shapes or of some. */
+  lowest(among: Shape[] = this.meshes) {
     const fromWorld = this.fromWorld();
-    const shapes = this.meshes.map(({ mesh }) => {
+    const shapes = among.map(({ mesh }) => {
       const T = new THREE.Matrix4().multiplyMatrices(fromWorld, mesh.matrixWorld).elements;
       const { min, max } = boxOf(mesh);
       // The lowest corner of the box around it.

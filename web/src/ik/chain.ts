@@ -1,0 +1,111 @@
+import { plus, product, turned, type Rotation, type Vector } from "../math/rotations.ts";
+import type { About, JointAbout } from "../types.ts";
+
+/** Rotation and position of a frame in another. */
+export interface Placement {
+  R: Rotation;
+  p: Vector;
+}
+
+/** A joint of a chain in a configuration: its axis and a point on it, in the base. */
+interface Screw {
+  joint: JointAbout;
+  axis: Vector;
+  origin: Vector;
+}
+
+/** A chain in a configuration: the placement of its last link, and its joints from the base outwards. */
+export interface Placed extends Placement {
+  screws: Screw[];
+}
+
+const IDENTITY: Placement = { R: [1, 0, 0, 0, 1, 0, 0, 0, 1], p: [0, 0, 0] };
+
+const composed = (a: Placement, b: Placement): Placement => ({ R: product(a.R, b.R), p: plus(a.p, turned(a.R, b.p)) });
+
+/** The rotation by an angle about a unit vector: cos φ I + sin φ [a]× + (1 − cos φ) a aᵀ. */
+export function rotationAbout([x, y, z]: Vector, angle: number): Rotation {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  const [tx, ty, tz] = [(1 - c) * x, (1 - c) * y, (1 - c) * z];
+  return [
+    ...[c + tx * x, tx * y - s * z, tx * z + s * y],
+    ...[ty * x + s * z, c + ty * y, ty * z - s * x],
+    ...[tz * x - s * y, tz * y + s * x, c + tz * z],
+  ] as Rotation;
+}
+
+type Tree = Pick<About, "joints" | "links" | "places">;
+
+/** What is at each node of a tree: a constant placement, or a joint. */
+const NODES: WeakMap<Tree, Map<string, { place?: number[]; joint?: JointAbout }>> = new WeakMap();
+
+function nodesOf(about: Tree): Map<string, { place?: number[]; joint?: JointAbout }> {
+  const known = NODES.get(about);
+  if (known) return known;
+  const nodes: ReturnType<typeof nodesOf> = new Map();
+  for (const { path, matrix } of about.places) nodes.set(path.join("\n"), { place: matrix });
+  for (const joint of about.joints) {
+    const key = about.links[joint.link].path.join("\n");
+    nodes.set(key, { ...nodes.get(key), joint });
+  }
+  NODES.set(about, nodes);
+  return nodes;
+}
+
+/** The last joint that moves the node of a path; undefined if none does. */
+export function carrierOf(about: Tree, path: string[]): JointAbout | undefined {
+  const nodes = nodesOf(about);
+  for (let length = path.length; length > 0; length--) {
+    const { joint } = nodes.get(path.slice(0, length).join("\n")) ?? {};
+    if (joint) return joint;
+  }
+  return undefined;
+}
+
+/** The joints between the base, which is the first link of the robot, and another link. */
+export class Chain {
+  joints: JointAbout[] = [];
+  /** The constant placement before each joint, and at the end that of the link. */
+  before: Placement[] = [];
+
+  constructor(about: Tree, link: number) {
+    const { path } = about.links[link];
+    const nodes = nodesOf(about);
+    let fixed = IDENTITY;
+    for (let length = about.links[0].path.length + 1; length <= path.length; length++) {
+      const { place, joint } = nodes.get(path.slice(0, length).join("\n")) ?? {};
+      if (place) fixed = composed(fixed, placementOf(place));
+      if (!joint) continue;
+      this.joints.push(joint);
+      this.before.push(fixed);
+      fixed = IDENTITY;
+    }
+    this.before.push(fixed);
+  }
+
+  /** The last joint; undefined for a link that is fixed to the base. */
+  get last() {
+    return this.joints.at(-1);
+  }
+
+  /** Placement of the link in the base, and the joints' axes. */
+  forward(q: ArrayLike<number>): Placed {
+    let at = IDENTITY;
+    const screws = this.joints.map((joint, i) => {
+      at = composed(at, this.before[i]);
+      const { R, p } = at;
+      const axis = turned(R, joint.axis);
+      const value = joint.multiplier * q[joint.column] + joint.offset;
+      at = joint.slides
+        ? { R, p: [p[0] + value * axis[0], p[1] + value * axis[1], p[2] + value * axis[2]] }
+        : { R: product(R, rotationAbout(joint.axis, value)), p };
+      return { joint, axis, origin: p };
+    });
+    return { ...composed(at, this.before[screws.length]), screws };
+  }
+}
+
+/** @param m a homogeneous transform, column by column */
+function placementOf(m: number[]): Placement {
+  return { R: [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]], p: [m[12], m[13], m[14]] };
+}

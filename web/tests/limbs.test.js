@@ -1,0 +1,183 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { Chain, rotationAbout } from "../src/ik/chain.ts";
+import { descend, lookTask, placeTask, turnTask } from "../src/ik/least_squares.ts";
+import { Follower, limbsOf } from "../src/ik/limbs.ts";
+import { clamp } from "../src/math/numbers.ts";
+import { angleBetween, distance, product } from "../src/math/rotations.ts";
+import { generator } from "./generator.js";
+
+// A torso with two arms of four joints; the first joints of both turn with the same coordinate, in opposite directions. The
+// range of the elbow depends on the shoulder. A slide carries the hand.
+const at = (x, y, z) => [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1];
+const about = { links: [{ name: "torso", path: ["torso"] }], places: [], joints: [], coordinates: [], tables: [] };
+function add(name, parent, place, axis, column, more = {}) {
+  const { path } = about.links[parent];
+  about.places.push({ path: [...path, `${name} holder`], matrix: place });
+  about.links.push({ name, path: [...path, `${name} holder`, name] });
+  const link = about.links.length - 1;
+  about.joints.push({ name, link, axis, column, multiplier: 1, offset: 0, slides: false, follows: "", ...more });
+  return link;
+}
+const waist = add("Waist", 0, at(0, 0, 0.1), [0, 0, 1], 8);
+const hands = ["L", "R"].map((side, i) => {
+  const out = i === 0 ? 1 : -1;
+  const mimic = i === 0 ? {} : { multiplier: -1, follows: "LTurn" };
+  const turn = add(`${side}Turn`, waist, at(0, 0.1 * out, 0.1), [0, 0, 1], 0, mimic);
+  const lift = add(`${side}Lift`, turn, at(0, 0, 0), [0, 1, 0], 1 + 3 * i);
+  const elbow = add(`${side}Elbow`, lift, at(0.2, 0, 0), [0, 1, 0], 2 + 3 * i);
+  return add(`${side}Slide`, elbow, at(0.1, 0, 0), [1, 0, 0], 3 + 3 * i, { slides: true });
+});
+add("HeadYaw", waist, at(0, 0, 0.3), [0, 0, 1], 7);
+about.coordinates = [
+  ...[[-1, 1], [-1, 1], [-0.2, 1.5], [0, 0.1], [-1, 1], [0, 1.5], [0, 0.1], [-1, 1], [-1, 1]], // prettier-ignore
+].map(([lower, upper], column) => ({ joint: `${column}`, column, lower, upper }));
+about.tables = [{ joint: 2, of: 1, at: [-1, 1], lower: [-0.2, 0.4], upper: [1.5, 1.5] }];
+Object.assign(about, {
+  chains: [],
+  frames: about.links.map(({ name }, link) => ({ name, link })),
+  soles: [{ link: hands[1] }],
+  eyes: [{ name: "HeadYaw" }],
+  effectors: ["torso", "HeadYaw", "LSlide", "RSlide"],
+});
+const Q = [0.1, 0.2, 0.6, 0.05, -0.1, 0.7, 0.02, 0.3, 0.2];
+
+const random = generator(5);
+const near = (q, by) => q.map((value) => value + by * (2 * random() - 1));
+const inside = (q) =>
+  about.coordinates.every(({ lower, upper }, i) => q[i] >= lower - 1e-12 && q[i] <= upper + 1e-12) &&
+  q[2] >= -0.2 + 0.3 * (q[1] + 1) - 1e-12;
+
+test("a chain's axes are the derivatives of its placement", () => {
+  const chain = new Chain(about, hands[1]);
+  const { p, R, screws } = chain.forward(Q);
+  assert.deepEqual(screws.map(({ joint }) => joint.column), [8, 0, 4, 5, 6]); // prettier-ignore
+  for (const { joint, axis, origin } of screws) {
+    const moved = chain.forward(Q.with(joint.column, Q[joint.column] + 1e-6));
+    const along = axis.map((value) => 1e-6 * joint.multiplier * value);
+    const [ox, oy, oz] = p.map((value, i) => value - origin[i]);
+    const [ax, ay, az] = along;
+    const by = joint.slides ? along : [ay * oz - az * oy, az * ox - ax * oz, ax * oy - ay * ox];
+    assert.ok(distance(moved.p, p.map((value, i) => value + by[i])) < 1e-11); // prettier-ignore
+    const turn = joint.slides ? R : product(rotationAbout(axis, 1e-6 * joint.multiplier), R);
+    assert.ok(angleBetween(moved.R, turn) < 1e-11);
+  }
+});
+
+test("the rates of all tasks are the derivatives of their errors", () => {
+  const chain = new Chain(about, hands[0]);
+  const tasks = [
+    placeTask(chain, [0.1, 0.2, 0.3], 3),
+    turnTask(chain, rotationAbout([0.6, 0, 0.8], 2.5), [1, 2, 3]),
+    lookTask(chain, [0.5, 0.1, 0.1]),
+  ];
+  const placed = chain.forward(Q);
+  for (const task of tasks) {
+    for (const { joint, axis, origin } of placed.screws) {
+      const [ox, oy, oz] = placed.p.map((value, i) => value - origin[i]);
+      const [ax, ay, az] = axis;
+      const turning = [axis, [ay * oz - az * oy, az * ox - ax * oz, ax * oy - ay * ox]];
+      const rates = task.rates(placed, ...(joint.slides ? [[0, 0, 0], axis] : turning));
+      const errors = [1e-6, -1e-6].map((by) => {
+        const { column } = joint;
+        return task.errors(chain.forward(Q.with(column, Q[column] + by)));
+      });
+      rates.forEach((rate, i) => assert.ok(Math.abs(rate - (errors[0][i] - errors[1][i]) / 2e-6) < 1e-8));
+    }
+  }
+});
+
+test("limbs are those of the end effectors, and of the head the gaze", () => {
+  const limbs = limbsOf(about);
+  assert.deepEqual(
+    limbs.map(({ frame, kind, columns, coupled }) => [frame, kind, columns, coupled.map(({ frame: name }) => name)]),
+    [
+      ["HeadYaw", "gaze", [8, 7], []],
+      ["LSlide", "hand", [0, 1, 2, 3], ["RSlide"]],
+      ["RSlide", "foot", [0, 4, 5, 6], ["LSlide"]],
+    ],
+  );
+});
+
+const within = (q) => q.map((value, k) => clamp(value, about.coordinates[k].lower, about.coordinates[k].upper));
+
+test("a reachable place is reached, inside all limits, and the coupled limb stays", () => {
+  const [, hand] = limbsOf(about);
+  let tried = 0;
+  for (let i = 0; i < 300; i++) {
+    const q = within(near(Q, 0.1));
+    // The shared coordinate stays, so that the other hand can stay too.
+    const goal = within([q[0], ...near(q.slice(1, 4), 0.05), ...q.slice(4)]);
+    if (!inside(q) || !inside(goal)) continue;
+    tried++;
+    const follower = new Follower(hand, q);
+    const place = hand.chain.forward(goal).p;
+    const { q: found } = follower.toPlace(place, q);
+    assert.ok(inside(found), `${found}`);
+    assert.ok(distance(hand.chain.forward(found).p, place) < 1e-4);
+    const [{ limb, placed }] = follower.kept;
+    assert.ok(distance(limb.chain.forward(found).p, placed.p) < 1e-4);
+    assert.deepEqual(found.slice(7), q.slice(7));
+  }
+  assert.ok(tried > 100);
+});
+
+test("a place that only a shared coordinate reaches is not reached, for the coupled limb stays", () => {
+  const [, hand] = limbsOf(about);
+  const follower = new Follower(hand, Q);
+  const place = hand.chain.forward(Q.with(0, Q[0] + 0.3)).p;
+  const { q } = follower.toPlace(place, Q);
+  const [{ limb, placed }] = follower.kept;
+  assert.ok(distance(limb.chain.forward(q).p, placed.p) < 1e-3);
+  assert.ok(distance(hand.chain.forward(q).p, place) > 0.01);
+});
+
+test("a limb whose first joint follows another turns by it too", () => {
+  const foot = { ...limbsOf(about)[2], kind: "hand", coupled: [] };
+  const place = foot.chain.forward(Q.with(0, Q[0] + 0.3)).p;
+  const { q } = new Follower(foot, Q).toPlace(place, Q);
+  assert.ok(distance(foot.chain.forward(q).p, place) < 1e-4 && q[0] > Q[0] + 0.2, `${q}`);
+});
+
+test("a coupled limit bounds a joint where the other joint has moved to", () => {
+  const [, hand] = limbsOf(about);
+  // The elbow is at its coupled limit; the shoulder comes down, and the elbow must bend with it.
+  const q = [0.1, 0.2, 0.16, 0.05, 0, 0, 0, 0, 0];
+  const far = hand.chain.forward([0.1, 0.6, 0.1, 0.05, 0, 0, 0, 0, 0]).p;
+  const { q: found } = descend(about, [placeTask(hand.chain, far, 1)], [1, 2], q);
+  assert.ok(inside(found), `${found}`);
+});
+
+test("out of reach the hand is at the nearest place, and the joints that hold it are named", () => {
+  const [, hand] = limbsOf(about);
+  const follower = new Follower({ ...hand, coupled: [] }, Q);
+  follower.columns = [1, 2, 3];
+  const far = [1, -0.2, -0.5];
+  const { q, held } = descend(about, [placeTask(hand.chain, far, 1)], [1, 2, 3], Q);
+  assert.ok(held.includes(3) && q[3] === 0.1);
+  const away = distance(hand.chain.forward(q).p, far);
+  for (let i = 0; i < 500; i++) {
+    const other = [Q[0], ...near(q.slice(1, 4), 0.2), ...Q.slice(4)];
+    if (inside(other)) assert.ok(distance(hand.chain.forward(other).p, far) >= away - 1e-9);
+  }
+});
+
+test("a joint that is outside its limits comes back or stays, and goes no farther out", () => {
+  const [, hand] = limbsOf(about);
+  const outside = Q.with(3, 0.12);
+  for (const by of [0.05, -0.05]) {
+    const { p } = hand.chain.forward(outside);
+    const { q } = descend(about, [placeTask(hand.chain, [p[0] + by, p[1], p[2]], 1)], [1, 2, 3], outside);
+    assert.ok(q[3] <= 0.12 && q[3] >= 0);
+  }
+});
+
+test("a stretched limb bends when it is pulled inwards", () => {
+  const straight = [0, 0, 0.1, 0, 0, 0, 0, 0, 0];
+  const hand = { ...limbsOf(about)[2], kind: "hand", coupled: [] };
+  const { p } = hand.chain.forward(straight);
+  const place = [p[0] - 0.01, p[1], p[2]];
+  const { q } = new Follower(hand, straight).toPlace(place, straight);
+  assert.ok(q[5] > 0.3 && distance(hand.chain.forward(q).p, place) < 1e-5, `${q}`);
+});
