@@ -66,7 +66,9 @@ class PictureBrowser:
         self._lock = threading.Lock()
         self._page: _PicturePage | None = None
 
-    def picture(self, messages: RetainedMessages, camera: str, size: tuple[int, int], timeout: float) -> bytes:
+    def picture(
+        self, messages: RetainedMessages, camera: str | list[float], size: tuple[int, int], timeout: float
+    ) -> bytes:
         """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds."""
         if not isinstance(size, (tuple, list)) or len(size) != 2:
             raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
@@ -133,7 +135,7 @@ class _PicturePage:
         self._server.call(lambda: self._messages.copy(messages, _removing))
         self._server.send_once(panel_message("complete", {}), self._role)
 
-    def picture(self, camera: str, size: tuple[int, int], end: float, timeout: float) -> bytes:
+    def picture(self, camera: str | list[float], size: tuple[int, int], end: float, timeout: float) -> bytes:
         """Return a PNG of the scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
         request = {"id": secrets.token_urlsafe(_KEY_BYTES), "camera": camera, "width": size[0], "height": size[1]}
         self._server.send_once(panel_message("capture", request), self._role)

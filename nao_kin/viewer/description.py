@@ -33,6 +33,14 @@ _BODY_CAMERAS: Mapping[str, Vector] = {
     "side": (0.0, 1.0, 0.12),
     "three-quarter": (1.0, 0.62, 0.38),
 }
+# Views after those of the semantics. Straight from above or below, the tilt turns the robot's front up in the picture.
+_TILT = 1e-5
+_OTHER_CAMERAS: Mapping[str, Vector] = {
+    "back": (-1.0, 0.0, 0.12),
+    "right": (0.0, -1.0, 0.12),
+    "top": (-_TILT, 0.0, 1.0),
+    "bottom": (_TILT, 0.0, -1.0),
+}
 
 
 class SceneRobot:
@@ -62,6 +70,8 @@ class SceneRobot:
         }
         for name, view in semantics.views.items():
             self.cameras[name] = view.direction, tuple(child[joint] for joint in view.joints)
+        for name, direction in _OTHER_CAMERAS.items():
+            self.cameras.setdefault(name, (direction, ()))
         names = tuple(drawable.light for drawable in self.drawables if drawable.light)
         self._light_groups = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
         self.light_names = (*self._light_groups, *names)  # groups first

@@ -325,8 +325,10 @@ KINDS: Mapping[str, Kind] = {
     ),
     "plots": Kind({"names": "string[]"}, blank={"names": []}),
     # Pictures, and the connection.
-    "camera": Kind({"name": "string"}),
-    "capture": Kind({"id": "string", "camera": "string", "width": "number", "height": "number"}, is_kept=False),
+    "camera": Kind({"camera": "string | number[]"}),
+    "capture": Kind(
+        {"id": "string", "camera": "string | number[]", "width": "number", "height": "number"}, is_kept=False
+    ),
     "version": Kind({"version": "string"}, is_kept=False),
     "complete": Kind({}, is_kept=False),
 }

@@ -7,7 +7,7 @@ import threading
 import weakref
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, choice, flag
+from nao_kin._core.arrays import Floats, as_floats, choice, flag
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
 from nao_kin.joints import MultiDofModel
@@ -30,6 +30,7 @@ from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import (
     Command,
     RetainedMessages,
+    by_columns,
     packed,
     panel_message,
     set_animation,
@@ -124,6 +125,7 @@ class Viewer:
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
         self._collisions: Subscription | None = None
+        self._camera_pose: Floats | None = None
         self._targets = Targets(self._messages, self._lock, self._changes)
         self._images = Images(self._messages, self._lock, tuple(robot.semantics.cameras))
         self._streams = Streams(self._messages)
@@ -256,7 +258,45 @@ class Viewer:
             >>> viewer.camera("front")
         """
         choice(name, self.camera_names, "camera")
-        self._messages.put("camera", panel_message("camera", {"name": name}))
+        self._look_from(name)
+
+    @property
+    def camera_pose(self) -> Floats | None:
+        """The pose of the page's camera in the world, T_world_camera, shape (4, 4); set it to move the camera.
+
+        The camera's frame is a body frame, as of a NAO's CameraTop: x along the optical axis, y to the left, z up. The
+        world is that of `add_points`: its origin is on the floor, z up. The vertical field of view is 28°, and a user
+        turns the camera about the point of its axis nearest to the robots.
+
+        Reading returns the pose that an open page reported last, at most ten times a second, or a newer one that you
+        set; None if no page has reported any. With several pages it is that of the page whose camera moved last.
+        Setting moves the camera in all pages, and in those that open later; a camera that looks straight down or up is
+        turned by up to 1e-5 rad.
+
+        Raises:
+            NotARotation: the value is not a pose.
+            BadArgument: it is more than 10 km away.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.camera_pose is None
+            True
+            >>> viewer.camera_pose = nk.screws.pose(nk.rotations.rot_z(np.pi), [1.5, 0.0, 0.3])  # from the front
+            >>> viewer.camera_pose[:3, 3].tolist()
+            [1.5, 0.0, 0.3]
+        """
+        return None if self._camera_pose is None else np.array(self._camera_pose)
+
+    @camera_pose.setter
+    def camera_pose(self, T: ArrayLike) -> None:
+        pose = checked_pose(T)
+        with self._lock:
+            self._camera_pose = pose
+            self._look_from(pose)
+
+    def _look_from(self, camera: str | Floats) -> None:
+        content = camera if isinstance(camera, str) else by_columns(camera)
+        self._messages.put("camera", panel_message("camera", {"camera": content}))
 
     # --- movements by a page, and recordings ----------------------------------------------------------------------
 
@@ -392,6 +432,23 @@ class Viewer:
         """
         return MappingProxyType(dict(self._buttons.shown))
 
+    def show(self, name: str, on: bool = True) -> None:
+        """Switch a button of the page's menu View in all pages.
+
+        Args:
+            name: "frames", "axes", "chains", "com", "support", "ghosts", "eye" (the camera view), "orthographic"
+                (parallel projection), "contrast" or "handles".
+            on: whether it is on.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show("orthographic")
+            >>> viewer.camera("top")
+            >>> viewer.shown["orthographic"]
+            True
+        """
+        self._buttons.press(choice(name, overlays.BUTTONS, "button"), on)
+
     def show_frames(self, names: Iterable[str], *, size: float | None = None) -> None:
         """Draw frames as triads, x red, y green, z blue, with their names, instead of the previous ones.
 
@@ -509,8 +566,9 @@ class Viewer:
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
+            >>> viewer.display(nao.posture("Crouch"))
             >>> ball = viewer.add_target(
-            ...     "ball", [0.2, 0.1, 0.1], on_move=lambda T: viewer.display(nk.ik.arm(nao, "L", T).q)
+            ...     "ball", [0.2, 0.1, 0.1], on_move=lambda T: viewer.display(nk.ik.arm(nao, "L", T, near=viewer.q).q)
             ... )
             >>> ball.T.tolist()
             [0.2, 0.1, 0.1]
@@ -868,7 +926,7 @@ class Viewer:
         self,
         path: Path | str,
         *,
-        camera: str = "three-quarter",
+        camera: str | ArrayLike = "three-quarter",
         size: tuple[int, int] = (1280, 800),
         timeout: float = 60.0,
         overwrite: bool = False,
@@ -879,7 +937,7 @@ class Viewer:
 
         Args:
             path: the file; it ends in .png or has no suffix.
-            camera: one of `camera_names`.
+            camera: one of `camera_names`, or the pose of a camera in the world, shape (4, 4), as `camera_pose`.
             size: width and height in pixels, 16 to 8192.
             timeout: seconds to wait for the browser.
             overwrite: replace an existing file.
@@ -891,7 +949,10 @@ class Viewer:
             NoBrowser: there is no browser, or it sends no picture in time.
             BadArgument: the file exists or cannot be written, or has another suffix.
         """
-        choice(camera, self.camera_names, "camera")
+        if isinstance(camera, str):
+            choice(camera, self.camera_names, "camera")
+        else:
+            camera = by_columns(checked_pose(camera))
         atomic.check_writable(path, kind="png")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         self._streams.flush()
@@ -955,6 +1016,9 @@ class Viewer:
             self._buttons.receive(answer.get("shown"), _source_of(answer))
         elif answer.get("kind") == "target":
             self._targets.receive(answer.get("name"), answer.get("matrix"), _source_of(answer))
+        elif answer.get("kind") == "camera":
+            with suppress(NaoKinError, ValueError):
+                self._camera_pose = checked_pose(np.reshape(as_floats(answer.get("pose", ()), (16,), "pose"), (4, 4)).T)
         elif answer.get("kind") in ("joints", "clip", "played"):
             self._receive_configuration(answer, _source_of(answer))
 

@@ -308,7 +308,7 @@ def test_romeo_shows_too() -> None:
         pytest.skip(str(error))
     viewer = Viewer(romeo)
     assert viewer.notes == ()
-    assert viewer.camera_names == ("front", "side", "three-quarter")
+    assert viewer.camera_names == ("front", "side", "three-quarter", "back", "right", "top", "bottom")
     _compare(viewer, [romeo.random(1)], 1e-13)
 
 

@@ -14,6 +14,7 @@ import { Reports } from "./reports.ts";
 import { Parts } from "./robot/parts.ts";
 import { ShownRobot, type Robot } from "./robot/robot.ts";
 import { Balance } from "./scene/balance.ts";
+import { Projection, cameraPose, placeCamera } from "./scene/camera.ts";
 import { Extras } from "./scene/extras.ts";
 import { Eyes, makeSight } from "./scene/eyes.ts";
 import { Ghosts } from "./scene/ghosts.ts";
@@ -28,6 +29,7 @@ import { Studio } from "./scene/studio.ts";
 import { Stance } from "./stance.ts";
 import { Player } from "./timeline/player.ts";
 import { Toggles, ViewMenu } from "./view_menu.ts";
+import { THREE } from "./three.ts";
 import type { About, Camera, MeshcatViewer, Message } from "./types.ts";
 
 const byId = (id: string) => document.getElementById(id) as HTMLElement;
@@ -68,6 +70,7 @@ export class App extends EventTarget {
   parts = new Parts();
   pane = byId("pane");
   viewer: MeshcatViewer;
+  projection: Projection;
   studio: Studio;
   legend = new Legend(byId("legend"));
   toggles: Toggles;
@@ -84,6 +87,7 @@ export class App extends EventTarget {
     super();
     document.body.dataset.role = this.role;
     this.viewer = makeViewer(this);
+    this.projection = new Projection(this.viewer);
     this.studio = new Studio(this.viewer);
     this.toggles = new Toggles(this);
     this.stance = new Stance(this);
@@ -143,6 +147,9 @@ export class App extends EventTarget {
     this.viewer.set_dirty();
     this.panel.complete();
     document.body.dataset.ready = "true";
+    // A program that this page did not have before does not know its camera.
+    this.reports.looked = "";
+    this.reports.camera();
     this.send({ kind: "ready" });
   }
 
@@ -193,12 +200,40 @@ export class App extends EventTarget {
     this.viewer.set_dirty();
   }
 
-  camera(name: string) {
-    this.view = name;
-    const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
+  /** @param to a preset, or a pose like `cameraPose` */
+  camera(to: string | number[]) {
     this.stance.settle();
-    this.look(preset, this.others);
-    this.dispatchEvent(new Event("camera"));
+    if (typeof to === "string") {
+      this.view = to;
+      this.look(this.preset(to), this.others);
+      this.dispatchEvent(new Event("camera"));
+      return;
+    }
+    this.view ??= "three-quarter";
+    placeCamera(this.viewer, to, this.others.box([]).getCenter(new THREE.Vector3()), this.studio.size);
+    this.viewer.set_dirty();
+  }
+
+  /** A preset of the camera. In parallel projection the robot is seen exactly along an axis. */
+  preset(name: string): Camera | undefined {
+    const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
+    if (!preset || !this.projection.isParallel) return preset;
+    const [x, y, z] = preset.direction;
+    return x * y === 0 ? { ...preset, direction: [x, y, Math.abs(z) < 1 ? 0 : z] } : preset;
+  }
+
+  /** Pose of the camera in the world, which has z up, column by column: x along the optical axis, y left, z up. */
+  get cameraPose() {
+    return cameraPose(this.viewer);
+  }
+
+  /** Choose parallel projection or perspective; a camera at a preset takes the preset's place in it. */
+  setParallel(on: boolean) {
+    if (this.projection.isParallel === on) return;
+    const { camera } = this.panel.address;
+    this.projection.isParallel = on;
+    if (typeof camera === "string") this.camera(camera);
+    this.viewer.set_dirty();
   }
 
   /** Fill the view from a preset, below the bar at its top. */

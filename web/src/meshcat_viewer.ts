@@ -56,6 +56,7 @@ export function makeViewer(page: App) {
     page.labels?.draw();
     page.video?.add();
     page.drawn += 1;
+    page.reports.camera();
   };
   return viewer;
 }

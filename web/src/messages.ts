@@ -23,7 +23,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),
   edition: (app, { name }) => app.setEdition(String(name)),
-  camera: (app, { name }) => app.camera(name),
+  camera: (app, { camera }) => app.camera(camera),
   ghosts: (app, message) => showGhosts(app, message),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {

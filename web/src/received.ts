@@ -64,8 +64,8 @@ export interface Received {
     values: Float64Array;
   };
   plots: { names: string[] };
-  camera: { name: string };
-  capture: { id: string; camera: string; width: number; height: number };
+  camera: { camera: string | number[] };
+  capture: { id: string; camera: string | number[]; width: number; height: number };
   version: { version: string };
   complete: object;
 }

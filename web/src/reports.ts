@@ -1,6 +1,6 @@
 import type { PageWith } from "./app.ts";
 
-type Page = PageWith<"role" | "send" | "stance">;
+type Page = PageWith<"cameraPose" | "role" | "send" | "stance">;
 
 /**
  * Whether a configuration that the program sends is an old report of this page, which the page has since replaced.
@@ -19,8 +19,8 @@ export function isOutdated(source: string, mine: string, newest: number, plays: 
   return who === mine && (plays || Number(number) < newest);
 }
 
-// Time between two reports of the configuration during playback [ms].
-const BETWEEN = 1000 / 30;
+// Time between two reports of the configuration during playback, and of the camera [ms].
+const [BETWEEN, BETWEEN_LOOKS] = [1000 / 30, 100];
 
 /** Reports the configuration of the robot to the program. */
 export class Reports {
@@ -32,6 +32,10 @@ export class Reports {
   begins = false;
   /** The next report of playback. */
   waiting: { kind: "clip" | "played"; q: number[] } | null = null;
+
+  /** The next report of the camera, and the last one. */
+  looking = 0;
+  looked = "";
 
   constructor(readonly page: Page) {}
 
@@ -51,6 +55,18 @@ export class Reports {
     if (!this.waiting) setTimeout(() => this.sendWaiting(), BETWEEN);
     this.waiting = { kind, q: [...q] };
     this.count += 1;
+  }
+
+  /** Report where the camera is, if it has moved; called for every picture. */
+  camera() {
+    if (this.page.role !== "" || this.looking) return;
+    this.looking = setTimeout(() => {
+      this.looking = 0;
+      const pose = this.page.cameraPose;
+      const text = String(pose);
+      if (text !== this.looked) this.send({ kind: "camera", pose });
+      this.looked = text;
+    }, BETWEEN_LOOKS);
   }
 
   sendWaiting() {

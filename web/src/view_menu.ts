@@ -182,6 +182,7 @@ const TOGGLES: Record<string, Toggle> = {
     isOffered: ({ robot }) => robot.about.eyes.length > 0,
     show: ({ eyes }, on) => eyes.show(on ? eyes.sight.select.value : null),
   },
+  orthographic: { text: "Orthographic", show: (page, on) => page.setParallel(on) },
   contrast: {
     text: "High contrast",
     begins: () => matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,

@@ -1,6 +1,7 @@
 import type { PageWith } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import type { Viewport } from "../pick/pick.ts";
+import { keepSize } from "../scene/camera.ts";
 import { AXES, flatMaterial, turnAlong, type Axis } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
@@ -25,6 +26,7 @@ export function makeKnob() {
   const material = new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false, toneMapped: false });
   const knob = new THREE.Sprite(material);
   knob.renderOrder = 25;
+  knob.onBeforeRender = keepSize;
   highlight(knob, false);
   return knob;
 }

@@ -3,6 +3,7 @@ import { limbsOf } from "../ik/limbs.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
+import { isParallel } from "../scene/camera.ts";
 import { THREE, sphereOf } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 import { frameOf } from "./facts.ts";
@@ -94,9 +95,11 @@ export class Viewport {
     const { left, top, width, height } = this.pane.getBoundingClientRect();
     const x = (2 * (clientX - left)) / width - 1;
     const y = 1 - (2 * (clientY - top)) / height;
-    const caster = new THREE.Raycaster();
-    caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
-    return caster.ray;
+    const { camera } = this;
+    // In parallel projection the rays begin far in front of everything.
+    const ends = [isParallel(camera) ? -1 : 0, 0.5].map((z) => new THREE.Vector3(x, y, z).unproject(camera));
+    const from = isParallel(camera) ? ends[0] : new THREE.Vector3().setFromMatrixPosition(camera.matrixWorld);
+    return new THREE.Ray(from, ends[1].sub(from).normalize());
   }
 
   /** The place on the screen of a point in the world [px]; null for a point behind the camera. */
@@ -141,6 +144,7 @@ export class Viewport {
   /** Metres per pixel at the depth of a point. */
   metresPerPixel(point: THREE.Vector3) {
     const { camera } = this;
+    if (isParallel(camera)) return 2 / camera.projectionMatrix.elements[5] / (this.pane.clientHeight || 1);
     const depth = point.clone().applyMatrix4(camera.matrixWorldInverse).z;
     const half = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) / camera.zoom;
     return (2 * Math.abs(depth) * half) / (this.pane.clientHeight || 1);

@@ -2,8 +2,6 @@ import type { App } from "../app.ts";
 import { element, makeInk } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { resize, type Studio } from "../scene/studio.ts";
-import type { Box3 } from "three";
-import type { Camera } from "../types.ts";
 
 /** Save a file through the browser. */
 export function download(blob: Blob, name: string) {
@@ -44,15 +42,14 @@ function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, w
 /**
  * Take a picture of the scene on the page's background, in the best quality.
  *
- * @param preset where to look from; the page's own view if none is given
+ * @param look moves the camera to the picture's
  * @param over draws the labels over the scene
  */
 function takePicture(
   studio: Studio,
   width: number,
   height: number,
-  preset: Camera | undefined,
-  robots: { box(links: number[]): Box3 },
+  look: () => void,
   over: (ink: CanvasRenderingContext2D) => void,
 ) {
   const { viewer } = studio;
@@ -60,7 +57,7 @@ function takePicture(
   Object.assign(studio, { alwaysFine: true, ratio: 1 });
   studio.setRatio(1);
   resize(viewer, width, height);
-  if (preset) studio.look(preset, robots);
+  look();
   viewer.render();
   const ink = makeInk(width, height);
   paintCanvas(ink, viewer.renderer.domElement, width, height);
@@ -84,7 +81,13 @@ export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
   const share = Math.min(1, most / Math.max(width, height));
   const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
-  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(page, ink, wide, high));
+  const canvas = takePicture(
+    studio,
+    wide,
+    high,
+    () => {},
+    (ink) => paintOver(page, ink, wide, high),
+  );
   const blob = await new Promise((done: (blob: Blob | null) => void) => canvas.toBlob(done, "image/png"));
   if (blob) download(blob, fileName(robot.about.name, "png"));
   else page.panel.messages.say("The browser could not make a picture of this size.", { bad: true });
@@ -95,9 +98,10 @@ const LABELS_ACROSS = 640;
 
 /** Draw the picture that the program requests, and send it. */
 export function sendPicture(page: App, { id, width, height, camera }: Received["capture"]) {
-  const preset = page.robot.about.cameras.find(({ name }) => name === camera);
+  const look = () =>
+    typeof camera === "string" ? page.studio.look(page.preset(camera), page.others) : page.camera(camera);
   const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
-  const picture = takePicture(page.studio, width, height, preset, page.others, over);
+  const picture = takePicture(page.studio, width, height, look, over);
   page.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
 }
 

@@ -3,6 +3,7 @@ import { makeInk } from "../panel/element.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { makeGeometry } from "../robot/parts.ts";
 import { THREE } from "../three.ts";
+import { isParallel } from "./camera.ts";
 import type { Vector } from "../types.ts";
 import type { Received } from "../received.ts";
 
@@ -31,8 +32,9 @@ function makePoints({ positions, colour, colours, size }: Shape) {
   });
   const points = new THREE.Points(geometry, material);
   // three.js assumes a camera with a field of view of 90°, so the size is scaled by the camera's own.
-  points.onBeforeRender = (_renderer, _scene, camera) => {
-    material.size = size * camera.projectionMatrix.elements[5];
+  points.onBeforeRender = (renderer, _scene, camera) => {
+    const share = isParallel(camera) ? renderer.getSize(new THREE.Vector2()).y / 2 : 1;
+    material.size = size * camera.projectionMatrix.elements[5] * share;
   };
   return points;
 }

@@ -19,6 +19,7 @@ import { Smoothing } from "./smoothing.ts";
 function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.Box3, size: number, bar: number) {
   const { Vector3, MathUtils } = THREE;
   camera.fov = 28;
+  camera.up.set(0, 1, 0);
   camera.near = 0.02 * size;
   camera.far = 60 * size;
   const centre = box.getCenter(new Vector3());
