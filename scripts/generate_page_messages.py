@@ -20,7 +20,7 @@ WIDTH = 120
 HEAD = """\
 // Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
 
-import type { About, Vector } from "./types.ts";
+import type { About, Control, Vector } from "./types.ts";
 
 /** The contents of each kind of message from Python. */
 export interface Received {

@@ -1,11 +1,13 @@
 """The robot in a browser."""
 
+from nao_kin.viewer.controls import Control
 from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
 from nao_kin.viewer.shown_scene import OutsideLimitsWarning, Target
 from nao_kin.viewer.viewer import Viewer
 
 __all__ = [
+    "Control",
     "MeshcatRobot",
     "OutsideLimitsWarning",
     "Recording",

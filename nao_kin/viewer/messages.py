@@ -300,6 +300,7 @@ KINDS: Mapping[str, Kind] = {
     "targets": Kind(
         {"targets": "{ name: string; matrix: number[]; point: boolean; source?: string }[]"}, blank={"targets": []}
     ),
+    "controls": Kind({"controls": "Control[]"}, blank={"controls": []}),
     "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
     "edition": Kind({"name": "string"}, blank={"name": ""}),
     "lights": Kind({"lights": "{ name: string; rgb: Vector }[]"}, blank={"lights": []}),
@@ -311,7 +312,8 @@ KINDS: Mapping[str, Kind] = {
         blank={"cells": None},
     ),
     "extra": Kind(
-        {"name": "string", "shape": '"points" | "mesh" | "line"', "frame": "string | null", "width?": "number"}
+        {"name": "string", "shape": '"points" | "mesh" | "line" | "arrow" | "label"', "frame": "string | null"}
+        | {"width?": "number", "text?": "string"}
         | {"positions?": "Float32Array", "size?": "number", "colour?": "Vector", "colours?": "Uint8Array | null"}
         | {"parts?": "{ geometry: object; colour: Vector; opacity: number }[]"}
     ),

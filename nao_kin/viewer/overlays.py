@@ -289,6 +289,18 @@ def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, 
     return {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
 
 
+def arrow(start: ArrayLike, end: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
+    """Return the fields of an arrow."""
+    return line(np.stack([shaped(start, (3,), "start"), shaped(end, (3,), "end")]), colour, width)
+
+
+def label(text: str, place: ArrayLike) -> dict[str, Any]:
+    """Return the fields of a text at a place."""
+    if not isinstance(text, str) or not text.strip() or len(text) > _LONGEST_NAME:
+        raise BadArgument(f"text must be 1 to {_LONGEST_NAME} characters, got {quoted(text)}")
+    return {"text": text, "positions": _floats(_positions(shaped(place, (3,), "place")[None], "place", 1))}
+
+
 def figure(bones: ArrayLike, count: int) -> tuple[Command, list[dict[str, Any]]]:
     """Return the command that draws a figure of bones, and the tracks that move it through its `count` places.
 

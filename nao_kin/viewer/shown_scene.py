@@ -85,7 +85,7 @@ class Changes:
     def __init__(self) -> None:
         self._subscriptions: list[Subscription] = []
         self._pending: tuple[Floats, dict[str, None]] | None = None
-        self._calls: dict[object, Callable[[], object]] = {}
+        self._calls: dict[object, tuple[Callable[[], object], str]] = {}
         self._running = False
         self._lock = threading.Lock()
 
@@ -111,10 +111,14 @@ class Changes:
             self._pending = np.array(q), before | dict.fromkeys(joints)
             self._start()
 
-    def call(self, key: object, function: Callable[[], object]) -> None:
-        """Schedule one call of a function; it replaces a function that still waits under the same key."""
+    def call(self, key: object, function: Callable[[], object], what: str) -> None:
+        """Schedule one call of a function, after those that wait, and instead of one that waits under the same key.
+
+        `what` names the function in the log if it fails.
+        """
         with self._lock:
-            self._calls[key] = function
+            self._calls.pop(key, None)
+            self._calls[key] = function, what
             self._start()
 
     def _start(self) -> None:
@@ -131,8 +135,8 @@ class Changes:
                 if pending is None and not calls:
                     self._running = False
                     return
-            for function in calls.values():
-                _guarded(function, "on_move of a target")
+            for function, what in calls.values():
+                _guarded(function, what)
             if pending is None:
                 continue
             q, joints = pending
@@ -204,9 +208,9 @@ class Target:
         <Target ball>
     """
 
-    def __init__(self, name: str, T: Floats, on_move: MoveCallback | None, targets: Targets) -> None:
+    def __init__(self, name: str, T: Floats, callbacks: Mapping[str, MoveCallback | None], targets: Targets) -> None:
         self.name = name
-        self._T, self._on_move, self._targets, self._source = T, on_move, targets, ""
+        self._T, self._callbacks, self._targets, self._source = T, callbacks, targets, ""
 
     @property
     def T(self) -> Floats:
@@ -264,11 +268,12 @@ class Targets:
             self._send(marks, self._added)
             self._marks = marks
 
-    def add(self, name: str, T: ArrayLike, on_move: MoveCallback | None) -> Target:
-        """Add a target that can be dragged, instead of the one of the same name."""
-        if not (on_move is None or callable(on_move)):
-            raise BadArgument(f"on_move must be a function of T, got {quoted(on_move)}")
-        target = Target(checked_name(name), checked_target(T, "T"), on_move, self)
+    def add(self, name: str, T: ArrayLike, **callbacks: MoveCallback | None) -> Target:
+        """Add a target that can be dragged, instead of the one of the same name; on_move, on_grab and on_release."""
+        for event, function in callbacks.items():
+            if not (function is None or callable(function)):
+                raise BadArgument(f"{event} must be a function of T, got {quoted(function)}")
+        target = Target(checked_name(name), checked_target(T, "T"), callbacks, self)
         with self._lock:
             added = {**self._added, target.name: target}
             self._check_count(len(self._marks) + len(added))
@@ -310,12 +315,22 @@ class Targets:
                 return
             target._T, target._source = T, source
             self._send(self._marks, self._added)
-        if target._on_move is not None:
-            self._changes.call(target, lambda: self._tell(target))
+        self._call(target, "on_move")
 
-    def _tell(self, target: Target) -> None:
-        if self.has(target) and target._on_move is not None:
-            target._on_move(target.T)
+    def hold(self, name: object, held: object) -> None:
+        """Call `on_grab` or `on_release` of a target that a user grabbed or let go in a page."""
+        target = self._added.get(name) if isinstance(name, str) else None
+        if target is not None and isinstance(held, bool):
+            self._call(target, "on_grab" if held else "on_release")
+
+    def _call(self, target: Target, event: str) -> None:
+        function = target._callbacks.get(event)
+        if function is not None:
+            self._changes.call((target, event), partial(self._tell, target, function), f"{event} of {target.name}")
+
+    def _tell(self, target: Target, function: MoveCallback) -> None:
+        if self.has(target):
+            function(target.T)
 
     def _send(self, marks: Mapping[str, Floats], added: Mapping[str, Target]) -> None:
         rows = [_row(name, T) for name, T in marks.items()]

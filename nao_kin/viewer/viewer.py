@@ -25,6 +25,7 @@ from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page, static_page
 from nao_kin.viewer.browser import pictures
+from nao_kin.viewer.controls import Control, Controls
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import (
@@ -127,6 +128,7 @@ class Viewer:
         self._collisions: Subscription | None = None
         self._camera_pose: Floats | None = None
         self._targets = Targets(self._messages, self._lock, self._changes)
+        self._controls = Controls(self._messages, self._lock, self._changes)
         self._images = Images(self._messages, self._lock, tuple(robot.semantics.cameras))
         self._streams = Streams(self._messages)
         self._send_robot(self._look)
@@ -542,19 +544,29 @@ class Viewer:
         """
         self._targets.show(targets)
 
-    def add_target(self, name: str, T: ArrayLike, *, on_move: MoveCallback | None = None) -> Target:
+    def add_target(
+        self,
+        name: str,
+        T: ArrayLike,
+        *,
+        on_move: MoveCallback | None = None,
+        on_grab: MoveCallback | None = None,
+        on_release: MoveCallback | None = None,
+    ) -> Target:
         """Add a target that a user can drag in the page: a ball at a position, or a triad at a pose.
 
         It replaces the target that was added under the same name. The ball follows the pointer, its arrows keep it on
         an axis, and the rings of a pose turn it; the keyboard does the same.
 
-        `on_move` is called in the thread of `on_change`, at most thirty times a second, with the newest place. It may
-        be slow, and may use the viewer; exceptions are logged. `Target.place` does not call it.
+        The functions are called in the thread of `on_change`, `on_move` at most thirty times a second, with the newest
+        place. They may be slow, and may use the viewer; exceptions are logged. `Target.place` calls none of them.
 
         Args:
             name: its name in the page, 1 to 200 characters.
             T: position, shape (3,) [m], or pose, shape (4, 4), in the robot's root frame.
             on_move: called with the new position or pose, of the shape of T, when a user moves the target.
+            on_grab: called with the position or pose when a user grabs the target, by pointer or by keyboard.
+            on_release: called with the last position or pose when a user lets it go.
 
         Returns:
             The target: `T` is its position or pose, `place` moves it, and `remove` removes it.
@@ -573,7 +585,115 @@ class Viewer:
             >>> ball.T.tolist()
             [0.2, 0.1, 0.1]
         """
-        return self._targets.add(name, T, on_move)
+        return self._targets.add(name, T, on_move=on_move, on_grab=on_grab, on_release=on_release)
+
+    # --- controls in the panel ------------------------------------------------------------------------------------
+
+    def add_button(self, name: str, on_click: Callable[[], object] | None = None) -> Control:
+        """Add a button to the panel of the page, in its section *Program*; it replaces the control of the same name.
+
+        The functions of controls are called in the thread of `on_change`, one at a time. They may be slow, and may use
+        the viewer; exceptions are logged. A saved page shows the controls with their values, disabled.
+
+        Args:
+            name: its text, 1 to 200 characters.
+            on_click: called without arguments for each press; while it is busy, up to 16 presses wait.
+
+        Returns:
+            The button; its `value` is how often it was pressed.
+
+        Raises:
+            BadArgument: there are 100 controls already.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> sit = viewer.add_button("sit down", lambda: viewer.display(nao.posture("Sit")))
+            >>> sit.value
+            0
+        """
+        return self._controls.button(name, on_click)
+
+    def add_slider(
+        self,
+        name: str,
+        low: float,
+        high: float,
+        value: float | None = None,
+        on_change: Callable[[float], object] | None = None,
+        *,
+        unit: str = "",
+    ) -> Control:
+        """Add a slider to the panel of the page, with a field in which its number can be typed; as `add_button`.
+
+        Changes by a user can be undone in the page, which is a change too.
+
+        Args:
+            name: its name in the page, 1 to 200 characters.
+            low: the smallest value.
+            high: the largest value.
+            value: the value at first; None for `low`.
+            on_change: called with the newest number when a user changes it, at most thirty times a second.
+            unit: text behind the number.
+
+        Raises:
+            BadArgument: low is not below high, or the value is outside; there are 100 controls already.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> def bend(share: float) -> None:
+            ...     viewer.display((1.0 - share) * nao.posture("Stand") + share * nao.posture("Crouch"))
+            >>> depth = viewer.add_slider("depth", 0.0, 1.0, on_change=bend)
+            >>> depth.value
+            0.0
+        """
+        return self._controls.slider(name, low, high, value, on_change, unit)
+
+    def add_select(
+        self,
+        name: str,
+        options: Iterable[str],
+        value: str | None = None,
+        on_change: Callable[[str], object] | None = None,
+    ) -> Control:
+        """Add a list, of which a user selects one option, to the panel of the page; as `add_slider`.
+
+        Args:
+            name: its name in the page, 1 to 200 characters.
+            options: different texts, 1 to 1000.
+            value: the option that is selected at first; None for the first one.
+            on_change: called with the option that a user selects.
+
+        Raises:
+            UnknownName: the value is not an option.
+            BadArgument: an option twice; there are 100 controls already.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> side = viewer.add_select("side", ["left", "right"], on_change=print)
+            >>> side.value
+            'left'
+        """
+        return self._controls.select(name, options, value, on_change)
+
+    def add_text(self, name: str, value: str = "", on_change: Callable[[str], object] | None = None) -> Control:
+        """Add a text to the panel of the page; a user can edit it if there is a function to call; as `add_slider`.
+
+        Args:
+            name: its name in the page, 1 to 200 characters.
+            value: the text, up to 10 000 characters.
+            on_change: called with the text that a user has edited, after Enter or when the field loses the focus.
+
+        Raises:
+            BadArgument: the value is no text; there are 100 controls already.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> state = viewer.add_text("state", "ready")
+            >>> state.value = "walking"
+        """
+        return self._controls.text(name, value, on_change)
 
     def show_image(self, camera: str, image: Image | None) -> None:
         """Show an image of a camera of the robot in the page, instead of the drawn view; None removes it.
@@ -827,8 +947,52 @@ class Viewer:
         """
         self._add(name, "line", frame, overlays.line(points, color, width))
 
+    def add_arrow(
+        self,
+        name: str,
+        start: ArrayLike,
+        end: ArrayLike,
+        *,
+        color: ArrayLike | None = None,
+        width: float = 0.006,
+        frame: str | None = None,
+    ) -> None:
+        """Draw an arrow, such as a force; it replaces the shape of the same name.
+
+        Args:
+            name: name for `remove`, 1 to 200 characters.
+            start: where it begins, shape (3,), up to 10 km away [m].
+            end: where its head ends, shape (3,) [m]; at `start` nothing is drawn.
+            color: red, green and blue from 0 to 1, shape (3,); None for blue.
+            width: thickness of its shaft [m]; the head is three times as wide.
+            frame: as in `add_points`.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> weight = 0.002 * np.array([0.0, 0.0, 52.6])  # 2 mm for each newton
+            >>> viewer.add_arrow("weight", [0.0, 0.0, 0.0], weight, color=[0.9, 0.2, 0.1])
+        """
+        self._add(name, "arrow", frame, overlays.arrow(start, end, color, width))
+
+    def add_label(self, name: str, text: str, place: ArrayLike, *, frame: str | None = None) -> None:
+        """Write a text at a place in the picture; it replaces the shape of the same name.
+
+        The page keeps labels from covering each other, with lines to their places, and shows at most 60 characters.
+
+        Args:
+            name: name for `remove`, 1 to 200 characters.
+            text: 1 to 200 characters on one line.
+            place: shape (3,), up to 10 km away [m].
+            frame: as in `add_points`.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_label("hand", "grasps here", [0.05, 0.0, 0.0], frame="LArm")
+        """
+        self._add(name, "label", frame, overlays.label(text, place))
+
     def remove(self, name: str) -> None:
-        """Remove the points, the mesh or the line with this name.
+        """Remove the points, the mesh, the line, the arrow or the label with this name.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -1016,6 +1180,10 @@ class Viewer:
             self._buttons.receive(answer.get("shown"), _source_of(answer))
         elif answer.get("kind") == "target":
             self._targets.receive(answer.get("name"), answer.get("matrix"), _source_of(answer))
+        elif answer.get("kind") == "held":
+            self._targets.hold(answer.get("name"), answer.get("held"))
+        elif answer.get("kind") == "control":
+            self._controls.receive(answer.get("name"), answer.get("value"), _source_of(answer))
         elif answer.get("kind") == "camera":
             with suppress(NaoKinError, ValueError):
                 self._camera_pose = checked_pose(np.reshape(as_floats(answer.get("pose", ()), (16,), "pose"), (4, 4)).T)

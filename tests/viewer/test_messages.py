@@ -48,7 +48,10 @@ def sent(nao: nk.NaoModel) -> dict[str, list[dict[str, object]]]:
     viewer.add_points("points", [[0.0, 0.0, 0.1]])
     viewer.add_mesh("mesh", np.eye(3), [[0, 1, 2]])
     viewer.add_line("line", np.eye(3))
+    viewer.add_arrow("arrow", np.zeros(3), np.ones(3))
+    viewer.add_label("label", "here", np.zeros(3))
     viewer.add_robot(nao).remove()
+    viewer.add_text("state")
     viewer.show_image("CameraTop", np.zeros((2, 2), np.uint8))
     viewer.plot("force", 1.0)
     return found

@@ -73,7 +73,7 @@ def test_on_move_may_fail_and_goes_on(viewer: nk.Viewer, caplog: pytest.LogCaptu
     assert until(lambda: seen == [1.0])
     _drag(viewer, "pose", _at(2.0, 0.0, 0.0))
     assert until(lambda: seen == [1.0, 2.0])
-    assert until(lambda: "on_move of a target failed" in caplog.text)
+    assert until(lambda: "on_move of pose failed" in caplog.text)
 
 
 def test_what_no_target_could_be_is_not_taken_from_a_page(viewer: nk.Viewer) -> None:

@@ -4,6 +4,7 @@ import { Drag } from "./drag/drag.ts";
 import { Targets } from "./drag/targets.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
 import { handleMessage } from "./messages.ts";
+import { Controls } from "./panel/controls.ts";
 import { button, toolbar } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
@@ -59,6 +60,7 @@ export class App extends EventTarget {
   speech: Speech;
   reach: Reach;
   pick: Pick;
+  controls: Controls;
   panel: Panel;
   drag: Drag;
 
@@ -120,6 +122,7 @@ export class App extends EventTarget {
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);
+    this.controls = new Controls(this);
     this.panel = new Panel(this, byId("panel"));
     this.reach = new Reach(this, byId("cut"));
     this.ghosts = new Ghosts(this.robot);

@@ -25,6 +25,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   edition: (app, { name }) => app.setEdition(String(name)),
   camera: (app, { camera }) => app.camera(camera),
   ghosts: (app, message) => showGhosts(app, message),
+  controls: (app, { controls }) => app.controls.show(controls),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {
     const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;

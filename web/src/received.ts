@@ -1,6 +1,6 @@
 // Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
 
-import type { About, Vector } from "./types.ts";
+import type { About, Control, Vector } from "./types.ts";
 
 /** The contents of each kind of message from Python. */
 export interface Received {
@@ -17,6 +17,7 @@ export interface Received {
   frames: { names: string[]; size: number | null };
   ghosts: { qs: Float64Array; count: number; opacity: number; first: number | null };
   targets: { targets: { name: string; matrix: number[]; point: boolean; source?: string }[] };
+  controls: { controls: Control[] };
   colours: {
     robot: number;
     links: { link: number; rgb: Vector }[];
@@ -42,9 +43,10 @@ export interface Received {
   };
   extra: {
     name: string;
-    shape: "points" | "mesh" | "line";
+    shape: "points" | "mesh" | "line" | "arrow" | "label";
     frame: string | null;
     width?: number;
+    text?: string;
     positions?: Float32Array;
     size?: number;
     colour?: Vector;

@@ -91,6 +91,14 @@ interface Posture {
   up: Vector | null;
 }
 
+/** A control of the program in the panel; `source` is the page that set its value last, or empty. */
+export type Control = { name: string; source: string } & (
+  | { kind: "button"; value: number }
+  | { kind: "slider"; value: number; low: number; high: number; unit: string }
+  | { kind: "select"; value: string; options: string[] }
+  | { kind: "text"; value: string; edited: boolean }
+);
+
 /** A camera preset: the direction to look from, and the links to look at with all that they carry. */
 export interface Camera {
   name: string;

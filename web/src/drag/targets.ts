@@ -220,6 +220,7 @@ class TargetGesture {
     page.robot.root.updateWorldMatrix(true, false);
     node.updateWorldMatrix(true, false);
     page.targets.note(target, false);
+    page.send({ kind: "held", name: target.row.name, held: true });
     this.before = node.matrix.clone();
     this.origin = new THREE.Vector3().setFromMatrixPosition(node.matrixWorld);
     this.direction = axis && new THREE.Vector3(...axis.axis).transformDirection(node.matrixWorld);
@@ -232,7 +233,10 @@ class TargetGesture {
     return document.body.dataset.live === "live" ? "" : `${this.target.row.name}: no program follows it`;
   }
 
-  end() {}
+  end() {
+    this.page.targets.report();
+    this.page.send({ kind: "held", name: this.target.row.name, held: false });
+  }
 
   cancel() {
     this.put(this.before);

@@ -47,7 +47,7 @@ export class Panel {
     this.keys = new Keys(this);
     this.joints = new Joints(this);
     this.readout = new Readout(this);
-    this.sections = [new Head(this), new Robots(this), new Tools(this), new Postures(this), this.joints];
+    this.sections = [new Head(this), new Robots(this), new Tools(this), new Postures(this), page.controls, this.joints];
     const body = element(
       "div",
       { className: "body", tabIndex: -1 },

@@ -1,15 +1,16 @@
 import type { PageWith } from "../app.ts";
 import type { Targets } from "../drag/targets.ts";
+import type { Controls } from "./controls.ts";
 import type { Snapshot } from "../stance.ts";
 import type { Edited } from "../timeline/editor.ts";
 
-type Page = PageWith<"player" | "stance" | "targets">;
+type Page = PageWith<"controls" | "player" | "stance" | "targets">;
 
-/** The state that undo restores: the configuration, the moved targets, and the key frames once there are any. */
-type State = Snapshot & { edited?: Edited; placed: Targets["placed"] };
+/** The state that undo restores: the configuration, targets and controls that were moved, and the key frames if any. */
+type State = Snapshot & { edited?: Edited; placed: Targets["placed"]; chosen: Controls["chosen"] };
 
 /**
- * Undo and redo of the changes that this page made to the robot, to targets and to the key frames. All changes while a
+ * Undo and redo of the changes that this page made to the robot, to targets, to controls and to the key frames. All changes while a
  * pointer or a key is down are one step.
  *
  * Events: "changed".
@@ -62,8 +63,9 @@ export class Past extends EventTarget {
   }
 
   get snapshot(): State {
-    const { player, stance, targets } = this.page;
-    return { ...stance.snapshot(), edited: player.editor?.edited, placed: targets.placed };
+    const { controls, player, stance, targets } = this.page;
+    const { chosen } = controls;
+    return { ...stance.snapshot(), edited: player.editor?.edited, placed: targets.placed, chosen };
   }
 
   /** @param own whether this page made the change, and not the program or a clip */
@@ -100,9 +102,10 @@ export class Past extends EventTarget {
 
   show(state: State | undefined) {
     if (!state) return;
-    const { player, stance, targets } = this.page;
+    const { controls, player, stance, targets } = this.page;
     if (state.edited && state.edited.frames !== player.editor.frames) player.editor.restore(state.edited);
     targets.restore(state.placed);
+    controls.restore(state.chosen);
     stance.jump(state.q, state.up);
     stance.settle();
     // Undo and redo are not steps themselves.
@@ -117,7 +120,8 @@ function same(a: State, b: State) {
     a.edited?.frames === b.edited?.frames &&
     a.q.every((value, i) => value === b.q[i]) &&
     String(a.up) === String(b.up) &&
-    String([...a.placed]) === String([...b.placed])
+    String([...a.placed]) === String([...b.placed]) &&
+    String([...a.chosen]) === String([...b.chosen])
   );
 }
 

@@ -7,7 +7,7 @@ import { isParallel } from "./camera.ts";
 import type { Vector } from "../types.ts";
 import type { Received } from "../received.ts";
 
-type Page = PageWith<"robot" | "studio" | "viewer">;
+type Page = PageWith<"labels" | "robot" | "studio" | "viewer">;
 
 /** The fields of a message with a shape; each kind of shape uses some of them. */
 type Shape = Required<Received["extra"]>;
@@ -108,10 +108,43 @@ function disc() {
   return new THREE.CanvasTexture(ink.canvas);
 }
 
+/** An arrow: a round shaft with a head, which is shorter on a short arrow. */
+function makeArrow({ positions, colour, width }: Shape) {
+  const [from, along] = [0, 3].map((at) => new THREE.Vector3().fromArray(positions, at));
+  const length = along.sub(from).length();
+  const head = Math.min(4 * width, 0.6 * length);
+  const material = shiny(colour, 1);
+  const shaft = new THREE.CylinderGeometry(width / 2, width / 2, length - head, 16);
+  const tip = new THREE.ConeGeometry((3 * head) / 8, head, 24);
+  const arrow = new THREE.Group();
+  arrow.visible = length > 0;
+  arrow.position.copy(from);
+  if (length > 0) arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.divideScalar(length));
+  for (const [geometry, middle] of [
+    [shaft, (length - head) / 2],
+    [tip, length - head / 2],
+  ] as [THREE.BufferGeometry, number][]) {
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.position.y = middle;
+    mesh.castShadow = true;
+    arrow.add(mesh);
+  }
+  return arrow;
+}
+
+/** The place of a label. */
+function makePlace({ positions }: Shape) {
+  const place = new THREE.Object3D();
+  place.position.fromArray(positions);
+  return place;
+}
+
 const MAKERS: Record<string, (message: Shape) => THREE.Object3D> = {
   points: makePoints,
   mesh: makeMesh,
   line: makeLine,
+  arrow: makeArrow,
+  label: makePlace,
 };
 
 /** Shapes that are not part of a robot, by name: in the world, or carried by a frame of the page's own robot. */
@@ -128,6 +161,7 @@ export class Extras {
     const made = asMark(MAKERS[shape](message as Shape));
     (frame === null ? this.page.viewer.scene : this.page.robot.frameNode(frame)).add(made);
     this.shapes.set(name, made);
+    if (message.text) this.page.labels.set(made, [{ text: message.text, node: made }]);
     this.page.studio.moved();
   }
 
@@ -142,6 +176,7 @@ export class Extras {
     if (!shape) return;
     shape.traverse((node) => node instanceof THREE.InstancedMesh && node.dispose());
     dispose(shape);
+    this.page.labels.remove(shape);
     this.shapes.delete(name);
     this.page.studio.moved();
   }

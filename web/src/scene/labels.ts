@@ -51,6 +51,16 @@ export class Labels {
       return { text: short, node, colour, depth: 0, anchor: { x: 0, y: 0, width, height: HEIGHT, place: -1 } };
     });
     this.owners.set(owner, made);
+    this.hide();
+  }
+
+  /** Remove an owner and its labels. */
+  remove(owner: object) {
+    this.owners.delete(owner);
+    this.hide();
+  }
+
+  hide() {
     this.canvas.hidden = [...this.owners.values()].every(({ length }) => length === 0);
   }
 

@@ -1,0 +1,240 @@
+import "./controls.css";
+import type { PageWith } from "../app.ts";
+import { clamp } from "../math/numbers.ts";
+import { isOutdated } from "../reports.ts";
+import type { Control } from "../types.ts";
+import { format, parse, spoken, stepped, stepsOfKey, type Unit } from "../values/units.ts";
+import { button, element } from "./element.ts";
+
+type Page = PageWith<"reports" | "send">;
+
+type Of<Kind extends Control["kind"]> = Extract<Control, { kind: Kind }>;
+
+/** The elements of a control, and the function that shows its value in them. */
+interface Made {
+  elements: HTMLElement[];
+  show(value: any): void;
+}
+
+// The least time between two reports of a control [ms].
+const BETWEEN = 1000 / 30;
+
+/** A control in the panel. */
+class Row {
+  value: Control["value"];
+  /** Number of changes in this page. */
+  count = 0;
+  element: HTMLElement;
+  made: Made;
+
+  constructor(
+    readonly controls: Controls,
+    readonly control: Control,
+  ) {
+    this.value = control.value;
+    this.made = (MAKERS[control.kind] as (row: Row, control: Control) => Made)(this, control);
+    this.element = element("div", { className: `control ${control.kind}` }, ...this.made.elements);
+    if (control.kind === "slider") this.element.classList.add("joint");
+    this.show(control.value);
+  }
+
+  show(value: Control["value"]) {
+    this.value = value;
+    this.made.show(value);
+  }
+
+  /** Set the value on behalf of the user. */
+  change(value: Control["value"]) {
+    if (value !== this.value) this.controls.change(this, value);
+  }
+}
+
+/** A number of a program, in a unit that the page does not know, with steps of about a hundredth of its range. */
+function unitFor({ low, high, unit }: Of<"slider">): Unit {
+  const power = Math.floor(Math.log10((high - low) / 50));
+  const digits = clamp(1 - power, 0, 9);
+  return { name: unit, sign: unit, scale: 1, digits, step: 10 ** power, open: [low, high] };
+}
+
+function makeSlider(row: Row, control: Of<"slider">): Made {
+  const { name, low, high } = control;
+  const unit = unitFor(control);
+  const [min, max] = [String(low), String(high)];
+  const slider = element("input", { type: "range", step: "any", min, max, ariaLabel: name });
+  const number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off", ariaLabel: name });
+  const note = element("span", { className: "note" });
+  note.setAttribute("role", "status");
+  const show = () => {
+    const value = row.value as number;
+    slider.value = String(value);
+    // Filled from zero, as the sliders of the joints.
+    const [from, to] = [clamp(0, low, high), value].sort((a, b) => a - b).map((x) => (100 * (x - low)) / (high - low));
+    slider.style.setProperty("--from", `${from}%`);
+    slider.style.setProperty("--to", `${to}%`);
+    slider.setAttribute("aria-valuetext", spoken(value, unit));
+    // The user may be typing.
+    if (!("typed" in number.dataset)) number.value = format(value, unit);
+  };
+  const forget = () => {
+    delete number.dataset.typed;
+    number.removeAttribute("aria-invalid");
+    note.textContent = "";
+    show();
+  };
+  const commit = () => {
+    if (!("typed" in number.dataset)) return;
+    const value = parse(number.value, unit);
+    if (Number.isNaN(value)) {
+      number.setAttribute("aria-invalid", "true");
+      note.textContent = `not a number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`;
+      return;
+    }
+    row.change(clamp(value, low, high));
+    forget();
+    if (value !== row.value) note.textContent = `the limit is ${spoken(row.value as number, unit)}`;
+  };
+  const step = (event: KeyboardEvent) => {
+    const steps = stepsOfKey(event);
+    if (Number.isNaN(steps) || event.metaKey) return;
+    event.preventDefault();
+    const value = Number.isFinite(steps) ? stepped(row.value as number, steps, unit) : steps;
+    row.change(clamp(value, low, high));
+  };
+  slider.oninput = () => row.change(Number(slider.value));
+  slider.onkeydown = step;
+  number.onfocus = () => number.select();
+  number.oninput = () => (number.dataset.typed = "");
+  number.onblur = () => commit();
+  number.onkeydown = (event) => {
+    if (event.key === "Enter") commit();
+    else if (event.key === "Escape") forget();
+    else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
+      commit();
+      step(event);
+    }
+  };
+  const limits = [low, high].map((end) => element("span", {}, format(end, unit)));
+  const parts = [
+    element("span", { className: "name", title: name }, name),
+    ...[slider, number, element("span", { className: "unit" }, unit.sign)],
+    element("span", { className: "limits", ariaHidden: "true" }, ...limits),
+    note,
+  ];
+  return { elements: parts, show };
+}
+
+function makeSelect(row: Row, { name, options }: Of<"select">): Made {
+  const list = element("select", { ariaLabel: name }, ...options.map((option) => new Option(option, option)));
+  list.onchange = () => row.change(list.value);
+  return { elements: [labelled(name, list)], show: (value) => (list.value = value) };
+}
+
+function makeText(row: Row, { name, edited }: Of<"text">): Made {
+  if (!edited) {
+    const text = element("output", {});
+    return { elements: [labelled(name, text)], show: (value) => (text.textContent = value) };
+  }
+  const field = element("input", { type: "text", autocomplete: "off", ariaLabel: name });
+  const commit = () => row.change(field.value);
+  field.onblur = commit;
+  field.onkeydown = ({ key }) => {
+    if (key === "Enter") commit();
+    if (key === "Escape") field.value = String(row.value);
+  };
+  // What the user is typing stays.
+  const show = (value: string) => {
+    if (document.activeElement !== field || !field.value) field.value = value;
+  };
+  return { elements: [labelled(name, field)], show };
+}
+
+function labelled(name: string, control: HTMLElement) {
+  return element("label", { title: name }, element("span", {}, name), control);
+}
+
+const MAKERS: { [Kind in Control["kind"]]: (row: Row, control: Of<Kind>) => Made } = {
+  button: (row, { name }) => ({
+    elements: [button(name, () => row.change((row.value as number) + 1))],
+    show: () => {},
+  }),
+  slider: makeSlider,
+  select: makeSelect,
+  text: makeText,
+};
+
+/**
+ * The section with the controls of the program. They are disabled while no program is connected. Event of the page:
+ * "placed", as of a target, when the user has changed a value.
+ */
+export class Controls {
+  rows: Row[] = [];
+  /** The values, by name, that were chosen in this page; undo restores them. */
+  chosen = new Map<string, Control["value"]>();
+  /** The changed controls that have not been reported to the program yet. */
+  waiting = new Set<Row>();
+  list = element("fieldset", {}, element("legend", {}, "Program"));
+  note = element("p", {}, "No program is connected, which these belong to.");
+  element = element("section", { className: "controls", ariaLabel: "Program", hidden: true }, this.list, this.note);
+
+  constructor(readonly page: Page) {
+    const refresh = () => {
+      const isLive = document.body.dataset.live === "live";
+      this.list.disabled = !isLive;
+      this.note.hidden = isLive;
+    };
+    new MutationObserver(refresh).observe(document.body, { attributeFilter: ["data-live"] });
+    refresh();
+  }
+
+  /** Show these controls and no others; those that are as before, but for their values, keep their elements. */
+  show(controls: Control[]) {
+    const likeness = ({ value, source, ...rest }: Control) => JSON.stringify(rest);
+    const known = new Map(this.rows.map((row) => [likeness(row.control), row]));
+    const rows = controls.map((control) => {
+      const row = known.get(likeness(control)) ?? new Row(this, control);
+      const { source } = this.page.reports;
+      if (row.value !== control.value && !isOutdated(control.source, source, row.count)) row.show(control.value);
+      return row;
+    });
+    const isSame = rows.length === this.rows.length && rows.every((row, i) => row === this.rows[i]);
+    this.rows = rows;
+    if (!isSame) this.list.replaceChildren(this.list.children[0], ...rows.map((row) => row.element));
+    this.element.hidden = rows.length === 0;
+  }
+
+  /** Set a value on behalf of the user; the program is told within 1/30 s. */
+  change(row: Row, value: Control["value"]) {
+    const { name, kind } = row.control;
+    if (kind !== "button" && !this.chosen.has(name)) this.remember(name, row.value, false);
+    row.show(value);
+    row.count += 1;
+    if (kind === "button") return this.send(row);
+    if (this.waiting.size === 0) setTimeout(() => this.report(), BETWEEN);
+    this.waiting.add(row);
+    this.remember(name, value, true);
+  }
+
+  /** Remember a value, for undo. */
+  remember(name: string, value: Control["value"], own: boolean) {
+    this.chosen = new Map(this.chosen).set(name, value);
+    this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
+  }
+
+  /** Set the values to earlier ones. */
+  restore(chosen: Controls["chosen"]) {
+    for (const [name, value] of chosen) {
+      const row = this.rows.find(({ control }) => control.name === name);
+      if (row && value !== this.chosen.get(name)) this.change(row, value);
+    }
+    this.chosen = chosen;
+  }
+
+  report() {
+    for (const row of this.waiting) this.send(row);
+    this.waiting.clear();
+  }
+
+  send({ control, value, count }: Row) {
+    this.page.send({ kind: "control", name: control.name, value, source: `${this.page.reports.source} ${count}` });
+  }
+}
