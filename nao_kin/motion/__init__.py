@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from nao_kin._core.sides import Hips
 from nao_kin.motion.checking import MotionReport, MotionViolation, balanced as balanced, check, plot
+from nao_kin.motion.cubics import cubics as cubics
 from nao_kin.motion.editing import (
     complete,
     concatenate,

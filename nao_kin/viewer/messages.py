@@ -187,14 +187,23 @@ def hex_colour(rgba: Rgba) -> int:
 
 
 def set_animation(
-    clips: Mapping[str, list[dict[str, Any]]], fps: float, *, play: bool = False, loop: bool = False
+    clips: Mapping[str, list[dict[str, Any]]],
+    fps: float,
+    *,
+    play: bool = False,
+    loop: bool = False,
+    curves: Command | None = None,
 ) -> Command:
-    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip."""
+    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip.
+
+    `curves` are for our page, which plays them instead of the track of the configurations.
+    """
     animations = [
         {"path": path, "clip": {"fps": fps, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
     ]
     options = {"play": play, "repetitions": math.inf if loop else 1.0, "clampWhenFinished": True}
-    return {"type": "set_animation", "path": "", "animations": animations, "options": options}
+    command = {"type": "set_animation", "path": "", "animations": animations, "options": options}
+    return command if curves is None else {**command, "curves": curves}
 
 
 def track(name: str, kind: str, rows: Floats, times: Floats | None = None) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion import Hips, Motion, balanced
+from nao_kin.motion import Hips, Motion, balanced, cubics
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
@@ -138,6 +138,18 @@ def clip(
         raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
     check_size(robot, array)
     return array, rate
+
+
+def curves(
+    robot: RobotModel, qs: ArrayLike | Motion, fill: str | ArrayLike, hips: Hips
+) -> tuple[float, Command] | None:
+    """Return the duration of a motion [s] and its curves for a page; None for configurations, and without curves."""
+    found = cubics(qs, robot, fill, hips) if isinstance(qs, Motion) else None
+    if found is None:
+        return None
+    handles = None if found.handles is None else typed_array(found.handles.reshape(-1))
+    content = {"times": typed_array(found.times), "q": typed_array(found.q.reshape(-1)), "handles": handles}
+    return float(found.times[-1]), content
 
 
 def margins(

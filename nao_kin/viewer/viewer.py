@@ -208,11 +208,13 @@ class Viewer:
     ) -> None:
         """Play a sequence of configurations, as a meshcat clip that the page can pause and scrub.
 
-        Between two configurations every joint moves at constant speed, so that joints of one motor stay together.
+        Between two configurations every joint moves at constant speed, so that joints of one motor stay together. A
+        motion is played along its own curves, at its own speed.
 
         Args:
-            qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
-            fps: configurations per second.
+            qs: configurations, shape (n, nq) with n ≥ 1; or a motion.
+            fps: configurations per second; of a motion only the samples of `up` and `figure`, and of the rare motion in
+                which Bezier curves of two joints that differ in time move one motor.
             play: start immediately.
             loop: repeat the clip.
             fill: values of the joints that a motion does not name, as in `Motion.configurations`.
@@ -237,12 +239,19 @@ class Viewer:
         moving = qs if isinstance(qs, Motion) else array
         margins = overlays.margins(self.robot, moving, rate, fill) if flag(balance, "balance") else None
         warn_outside(self.robot, array, self._warned)
-        tracks = [track("joint_values", "number", array), *([] if ups is None else [track("up_values", "number", ups)])]
+        curves = overlays.curves(self.robot, qs, fill, hips)
+        # meshcat counts the time of the curves.
+        rows = array if curves is None or curves[0] == 0.0 else array[[0, -1]]
+        times = None if rows is array or curves is None else np.array([0.0, curves[0] * rate])
+        tracks = [
+            track("joint_values", "number", rows, times),
+            *([] if ups is None else [track("up_values", "number", ups)]),
+        ]
         moved = {ROBOT: tracks}
         drawn: Command = {"type": "delete", "path": overlays.FIGURE}
         if figure is not None:
             drawn, moved[overlays.FIGURE] = overlays.figure(figure, len(array))
-        clip = set_animation(moved, rate, play=play, loop=loop)
+        clip = set_animation(moved, rate, play=play, loop=loop, curves=None if curves is None else curves[1])
         self._streams.restart()
         self._streams.show_margins(margins)
         with self._lock:

@@ -1,4 +1,5 @@
 import type { App } from "./app.ts";
+import { ClipPlayback } from "./timeline/playback.ts";
 
 /** A configuration, and the vertical in the root's frame if it is given. */
 export interface Snapshot {
@@ -104,6 +105,8 @@ export class Stance {
     const { robot, player, shown, drag, studio, ghosts, balance, eyes, panel, reports } = this.page;
     if (!robot) return;
     player.refresh();
+    const q = this.followsClip && player.playback instanceof ClipPlayback && player.playback.q;
+    if (q) this.q.splice(0, q.length, ...q);
     if (this.followsClip) this.up = Math.hypot(...robot.clipUp) > 1e-6 ? [...robot.clipUp] : null;
     const now = [...this.q, ...Array.from(this.up ?? [])];
     if (this.settled?.length === now.length && now.every((value, i) => value === this.settled?.[i])) return;

@@ -1,5 +1,6 @@
 import { clamp } from "../math/numbers.ts";
 import { element, iconButton, handleKey } from "../panel/element.ts";
+import { sampled } from "./formats.ts";
 import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
 import type { Interpolation } from "./motion.ts";
 import type { Player } from "./player.ts";
@@ -134,7 +135,7 @@ export class Editor {
   takeClip() {
     const motion = this.player.clip?.motion;
     if (!motion) return this.player.change(this.player.keys);
-    const few = thinned(motion, TOLERANCE, MOST_KEYS);
+    const few = thinned(motion.interpolation === "linear" ? motion : sampled(motion), TOLERANCE, MOST_KEYS);
     if (!few) {
       this.open(false);
       this.player.say(`This clip needs more than ${MOST_KEYS} key frames, so it can be played but not edited.`, true);

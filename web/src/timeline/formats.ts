@@ -237,8 +237,9 @@ const NO_HEADING = /[[\](),;\t\r\n"]|^\s|\s$|^(time|t)$/i;
 const rowsOf = (coordinates: Coordinate[], { values, width, count }: Motion) =>
   Array.from({ length: count }, (_, i) => coordinates.map(({ column }) => values[i * width + column]));
 
-/** Write the JSON file of nao_kin.motion, with all digits. */
-export function jsonText({ coordinates }: Pick<About, "coordinates">, motion: Motion) {
+/** Write the JSON file of nao_kin.motion, with all digits; Bezier curves are sampled. */
+export function jsonText({ coordinates }: Pick<About, "coordinates">, curves: Motion) {
+  const motion = curves.interpolation === "bezier" ? sampled(curves) : curves;
   const rows = rowsOf(coordinates, motion).map((row) => `  ${JSON.stringify(row)}`);
   return `{"format": "nao_kin motion",
  "units": {"time": "s", "angle": "rad"},
@@ -276,8 +277,8 @@ export const WRITERS: Record<
   json: { type: "application/json", write: jsonText },
 };
 
-/** Sample a smooth motion to one of straight lines, which keeps the keys. */
-function sampled(motion: Motion) {
+/** Sample a motion of curves to one of straight lines, which keeps the keys. */
+export function sampled(motion: Motion) {
   const times = new Set(Array.from(motion.times));
   const steps = Math.floor((motion.end - motion.start) * SAMPLES);
   for (let step = 1; step <= steps; step++) {

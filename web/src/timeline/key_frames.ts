@@ -86,7 +86,7 @@ export class KeyFrames {
 
   static from(motion: Motion) {
     const keys = Array.from(motion.times, (time, i) => ({ time, q: motion.row(i) }));
-    return new KeyFrames(keys, motion.interpolation);
+    return new KeyFrames(keys, motion.interpolation === "smooth" ? "smooth" : "linear");
   }
 
   get count() {

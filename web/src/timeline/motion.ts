@@ -38,8 +38,28 @@ function smoothSlopes(times: ArrayLike<number>, value: (key: number) => number):
 export type Interpolation = "linear" | "smooth";
 
 /**
- * Configurations at times and the interpolation between them: straight lines, or the monotone cubic that is at rest at
- * both ends. Before the first and after the last time the robot stands still. A motion is immutable.
+ * The u in [0, 1] with 3 u (1 − u)² a + 3 u² (1 − u) (1 − b) + u³ = x, as nao_kin.motion finds it: by Newton's method, and
+ * by bisection where a step would leave the bracket.
+ */
+function bezierParameter(a: number, b: number, x: number) {
+  let [u, low, high] = [x, 0, 1];
+  for (let step = 0; step < 80; step++) {
+    const miss = 3 * u * (1 - u) * ((1 - u) * a + u * (1 - b)) + u ** 3 - x;
+    if (miss === 0) return u;
+    if (miss < 0) low = u;
+    else high = u;
+    const slope = 3 * ((1 - u) ** 2 * a + 2 * u * (1 - u) * (1 - a - b) + u * u * b);
+    const next = u - miss / slope;
+    const last = u;
+    u = next > low && next < high ? next : (low + high) / 2;
+    if (Math.abs(u - last) <= 1e-15) break;
+  }
+  return u;
+}
+
+/**
+ * Configurations at times and the interpolation between them: straight lines, the monotone cubic that is at rest at both
+ * ends, or Bezier curves. Before the first and after the last time the robot stands still. A motion is immutable.
  *
  * Joints that share a motor are one number of a configuration, so they stay coupled.
  */
@@ -51,11 +71,14 @@ export class Motion {
   /**
    * @param times strictly ascending, at least one [s]
    * @param values the configurations, one after another
+   * @param handles of Bezier curves: for each segment and number the two values P and Q of `controls`, and the lengths a and
+   * b of the handles in time, as shares of the segment
    */
   constructor(
     readonly times: ArrayLike<number>,
     readonly values: ArrayLike<number>,
-    readonly interpolation: Interpolation = "linear",
+    readonly interpolation: Interpolation | "bezier" = "linear",
+    readonly handles: ArrayLike<number> = [],
   ) {
     this.width = values.length / times.length;
     if (interpolation === "smooth") {
@@ -98,16 +121,23 @@ export class Motion {
     if (time >= this.end) return this.row(this.count - 1);
     const first = this.segment(time);
     const duration = this.times[first + 1] - this.times[first];
-    const u = (time - this.times[first]) / duration;
+    const x = (time - this.times[first]) / duration;
     const q = this.row(first);
     for (let column = 0; column < this.width; column++) {
       const [p, r, rise] = this.controls(first, column);
+      const u = this.interpolation === "bezier" ? this.parameter(first, column, x) : x;
       q[column] += u * (3 * (1 - u) * ((1 - u) * p + u * r) + u * u * rise);
     }
     return q;
   }
 
-  /** The largest speed of a number in a segment [1/s]. */
+  parameter(segment: number, column: number, x: number) {
+    const at = 4 * (segment * this.width + column);
+    const [a, b] = [this.handles[at + 2], this.handles[at + 3]];
+    return Math.abs(a - 1 / 3) < 1e-15 && Math.abs(b - 1 / 3) < 1e-15 ? x : bezierParameter(a, b, x);
+  }
+
+  /** The largest speed of a number in a segment [1/s], for motions of other curves than Bezier curves. */
   fastest(segment: number, column: number) {
     const [p, r, rise] = this.controls(segment, column);
     // A third of the derivative is a quadratic, which is largest at an end or at its vertex.
@@ -123,6 +153,7 @@ export class Motion {
     const from = segment * this.width + column;
     const rise = this.values[from + this.width] - this.values[from];
     if (this.interpolation === "linear") return [rise / 3, (2 * rise) / 3, rise];
+    if (this.interpolation === "bezier") return [this.handles[4 * from], this.handles[4 * from + 1], rise];
     const third = (this.times[segment + 1] - this.times[segment]) / 3;
     const slopes = this.slopes[column];
     return [slopes[segment] * third, rise - slopes[segment + 1] * third, rise];

@@ -2,9 +2,20 @@ import { THREE } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 import { Motion } from "./motion.ts";
 
-/** Plays the clip that came from Python; meshcat's animator does the work. */
+/** The curves of a clip, as nao_kin.motion.cubics describes them. */
+export interface Curves {
+  times: Float64Array;
+  q: Float64Array;
+  handles: Float64Array | null;
+}
+
+/**
+ * Plays the clip that came from Python; meshcat's animator does the work. Of a clip with curves it counts the time, and the
+ * configurations are those of the curves.
+ */
 export class ClipPlayback {
   known: Motion | null | undefined;
+  readonly curves: Motion | null;
 
   /**
    * @param begin called before the clip takes over the robot's vertical
@@ -14,7 +25,11 @@ export class ClipPlayback {
     readonly viewer: MeshcatViewer,
     readonly begin: () => void,
     readonly fps: number,
+    curves: Curves | null,
   ) {
+    this.curves =
+      curves && new Motion(curves.times, curves.q, curves.handles ? "bezier" : "linear", curves.handles ?? []);
+    this.known = this.curves ?? undefined;
     // An action that is not playing ignores seeking.
     for (const action of this.animator.actions) action.play();
     if (this.playing) this.begin();
@@ -35,6 +50,12 @@ export class ClipPlayback {
 
   get playing() {
     return this.animator.playing;
+  }
+
+  /** The configuration of the curves now; null if the animator gives it. */
+  get q() {
+    // The animator's duration is a rounded one.
+    return this.curves && this.curves.at(this.time >= this.duration ? Infinity : this.time);
   }
 
   /** The clip as a motion; null if the clip moves anything but the robot's configuration. */

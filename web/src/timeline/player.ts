@@ -6,7 +6,7 @@ import { Trails, type Mode } from "../scene/trails.ts";
 import { Editor } from "./editor.ts";
 import type { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
-import { ClipPlayback, MotionPlayback } from "./playback.ts";
+import { ClipPlayback, MotionPlayback, type Curves } from "./playback.ts";
 import { Recording } from "./recorder.ts";
 
 const MODES: Record<Mode, string> = {
@@ -47,6 +47,13 @@ class TrailsMenu {
 }
 
 type Playback = ClipPlayback | MotionPlayback;
+
+/** The parts of meshcat's message with a clip that the player reads, and the curves that Python adds. */
+interface Clip {
+  animations?: { clip: { fps?: number } }[];
+  options: { repetitions: number };
+  curves?: Curves | null;
+}
 
 const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
 
@@ -139,13 +146,13 @@ export class Player extends EventTarget {
   }
 
   /** @param message of meshcat with a new clip */
-  load({ animations, options }: { animations?: { clip: { fps?: number } }[]; options: { repetitions: number } }) {
+  load({ animations, options, curves }: Clip) {
     if (this.page.viewer.animator.actions.length === 0) return this.unload();
     this.keys?.pause();
     // The animator already plays the new clip, so pausing the old one would pause the new one.
     if (this.playback instanceof ClipPlayback) this.playback = null;
     this.looping = !(options.repetitions <= 1);
-    this.setClip(new ClipPlayback(this.page.viewer, this.begin, animations?.[0]?.clip.fps ?? 30));
+    this.setClip(new ClipPlayback(this.page.viewer, this.begin, animations?.[0]?.clip.fps ?? 30, curves ?? null));
   }
 
   // Remove the clip from Python.

@@ -1,0 +1,98 @@
+"""A motion of a robot as cubics between common key times, which another program evaluates without its joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats
+from nao_kin._core.sides import Hips
+from nao_kin.motion.interpolation import Segments, segment_of
+from nao_kin.motion.motion import Motion
+from nao_kin.robot import RobotModel
+
+# Numbers of the handles of one motion, 32 MB.
+_MAX_NUMBERS = 4_000_000
+_THIRD = 1.0 / 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Cubics:
+    """Configurations at all key times of a motion, and the curves between them.
+
+    Attributes:
+        times: ascending, from 0, shape (n,) [s].
+        q: configurations at these times, shape (n, nq).
+        handles: P, Q, a and b of `nao_kin.motion.interpolation` for each segment and column, shape (n − 1, nq, 4); None
+            if all segments are straight lines.
+    """
+
+    times: Floats
+    q: Floats
+    handles: Floats | None
+
+
+def cubics(motion: Motion, robot: RobotModel, fill: str | ArrayLike, hips: Hips) -> Cubics | None:
+    """Return the curves of a robot's coordinates, as `Motion.configurations` evaluates them, up to rounding.
+
+    None if there are none, because a motor follows the average of Bezier curves with different handles in time,
+    or if they are too large.
+    """
+    found = motion.configurations(robot, fill=fill, hips=hips)
+    times = found.times - found.times[0]
+    if motion.interpolation == "linear" or len(times) == 1:
+        return Cubics(times, found.q, None)
+    if (len(times) - 1) * robot.nq * 4 > _MAX_NUMBERS:
+        return None
+    names = motion.joint_names
+    # Motor values are affine in the values of the joints: one row of weights for each joint.
+    units = dict(zip(names, np.vstack([np.zeros(len(names)), np.eye(len(names))]).T, strict=True))
+    handles = np.zeros((len(times) - 1, robot.nq, 4))
+    handles[..., 2:] = _THIRD
+    pieces = [_divided(curve, keys, found.times) for curve, keys in zip(motion.segments, motion.times, strict=True)]
+    for joint, values in robot.motor_values(units, hips).items():
+        column = handles[:, robot.nq_base + robot.joint_names.index(joint)]
+        weights = values[1:] - values[0]
+        used = [(weight, piece) for weight, piece in zip(weights, pieces, strict=True) if weight != 0.0]
+        for weight, piece in used:
+            if np.abs(piece[:, 2:] - used[0][1][:, 2:]).max() > 1e-12:
+                return None
+            column[:, :2] += weight * piece[:, :2]
+            column[:, 2:] = piece[:, 2:]
+    return Cubics(times, found.q, handles)
+
+
+def _divided(curve: Segments, keys: Floats, times: Floats) -> Floats:
+    """Return P, Q, a and b of the parts of a joint's curve between times, shape (len(times) − 1, 4)."""
+    parts = np.zeros((len(times) - 1, 4))
+    parts[:, 2:] = _THIRD
+    if len(keys) == 1:
+        return parts
+    inside = np.flatnonzero((times[:-1] >= keys[0]) & (times[1:] <= keys[-1]))
+    first, last = times[inside], times[inside + 1]
+    segment = segment_of(keys, first)
+    u, v = curve.parameter(segment, first), curve.parameter(segment, last)
+    p, q, d = curve.controls[segment].T
+    begin, one, two, _ = _part(p, q, d, u, v)
+    parts[inside, :2] = np.stack([one - begin, two - begin], axis=-1)
+    if curve.lengths is not None:
+        a, b = curve.lengths[segment].T
+        begin, one, two, end = _part(a, 1.0 - b, np.ones_like(a), u, v)
+        width = np.where(end > begin, end - begin, 1.0)
+        parts[inside, 2:] = np.clip(np.stack([one - begin, end - two], axis=-1) / width[:, None], 0.0, 1.0)
+    return parts
+
+
+def _part(p: Floats, q: Floats, d: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the control values of a cubic from 0 over p and q to d between the parameters u and v, by its blossom."""
+
+    def blossom(r: Floats, s: Floats, t: Floats) -> Floats:
+        row = [np.zeros_like(p), p, q, d]
+        for at in (r, s, t):
+            row = [(1.0 - at) * one + at * other for one, other in pairwise(row)]
+        return row[0]
+
+    return blossom(u, u, u), blossom(u, u, v), blossom(u, v, v), blossom(v, v, v)

@@ -1,0 +1,228 @@
+"""The program's camera, controls, arrows, grabbed targets and motions in a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import Page, opened, until
+
+import nao_kin as nk
+
+SIZE = (1100, 800)
+
+
+@pytest.fixture(scope="module")
+def live(nao: nk.NaoModel) -> Iterator[nk.Viewer]:
+    with nk.Viewer(nao) as viewer:
+        yield viewer
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, live: nk.Viewer) -> Iterator[Page]:
+    with opened(browser, live.url, SIZE) as page:
+        yield page
+
+
+def _screen(page: Page, points: np.ndarray) -> np.ndarray:
+    """Where points of the world are on the screen, shape (n, 2) [px]."""
+    script = """(points) => points.map((point) => {
+        const at = naoKin.viewer.scene.localToWorld(new MeshCat.THREE.Vector3(...point));
+        const { clientX, clientY } = naoKin.pick.viewport.place(at);
+        return [clientX, clientY];
+    })"""
+    return np.array(page.run(script, points.tolist()))
+
+
+def test_a_program_moves_the_camera_and_reads_where_a_user_turns_it(live: nk.Viewer, page: Page) -> None:
+    assert until(lambda: live.camera_pose is not None)
+    tilted = nk.rotations.rot_z(2.5) @ nk.rotations.rot_y(0.3) @ nk.rotations.rot_x(0.4)
+    for R in (nk.rotations.rot_z(3.0) @ nk.rotations.rot_y(0.2), tilted):
+        T = nk.screws.pose(R, [1.2, -0.3, 0.7])
+        live.camera_pose = T
+        assert until(lambda T=T: np.abs(np.reshape(page.run("() => naoKin.cameraPose"), (4, 4)).T - T).max() < 1e-12)
+    down = nk.screws.pose(nk.rotations.rot_z(2.0) @ nk.rotations.rot_y(np.pi / 2), [0.1, 0.0, 2.0])
+    live.camera_pose = down
+    assert until(lambda: np.abs(np.reshape(page.run("() => naoKin.cameraPose"), (4, 4)).T - down).max() < 1e-4)
+    # A point one metre ahead is in the middle of the picture, one to its left and above it are there.
+    T = nk.screws.pose(nk.rotations.rot_z(np.pi), [2.0, 0.0, 0.3])
+    live.camera_pose = T
+    assert until(lambda: np.abs(np.reshape(page.run("() => naoKin.cameraPose"), (4, 4)).T - T).max() < 1e-12)
+    middle, left, above = _screen(page, np.array([[1.0, 0.0, 0.3], [1.0, -0.1, 0.3], [1.0, 0.0, 0.4]]))
+    box = page.tab.locator("#pane").bounding_box()
+    assert middle == pytest.approx([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2], abs=1e-6)
+    assert left[0] < middle[0] - 10
+    assert above[1] < middle[1] - 10
+    page.tab.mouse.move(middle[0] + 250, middle[1] - 150)
+    page.tab.mouse.down()
+    page.tab.mouse.move(middle[0] + 150, middle[1] - 150, steps=3)
+    page.tab.mouse.up()
+    assert until(lambda: np.abs(live.camera_pose - T).max() > 0.1)
+    assert until(
+        lambda: np.allclose(np.reshape(page.run("() => naoKin.cameraPose"), (4, 4)).T, live.camera_pose, atol=1e-9)
+    )
+
+
+def test_parallel_projection_keeps_sizes_and_presets_are_along_axes(live: nk.Viewer, page: Page) -> None:
+    live.show("orthographic")
+    live.camera("right")
+    assert until(lambda: page.run("() => naoKin.view") == "right")
+    assert until(lambda: np.allclose(live.camera_pose[:3, 0], [0.0, 1.0, 0.0], atol=1e-9))
+    near = _screen(page, np.array([[0.0, -1.0, 0.1], [0.2, -1.0, 0.1], [0.0, 1.0, 0.1]]))
+    assert near[0] == pytest.approx(near[2], abs=1e-6)
+    # Pixels of a length, and a ray through a place of the screen back to the point.
+    per_pixel = page.run("() => naoKin.pick.viewport.metresPerPixel(new MeshCat.THREE.Vector3())")
+    assert abs(near[1, 0] - near[0, 0]) * per_pixel == pytest.approx(0.2, rel=2e-3)
+    away = page.run(
+        """([x, y]) => naoKin.pick.viewport.ray({ clientX: x, clientY: y })
+            .distanceToPoint(naoKin.viewer.scene.localToWorld(new MeshCat.THREE.Vector3(0.2, -1, 0.1)))""",
+        near[1].tolist(),
+    )
+    assert away < 1e-6
+    live.show("orthographic", False)
+    assert until(lambda: page.run("() => !naoKin.projection.isParallel"))
+    assert until(lambda: not np.allclose(live.camera_pose[:3, 0], [0.0, 1.0, 0.0], atol=1e-3))
+
+
+def test_a_user_works_the_controls_of_a_program(live: nk.Viewer, page: Page) -> None:
+    calls: list[Any] = []
+    depth = live.add_slider("depth", -1.0, 1.0, 0.0, calls.append, unit="m")
+    side = live.add_select("side", ["left", "right"], on_change=calls.append)
+    live.add_button("go", lambda: calls.append("go"))
+    name = live.add_text("name", "NAO", calls.append)
+    state = live.add_text("state", "ready")
+    slider = page.tab.get_by_role("slider", name="depth")
+    box = slider.bounding_box()
+    page.tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.tab.mouse.down()
+    page.tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + box["height"] / 2, steps=4)
+    page.tab.mouse.up()
+    dragged = float(slider.input_value())
+    assert 0.4 < dragged < 0.6
+    assert until(lambda: depth.value == dragged and calls[-1:] == [dragged])
+    page.tab.keyboard.press("Home")
+    assert until(lambda: depth.value == -1.0)
+    page.tab.keyboard.press("Control+z")
+    assert until(lambda: depth.value == dragged)
+    page.tab.keyboard.press("Control+z")
+    assert until(lambda: depth.value == 0.0 and calls[-1] == 0.0)
+    page.tab.keyboard.press("Control+Shift+z")
+    assert until(lambda: depth.value == dragged)
+    field = page.tab.get_by_role("textbox", name="depth")
+    field.fill("12")
+    field.press("Enter")
+    assert until(lambda: depth.value == 1.0)
+    assert "the limit is 1.00" in page.tab.locator(".control .note").text_content()
+    field.fill("far")
+    field.press("Enter")
+    assert "expected −1.00" in page.tab.locator(".control .note").text_content()
+    field.press("Escape")
+    assert field.input_value() == "1.000"
+    page.tab.get_by_label("side").select_option("right")
+    assert until(lambda: side.value == "right")
+    page.tab.get_by_role("button", name="go", exact=True).press("Enter")
+    page.tab.get_by_role("button", name="go", exact=True).click()
+    page.tab.get_by_role("textbox", name="name").fill("Ada")
+    page.tab.keyboard.press("Enter")
+    assert until(lambda: name.value == "Ada" and calls[-4:] == ["right", "go", "go", "Ada"])
+    # The program sets them, and the elements stay the same.
+    page.run("() => { document.querySelector('.control select').kept = true; }")
+    side.value, state.value, depth.value = "left", "walks", 0.5
+    assert until(lambda: page.tab.get_by_role("textbox", name="depth").input_value() == "0.500")
+    assert page.run("() => document.querySelector('.control select').kept")
+    assert page.tab.get_by_label("side").input_value() == "left"
+    assert page.tab.locator(".control output").text_content() == "walks"
+    for control in (depth, side, name):
+        control.remove()
+    assert until(lambda: page.tab.locator(".control").count() == 2)
+
+
+def test_arrows_and_labels_are_where_they_belong(live: nk.Viewer, page: Page) -> None:
+    live.add_arrow("force", [0.3, 0.0, 0.1], [0.3, 0.0, 0.4])
+    live.add_label("note", "a place", [0.3, 0.1, 0.4])
+    assert until(lambda: page.run("() => naoKin.labels.shown.some(({ text }) => text === 'a place')"))
+    low, high = page.run(
+        """() => {
+            naoKin.viewer.scene.updateMatrixWorld(true);
+            const box = new MeshCat.THREE.Box3().setFromObject(naoKin.extras.shapes.get("force"));
+            return [box.min.toArray(), box.max.toArray()];
+        }"""
+    )
+    assert [low[1], high[1]] == pytest.approx([0.1, 0.4])  # three.js has y up
+    assert high[0] - low[0] == pytest.approx(0.018, abs=1e-3)
+    live.remove("force")
+    live.remove("note")
+    assert until(lambda: page.run("() => !naoKin.labels.shown.some(({ text }) => text === 'a place')"))
+
+
+def test_a_target_is_grabbed_moved_and_let_go_by_pointer_and_keys(live: nk.Viewer, page: Page) -> None:
+    told: list[tuple[str, np.ndarray]] = []
+    tell = {event: (lambda T, event=event: told.append((event, T))) for event in ("on_grab", "on_move", "on_release")}
+    live.camera("front")
+    ball = live.add_target("ball", [0.25, 0.0, 0.25], **tell)
+    assert until(lambda: page.run("() => naoKin.view === 'front' && naoKin.targets.movable.length === 1"))
+    page.animation_frames(2)
+    x, y = page.run(
+        """() => {
+            const at = naoKin.targets.movable[0].node.getWorldPosition(new MeshCat.THREE.Vector3());
+            const { clientX, clientY } = naoKin.pick.viewport.place(at);
+            return [clientX, clientY];
+        }"""
+    )
+    page.tab.mouse.move(x, y)
+    page.tab.mouse.down()
+    page.tab.mouse.move(x + 40, y, steps=3)
+    assert until(lambda: told[-1:] != [] and told[-1][0] == "on_move")
+    assert [event for event, _ in told].count("on_grab") == 1
+    assert told[0][0] == "on_grab"
+    assert told[0][1].tolist() == [0.25, 0.0, 0.25]
+    page.tab.mouse.up()
+    assert until(lambda: told[-1][0] == "on_release")
+    assert told[-1][1].tolist() == ball.T.tolist() != [0.25, 0.0, 0.25]
+    told.clear()
+    page.run("() => [...document.querySelectorAll('#handles button')].find((b) => b.textContent === 'ball').focus()")
+    page.tab.keyboard.press("ArrowUp")
+    page.tab.keyboard.press("Enter")
+    assert until(lambda: told[-1:] != [] and told[-1][0] == "on_release")
+    assert told[0][0] == "on_grab"
+    ball.remove()
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "smooth", "bezier"])
+def test_a_motion_plays_along_its_own_curves(live: nk.Viewer, page: Page, nao: nk.NaoModel, interpolation: Any) -> None:
+    rng = np.random.default_rng(1)
+    names = ("HeadYaw", "LShoulderRoll", "LHipYawPitch", "RHipYawPitch")
+    times = [2.0 + np.cumsum(rng.uniform(0.1, 0.7, 5)) for _ in names]
+    times[3] = times[2]
+    motion = nk.Motion(times, names, [rng.uniform(-0.3, 0.3, 5) for _ in names], interpolation)
+    if motion.handles is not None:
+        handles = [np.array(each) for each in motion.handles]
+        for each in handles:
+            each[..., 0] *= rng.uniform(0.1, 2.9, (5, 2))
+            each[..., 1] += rng.normal(0.0, 0.1, (5, 2))
+        handles[3] = handles[2]
+        motion = nk.Motion(times, names, motion.keys, interpolation, handles)
+    live.animate(motion, play=False)
+    assert until(lambda: page.run("(end) => Math.abs(naoKin.player.motion?.end - end) < 1e-9", motion.duration))
+    at = np.append(rng.uniform(0.0, motion.duration, 40), [0.0, motion.duration])
+    shown = page.run(
+        "(at) => at.map((t) => { naoKin.player.seek(t); naoKin.settle(); return [...naoKin.q]; })", at.tolist()
+    )
+    expected = motion.configurations(nao, times=motion.start + at).q
+    assert np.abs(np.array(shown) - expected).max() < 1e-9
+    assert until(lambda: np.abs(live.q - expected[-1]).max() < 1e-9)
+    live.display(nao.posture("StandInit"))
+    assert until(lambda: not page.run("() => naoKin.player.loaded"))
+
+
+def test_without_its_program_the_controls_are_disabled(
+    nao: nk.NaoModel, browser: Any, live: nk.Viewer, page: Page
+) -> None:
+    live.add_slider("depth", 0.0, 1.0, 0.5)
+    assert until(lambda: page.tab.get_by_role("slider", name="depth").count() == 1)
+    assert page.tab.get_by_role("slider", name="depth").is_enabled()
+    live.close()
+    assert until(lambda: page.tab.get_by_role("slider", name="depth").is_disabled())
+    assert page.tab.get_by_text("No program is connected, which these belong to.").is_visible()
