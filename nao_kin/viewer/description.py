@@ -3,24 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COLD_TO_WARM, Floats, Vector, choice, colours as scale_colours, finite_or_none
+from nao_kin._core.arrays import (
+    COLD_TO_WARM,
+    Floats,
+    Vector,
+    choice,
+    colours as scale_colours,
+    finite_or_none,
+    join_poses,
+)
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
 from nao_kin.robot import Feet, RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
+from nao_kin.robot.urdf import MeshFile, Visual
 from nao_kin.viewer import overlays
 from nao_kin.viewer.meshes import GROUPS, shape_box
 from nao_kin.viewer.messages import (
     COLOURLESS,
     by_columns,
     content_name,
+    geometry_document,
     geometry_pose,
     hex_colour,
     panel_message,
@@ -131,6 +142,9 @@ class SceneRobot:
             yield f"{self.key}about", panel_message("robot_added", content)
         else:
             yield "robot", panel_message("robot", {"model": self._model[0]})
+            # Meshes are read and sent only when they are asked for.
+            if not any(isinstance(part.geometry, MeshFile) for part in self.robot.tree.collisions):
+                yield "shapes", self.shapes()
 
     def lights(self, values: Mapping[str, ArrayLike]) -> bytes:
         """Return the message that sets colours of lights; a light named in addition to its group has its own colour."""
@@ -141,6 +155,18 @@ class SceneRobot:
             colour = overlays.one_colour(values[choice(name, self.light_names, "light")], f"colour of {name}")
             rgb |= dict.fromkeys(self._light_groups.get(name, (name,)), colour)
         return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
+
+    def shapes(self) -> bytes:
+        """Return the message of the collision shapes; shapes whose files cannot be read are left out."""
+        tree = self.robot.tree
+        as_visuals = tuple(Visual(part.link, part.origin, part.geometry) for part in tree.collisions)
+        found, _ = robot_drawables(replace(tree, visuals=as_visuals))
+        rows = [
+            {"link": self._places[part.link], "geometry": geometry_document(part.shape)}
+            | {"matrix": by_columns(part.T_link_shape @ geometry_pose(part.shape))}
+            for part in found
+        ]
+        return panel_message("shapes", {"shapes": rows})
 
     def colours(
         self, values: Mapping[str, float], low: float | None, high: float | None, label: str
@@ -289,11 +315,21 @@ def _naoqi_order(robot: RobotModel) -> list[str]:
     return names if moved == set(robot.joint_names) else []
 
 
+def _box_of(mass: float, centre: Floats, inertia: Floats) -> tuple[Floats, Floats]:
+    """Return edges and pose of the even box with a mass, a centre and an inertia about it: I₁ = m (b² + c²) / 12."""
+    moments, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.linalg.det(axes)
+    squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
+    return np.sqrt(np.maximum(squares, 0.0)), join_poses(axes, centre)
+
+
 def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]:
     """Return mass and centre of each group of links that moves as one, from the model."""
     bodies = []
     for index, inertia in enumerate(robot.model.inertias):
         if inertia.mass > 0.0:
             link = child.get(robot.model.names[index], 0)
-            bodies.append({"link": link, "mass": float(inertia.mass), "centre": np.array(inertia.lever).tolist()})
+            size, pose = _box_of(float(inertia.mass), np.array(inertia.lever), np.array(inertia.inertia))
+            body = {"link": link, "mass": float(inertia.mass), "centre": np.array(inertia.lever).tolist()}
+            bodies.append(body | {"size": size.tolist(), "matrix": by_columns(pose)})
     return bodies

@@ -309,6 +309,8 @@ KINDS: Mapping[str, Kind] = {
     "targets": Kind(
         {"targets": "{ name: string; matrix: number[]; point: boolean; source?: string }[]"}, blank={"targets": []}
     ),
+    # The collision shapes of the leading robot, with their poses in their links.
+    "shapes": Kind({"shapes": "{ link: number; geometry: object; matrix: number[] }[]"}, blank={"shapes": []}),
     "controls": Kind({"controls": "Control[]"}, blank={"controls": []}),
     "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
     "edition": Kind({"name": "string"}, blank={"name": ""}),

@@ -447,8 +447,10 @@ class Viewer:
         """Switch a button of the page's menu View in all pages.
 
         Args:
-            name: "frames", "axes", "chains", "com", "support", "ghosts", "eye" (the camera view), "orthographic"
-                (parallel projection), "contrast" or "handles".
+            name: "frames", "axes", "chains", "com", "support", "shapes" (for collisions), "inertia" (for each body the
+                even box with its mass and inertia, and the mass), "ghosts", "eye" (the camera view), "orthographic"
+                (parallel projection), "contrast" or "handles". If collision shapes are meshes, the page offers them
+                only after this has been called.
             on: whether it is on.
 
         Examples:
@@ -458,7 +460,9 @@ class Viewer:
             >>> viewer.shown["orthographic"]
             True
         """
-        self._buttons.press(choice(name, overlays.BUTTONS, "button"), on)
+        if choice(name, overlays.BUTTONS, "button") == "shapes" and self._messages.get("shapes") is None:
+            self._messages.put("shapes", self._look.shapes())
+        self._buttons.press(name, on)
 
     def show_frames(self, names: Iterable[str], *, size: float | None = None) -> None:
         """Draw frames as triads, x red, y green, z blue, with their names, instead of the previous ones.

@@ -15,6 +15,7 @@ import { Reports } from "./reports.ts";
 import { Parts } from "./robot/parts.ts";
 import { ShownRobot, type Robot } from "./robot/robot.ts";
 import { Balance } from "./scene/balance.ts";
+import { BodyShapes } from "./scene/body_shapes.ts";
 import { Projection, cameraPose, placeCamera } from "./scene/camera.ts";
 import { Extras } from "./scene/extras.ts";
 import { Eyes, makeSight } from "./scene/eyes.ts";
@@ -52,6 +53,7 @@ export class App extends EventTarget {
   balance: Balance;
   ghosts: Ghosts;
   colours: LinkColours;
+  bodyShapes: BodyShapes;
   lights: Lights;
   labels: Labels;
   eyes: Eyes;
@@ -119,6 +121,7 @@ export class App extends EventTarget {
     this.axes = new JointAxes(this.robot, this.studio, this.labels);
     this.targets = new Targets(this);
     this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
+    this.bodyShapes = new BodyShapes(this);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);

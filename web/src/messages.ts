@@ -26,6 +26,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   camera: (app, { camera }) => app.camera(camera),
   ghosts: (app, message) => showGhosts(app, message),
   controls: (app, { controls }) => app.controls.show(controls),
+  shapes: (app, message) => app.bodyShapes.receive(message),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {
     const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;

@@ -17,6 +17,7 @@ export interface Received {
   frames: { names: string[]; size: number | null };
   ghosts: { qs: Float64Array; count: number; opacity: number; first: number | null };
   targets: { targets: { name: string; matrix: number[]; point: boolean; source?: string }[] };
+  shapes: { shapes: { link: number; geometry: object; matrix: number[] }[] };
   controls: { controls: Control[] };
   colours: {
     robot: number;

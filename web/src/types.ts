@@ -26,7 +26,8 @@ export interface About {
   neutral: number[];
   frames: { name: string; link: number }[];
   effectors: string[];
-  bodies: { link: number; mass: number; centre: Vector }[];
+  /** The links that move as one; `size` and `matrix` are the edges and the pose in the link of a box of the same inertia. */
+  bodies: { link: number; mass: number; centre: Vector; size: Vector; matrix: number[] }[];
   cameras: Camera[];
   head: number | null;
   eyes: Eye[];

@@ -168,6 +168,16 @@ const TOGGLES: Record<string, Toggle> = {
   },
   com: { text: "Centre of mass", show: ({ balance }, on) => balance.show({ com: on }) },
   support: { text: "Support", show: ({ balance }, on) => balance.show({ support: on }) },
+  shapes: {
+    text: "Collision shapes",
+    isOffered: ({ bodyShapes }) => bodyShapes.shapes.length > 0,
+    show: ({ bodyShapes }, on) => bodyShapes.showCollision(on),
+  },
+  inertia: {
+    text: "Inertia",
+    isOffered: ({ robot }) => robot.about.bodies.some(({ size }) => Math.max(...size) > 0),
+    show: ({ bodyShapes }, on) => bodyShapes.showInertia(on),
+  },
   ghosts: {
     text: "Ghosts",
     begins: () => true,

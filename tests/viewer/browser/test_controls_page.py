@@ -139,6 +139,34 @@ def test_a_user_works_the_controls_of_a_program(live: nk.Viewer, page: Page) -> 
     assert until(lambda: page.tab.locator(".control").count() == 2)
 
 
+def test_collision_shapes_and_boxes_of_inertia_are_at_their_links(
+    live: nk.Viewer, page: Page, nao: nk.NaoModel
+) -> None:
+    live.show("shapes")
+    live.show("inertia")
+    assert until(lambda: page.run("() => naoKin.bodyShapes.collision.length") == len(nao.tree.collisions))
+    assert until(lambda: page.run("() => naoKin.bodyShapes.inertia.length > 0"))
+    masses = sum(inertia.mass for inertia in nao.model.inertias)
+    boxes = page.run(
+        """() => naoKin.bodyShapes.inertia.map((mesh, i) => {
+            const { mass } = naoKin.robot.about.bodies[i];
+            const { width, height, depth } = mesh.geometry.parameters;
+            return [mass, mesh.position.toArray(), [width, height, depth], mesh.matrix.elements];
+        })"""
+    )
+    assert sum(mass for mass, *_ in boxes) == pytest.approx(masses)
+    bodies = [inertia for inertia in nao.model.inertias if inertia.mass > 0.0]
+    for inertia, (mass, centre, edges, matrix) in zip(bodies, boxes, strict=True):
+        assert centre == pytest.approx(np.array(inertia.lever))
+        R, squares = np.reshape(matrix, (4, 4)).T[:3, :3], np.square(edges)
+        assert np.linalg.det(R) == pytest.approx(1.0)
+        around = R @ np.diag(mass / 12.0 * (squares.sum() - squares)) @ R.T
+        assert np.abs(around - inertia.inertia).max() < 1e-2 * np.abs(inertia.inertia).max()
+    live.show("shapes", False)
+    live.show("inertia", False)
+    assert until(lambda: page.run("() => naoKin.bodyShapes.collision.length + naoKin.bodyShapes.inertia.length") == 0)
+
+
 def test_arrows_and_labels_are_where_they_belong(live: nk.Viewer, page: Page) -> None:
     live.add_arrow("force", [0.3, 0.0, 0.1], [0.3, 0.0, 0.4])
     live.add_label("note", "a place", [0.3, 0.1, 0.4])
@@ -215,6 +243,67 @@ def test_a_motion_plays_along_its_own_curves(live: nk.Viewer, page: Page, nao: n
     assert until(lambda: np.abs(live.q - expected[-1]).max() < 1e-9)
     live.display(nao.posture("StandInit"))
     assert until(lambda: not page.run("() => naoKin.player.loaded"))
+
+
+def test_a_script_around_the_page_moves_it(live: nk.Viewer, page: Page, nao: nk.NaoModel) -> None:
+    """All expressions that docs/viewer_embedding.md lists, from a document with a saved page in a frame."""
+    live.animate(np.stack([nao.posture("Stand"), nao.posture("Crouch")]), fps=1.0, play=False)
+    q, pose = nao.posture("Sit"), nk.screws.pose(nk.rotations.rot_z(3.0), [1.0, 0.2, 0.3])
+    saved = live.static_html()
+    found = page.run(
+        """async ([saved, q, pose]) => {
+            const frame = document.createElement("iframe");
+            frame.srcdoc = saved;
+            document.body.append(frame);
+            const isReady = () => frame.contentDocument?.body?.hasAttribute("data-ready");
+            while (!isReady()) await new Promise((done) => setTimeout(done, 50));
+            const { naoKin } = frame.contentWindow;
+            const found = {};
+            const heard = [];
+            naoKin.addEventListener("settled", ({ detail }) => heard.push(detail.own));
+            naoKin.set(q);
+            naoKin.settle();
+            found.q = [...naoKin.q];
+            found.hand = naoKin.pose("LArm");
+            found.com = naoKin.com();
+            naoKin.posture("Crouch");
+            naoKin.settle();
+            found.crouch = [...naoKin.q];
+            naoKin.camera(pose);
+            found.pose = naoKin.cameraPose;
+            naoKin.camera("top");
+            found.top = naoKin.cameraPose;
+            naoKin.show({ com: true });
+            found.shown = naoKin.toggles.shown.com;
+            const { player } = naoKin;
+            found.duration = player.duration;
+            player.setSpeed(0.5);
+            player.setLoop(false);
+            player.seek(0.25);
+            naoKin.settle();
+            found.time = player.time;
+            found.middle = [...naoKin.q];
+            player.play();
+            found.plays = player.playback.playing;
+            player.pause();
+            found.pauses = !player.playback.playing;
+            found.heard = heard;
+            frame.remove();
+            return found;
+        }""",
+        [saved, q.tolist(), pose.T.reshape(-1).tolist()],
+    )
+    assert np.array_equal(found["q"], q)
+    assert np.abs(np.reshape(found["hand"], (4, 4)) - nao.fk(q, "LArm")).max() < 1e-12
+    assert np.abs(found["com"] - nao.com(q)).max() < 1e-12
+    assert np.array_equal(found["crouch"], nao.posture("Crouch"))
+    assert np.abs(np.reshape(found["pose"], (4, 4)).T - pose).max() < 1e-12
+    assert np.reshape(found["top"], (4, 4)).T[:3, 0] == pytest.approx([0.0, 0.0, -1.0], abs=1e-4)
+    assert (found["shown"], found["duration"], found["time"]) == (True, 1.0, 0.25)
+    assert found["middle"] == pytest.approx(0.75 * nao.posture("Stand") + 0.25 * nao.posture("Crouch"), abs=1e-6)
+    assert found["plays"]
+    assert found["pauses"]
+    assert found["heard"][:2] == [True, True]
 
 
 def test_without_its_program_the_controls_are_disabled(

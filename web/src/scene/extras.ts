@@ -83,7 +83,7 @@ function makeLine({ positions, colour, width }: Shape) {
   return group;
 }
 
-function shiny(colour: Vector, opacity: number) {
+export function shiny(colour: Vector, opacity: number) {
   const look = { color: screenColour(colour), specular: 0x2a2a2a, shininess: 48, opacity, transparent: opacity < 1 };
   return new THREE.MeshPhongMaterial(look);
 }

@@ -145,6 +145,10 @@ export class Player extends EventTarget {
     return this.playback?.time ?? 0;
   }
 
+  get duration() {
+    return this.playback?.duration ?? 0;
+  }
+
   /** @param message of meshcat with a new clip */
   load({ animations, options, curves }: Clip) {
     if (this.page.viewer.animator.actions.length === 0) return this.unload();
@@ -195,8 +199,12 @@ export class Player extends EventTarget {
   }
 
   toggle() {
+    if (this.playback?.playing) this.pause();
+    else this.play();
+  }
+
+  play() {
     if (!this.playback) return;
-    if (this.playback.playing) return this.pause();
     this.page.reports.begins = true;
     this.playback.play();
     this.refresh();
