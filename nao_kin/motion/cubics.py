@@ -71,18 +71,17 @@ def _divided(curve: Segments, keys: Floats, times: Floats) -> Floats:
     parts[:, 2:] = _THIRD
     if len(keys) == 1:
         return parts
-    inside = np.flatnonzero((times[:-1] >= keys[0]) & (times[1:] <= keys[-1]))
-    first, last = times[inside], times[inside + 1]
-    segment = segment_of(keys, first)
-    u, v = curve.parameter(segment, first), curve.parameter(segment, last)
+    # Before the first and after the last key u equals v, and the part is a point.
+    segment = segment_of(keys, times[:-1])
+    u, v = curve.parameter(segment, times[:-1]), curve.parameter(segment, times[1:])
     p, q, d = curve.controls[segment].T
     begin, one, two, _ = _part(p, q, d, u, v)
-    parts[inside, :2] = np.stack([one - begin, two - begin], axis=-1)
+    parts[:, :2] = np.stack([one - begin, two - begin], axis=-1)
     if curve.lengths is not None:
         a, b = curve.lengths[segment].T
         begin, one, two, end = _part(a, 1.0 - b, np.ones_like(a), u, v)
         width = np.where(end > begin, end - begin, 1.0)
-        parts[inside, 2:] = np.clip(np.stack([one - begin, end - two], axis=-1) / width[:, None], 0.0, 1.0)
+        parts[:, 2:] = np.clip(np.stack([one - begin, end - two], axis=-1) / width[:, None], 0.0, 1.0)
     return parts
 
 

@@ -45,7 +45,8 @@ class Control:
         controls: Controls,
     ) -> None:
         self.name = name
-        self._row, self._value, self._checked, self._source = row, value, checked, ""
+        self._value: Any = value
+        self._row, self._checked, self._source = row, checked, ""
         self._callback, self._controls = callback, controls
 
     @property

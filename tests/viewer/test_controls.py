@@ -132,7 +132,7 @@ def test_every_press_of_a_button_calls_even_while_its_function_is_busy(
         _set(viewer, "x", step)
     gate.set()
     # The presses are five calls, the newest value of the slider is one, after them.
-    assert until(lambda: calls[-1:] == [4.0])
+    assert until(lambda: calls[-1:] == [4.0], 20.0)
     assert calls == [0, 1, 2, 3, 4, 4.0]
     assert button.value == 5
     assert "on_click of go failed" in caplog.text
