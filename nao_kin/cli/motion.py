@@ -150,7 +150,7 @@ def check(
     model = robot.load()
     check_posture(model, posture)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
-    fill = motions.HOLD if posture is None else posture
+    fill = "hold" if posture is None else posture
     if not collisions and (tolerance or allow or exact):
         raise BadArgument("--tolerance, --allow and --exact are for --collisions")
     rule = CollisionRule(tolerance, pairs_of(allow), exact) if collisions else False

@@ -328,8 +328,6 @@ class FileOptions(JointOptions):
 
         A motion is a file that `check` calls one, except a table of whole configurations without options of motions.
         """
-        from nao_kin.motion import HOLD
-
         as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
         as_motion |= sampling is not None and not (self.columns or self.ignore_other or self.missing)
         log = None if as_motion else self._log_columns(model, file)
@@ -348,7 +346,7 @@ class FileOptions(JointOptions):
         path = motion.configurations(
             model,
             rate=sampling if self.rate is None else self.rate,
-            fill=HOLD if rest is None else rest,
+            fill="hold" if rest is None else rest,
             hips="average" if self.hips is None else self.hips,  # type: ignore[arg-type]
         )
         return replace(path, q=self._within_limits(model, file, path, limits)), None

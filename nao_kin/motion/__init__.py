@@ -19,7 +19,7 @@ from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read
 from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.mending import Change, MendedMotion, clamp, share_motors, slow_down
-from nao_kin.motion.motion import HOLD as HOLD, Motion, Trajectory
+from nao_kin.motion.motion import Motion, Trajectory
 
 __all__ = [
     "FORMATS",

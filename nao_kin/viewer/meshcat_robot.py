@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.motion import HOLD, Hips, Motion
+from nao_kin.motion import Hips, Motion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
@@ -113,7 +113,7 @@ class MeshcatRobot:
         *,
         play: bool = True,
         loop: bool = True,
-        fill: str | ArrayLike = HOLD,
+        fill: str | ArrayLike = "hold",
         hips: Hips = "average",
     ) -> None:
         """Send a clip of configurations to meshcat, whose controls play, pause and scrub it.

@@ -19,7 +19,7 @@ from nao_kin._core.arrays import Floats, as_floats, choice, flag
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
 from nao_kin.joints import MultiDofModel
-from nao_kin.motion import HOLD, Hips, Motion
+from nao_kin.motion import Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
@@ -200,7 +200,7 @@ class Viewer:
         *,
         play: bool = True,
         loop: bool = True,
-        fill: str | ArrayLike = HOLD,
+        fill: str | ArrayLike = "hold",
         hips: Hips = "average",
         up: ArrayLike | None = None,
         balance: bool = False,
