@@ -314,4 +314,4 @@ def test_without_its_program_the_controls_are_disabled(
     assert page.tab.get_by_role("slider", name="depth").is_enabled()
     live.close()
     assert until(lambda: page.tab.get_by_role("slider", name="depth").is_disabled())
-    assert page.tab.get_by_text("No program is connected, which these belong to.").is_visible()
+    assert page.tab.get_by_text("These work while their program is connected.").is_visible()

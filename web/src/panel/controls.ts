@@ -173,7 +173,7 @@ export class Controls {
   /** The changed controls that have not been reported to the program yet. */
   waiting = new Set<Row>();
   list = element("fieldset", {}, element("legend", {}, "Program"));
-  note = element("p", {}, "No program is connected, which these belong to.");
+  note = element("p", {}, "These work while their program is connected.");
   element = element("section", { className: "controls", ariaLabel: "Program", hidden: true }, this.list, this.note);
 
   constructor(readonly page: Page) {
