@@ -54,6 +54,8 @@ export class BodyShapes {
   add(link: number, geometry: THREE.BufferGeometry, matrix: number[], colour: Vector, depthTest: boolean) {
     const material = shiny(colour, OPACITY);
     Object.assign(material, { depthWrite: false, depthTest });
+    // A collision mesh lies almost on the shape that it stands for, and is drawn in front of it.
+    Object.assign(material, { polygonOffset: true, polygonOffsetFactor: -4, polygonOffsetUnits: -40 });
     const mesh = asMark(new THREE.Mesh(geometry, material));
     mesh.renderOrder = 5;
     mesh.applyMatrix4(new THREE.Matrix4().fromArray(matrix));
