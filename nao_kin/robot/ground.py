@@ -45,8 +45,8 @@ _FROM_OWN, _ONTO_OTHER = math.radians(5.0), math.radians(1.5)
 _FLAT = 0.002
 # How far other links may be below the soles of a robot that stands on them [m].
 _BELOW = 0.001
-# A foot is flat on the floor up to this angle of its sole [rad]: then the edges of its shape are not below the sole.
-_FLAT_FOOT = np.radians(5.0)
+# A foot is flat on the floor up to this angle of its sole [rad]: the edges of a NAO's foot are then 0.08 mm below it.
+_FLAT_FOOT = np.radians(1.0)
 # A sole carries if the force on it is at least this share of the total.
 _CARRYING = 0.1
 # Largest difference that counts between a joint and that of a posture [rad]: one moved arm makes no other posture.
@@ -398,10 +398,13 @@ def _outermost(shape: Any, packages: Any) -> Floats:
 
 @functools.cache
 def _directions() -> Floats:
-    """Return directions spread evenly over the sphere, each turned by the golden angle from the one before."""
-    index = np.arange(_DIRECTIONS)
-    z = 1.0 - (2 * index + 1) / _DIRECTIONS
-    turn = np.pi * (3.0 - np.sqrt(5.0)) * index
+    """Return directions spread evenly over the sphere, each turned by the golden angle from the one before.
+
+    None is in a plane of symmetry of a shape, where two vertices would be equally far out.
+    """
+    middle = np.arange(_DIRECTIONS) + 0.5
+    z = 1.0 - 2.0 * middle / _DIRECTIONS
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * middle
     radius = np.sqrt(1.0 - z * z)
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
 

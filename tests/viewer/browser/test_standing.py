@@ -77,15 +77,15 @@ def test_the_page_sets_a_robot_down_as_the_library_does(page: Page, nao: nk.NaoM
     rng = np.random.default_rng(5)
     postures = [nao.posture(name) for name in nao.posture_names]
     near = [nao.clamp(q + rng.normal(0.0, sigma, nao.nq)) for q in postures for sigma in (0.003, 0.1)]
-    qs = np.array([*postures, *near, *nao.random(4, 12)])
+    # Among the last are a foot that is not quite level, and symmetric links on the floor.
+    qs = np.array([*postures, *near, *nao.random(4, 12), *nao.random(7, 192)[[4, 164]], nao.random(11, 61)[60]])
     down = nao.set_down(qs)
     assert 4 < np.count_nonzero(down.stands) < len(qs) - 4
     for k, (q, T) in enumerate(zip(qs, down.T_world_base, strict=True)):
         shown = _set_down(page, q)
         assert np.abs(shown[:3, :3] - T[:3, :3]).max() < 1e-5, k
-        # A robot that stands has the plane of its sole on the floor in the library, its lowest vertex in the page:
-        # 0.01 mm above the plane, and more at the rounded edges of a tilted sole.
-        assert shown[2, 3] == pytest.approx(T[2, 3], abs=1e-3 if down.stands[k] else 2e-5), k
+        # A robot that stands has the plane of its sole on the floor in the library, its lowest vertex in the page.
+        assert shown[2, 3] == pytest.approx(T[2, 3], abs=1e-4), k
 
 
 @pytest.mark.full

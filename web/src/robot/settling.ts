@@ -2,14 +2,18 @@ import { clamp } from "../math/numbers.ts";
 import { cross, direction, dot, plus, times, type Vector } from "../math/rotations.ts";
 import { convexHull, inside, type Point } from "../math/surfaces.ts";
 
-/** Directions spread evenly over the sphere by the golden angle, x, y, z of one after another. */
+/**
+ * Directions spread evenly over the sphere by the golden angle, x, y, z of one after another. None is in a plane of symmetry
+ * of a shape, where two vertices would be equally far out.
+ */
 export function directions(count: number) {
   const spread = new Float64Array(3 * count);
   const golden = Math.PI * (3 - Math.sqrt(5));
   for (let i = 0; i < count; i++) {
     const z = 1 - (2 * i + 1) / count;
     const radius = Math.sqrt(1 - z * z);
-    spread.set([radius * Math.cos(golden * i), radius * Math.sin(golden * i), z], 3 * i);
+    const turn = golden * (i + 0.5);
+    spread.set([radius * Math.cos(turn), radius * Math.sin(turn), z], 3 * i);
   }
   return spread;
 }
