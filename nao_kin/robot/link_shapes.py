@@ -272,6 +272,11 @@ class LinkShapes:
             self._last._alone = self
         return self._last
 
+    @property
+    def hulls(self) -> tuple[tuple[str, ...], HullTable, NDArray[np.int64]]:
+        """The links that the hulls of the table refer to, the table, and the pairs of hulls checked, shape (p, 2)."""
+        return self._posed, self._table, self._places
+
     def _poses(self, q: Floats) -> Floats:
         """Return the poses of links, parts and obstacles, shape (n, links, 4, 4), in the frame of `RobotModel.fk`."""
         T = self._robot.fk(q, self._posed)

@@ -35,6 +35,7 @@ from nao_kin.viewer.messages import (
     geometry_pose,
     hex_colour,
     panel_message,
+    typed_array,
 )
 from nao_kin.viewer.scene import Drawable, Driver, carriers, drivers_of, holder, link_paths, robot_drawables
 
@@ -193,6 +194,23 @@ class SceneRobot:
             content["links"] = [{"link": self._places[name], "rgb": own[name]} for name in own]
             content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": COLD_TO_WARM}
         return f"{self.key}colours", panel_message("colours", content)
+
+    def hulls(self) -> bytes:
+        """Return the message of the hulls by which pages find links that overlap.
+
+        Raises:
+            BadArgument: the robot has no shapes.
+        """
+        links, table, pairs = self.robot.link_shapes.hulls
+        content = {
+            "links": [self._places[links[k]] for k in table.link.tolist()],
+            "counts": np.diff(table.first).tolist(),
+            "radii": table.radius.tolist(),
+            "parts": table.parts.tolist(),
+            "points": typed_array(table.points.astype(np.float32).reshape(-1)),
+            "pairs": typed_array(pairs.astype(np.uint16).reshape(-1)),
+        }
+        return panel_message("hulls", content)
 
     def about(self) -> dict[str, Any]:
         """Return the description for the page: shapes, joints, limits, postures, mirror, frames, masses, cameras.

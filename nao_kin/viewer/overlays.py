@@ -410,10 +410,10 @@ def _floats(rows: Floats) -> Any:
 
 
 # Initial state of the page's buttons.
-SHOWN = {"frames": False, "axes": False, "com": False, "support": False, "ghosts": True, "handles": True}
+SHOWN = dict.fromkeys(("frames", "axes", "com", "support", "collisions"), False) | {"ghosts": True, "handles": True}
 # All buttons; those that are not in `SHOWN` begin as each page decides.
 BUTTONS = (
-    *("frames", "axes", "chains", "com", "support", "shapes", "inertia"),
+    *("frames", "axes", "chains", "com", "support", "shapes", "inertia", "collisions"),
     *("ghosts", "eye", "orthographic", "contrast", "handles"),
 )
 # Limits of a page's message on buttons: their number, and the length of their names.

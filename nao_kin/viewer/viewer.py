@@ -125,7 +125,6 @@ class Viewer:
         # Sources and receivers of the robot's movements.
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
-        self._collisions: Subscription | None = None
         self._camera_pose: Floats | None = None
         self._targets = Targets(self._messages, self._lock, self._changes)
         self._controls = Controls(self._messages, self._lock, self._changes)
@@ -178,8 +177,6 @@ class Viewer:
             if self._messages.get("clip") is not None:
                 self._messages.put("clip", panel_message("still", {}))
             self._show_joints(array, vertical)
-            if self._collisions is not None:
-                self._colour_collisions(array)
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
         """Return the vertical in the root's frame for a robot that rests in a posture; None if it stands on its soles.
@@ -782,9 +779,12 @@ class Viewer:
         self._messages.put(*self._look.colours(values, low, high, label))
 
     def show_collisions(self, on: bool = True) -> None:
-        """Colour links that overlap red, in this configuration and whenever the robot moves; False ends this.
+        """Colour links that overlap orange, in this configuration and whenever the robot moves; False ends this.
 
-        The colours replace those of `color_links`. Movements in a page are followed as by `on_change`.
+        This presses the page's button *Overlaps*. The page itself finds the links, by the rules of
+        `RobotModel.collisions`, also in a saved file. If the robot's semantics name the pairs of links that cannot
+        collide, it has the button from the beginning; for other robots this call finds these pairs, which may take
+        seconds.
 
         Args:
             on: whether to show them.
@@ -798,19 +798,19 @@ class Viewer:
             >>> viewer.show_collisions()
             >>> viewer.display(nao.posture("Crouch"))
         """
-        watched = flag(on, "on")
-        if watched:
-            self.robot.clearance(self.q)  # an error before anything changes
-        with self._lock:
-            if self._collisions is not None:
-                self._collisions.remove()
-            self._collisions = self.on_change(lambda q, joints: self._colour_collisions(q)) if watched else None
-            self._colour_collisions(self._q)
+        if flag(on, "on"):
+            self._send_hulls()
+        self._buttons.press("collisions", on)
 
-    def _colour_collisions(self, q: Floats) -> None:
-        overlapping = {link for contact in self.robot.collisions(q) for link in contact.links}
-        values = dict.fromkeys(sorted(overlapping), 1.0) if self._collisions is not None else {}
-        self._messages.put(*self._look.colours(values, 0.0, 1.0, "links that overlap"))
+    def _send_hulls(self) -> None:
+        if self._messages.get("hulls") is None:
+            self._messages.put("hulls", self._look.hulls())
+
+    def _send_known_hulls(self) -> None:
+        """Send the hulls if the semantics name the pairs that cannot collide: to search for them takes seconds."""
+        if self.robot.semantics.disabled_collisions:
+            with suppress(BadArgument):
+                self._send_hulls()
 
     def show_reach(self, reach: ReachMap | None, *, by: str = "best", cut: tuple[str, float] | None = None) -> None:
         """Draw a reach map as coloured voxels, with a slider that cuts them along an axis; None removes it.
@@ -1147,6 +1147,7 @@ class Viewer:
             True
         """
         self._streams.flush()
+        self._send_known_hulls()
         return static_page(self.robot.name, self._messages.messages())
 
     def save_html(self, path: Path | str, *, overwrite: bool = False) -> Path:
@@ -1189,7 +1190,10 @@ class Viewer:
 
     def _receive(self, answer: Answer) -> None:
         """Process a message of a page; runs in the server's thread."""
-        if answer.get("kind") == "shown":
+        if answer.get("kind") == "ready":
+            # Not before, and not in the server's thread: the first picture must not wait for it.
+            threading.Thread(target=self._send_known_hulls, name="nao_kin viewer hulls", daemon=True).start()
+        elif answer.get("kind") == "shown":
             self._buttons.receive(answer.get("shown"), _source_of(answer))
         elif answer.get("kind") == "target":
             self._targets.receive(answer.get("name"), answer.get("matrix"), _source_of(answer))

@@ -17,6 +17,7 @@ import { ShownRobot, type Robot } from "./robot/robot.ts";
 import { Balance } from "./scene/balance.ts";
 import { BodyShapes } from "./scene/body_shapes.ts";
 import { Projection, cameraPose, placeCamera } from "./scene/camera.ts";
+import { Collisions } from "./scene/collisions.ts";
 import { Extras } from "./scene/extras.ts";
 import { Eyes, makeSight } from "./scene/eyes.ts";
 import { Ghosts } from "./scene/ghosts.ts";
@@ -51,6 +52,7 @@ export class App extends EventTarget {
   axes: JointAxes;
   targets: Targets;
   balance: Balance;
+  collisions: Collisions;
   ghosts: Ghosts;
   colours: LinkColours;
   bodyShapes: BodyShapes;
@@ -120,8 +122,9 @@ export class App extends EventTarget {
     this.frames = new Frames(this.robot, this.labels, about.effectors, 0.075 * this.studio.markScale);
     this.axes = new JointAxes(this.robot, this.studio, this.labels);
     this.targets = new Targets(this);
-    this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
     this.bodyShapes = new BodyShapes(this);
+    this.balance = new Balance(this);
+    this.collisions = new Collisions(this);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);

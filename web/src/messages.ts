@@ -20,6 +20,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
     stance.display([...q], up, source !== "");
   },
   still: (app) => app.stance.still(),
+  hulls: (app, message) => app.collisions.receive(message),
   shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),
   edition: (app, { name }) => app.setEdition(String(name)),

@@ -9,6 +9,14 @@ export interface Received {
   robot: { model: string };
   joints: { q: Float64Array; up: Vector | null; source: string };
   still: object;
+  hulls: {
+    links: number[];
+    counts: number[];
+    radii: number[];
+    parts: [number, number][];
+    points: Float32Array;
+    pairs: Uint16Array;
+  };
   robot_added: { robot: number; name: string; model: string; opacity: number };
   robot_joints: { robot: number; q: Float64Array; up: Vector | null };
   robot_removed: { robot: number };

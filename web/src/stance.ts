@@ -19,6 +19,8 @@ export class Stance {
   movedByHand = false;
   /** Whether the clip gives the vertical; false as soon as something else moves the robot. */
   followsClip = false;
+  /** The posture that was chosen last in this page. */
+  chosen: { name: string; q: number[] } | null = null;
 
   constructor(readonly page: App) {}
 
@@ -95,14 +97,15 @@ export class Stance {
     const { postures, floating } = this.page.robot.about;
     const posture = postures.find((candidate) => candidate.name === name);
     if (!posture) return;
-    this.jump(floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q);
+    this.chosen = { name, q: floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q };
+    this.jump(this.chosen.q);
   }
 
   // --- the scene -----------------------------------------------------------------------------------------------
 
   /** Bring the scene up to date with the configuration, wherever it comes from; called for every frame. */
   settle() {
-    const { robot, player, shown, drag, studio, ghosts, balance, eyes, panel, reports } = this.page;
+    const { robot, player, shown, drag, studio, ghosts, balance, collisions, eyes, panel, reports } = this.page;
     if (!robot) return;
     player.refresh();
     const q = this.followsClip && player.playback instanceof ClipPlayback && player.playback.q;
@@ -116,6 +119,7 @@ export class Stance {
     ghosts.refresh();
     studio.moved();
     balance.draw();
+    collisions.refresh();
     eyes.drawGround();
     panel.refresh();
     if (this.followsClip) reports.playing("clip", this.q);

@@ -178,6 +178,11 @@ const TOGGLES: Record<string, Toggle> = {
     isOffered: ({ robot }) => robot.about.bodies.some(({ size }) => Math.max(...size) > 0),
     show: ({ bodyShapes }, on) => bodyShapes.showInertia(on),
   },
+  collisions: {
+    text: "Overlaps",
+    isOffered: ({ collisions }) => collisions.pairs !== null,
+    show: ({ collisions }, on) => collisions.show(on),
+  },
   ghosts: {
     text: "Ghosts",
     begins: () => true,

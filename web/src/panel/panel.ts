@@ -61,6 +61,7 @@ export class Panel {
       this.refresh();
       page.pick.hover.tip.refresh();
       page.pick.measure.draw();
+      page.balance.draw();
       page.viewer.set_dirty();
     });
     bindViewKeys(page);

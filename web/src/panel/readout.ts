@@ -1,9 +1,11 @@
 import "./readout.css";
 import { fixed } from "../math/numbers.ts";
-import { COPIES, poseNumbers } from "../pick/facts.ts";
+import { COPIES, poseNumbers, unitText } from "../pick/facts.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
 import { unitOf, withUnit, type Choice } from "../values/units.ts";
+import { differences } from "../values/difference.ts";
+import { BodyState } from "./body_state.ts";
 import { button, element, iconButton } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
@@ -102,7 +104,13 @@ export class Readout {
   line: HTMLElement[];
   numbers = new Numbers(6, 3);
   rotation = new Numbers(8, 4);
-  /** More of a pose: the rotation in other forms, and the buttons that copy it. */
+  state: BodyState;
+  centre = new Numbers(6, 3);
+  /** The difference to a ghost or to the last posture: the joints that differ most, and the way of the frame. */
+  difference = new Numbers(6, 3);
+  compared = element("h3");
+  apart = element("div", { className: "apart" }, this.compared, this.difference.box);
+  /** More of a pose: the rotation in other forms, the buttons that copy it, and the centre of mass. */
   rest: HTMLDivElement;
   element: HTMLElement;
 
@@ -139,8 +147,11 @@ export class Readout {
           return copy;
         }),
       ),
+      element("h3", {}, "Centre of mass"),
+      this.centre.box,
     );
-    this.more = iconButton("more", "Quaternion, axis and angle, copying", () => {
+    this.state = new BodyState(panel);
+    this.more = iconButton("more", "Quaternion, axis and angle, copying, centre of mass", () => {
       this.open = !this.open;
       this.refresh();
     });
@@ -160,7 +171,9 @@ export class Readout {
         element("div", {}, this.measure, this.more),
       ),
       this.numbers.box,
+      this.apart,
       this.rest,
+      this.state.element,
     );
     const follow = (measuring: boolean) => {
       this.measuring = measuring;
@@ -174,16 +187,32 @@ export class Readout {
   /** Pose of the reference frame in the robot's root. */
   get T_root_reference() {
     const { robot } = this.panel.page;
-    const { value } = this.reference;
-    if (value === "root") return new THREE.Matrix4();
-    if (value === "floor") return robot.placement().invert();
-    return robot.pose(robot.linkOf(nameOf(this.reference)));
+    return this.referenceIn((link) => robot.pose(link), robot.placement()) as THREE.Matrix4;
   }
 
   /** Pose of the frame in the reference. */
   get pose() {
+    const { robot } = this.panel.page;
+    return this.poseIn((link) => robot.pose(link), robot.placement()) as THREE.Matrix4;
+  }
+
+  /**
+   * Pose of the reference frame in the root of a robot in any configuration.
+   *
+   * @param poses of the links in the root
+   * @param place of the root in the scene; null if it is not known, and the result is null if that matters
+   */
+  private referenceIn(poses: (link: number) => THREE.Matrix4, place: THREE.Matrix4 | null) {
+    const { value } = this.reference;
+    if (value === "root") return new THREE.Matrix4();
+    if (value === "floor") return place && place.clone().invert();
+    return poses(this.panel.page.robot.linkOf(nameOf(this.reference)));
+  }
+
+  private poseIn(poses: (link: number) => THREE.Matrix4, place: THREE.Matrix4 | null) {
     const { robot, pick } = this.panel.page;
-    return this.T_root_reference.invert().multiply(robot.pose(robot.linkOf(pick.selection.read)));
+    const T_root_reference = this.referenceIn(poses, place);
+    return T_root_reference && T_root_reference.invert().multiply(poses(robot.linkOf(pick.selection.read)));
   }
 
   refresh() {
@@ -198,6 +227,9 @@ export class Readout {
     this.rest.hidden = measuring || !open;
     if (measuring) this.showMeasured();
     else this.showPose();
+    this.showDifference();
+    this.state.refresh();
+    if (!this.rest.hidden) this.showCentre();
   }
 
   showPose() {
@@ -213,6 +245,50 @@ export class Readout {
       ...quaternion.map((value, i) => share(`r${i}`, value)),
       angle("angle", turn, units),
       ...axis.map((value, i) => share(`e${i + 1}`, value)),
+    ]);
+  }
+
+  /** Show the centre of mass in the reference frame, its margin, and how far the robot can be tilted. */
+  showCentre() {
+    const { page, settings } = this.panel;
+    const centre = page.robot.com()?.applyMatrix4(this.T_root_reference.invert()).toArray() ?? null;
+    const { margin, tilt } = page.balance.stand;
+    const tips = Number.isNaN(tilt) ? null : angle(`tips ${this.state.way}`.trim(), tilt, settings.units);
+    if (tips) tips.title += ", the angle by which the robot can be tilted before it tips";
+    this.centre.show([
+      ...["x", "y", "z"].map((name, i) => centre && length(name, centre[i], settings.units)),
+      Number.isNaN(margin) ? null : length("margin", margin, settings.units),
+      tips,
+    ]);
+  }
+
+  /** Show how the robot differs from the ghost, or, with more of the pose, from the posture chosen last. */
+  showDifference() {
+    const { ghosts, pick, robot, stance } = this.panel.page;
+    const { units } = this.panel.settings;
+    const posture = this.open ? stance.chosen : null;
+    const [name, q] = ghosts?.compared ? ["the ghost", ghosts.compared] : [posture?.name ?? "", posture?.q ?? null];
+    const found = q ? differences(robot.about, q, robot.q) : [];
+    this.apart.hidden = this.measuring || found.length === 0;
+    if (this.apart.hidden || !q) return;
+    ghosts.skeleton.apply(q);
+    const [now, then] = [
+      this.pose,
+      this.poseIn((link) => ghosts.skeleton.pose(link), ghosts.compared ? ghosts.place : null),
+    ].map((T) => T && new THREE.Vector3().setFromMatrixPosition(T));
+    const way = now && then ? now.sub(then) : null;
+    const count = found.length === 1 ? "1 joint" : `${found.length} joints`;
+    this.compared.textContent = `From ${name}: ${count}${way ? `, ${pick.selection.read} ${length("", way.length(), units).text}` : ""}`;
+    this.compared.title = found.map(({ joint, unit, value }) => `${joint} ${unitText(value, unit, units)}`).join("\n");
+    const largest = found.slice(0, 3).map(({ joint, unit, value }) => ({
+      name: joint,
+      value,
+      text: unitText(value, unit, units),
+      title: `${joint} ${value}`,
+    }));
+    this.difference.show([
+      ...[0, 1, 2].map((i) => largest[i] ?? null),
+      ...(way?.toArray() ?? []).map((value, i) => length(["Δx", "Δy", "Δz"][i], value, units)),
     ]);
   }
 

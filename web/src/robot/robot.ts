@@ -112,17 +112,17 @@ export class Robot extends Skeleton {
     return Number.isFinite(lowest) ? lowest : 0;
   }
 
-  /** Visit the vertices, relative to the floor, of the meshes that may reach below a height. */
-  eachVertex(visit: (vertex: THREE.Vector3) => void, height: number) {
+  /** Visit the vertices, relative to the floor, and their links, of the meshes that may reach below a height. */
+  eachVertex(visit: (vertex: THREE.Vector3, link: number) => void, height: number) {
     const fromWorld = this.fromWorld();
     const matrix = new THREE.Matrix4();
     const vertex = new THREE.Vector3();
-    for (const { mesh } of this.meshes) {
+    for (const { mesh, link } of this.meshes) {
       matrix.multiplyMatrices(fromWorld, mesh.matrixWorld);
       const { center, radius } = sphereOf(mesh);
       if (vertex.copy(center).applyMatrix4(matrix).z - radius > height) continue;
       const { position } = mesh.geometry.attributes;
-      for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix));
+      for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix), link);
     }
   }
 

@@ -2,11 +2,12 @@ import type { PageWith } from "../app.ts";
 import { asMark, between, isInside } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { OffScreen } from "../robot/skeleton.ts";
+import { Standing } from "../robot/standing.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";
 import type { Received } from "../received.ts";
 
-type Page = PageWith<"ghosts" | "show" | "stance" | "toggles">;
+type Page = PageWith<"ghosts" | "panel" | "robot" | "show" | "stance" | "toggles">;
 
 // The colour of a ghost for comparison.
 const COMPARED = "#3f7fd9";
@@ -24,11 +25,19 @@ interface GhostLook {
 
 type Copy = THREE.Mesh<THREE.BufferGeometry, THREE.Material>;
 
-/** Ghosts: pale copies of the links that other configurations put elsewhere, in the robot's root. */
+/**
+ * Ghosts: pale copies of the links that other configurations put elsewhere. Branches share the root of the robot; ghosts for
+ * comparison stand on the floor by themselves.
+ */
 export class Ghosts {
   /** The entries of the legend; none for ghosts for comparison. */
   entries: HTMLElement[] = [];
+  /** The configuration of the only ghost for comparison, if there is one. */
+  compared: number[] | null = null;
+  /** The pose of its root in the scene. */
+  place: THREE.Matrix4 | null = null;
   group = asMark(new THREE.Group());
+  private areBranches = true;
   skeleton: OffScreen;
   /**
    * One material for each ghost, kept when the ghost is removed: otherwise the graphics card would compile a new one in each
@@ -40,16 +49,19 @@ export class Ghosts {
   constructor(readonly robot: Robot) {
     this.skeleton = new OffScreen(robot);
     this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: between(mesh, robot.nodes[link]) }));
-    robot.root.add(this.group);
+    this.group.matrixAutoUpdate = false;
+    (robot.root.parent as THREE.Object3D).add(this.group);
   }
 
   /**
    * Draw these ghosts instead of the ones before.
    *
    * @param carrier only the links that this link carries are drawn
+   * @param places the pose of the root of each in the scene; null for the robot's own
    */
-  show(ghosts: GhostLook[], carrier: number = 0) {
+  show(ghosts: GhostLook[], carrier: number = 0, places: THREE.Matrix4[] | null = null) {
     this.clear();
+    this.areBranches = places === null;
     const shapes = this.shapes.filter(({ link }) => isInside(this.robot.nodes[link], this.robot.nodes[carrier]));
     for (const [i, { q, colour, opacity }] of ghosts.entries()) {
       const material = (this.materials[i] ??= makeMaterial(i));
@@ -57,6 +69,7 @@ export class Ghosts {
       material.opacity = opacity;
       this.skeleton.apply(q);
       const poses = this.robot.nodes.map((_, link) => this.skeleton.pose(link));
+      if (places) for (const pose of poses) pose.premultiply(places[i]);
       for (const { mesh, link, T_link_mesh } of shapes) {
         const copy = new THREE.Mesh(mesh.geometry, material);
         copy.matrixAutoUpdate = false;
@@ -75,10 +88,11 @@ export class Ghosts {
   /** Show only the links whose pose differs from the robot's. */
   refresh() {
     if (this.group.children.length === 0) return;
-    const toRoot = this.robot.toRoot();
-    const poses = this.robot.nodes.map(
-      ({ matrixWorld }) => new THREE.Matrix4().multiplyMatrices(toRoot, matrixWorld).elements,
-    );
+    const { nodes, root } = this.robot;
+    const toGroup = this.areBranches ? this.robot.toRoot() : this.robot.fromWorld();
+    const poses = nodes.map(({ matrixWorld }) => new THREE.Matrix4().multiplyMatrices(toGroup, matrixWorld).elements);
+    if (this.areBranches) this.group.matrix.copy(root.matrix);
+    else this.group.matrix.identity();
     for (const copy of this.copies) {
       const { link, pose }: { link: number; pose: THREE.Matrix4 } = copy.userData as any;
       copy.visible = pose.elements.some((value, i) => Math.abs(value - poses[link][i]) > SAME);
@@ -92,6 +106,7 @@ export class Ghosts {
 
   /** Remove the ghosts. The geometries belong to the robot and are not disposed. */
   clear() {
+    this.compared = null;
     this.group.remove(...this.copies);
   }
 }
@@ -109,28 +124,48 @@ function makeMaterial(place: number) {
 
 /**
  * Show configurations as ghosts, each in its own colour and numbered in the legend. Without a first number they are ghosts
- * for comparison.
+ * for comparison, which are set down on the floor.
  *
  * @param message with the configurations one after another, and the number of the first
+ * @param place the pose of their root in the scene, if it is known
  */
-export function showGhosts(page: Page, { qs, count, opacity, first }: Received["ghosts"]) {
+export function showGhosts(
+  page: Page,
+  { qs, count, opacity, first }: Received["ghosts"],
+  place: THREE.Matrix4 | null = null,
+) {
   const width = qs.length / count;
   const looks = Array.from({ length: count }, (_, i) => {
     const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];
     return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
   });
   page.stance.settle();
-  page.ghosts.show(looks);
+  const places = first === null ? looks.map(({ q }) => place ?? placeOf(page.robot, q)) : null;
+  page.ghosts.show(looks, 0, places);
+  if (places?.length === 1) Object.assign(page.ghosts, { compared: looks[0].q, place: places[0] });
   page.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
   page.toggles.refresh();
+  page.panel?.readout.refresh();
   page.show({ ghosts: true });
+}
+
+/** The pose of the root in the scene of a robot that is set down in a configuration; its own nodes serve for it meanwhile. */
+function placeOf(robot: Robot, q: number[]) {
+  const before = robot.root.matrix.clone();
+  robot.apply(q);
+  if (!robot.about.floating) new Standing(robot).place(q, null);
+  const found = robot.placement();
+  before.decompose(robot.root.position, robot.root.quaternion, robot.root.scale);
+  robot.apply(robot.q);
+  return found;
 }
 
 export function clearGhosts(page: Page) {
   showGhosts(page, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
 }
 
-/** Keep the current configuration as a ghost. */
+/** Keep the robot, as it stands there now, as a ghost. */
 export function keepGhost(page: Page) {
-  showGhosts(page, { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null });
+  const ghost = { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null };
+  showGhosts(page, ghost, page.robot.placement());
 }

@@ -39,15 +39,22 @@ export function chainColours(about: About): {
 // The dark glass of a light, whose colour is emitted.
 const GLASS = new THREE.Color(0x2b3038).convertSRGBToLinear();
 const RED = new THREE.Color(0xd92d20).convertSRGBToLinear();
+/** The colour of links that overlap. */
+export const OVERLAP = "#f08c00";
+const ORANGE = new THREE.Color(OVERLAP).convertSRGBToLinear();
 
 /** The accent colours of NAO's editions. */
 export const EDITIONS: Record<string, number> = { orange: 0xde541c, blue: 0x1f5fae, red: 0xb5161c, grey: 0x7d828a };
 
-/** The colours of the links: red if a joint is outside its limits, else by a scale, by chain, or their own colours. */
+/**
+ * The colours of the links: red if a joint is outside its limits, orange if they overlap, else by a scale, by chain, or
+ * their own colours.
+ */
 export class LinkColours {
   scale: Map<number, Vector> = new Map();
   chains: Map<number, string> = new Map();
   outside: Set<number> = new Set();
+  overlapping: Set<number> = new Set();
   edition = "";
 
   constructor(readonly robot: Robot) {}
@@ -71,9 +78,20 @@ export class LinkColours {
   }
 
   setOutside(links: Set<number>) {
-    if (links.size === this.outside.size && [...links].every((link) => this.outside.has(link))) return;
-    this.outside = links;
+    this.mark("outside", links);
+  }
+
+  /** @returns whether these are other links than before */
+  setOverlapping(links: Set<number>) {
+    return this.mark("overlapping", links);
+  }
+
+  private mark(how: "outside" | "overlapping", links: Set<number>) {
+    const before = this[how];
+    if (links.size === before.size && [...links].every((link) => before.has(link))) return false;
+    this[how] = links;
     this.paintAll();
+    return true;
   }
 
   paintAll() {
@@ -90,7 +108,8 @@ export class LinkColours {
     else if (chain) color.set(chain).convertSRGBToLinear();
     else if (this.edition && accent) color.setHex(EDITIONS[this.edition]).convertSRGBToLinear();
     else color.copy(mesh.userData.own);
-    if (this.outside.has(link) && !mesh.userData.lit) color.lerp(RED, 0.8);
+    const mark = this.outside.has(link) ? RED : this.overlapping.has(link) ? ORANGE : null;
+    if (mark && !mesh.userData.lit) color.lerp(mark, 0.8);
   }
 }
 

@@ -1,0 +1,80 @@
+import { THREE } from "../three.ts";
+import { spoken, unitOf } from "../values/units.ts";
+import { button, element } from "./element.ts";
+import type { Panel } from "./panel.ts";
+
+/** The directions over an edge, by quarters of a turn to the left from the front. */
+const WAYS = ["forwards", "to the left", "backwards", "to the right"];
+// A root whose x axis is steeper than this has no front: its horizontal part is shorter.
+const LEVEL = 0.5;
+
+/** In words, over which edge the robot would tip; empty where it has no front, as a robot that lies. */
+export function wayOver(over: { x: number; y: number }, front: { x: number; y: number }) {
+  if (Math.hypot(front.x, front.y) < LEVEL) return "";
+  const turn = Math.atan2(front.x * over.y - front.y * over.x, front.x * over.x + front.y * over.y);
+  return WAYS[(Math.round((2 * turn) / Math.PI) + 4) % 4];
+}
+
+/** The line of the read-out that says whether the robot stands, and which of its links overlap. */
+export class BodyState {
+  // Screen readers read it on demand, not at every step of a motion.
+  balance = element("output", { ariaLive: "off", ariaLabel: "Balance" });
+  /** Also the button that colours these links. */
+  overlap: HTMLButtonElement;
+  element: HTMLElement;
+
+  constructor(readonly panel: Panel) {
+    const { toggles } = panel.page;
+    this.overlap = button("", () => toggles.buttons.get("collisions")?.click());
+    this.element = element("div", { className: "body-state" }, this.balance, this.overlap);
+    const press = () => this.overlap.setAttribute("aria-pressed", String(toggles.shown.collisions));
+    panel.page.addEventListener("shown", press);
+    press();
+  }
+
+  /** In words, over which edge the robot tips first. */
+  get way() {
+    const { balance, robot } = this.panel.page;
+    const front = new THREE.Vector3().setFromMatrixColumn(robot.placement(), 0);
+    return wayOver(balance.stand.over, front);
+  }
+
+  refresh() {
+    const { balance, collisions, robot } = this.panel.page;
+    const { centre, margin } = balance.stand;
+    const text = (value: number) => spoken(value, unitOf("m", this.panel.settings.units));
+    const stands = margin >= 0;
+    say(
+      this.balance,
+      centre === null
+        ? ""
+        : Number.isNaN(margin)
+          ? "no support"
+          : stands
+            ? `margin ${text(margin)}`
+            : `tips ${this.way}`,
+      stands ? "good" : "bad",
+      stands
+        ? "Distance of the centre of mass, seen from above, from the edge of the support polygon"
+        : `The centre of mass is ${Number.isNaN(margin) ? "above no support" : `${text(-margin)} outside the support polygon`}`,
+    );
+    const { pairs } = collisions;
+    const names = (pairs ?? []).map((pair) => pair.map((link) => robot.about.links[link].name).join(", "));
+    const overlap = names.length > 1 ? `${names.length} pairs overlap` : `overlap: ${names[0]}`;
+    const none = "no links overlap";
+    say(
+      this.overlap,
+      pairs === null ? "" : names.length > 0 ? overlap : none,
+      names.length > 0 ? "warn" : "good",
+      `${names.join("\n") || none}; press to colour links that overlap`,
+    );
+  }
+}
+
+function say(output: HTMLElement, text: string, state: "good" | "warn" | "bad", title: string) {
+  // Only a change is written: this runs in every step of a movement.
+  if (output.textContent !== text) output.textContent = text;
+  output.dataset.state = state;
+  output.title = title;
+  output.hidden = text === "";
+}
