@@ -146,10 +146,13 @@ def _carrying(
 
 
 def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
-    """Return the points of the shapes, feet included, that touch the floor in one configuration, shape (k, 3) [m]."""
+    """Return the vertices of the shapes, feet included, that touch the floor in one configuration, shape (k, 3) [m]."""
     floor = _floor_of(robot)
-    placed = floor.placed(T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root))
-    return placed[placed[:, 2] <= tolerance]
+    T_links = T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root)
+    near = np.flatnonzero(floor._deepest(T_links[None], -_UPRIGHT[None])[0] >= -tolerance)
+    placed = [floor.vertices[k] @ T_links[k, :3, :3].T + T_links[k, :3, 3] for k in near]
+    points = np.concatenate([*placed, np.empty((0, 3))])
+    return points[points[:, 2] <= tolerance]
 
 
 class Feet(NamedTuple):

@@ -38,6 +38,7 @@ def sent(nao: nk.NaoModel) -> dict[str, list[dict[str, object]]]:
     viewer.camera("front")
     viewer.show_frames(["LArm"])
     viewer.show_com()
+    viewer.show_collisions()
     viewer.show_ghosts(nao.random(1, 2))
     viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
     viewer.color_links({"Head": 0.1, "torso": 0.2})

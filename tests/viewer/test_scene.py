@@ -513,34 +513,45 @@ def test_a_link_without_a_shape_colours_what_it_is_fixed_to(nao: nk.NaoModel) ->
         assert (rgb["l_ankle"] == rgb["LFoot"]) == ("l_ankle" not in values)
 
 
-def test_links_that_overlap_are_red_as_long_as_they_do(nao: nk.NaoModel) -> None:
+def test_pages_get_the_hulls_by_which_they_find_links_that_overlap(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
+    (hulls,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "hulls")
     names = list(viewer._look.paths)
+    links = [names[link] for link in hulls["links"]]
+    pairs = np.frombuffer(hulls["pairs"].data, dtype=np.uint16).reshape(-1, 2).tolist()
+    assert {tuple(sorted((links[a], links[b]))) for a, b in pairs} == set(nao.link_shapes.pairs)
+    assert sum(hulls["counts"]) == len(hulls["points"].data) / 12
+    assert len(hulls["links"]) == len(hulls["counts"]) == len(hulls["radii"]) == len(hulls["parts"])
+    fingers = {links[k] for first, last in hulls["parts"] for k in range(first, last) if last - first > 1}
+    assert fingers == {name for name in nao.link_names if "Finger" in name or "Thumb" in name}
 
-    def red() -> set[str]:
-        (message,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "colours")
-        assert all(row["rgb"][0] > 0.7 > 0.4 > row["rgb"][2] for row in message["links"])
-        return {names[row["link"]] for row in message["links"]}
 
-    crossed = nao.posture("Crouch")
-    expected = {link for contact in nao.collisions(crossed) for link in contact.links}
-    assert expected == {"l_ankle", "r_ankle"}
-    viewer.display(crossed)
-    viewer.show_collisions()
-    assert expected <= red()
-    viewer.display(nao.posture("Stand"))
-    assert red() == set()
-    viewer._receive({"kind": "joints", "q": crossed.tolist(), "source": "page 1"})
-    deadline = time.monotonic() + 10.0
-    while not red() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert expected <= red()
-    viewer.show_collisions(False)
-    assert red() == set()
-    viewer.display(crossed)
-    assert red() == set()
+def test_overlaps_are_a_button_of_the_page(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    assert not viewer.shown["collisions"]
+    for on in (True, False):
+        viewer.show_collisions(on)
+        assert viewer.shown["collisions"] is on
     with pytest.raises(BadArgument, match="on must be"):
         viewer.show_collisions("yes")  # type: ignore[arg-type]
+
+
+def test_the_pairs_of_other_robots_are_searched_for_on_request(tmp_path: Path) -> None:
+    shape = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
+    limit = "<axis xyz='1 0 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/>"
+    links = "".join(f"<link name='{name}'>{shape}</link>" for name in "abc")
+    joints = "".join(
+        f"<joint name='to_{name}' type='prismatic'><parent link='a'/><child link='{name}'/>{limit}</joint>"
+        for name in "bc"
+    )
+    path = tmp_path / "balls.urdf"
+    path.write_text(f"<robot name='balls'>{links}{joints}</robot>", encoding="utf-8")
+    viewer = Viewer(nk.RobotModel.from_urdf(path))
+    assert "hulls" not in {m.get("kind") for m in messages_of(viewer.static_html())}
+    viewer.show_collisions()
+    (hulls,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "hulls")
+    assert hulls["radii"] == [0.1, 0.1, 0.1]
+    assert hulls["counts"] == [1, 1, 1]
 
 
 def test_unknown_names_are_answered_with_the_nearest(viewer: Viewer) -> None:

@@ -414,10 +414,136 @@ def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel) -> Non
     page.set(nao.posture("StandZero"))
     ghost = "(link) => naoKin.ghosts.copies.find(({ userData }) => userData.link === link).userData.pose.toArray()"
     link = page.run("() => naoKin.robot.about.links.findIndex(({ name }) => name === 'l_wrist')")
-    assert np.allclose(np.reshape(page.run(ghost, link), (4, 4)).T, nao.fk(q, "l_wrist"), atol=1e-6)
+    standing = nao.set_down(q).T_world_base @ nao.fk(q, "l_wrist")
+    assert np.allclose(np.reshape(page.run(ghost, link), (4, 4)).T, standing, atol=1e-4)
     _click(page, "Remove ghost")
     assert page.run("() => naoKin.ghosts.copies.length") == 0
     _close_menu(page)
+
+
+def test_the_difference_to_a_ghost_is_read_in_numbers(page: Page, nao: nk.NaoModel) -> None:
+    card, then = page.tab.locator(".readout .apart"), nao.posture("StandInit")
+    page.set(then)
+    _open_menu(page)
+    _click(page, "Keep as ghost")
+    _close_menu(page)
+    assert not card.is_visible()  # nothing differs yet
+    now = nao.posture("StandInit", LShoulderPitch=0.4, LElbowRoll=-1.2, HeadYaw=0.1)
+    page.set(now)
+    way = nao.fk(now, "LArm")[:3, 3] - nao.fk(then, "LArm")[:3, 3]
+    assert card.locator("h3").inner_text() == f"From the ghost: 3 joints, LArm {1e3 * np.linalg.norm(way):.1f} mm"
+    shown = dict(card.locator("output").evaluate_all("(all) => all.map((o) => [o.ariaLabel, Number(o.dataset.value)])"))
+    differences = {name: now[k] - then[k] for k, name in enumerate(nao.joint_names) if now[k] != then[k]}
+    assert list(shown)[:3] == sorted(differences, key=lambda name: -abs(differences[name]))
+    assert shown == pytest.approx(differences | dict(zip(("Δx", "Δy", "Δz"), way, strict=True)), abs=1e-9)
+    page.set(then)
+    assert not card.is_visible()
+    # Without a ghost, more of the pose has the difference to the posture chosen last.
+    _open_menu(page)
+    _click(page, "Remove ghost")
+    _close_menu(page)
+    more = page.tab.get_by_role("button", name="Quaternion, axis and angle, copying")
+    more.click()
+    _click(page, "Stand")
+    assert np.array_equal(page.q, nao.posture("Stand"))
+    assert not card.is_visible()
+    page.slide("HeadYaw", 0.2)
+    assert page.q[0] == pytest.approx(0.2)
+    assert card.locator("h3").inner_text().startswith("From Stand: 1 joint, ")
+    more.click()
+    assert not card.is_visible()
+
+
+def test_a_ghost_stands_on_the_floor_by_itself(page: Page, nao: nk.NaoModel) -> None:
+    other = nao.posture("Crouch")
+    page.run(
+        "(q) => naoKin.receive({ kind: 'ghosts', qs: Float64Array.from(q), count: 1, opacity: 0.4, first: null })",
+        other.tolist(),
+    )
+    lowest = """() => (naoKin.viewer.scene.updateMatrixWorld(true), Math.min(...naoKin.ghosts.copies.map((copy) => {
+        const box = copy.geometry.boundingBox.clone();
+        return box.applyMatrix4(naoKin.robot.fromWorld().multiply(copy.matrixWorld)).min.z; })))"""
+    for name in ("StandInit", "Sit"):
+        page.set(nao.posture(name))
+        poses = page.run("() => naoKin.ghosts.copies.map(({ userData: u }) => [u.link, u.pose.toArray()])")
+        T = np.reshape([pose for _, pose in poses], (-1, 4, 4)).swapaxes(1, 2)
+        links = [list(page.run("() => naoKin.robot.about.links.map(({ name }) => name)"))[link] for link, _ in poses]
+        assert np.abs(T - nao.set_down(other).T_world_base @ nao.fk(other, links)).max() < 1e-4
+        assert page.run(lowest) == pytest.approx(0.0, abs=2e-3)
+
+
+# --- links that overlap ------------------------------------------------------------------------------------------
+
+
+def _overlapping(page: Page, q: np.ndarray) -> list[set[tuple[str, ...]]]:
+    """Return the pairs of links that overlap in each of the configurations, as the page finds them."""
+    found = page.run(
+        """(qs) => qs.map((q) => (naoKin.set(q), naoKin.settle(),
+            naoKin.collisions.pairs.map((pair) => pair.map((k) => naoKin.robot.about.links[k].name))))""",
+        q.tolist(),
+    )
+    return [{tuple(sorted(pair)) for pair in pairs} for pairs in found]
+
+
+def test_the_page_finds_the_links_that_overlap_as_the_library_does(page: Page, nao: nk.NaoModel) -> None:
+    # A step at a time, because the search begins with the last direction between the links.
+    steps = np.linspace(nao.random(22), nao.random(23), 60)
+    q = np.concatenate([[nao.posture(name) for name in nao.posture_names], steps, nao.random(21, 240)])
+    expected: list[set[tuple[str, ...]]] = [set() for _ in q]
+    for contact in nao.collisions(q):
+        expected[contact.index[0]].add(tuple(sorted(contact.links)))
+    assert 60 < sum(map(bool, expected)) < len(q) - 60
+    assert _overlapping(page, q) == expected
+
+
+def test_links_that_overlap_are_told_and_coloured_on_a_press(page: Page, nao: nk.NaoModel) -> None:
+    line = page.tab.locator(".body-state button")
+    names = page.run("() => naoKin.robot.about.links.map(({ name }) => name)")
+    feet = [names.index(name) for name in ("l_ankle", "r_ankle", "Head")]
+    own = page.run(COLOURS, feet)
+    assert line.inner_text() == "no links overlap"
+    page.set(nao.posture("Crouch"))
+    assert line.inner_text() == "overlap: l_ankle, r_ankle"
+    assert page.run(COLOURS, feet) == own
+    line.click()
+    assert line.get_attribute("aria-pressed") == "true"
+    left, right, head = page.run(COLOURS, feet)
+    assert left != own[0]
+    assert right != own[1]
+    assert head == own[2]
+    legend = page.tab.locator("#legend")
+    assert legend.inner_text() == "links that overlap"
+    page.set(nao.posture("Sit"))
+    assert line.inner_text() == "2 pairs overlap"
+    page.set(nao.posture("Stand"))
+    assert not legend.is_visible()
+    assert page.run(COLOURS, feet) == own
+    assert not page.switch("Overlaps")
+    assert line.get_attribute("aria-pressed") == "false"
+
+
+def test_the_margin_turns_into_the_direction_in_which_a_robot_tips(page: Page, nao: nk.NaoModel) -> None:
+    balance = page.tab.get_by_label("Balance")
+    for name, value, way in (("AnklePitch", 0.4, "backwards"), ("AnklePitch", -0.5, "forwards")):
+        q = nao.posture("StandZero", **{side + name: value for side in "LR"})
+        page.set(q)
+        assert balance.inner_text() == f"tips {way}"
+        assert balance.get_attribute("data-state") == "bad"
+        assert float(nk.world.balance(nao, q).margin) < 0.0
+    page.set(nao.posture("StandInit"))
+    found = nk.world.balance(nao, nao.posture("StandInit"))
+    assert balance.inner_text() == f"margin {1e3 * float(found.margin):.1f}\u00a0mm"
+    more = page.tab.get_by_role("button", name="Quaternion, axis and angle, copying")
+    more.click()
+    shown = page.run("""() => Object.fromEntries([...document.querySelectorAll(".readout .numbers output")]
+        .map((o) => [o.ariaLabel, Number(o.dataset.value)]))""")
+    com = nao.com(nao.posture("StandInit"), reference="torso")
+    assert [shown[f"CoM {axis}"] for axis in "xyz"] == pytest.approx(com.tolist(), abs=1e-6)
+    assert shown["margin"] == pytest.approx(float(found.margin), abs=1e-4)
+    assert next(value for name, value in shown.items() if name.startswith("tips ")) == pytest.approx(
+        float(found.tilts[found.nearest]), abs=1e-3
+    )
+    more.click()
 
 
 def test_the_robot_becomes_transparent_and_solid_again(page: Page) -> None:

@@ -147,7 +147,6 @@ export class Readout {
           return copy;
         }),
       ),
-      element("h3", {}, "Centre of mass"),
       this.centre.box,
     );
     this.state = new BodyState(panel);
@@ -256,7 +255,7 @@ export class Readout {
     const tips = Number.isNaN(tilt) ? null : angle(`tips ${this.state.way}`.trim(), tilt, settings.units);
     if (tips) tips.title += ", the angle by which the robot can be tilted before it tips";
     this.centre.show([
-      ...["x", "y", "z"].map((name, i) => centre && length(name, centre[i], settings.units)),
+      ...["x", "y", "z"].map((name, i) => centre && length(`CoM ${name}`, centre[i], settings.units)),
       Number.isNaN(margin) ? null : length("margin", margin, settings.units),
       tips,
     ]);
