@@ -151,11 +151,12 @@ export function showGhosts(
 
 /** The pose of the root in the scene of a robot that is set down in a configuration; its own nodes serve for it meanwhile. */
 function placeOf(robot: Robot, q: number[]) {
-  const before = robot.root.matrix.clone();
+  const [position, quaternion] = [robot.root.position.clone(), robot.root.quaternion.clone()];
   robot.apply(q);
   if (!robot.about.floating) new Standing(robot).place(q, null);
   const found = robot.placement();
-  before.decompose(robot.root.position, robot.root.quaternion, robot.root.scale);
+  robot.root.position.copy(position);
+  robot.root.quaternion.copy(quaternion);
   robot.apply(robot.q);
   return found;
 }
