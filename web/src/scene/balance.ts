@@ -129,8 +129,9 @@ export class Balance {
     this.fill(this.margin, strip(from, to, THREAD * studio.markScale));
     this.label.position.set(to.x, to.y, ABOVE);
     labels.set(this, [{ text: withUnit(margin, unitOf("m", panel.settings.units)), node: this.label }]);
-    for (const { material } of [this.area, this.rim, this.margin])
+    for (const { material } of [this.area, this.rim, this.margin]) {
       material.color.setHex(margin >= 0 ? STANDS : FALLS).convertSRGBToLinear();
+    }
   }
 
   /** Show a mark with another geometry. */
