@@ -294,8 +294,8 @@ KINDS: Mapping[str, Kind] = {
     "robot": Kind({"model": "string"}),
     "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
     "still": Kind({}),
-    # The hulls of the leading robot's links: for each its link, number of points and radius; the range of the hulls that
-    # count instead of it, if it has parts; points in the frames of the links [m]; and the pairs of hulls that count.
+    # The hulls of the leading robot's links: for each hull its link, number of points and radius, and the range of its
+    # parts, or of itself; the points in the frames of the links [m]; and the pairs of hulls that are compared.
     "hulls": Kind(
         {"links": "number[]", "counts": "number[]", "radii": "number[]", "parts": "[number, number][]"}
         | {"points": "Float32Array", "pairs": "Uint16Array"}

@@ -69,6 +69,21 @@ def test_the_eight_postures_rest_as_a_person_expects(nao: nk.NaoModel, posture: 
     assert (hull.equations @ [*com, 1.0]).max() < 1e-4
 
 
+def test_all_vertices_that_touch_the_floor_support_a_robot_that_lies(nao: nk.NaoModel) -> None:
+    for posture in ("LyingBelly", "LyingBack"):
+        q = nao.posture(posture)
+        found = nk.world.balance(nao, q)
+        points = _vertices(nao, q) @ found.down.T_world_base[:3, :3].T + found.down.T_world_base[:3, 3]
+        hull = ConvexHull(np.concatenate([points[points[:, 2] <= 0.002, :2], found.vertices]))
+        assert -(hull.equations @ [*found.com[:2], 1.0]).max() == pytest.approx(float(found.margin), abs=1e-5)
+
+
+def test_feet_that_are_not_quite_level_do_not_reach_into_the_floor(nao: nk.NaoModel) -> None:
+    for q in nao.random(7, 192)[[4, 164]]:
+        T = nao.set_down(q).T_world_base
+        assert (_vertices(nao, q) @ T[2, :3]).min() + T[2, 3] > -1e-4
+
+
 def test_flat_soles_are_on_the_floor_to_rounding(each_nao: nk.NaoModel) -> None:
     for posture in ("StandInit", "StandZero"):
         q = each_nao.posture(posture)

@@ -122,7 +122,9 @@ export class Robot extends Skeleton {
       const { center, radius } = sphereOf(mesh);
       if (vertex.copy(center).applyMatrix4(matrix).z - radius > height) continue;
       const { position } = mesh.geometry.attributes;
-      for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix), link);
+      for (let i = 0; i < position.count; i++) {
+        visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix), link);
+      }
     }
   }
 
