@@ -436,6 +436,10 @@ def test_the_difference_to_a_ghost_is_read_in_numbers(page: Page, nao: nk.NaoMod
     differences = {name: now[k] - then[k] for k, name in enumerate(nao.joint_names) if now[k] != then[k]}
     assert list(shown)[:3] == sorted(differences, key=lambda name: -abs(differences[name]))
     assert shown == pytest.approx(differences | dict(zip(("Δx", "Δy", "Δz"), way, strict=True)), abs=1e-9)
+    assert not page.switch("Ghosts")
+    assert not card.is_visible()
+    assert page.switch("Ghosts")
+    assert card.is_visible()
     page.set(then)
     assert not card.is_visible()
     # Without a ghost, more of the pose has the difference to the posture chosen last.

@@ -22,9 +22,12 @@ export class BodyState {
   /** Also the button that colours these links. */
   overlap: HTMLButtonElement;
   element: HTMLElement;
+  /** Whether the robot stands on feet: an arm that is bolted to the floor does not tip. */
+  hasFeet: boolean;
 
   constructor(readonly panel: Panel) {
-    const { toggles } = panel.page;
+    const { robot, toggles } = panel.page;
+    this.hasFeet = robot.about.soles.length > 0;
     this.overlap = button("", () => toggles.buttons.get("collisions")?.click());
     this.element = element("div", { className: "body-state" }, this.balance, this.overlap);
     const press = () => this.overlap.setAttribute("aria-pressed", String(toggles.shown.collisions));
@@ -46,7 +49,7 @@ export class BodyState {
     const stands = margin >= 0;
     say(
       this.balance,
-      centre === null
+      centre === null || !this.hasFeet
         ? ""
         : Number.isNaN(margin)
           ? "no support"

@@ -180,6 +180,7 @@ export class Readout {
     };
     page.addEventListener("selected", () => follow(false));
     page.addEventListener("measured", () => follow(measure.active));
+    page.addEventListener("shown", () => this.refresh());
     this.refresh();
   }
 
@@ -217,6 +218,7 @@ export class Readout {
   refresh() {
     const { measuring, open } = this;
     this.element.classList.toggle("measuring", measuring);
+    this.element.classList.toggle("open", open);
     this.measure.setAttribute("aria-pressed", String(measuring));
     this.more.setAttribute("aria-expanded", String(open));
     // A hidden element would lose the focus.
@@ -251,7 +253,7 @@ export class Readout {
   showCentre() {
     const { page, settings } = this.panel;
     const centre = page.robot.com()?.applyMatrix4(this.T_root_reference.invert()).toArray() ?? null;
-    const { margin, tilt } = page.balance.stand;
+    const { margin, tilt } = this.state.hasFeet ? page.balance.stand : { margin: NaN, tilt: NaN };
     const tips = Number.isNaN(tilt) ? null : angle(`tips ${this.state.way}`.trim(), tilt, settings.units);
     if (tips) tips.title += ", the angle by which the robot can be tilted before it tips";
     this.centre.show([
@@ -266,14 +268,15 @@ export class Readout {
     const { ghosts, pick, robot, stance } = this.panel.page;
     const { units } = this.panel.settings;
     const posture = this.open ? stance.chosen : null;
-    const [name, q] = ghosts?.compared ? ["the ghost", ghosts.compared] : [posture?.name ?? "", posture?.q ?? null];
+    const compared = ghosts?.group.visible ? ghosts.compared : null;
+    const [name, q] = compared ? ["the ghost", compared] : [posture?.name ?? "", posture?.q ?? null];
     const found = q ? differences(robot.about, q, robot.q) : [];
     this.apart.hidden = this.measuring || found.length === 0;
     if (this.apart.hidden || !q) return;
     ghosts.skeleton.apply(q);
     const [now, then] = [
       this.pose,
-      this.poseIn((link) => ghosts.skeleton.pose(link), ghosts.compared ? ghosts.place : null),
+      this.poseIn((link) => ghosts.skeleton.pose(link), compared ? ghosts.place : null),
     ].map((T) => T && new THREE.Vector3().setFromMatrixPosition(T));
     const way = now && then ? now.sub(then) : null;
     const count = found.length === 1 ? "1 joint" : `${found.length} joints`;
