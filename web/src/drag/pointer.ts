@@ -22,12 +22,14 @@ interface Press {
   hit: Hit | null;
   take: (() => void) | null;
   still: boolean;
+  /** The latest event of the pointer. */
+  last: PointerEvent;
 }
 
 /**
  * Handles the pointer on the picture. On a handle it drags the handle, and on a link of the selected limb the link's joint.
- * Elsewhere, with another mouse button, or with a modifier key, it moves the camera by meshcat's control. A click selects;
- * if measuring is on or Shift is down, it measures.
+ * Elsewhere, with another mouse button, or with a modifier key, it moves the camera by meshcat's control. Two fingers always
+ * move the camera. A click selects; if measuring is on or Shift is down, it measures.
  */
 export class Pointer {
   press: Press | null = null;
@@ -37,7 +39,7 @@ export class Pointer {
     readonly drag: Drag,
     public pane: HTMLElement,
   ) {
-    // In the capture phase, so before the camera's own control, which listens on the canvas inside.
+    // In the capture phase, so before the camera's own control, which listens on the pane too.
     pane.addEventListener("pointerdown", (event) => this.down(event), true);
     pane.addEventListener("pointermove", (event) => this.move(event));
     // A press that begins on the picture may end anywhere, because the camera's control captures the pointer.
@@ -49,8 +51,7 @@ export class Pointer {
 
   down(event: PointerEvent) {
     this.page.pick.hover.clear();
-    // With a second finger, the first one is no tap.
-    if (this.press) this.press.still = false;
+    if (this.press && event.pointerId !== this.press.id && event.pointerType === "touch") this.pinch(this.press);
     if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
     this.page.stance.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
@@ -61,11 +62,30 @@ export class Pointer {
     let take: Press["take"] = null;
     if (found) take = () => this.drag.take(found.grip, { point: found.point, ray });
     else if (hit && motion) take = () => this.drag.takeJoint(motion, { point: hit.point, ray });
-    this.press = { id, clientX, clientY, shift, frame: found?.grip.limb?.frame, hit, take, still: true };
+    this.press = { id, clientX, clientY, shift, frame: found?.grip.limb?.frame, hit, take, still: true, last: event };
     if (!take) return;
     this.page.viewer.controls.enabled = false;
     this.pane.setPointerCapture(id);
     this.pane.style.cursor = "grabbing";
+  }
+
+  // A second finger: the first one is no tap, and what it drags is put back. Both go to the camera's control, which ignored
+  // the first finger while it was to drag, and therefore gets its press now.
+  pinch(press: Press) {
+    press.still = false;
+    if (!press.take || press.last.pointerType !== "touch") return;
+    press.take = null;
+    this.drag.cancel();
+    this.freeCamera();
+    const { pointerId, clientX, clientY } = press.last;
+    const again = new PointerEvent("pointerdown", {
+      pointerId,
+      clientX,
+      clientY,
+      pointerType: "touch",
+      isPrimary: true,
+    });
+    this.pane.dispatchEvent(again);
   }
 
   /** Whether a press on a link moves its joint and not the camera: its limb must be selected, and no modifier key down. */
@@ -82,6 +102,7 @@ export class Pointer {
       return;
     }
     if (event.pointerId !== press.id) return;
+    press.last = event;
     const way = Math.hypot(event.clientX - press.clientX, event.clientY - press.clientY);
     if (way > (event.pointerType === "touch" ? TAP : STILL)) press.still = false;
     if (press.still || !press.take) return;
@@ -102,6 +123,10 @@ export class Pointer {
 
   release() {
     this.press = null;
+    this.freeCamera();
+  }
+
+  freeCamera() {
     this.page.viewer.controls.enabled = true;
     this.pane.style.cursor = "";
   }
@@ -146,8 +171,7 @@ export class Pointer {
     if (this.drag.held) {
       this.drag.cancel();
       if (this.press) this.press.take = null;
-      this.page.viewer.controls.enabled = true;
-      this.pane.style.cursor = "";
+      this.freeCamera();
     } else if (event.target instanceof HTMLInputElement) return;
     else if (measure.active) measure.clear();
     else selection.select(null);
