@@ -172,6 +172,13 @@ export class App extends EventTarget {
     byId("notice").hidden = children.length === 0;
   }
 
+  /** Say in the empty picture why it is empty; without a text there is a picture. */
+  blank(text: string = "") {
+    const line = byId("blank");
+    if (line.textContent !== text) line.textContent = text;
+    line.hidden = text === "";
+  }
+
   // --- the robot, for scripts in the browser's console: these call `stance` --------------------------------------
 
   get q() {

@@ -11,7 +11,6 @@ try {
   } else app.connection.listen();
 } catch (error) {
   console.error(error);
-  const notice = document.getElementById("notice") as HTMLElement;
-  notice.textContent = `This page cannot be shown; it needs WebGL (${(error as Error).message}).`;
-  notice.hidden = false;
+  const line = document.getElementById("blank") as HTMLElement;
+  line.textContent = `This page cannot be shown; it needs WebGL (${(error as Error).message}).`;
 }

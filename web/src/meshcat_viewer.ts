@@ -40,6 +40,14 @@ export function makeViewer(page: App) {
   viewer.set_3d_pane_size = resizeToPane;
   // The pane becomes smaller when the legend is below it.
   new ResizeObserver(resizeToPane).observe(pane);
+  const canvas = viewer.renderer.domElement;
+  canvas.addEventListener("webglcontextlost", () =>
+    page.blank(
+      "The browser has lost the graphics card. The picture returns as soon as it is back; if not, reload the page.",
+    ),
+  );
+  // After three.js's own listener.
+  canvas.addEventListener("webglcontextrestored", () => page.studio.restore());
   const handle = viewer.handle_command.bind(viewer);
   viewer.handle_command = (message) => {
     if (message.type === "nao_kin") return page.receive(message);
@@ -50,7 +58,9 @@ export function makeViewer(page: App) {
     page.stance.settle();
     // Reset before drawing: while the camera coasts, drawing sets it again, which asks for the next picture.
     viewer.needs_render = false;
+    if (!page.robot || viewer.renderer.getContext().isContextLost()) return;
     page.studio.draw();
+    page.blank();
     viewer.animator.after_render();
     page.speech?.place();
     page.labels?.draw();

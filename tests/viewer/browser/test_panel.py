@@ -707,6 +707,7 @@ def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any
         ("v=1&q=__proto__:1&show=%3Cimg%3E", "unknown joint"),
         ("v=1&show=%3Cimg%20src=x%3E", "unknown overlay"),
         ("v=1&q=%E0%A4%A", "is not valid in a link"),
+        ("v=1&q=HeadYaw:0.5&camera=0.1,0,0.3,0.1,0,0.302", "2 mm from the point it looks at, expected at least 14 mm"),
     ],
 )
 def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
@@ -729,9 +730,19 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             tab.goto(f"{viewer.url}#v=1&q=HeadYaw:0.25")  # the same page: only what is behind the # changes
             assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.25)
             viewer.display(nao.posture("Stand"))
+            # Key frames are in the address only; the program knows nothing of them.
+            tab.evaluate("() => { const { editor } = naoKin.player; editor.open(true); editor.adding(); editor.adding(); }")
+            tab.wait_for_function("() => location.hash.includes('keys=')")
             tab.reload()
             tab.wait_for_selector("body[data-ready]")
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
+            kept = "() => [naoKin.player.editor.frames.count, naoKin.player.editor.isOpen]"
+            assert tab.evaluate(kept) == [2, True]
+            viewer.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.05)
+            tab.wait_for_function("() => naoKin.player.playback?.playing")
+            tab.evaluate("() => naoKin.panel.address.keepKeys()")
+            assert tab.evaluate("() => naoKin.player.playback === naoKin.player.clip && naoKin.player.playback.playing")
+            assert tab.evaluate(kept) == [2, False]
 
 
 def framed(document: Path, outer: Path, attributes: str) -> Path:

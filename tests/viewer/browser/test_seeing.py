@@ -615,6 +615,82 @@ def test_the_buttons_over_the_picture_are_one_row_at_any_width(page: Page) -> No
     assert not tab.locator(".view-menu .sheet").is_visible()
 
 
+@pytest.mark.full
+def test_a_lost_graphics_card_is_told_and_comes_back_with_the_same_picture(drawn: Page) -> None:
+    drawn.run("() => naoKin.show({ com: true, axes: true })")
+    _rest(drawn)
+    before = drawn.picture().astype(float)
+    drawn.run("""() => {
+        window.card = naoKin.viewer.renderer.getContext().getExtension("WEBGL_lose_context");
+        card.loseContext();
+    }""")
+    line = drawn.tab.locator("#blank")
+    line.wait_for(timeout=15_000)
+    assert "The picture returns as soon as it is back" in line.inner_text()
+    count = drawn.run("() => naoKin.drawn")
+    drawn.slide("HeadYaw", 0.4)
+    drawn.animation_frames(3)
+    assert drawn.q[0] == pytest.approx(0.4)
+    assert drawn.run("() => naoKin.drawn") == count
+    drawn.slide("HeadYaw", 0.0)
+    # In both qualities: the balls of the fast one were on the card, too.
+    drawn.run("() => card.restoreContext()")
+    line.wait_for(state="hidden", timeout=60_000)
+    drawn.tab.wait_for_function("(count) => naoKin.drawn > count + 2", arg=count, timeout=60_000)
+    _rest(drawn)
+    drawn.tab.wait_for_timeout(300)
+    after = drawn.picture().astype(float)
+    robot = np.abs(before - before[:, :1]).max(axis=2) > 12
+    assert robot.mean() > 0.03
+    assert np.abs(after - before).max(axis=2)[robot].mean() < 0.5
+    assert np.abs(after - before).mean() < 0.1
+    drawn.run("() => { naoKin.studio.quality.next = () => ({ fine: false, ratio: 1 }); naoKin.viewer.set_dirty(); }")
+    drawn.animation_frames(3)
+    fast = drawn.picture().astype(float)
+    drawn.run("() => { delete naoKin.studio.quality.next; }")
+    assert np.abs(fast - before)[robot].mean() < 9.0
+
+
+def test_the_first_pictures_are_plain_and_the_next_one_is_complete(page: Page) -> None:
+    environments = page.run("""() => new Promise((done) => {
+        const { studio } = naoKin;
+        const found = [];
+        const draw = studio.draw.bind(studio);
+        studio.draw = () => {
+            draw();
+            found.push([studio.isPrepared, studio.floor.node.visible]);
+            if (found.length < 3) return;
+            delete studio.draw;
+            done(found);
+        };
+        studio.restore();
+    })""")
+    assert environments == [[False, True], [False, True], [True, True]]
+
+
+def test_the_picture_follows_the_resolution_of_the_screen(page: Page) -> None:
+    session = page.tab.context.new_cdp_session(page.tab)
+    width, height = page.size
+    held = "() => { const { width, clientWidth } = naoKin.viewer.renderer.domElement; return width / clientWidth; }"
+    for ratio in (2.0, 1.5, 1.0):  # as the browser's zoom does it
+        metrics = {"width": int(width / ratio), "height": int(height / ratio), "deviceScaleFactor": ratio, "mobile": False}
+        session.send("Emulation.setDeviceMetricsOverride", metrics)
+        page.tab.wait_for_function("(ratio) => naoKin.studio.ratio === ratio", arg=ratio, timeout=15_000)
+        _rest(page)
+        assert page.run(held) == pytest.approx(ratio, abs=0.01)
+    session.detach()
+
+
+def test_a_page_says_that_it_loads_before_its_scripts_are_there(browser: Any, document: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(document.as_uri())
+    assert tab.locator("#blank").inner_text().split() == "Loading … It needs JavaScript.".split()
+    # It stands before the scene and the scripts.
+    assert document.read_text(encoding="utf-8").index('id="blank"') < 50_000
+    context.close()
+
+
 # --- pictures and films ------------------------------------------------------------------------------------------
 
 

@@ -9,8 +9,9 @@ const PAUSE = 500;
 // Up to this distance from its preset the camera counts as at the preset, as a share of its distance from its target.
 const SAME_PLACE = 1e-4;
 
-// How far the camera of a link and the point that it looks at may be from the robot, in sizes of the robot.
-const FURTHEST = 60;
+// How far the camera of a link and the point that it looks at may be from the robot, in sizes of the robot; and how near the
+// camera may be to that point, which it would otherwise not see.
+const [FURTHEST, NEAREST] = [60, 0.02];
 
 const bare = () => location.href.split("#", 1)[0];
 
@@ -48,9 +49,24 @@ export class Address {
     if (this.page.role !== "") return;
     const [entry] = performance.getEntriesByType("navigation");
     const isNew = (entry as PerformanceNavigationTiming | undefined)?.type === "navigate";
-    // A live page that is reloaded shows the program's current state, not the state in its address.
+    // A live page that is reloaded shows the program's current state, not the state in its address. Key frames are this
+    // page's own.
     if (isNew || !this.page.connection.socket) this.apply();
+    else this.keepKeys();
     this.isOpen = true;
+  }
+
+  /** Take only the key frames from the address; a clip of the program remains the one that is played. */
+  keepKeys() {
+    const keys = this.read(location.hash)?.keys;
+    if (!keys) return;
+    const { player } = this.page;
+    const isPlaying = player.playback?.playing;
+    player.editor.take(keys.frames, keys.time);
+    if (!player.clip) return;
+    player.editor.open(false);
+    player.change(player.clip);
+    if (isPlaying) player.toggle();
   }
 
   /** The position of the camera and the point that it looks at, with z up. */
@@ -125,21 +141,27 @@ export class Address {
     return this.panel.exchange.copy(hasAddress ? `${bare()}#${text}` : `#${text}`, what);
   }
 
-  /** Show the state in the address; if it cannot be read, a message says so and nothing changes. */
-  apply(hash: string = location.hash) {
-    const text = hash.slice(1);
-    if (!text) return;
+  /** Read the state in an address; if it cannot be read, a message says so. */
+  read(hash: string) {
     const { page, panel } = this;
-    let state;
+    if (hash.length <= 1) return null;
     try {
       // Links made by version 0.3 may also name a button "joints".
-      state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], text);
+      const state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], hash.slice(1));
       this.checkCamera(state);
+      return state;
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });
-      return;
+      return null;
     }
+  }
+
+  /** Show the state in the address; if it cannot be read, nothing changes. */
+  apply(hash: string = location.hash) {
+    const { page, panel } = this;
+    const state = this.read(hash);
+    if (!state) return;
     const { q, up, camera, shown, units, frame, keys } = state;
     if (keys) page.player.editor.take(keys.frames, keys.time);
     if (q) page.stance.jump(unrounded(page.robot.about, q, ROUNDING), up ?? null);
@@ -155,7 +177,7 @@ export class Address {
     else if (camera) this.look(camera);
   }
 
-  /** Refuse a camera that is too far away to see the robot. */
+  /** Refuse a camera that is too far away to see the robot, or too near to see what it looks at. */
   checkCamera({ camera, q = this.page.stance.q }: ReturnType<typeof readLink>) {
     const { robot, studio } = this.page;
     if (!Array.isArray(camera)) return;
@@ -164,6 +186,14 @@ export class Address {
     const most = FURTHEST * studio.size;
     if (away > most) {
       throw new Refused(`the camera is ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`);
+    }
+    const distance = Math.hypot(...[0, 1, 2].map((i) => camera[i] - camera[i + 3]));
+    const least = NEAREST * studio.size;
+    if (distance < least) {
+      const found = `${(1000 * distance).toFixed(0)} mm`;
+      throw new Refused(
+        `the camera is ${found} from the point it looks at, expected at least ${(1000 * least).toFixed(0)} mm`,
+      );
     }
   }
 

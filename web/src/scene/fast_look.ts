@@ -1,3 +1,4 @@
+import { makeInk } from "../panel/element.ts";
 import { THREE } from "../three.ts";
 import type { RobotMesh, Shape } from "../types.ts";
 import { FINISHES, SHOULDER } from "./materials.ts";
@@ -123,12 +124,31 @@ export class FastLook {
   /** Draw the scene, with the shades of these shapes looked up on the balls. */
   draw(shapes: Shape[], camera: THREE.Camera) {
     this.look(camera);
+    this.drawWith(shapes, camera, (mesh) => (mesh.material.transparent ? mesh.material : this.materialOf(mesh)));
+  }
+
+  /** Draw the scene without light: the shades of these shapes are painted, and need neither balls nor shadows. */
+  drawPlain(shapes: Shape[], camera: THREE.Camera) {
+    const matcap = paintedBall();
+    const made: THREE.Material[] = [];
+    this.drawWith(shapes, camera, ({ material: { color, opacity, side, transparent } }) => {
+      made.push(new THREE.MeshMatcapMaterial({ matcap, color, opacity, side, transparent }));
+      return made[made.length - 1];
+    });
+    matcap.dispose();
+    for (const material of made) material.dispose();
+  }
+
+  drawWith(shapes: Shape[], camera: THREE.Camera, materialOf: (mesh: RobotMesh) => THREE.Material) {
     const own = shapes.map(({ mesh }) => mesh.material);
-    for (const { mesh } of shapes) {
-      if (!mesh.material.transparent) mesh.material = this.materialOf(mesh) as any;
-    }
+    for (const { mesh } of shapes) mesh.material = materialOf(mesh) as any;
     this.renderer.render(this.world, camera);
     shapes.forEach(({ mesh }, i) => (mesh.material = own[i]));
+  }
+
+  // Draw the balls again for the next picture.
+  forget() {
+    this.seen.set(0, 0, 0, 0);
   }
 
   /** Draw the balls for a camera, unless its orientation is unchanged. */
@@ -186,4 +206,16 @@ export class FastLook {
     material.side = side;
     return material;
   }
+}
+
+/** A ball lit from above, on the left, as a texture. */
+function paintedBall() {
+  const ink = makeInk(CELL, CELL);
+  const light = ink.createRadialGradient(0.42 * CELL, 0.3 * CELL, 0, 0.42 * CELL, 0.3 * CELL, 0.75 * CELL);
+  light.addColorStop(0, "#ededed");
+  light.addColorStop(0.5, "#c8c8c8");
+  light.addColorStop(1, "#5a5a5a");
+  ink.fillStyle = light;
+  ink.fillRect(0, 0, CELL, CELL);
+  return new THREE.CanvasTexture(ink.canvas);
 }

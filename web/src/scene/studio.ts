@@ -55,6 +55,8 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
 const SLACK = 0.15;
 const ROUNDING = 1e-12;
 const SEEN_THROUGH = 0.28;
+// Pictures drawn without environment map and shadows before the first one with them: with two, one is surely on the screen.
+const PLAIN = 2;
 const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
 
 /** Lights, floor, shadows and camera: the look of the scene, and the quality in which each frame is drawn. */
@@ -87,13 +89,15 @@ export class Studio {
   began: number | null = null;
   isAwaiting = false;
   resting: number | undefined;
+  /** Number of plain pictures drawn since the graphics card was new to this page. */
+  plain = 0;
+  isPrepared = false;
 
   constructor(readonly viewer: MeshcatViewer) {
     const { scene, renderer } = viewer;
     viewer.hide_background();
     for (const name of ["Grid", "Axes", "Lights"]) viewer.set_property([name], "visible", false);
 
-    scene.environment = makeEnvironment(renderer);
     // Ghosts, extras and marks do not use the environment map; this light reaches them from all sides.
     const around = new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.16);
     this.key.castShadow = true;
@@ -105,9 +109,34 @@ export class Studio {
     this.contact = new Contact(renderer);
     this.floor = new Floor(this.contact);
     scene.add(this.floor.node);
-    this.ratio = renderer.getPixelRatio();
+    this.followScreen();
     viewer.controls.addEventListener("start", () => (this.quality.expected = true));
     viewer.controls.addEventListener("end", () => (this.quality.expected = false));
+  }
+
+  // Take over the pixels per pixel of the page, which change with the browser's zoom and with the screen.
+  followScreen() {
+    this.ratio = devicePixelRatio;
+    const change = () => {
+      this.followScreen();
+      this.viewer.set_dirty();
+    };
+    matchMedia(`(resolution: ${this.ratio}dppx)`).addEventListener("change", change, { once: true });
+  }
+
+  /** Make again what was on the graphics card: after its context was lost, it is empty. */
+  restore() {
+    this.isPrepared = false;
+    this.plain = 0;
+    this.viewer.set_dirty();
+  }
+
+  /** Make the environment map, and let balls and shadows be drawn again. */
+  prepare() {
+    this.isPrepared = true;
+    this.viewer.scene.environment = makeEnvironment(this.viewer.renderer);
+    this.fastLook.forget();
+    this.shadowsOld = Infinity;
   }
 
   // Marks over a robot grow with its size, up to the size of a human.
@@ -160,13 +189,18 @@ export class Studio {
     this.floor.goAlong(this.place);
   }
 
-  /** Draw a frame: as fast as necessary during a movement, and in the best quality at rest. */
+  /**
+   * Draw a frame: as fast as necessary during a movement, and in the best quality at rest. The first ones are plain, because
+   * the environment map takes longer than everything else.
+   */
   draw() {
     const { viewer, quality } = this;
     const { camera, controls, scene } = viewer;
     controls.update();
     camera.updateProjectionMatrix();
     camera.updateWorldMatrix(true, false);
+    if (!this.isPrepared && !this.alwaysFine && this.plain < PLAIN) return this.drawPlain();
+    if (!this.isPrepared) this.prepare();
     const now = performance.now();
     this.done(now);
     const changed = this.cameraMoved() || this.robotMoved;
@@ -185,6 +219,16 @@ export class Studio {
     if (!changed || this.alwaysFine) return;
     this.began = now;
     this.awaitNext();
+  }
+
+  drawPlain() {
+    this.plain += 1;
+    this.setRatio(this.ratio);
+    // The floor shows shadows.
+    this.floor.node.visible = false;
+    this.fastLook.drawPlain(this.shapes, this.viewer.camera);
+    this.floor.node.visible = true;
+    this.viewer.set_dirty();
   }
 
   awaitNext() {

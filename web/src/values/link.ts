@@ -165,7 +165,11 @@ export function readLink(about: About, toggles: readonly string[], text: string)
   if (text.length > LONGEST) {
     throw new Refused(`a link of ${text.length} characters, expected at most ${LONGEST}`);
   }
-  const parts = new Map(text.split("&").map((part) => splitAt(part, "=") as [string, string]));
+  const parts: Map<string, string> = new Map();
+  for (const [key, value] of text.split("&").map((part) => splitAt(part, "="))) {
+    if (parts.has(key)) throw new Refused(`the link has the field ${quoted(key)} twice`);
+    parts.set(key, value);
+  }
   const version = parts.get("v");
   if (version !== VERSION) {
     throw new Refused(
