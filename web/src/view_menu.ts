@@ -1,5 +1,5 @@
 import type { App } from "./app.ts";
-import { button, element } from "./panel/element.ts";
+import { button, element, place } from "./panel/element.ts";
 import { saveScreenshot, Video } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
@@ -28,12 +28,9 @@ export class ViewMenu {
     );
     this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
     top.append(this.menu);
-    // The menu ends at the bottom of the picture.
-    const picture = top.parentElement as HTMLElement;
-    new ResizeObserver(() => {
-      const { bottom } = picture.getBoundingClientRect();
-      this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
-    }).observe(picture);
+    const put = () => place(this.sheet, this.summary);
+    this.menu.addEventListener("toggle", put);
+    window.addEventListener("resize", put);
     document.addEventListener("pointerdown", ({ target }) => {
       if (!this.menu.contains(target as Node)) this.menu.open = false;
     });

@@ -730,6 +730,7 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             tab.goto(f"{viewer.url}#v=1&q=HeadYaw:0.25")  # the same page: only what is behind the # changes
             assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.25)
             viewer.display(nao.posture("Stand"))
+            tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("Stand")[5]))
             # Key frames are in the address only; the program knows nothing of them.
             tab.evaluate("() => { const { editor } = naoKin.player; editor.open(true); editor.adding(); editor.adding(); }")
             tab.wait_for_function("() => location.hash.includes('keys=')")

@@ -606,12 +606,21 @@ def test_the_buttons_over_the_picture_are_one_row_at_any_width(page: Page) -> No
     row, button = (tab.locator(where).bounding_box() for where in ("#cameras", "#cameras :focus"))
     assert row["x"] <= button["x"]
     assert button["x"] + button["width"] <= row["x"] + row["width"] + 1.0
+    # The menu is inside the window, and scrolls to all of its buttons.
     tab.locator(".view-menu > summary").click()
-    sheet, view = (tab.locator(what).bounding_box() for what in (".sheet", "#view"))
-    assert sheet["y"] + sheet["height"] <= view["y"] + view["height"]
+    for width, height in ((1280, 800), (650, 620), (667, 375), (500, 400), (390, 844), (320, 568)):
+        tab.set_viewport_size({"width": width, "height": height})
+        page.animation_frames(2)
+        opener, sheet = (tab.locator(what).bounding_box() for what in (".view-menu > summary", ".view-menu .sheet"))
+        assert sheet["x"] >= 0.0 and sheet["x"] + sheet["width"] <= width, (width, height)
+        assert opener["y"] + opener["height"] <= sheet["y"], (width, height)
+        assert sheet["y"] + sheet["height"] <= height, (width, height)
+        for name in ("Centre of mass", "Picture 2×"):
+            tab.get_by_role("button", name=name, exact=True).click(trial=True, timeout=5000)
+    tab.set_viewport_size({"width": 1280, "height": 800})
     tab.get_by_role("button", name="Support", exact=True).click()
     assert tab.evaluate("() => naoKin.toggles.shown.support")
-    tab.mouse.click(300, 500)
+    tab.mouse.click(20, 400)
     assert not tab.locator(".view-menu .sheet").is_visible()
 
 

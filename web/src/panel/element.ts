@@ -160,10 +160,11 @@ export function menu(opener: HTMLButtonElement, label: string, ...children: Node
   return sheet;
 }
 
-/** Place a sheet below a button, or above it if there is more room, inside the window. */
-function place(sheet: HTMLElement, opener: HTMLElement) {
+/** Place a sheet below a button, or above it if there is more room, inside the window; a high sheet scrolls. */
+export function place(sheet: HTMLElement, opener: HTMLElement) {
   const gap = 4;
   const { left, right, top, bottom } = opener.getBoundingClientRect();
+  sheet.style.maxHeight = `${Math.max(top, innerHeight - bottom, innerHeight / 2) - 2 * gap}px`;
   const { offsetWidth: width, offsetHeight: height } = sheet;
   const x = Math.min(left + width > innerWidth - gap ? right - width : left, innerWidth - width - gap);
   const below = bottom + gap + height <= innerHeight || innerHeight - bottom >= top;
