@@ -335,12 +335,25 @@ def test_one_drag_is_one_step_back_and_forth(page: Page, nao: nk.NaoModel) -> No
     assert page.q[1] == one[1]
 
 
-def test_each_key_that_goes_down_is_one_step(page: Page, nao: nk.NaoModel) -> None:
+def test_a_series_of_arrow_keys_on_a_slider_is_one_step(page: Page, nao: nk.NaoModel) -> None:
     page.slider("HeadYaw").focus()
-    press(page, "ArrowRight", "ArrowRight", "ArrowRight")
-    page.animation_frames(2)
-    press(page, "Control+z")
-    assert page.q[0] == pytest.approx(2 * STEP)
+    press(page, "ArrowRight", "Shift+ArrowRight", "ArrowLeft")
+    page.tab.keyboard.down("ArrowRight")
+    for _ in range(3):  # the key repeats
+        page.tab.keyboard.down("ArrowRight")
+    page.tab.keyboard.up("ArrowRight")
+    assert page.q[0] == pytest.approx(14 * STEP)
+    # Another slider is another step, and so is the same one after a while.
+    page.slider("HeadPitch").focus()
+    press(page, "ArrowRight")
+    page.tab.wait_for_function("() => naoKin.panel.past.history.past.length === 2", timeout=15_000)
+    press(page, "ArrowRight")
+    for yaw, pitch in ((14, 1), (14, 0), (0, 0), (0, 0)):
+        press(page, "Control+z")
+        assert page.q[:2] == pytest.approx([yaw * STEP, pitch * STEP])
+    for pitch in (0, 1, 2, 2):
+        press(page, "Control+y")
+        assert page.q[:2] == pytest.approx([14 * STEP, pitch * STEP])
 
 
 def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> None:

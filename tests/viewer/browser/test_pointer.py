@@ -664,6 +664,13 @@ def test_a_hand_is_moved_by_arrow_keys_and_let_go_by_enter(page: Page, nao: nk.N
     assert button.get_attribute("aria-pressed") == "false"
     assert page.run("() => window.gestures") == [True, False]
     assert page.run("() => document.activeElement.textContent") == "LArm"
+    # The whole hold is one step of undo; what follows is another one.
+    page.tab.keyboard.press("ArrowUp")
+    page.slider("HeadYaw").click(position={"x": 15, "y": 5})
+    for expected in (None, q, before, before):
+        page.tab.keyboard.press("Control+z")
+        if expected is not None:
+            assert np.array_equal(page.q, expected)
 
 
 def test_escape_puts_a_hand_back_that_keys_have_moved(page: Page) -> None:
@@ -676,6 +683,8 @@ def test_escape_puts_a_hand_back_that_keys_have_moved(page: Page) -> None:
     assert np.array_equal(page.q, before)
     assert said(page) == ""
     assert page.run("() => window.gestures") == [True, False]
+    page.tab.keyboard.press("Control+z")
+    assert np.array_equal(page.q, before)
 
 
 @pytest.mark.parametrize(("frame", "key", "axis"), [("LLeg", "x", 0), ("LArm", "y", 1), *full(("RLeg", "z", 2))])

@@ -9,9 +9,14 @@ type Page = PageWith<"controls" | "player" | "stance" | "targets">;
 /** The state that undo restores: the configuration, targets and controls that were moved, and the key frames if any. */
 type State = Snapshot & { edited?: Edited; placed: Targets["placed"]; chosen: Controls["chosen"] };
 
+// Steps by keys, such as arrows on a slider: presses in the same place within SERIES [ms] of each other are one step of undo.
+const STEPPING = /^(Arrow|Page)/;
+const MODIFIER = /^(Alt|Control|Meta|Shift)/;
+const SERIES = 600;
+
 /**
- * Undo and redo of the changes that this page made to the robot, to targets, to controls and to the key frames. All changes while a
- * pointer or a key is down are one step.
+ * Undo and redo of the changes that this page made to the robot, to targets, to controls and to the key frames. All changes
+ * while a pointer or a key is down, during a drag, or in a series of arrow keys are one step.
  *
  * Events: "changed".
  */
@@ -20,7 +25,11 @@ export class Past extends EventTarget {
   now: State;
   /** The state before the current step. */
   before: State | null = null;
+  /** The keys, pointers, drag and series that keep the step open. */
   held = new Set<string>();
+  /** Where the last key made one of several steps. */
+  series: EventTarget | null = null;
+  timer = 0;
 
   constructor(readonly page: Page) {
     super();
@@ -30,30 +39,58 @@ export class Past extends EventTarget {
     page.player.addEventListener("edited", () => this.settled(true));
     // So that undo of a drag that begins before the next picture also restores the selected key.
     page.player.addEventListener("selected", () => this.settled(false));
-    const begin = (what: string) => {
-      this.finish();
-      this.held.add(what);
-    };
-    // The effect of the event, such as a click, comes after it and belongs to the same step.
-    const end = (what: string) => {
-      this.held.delete(what);
-      setTimeout(() => this.finish());
-    };
+    page.addEventListener("gesture", (event) => {
+      if ((event as CustomEvent).detail.held) this.held.add("gesture");
+      else if (this.held.delete("gesture")) this.keep();
+    });
     const options = { capture: true };
-    window.addEventListener("pointerdown", ({ pointerId }) => begin(`pointer ${pointerId}`), options);
-    window.addEventListener("pointerup", ({ pointerId }) => end(`pointer ${pointerId}`), options);
-    window.addEventListener("pointercancel", ({ pointerId }) => end(`pointer ${pointerId}`), options);
-    window.addEventListener("keydown", ({ code }) => begin(`key ${code}`), options);
+    window.addEventListener(
+      "pointerdown",
+      ({ pointerId }) => {
+        // A press ends what is held by keyboard.
+        this.held.delete("gesture");
+        this.begin(`pointer ${pointerId}`);
+      },
+      options,
+    );
+    window.addEventListener("pointerup", ({ pointerId }) => this.end(`pointer ${pointerId}`), options);
+    window.addEventListener("pointercancel", ({ pointerId }) => this.end(`pointer ${pointerId}`), options);
+    window.addEventListener(
+      "keydown",
+      ({ code, target }) => {
+        if (!MODIFIER.test(code)) this.begin(`key ${code}`, STEPPING.test(code) ? target : null);
+      },
+      options,
+    );
     window.addEventListener(
       "keyup",
       ({ code, key }) => {
         // On a Mac, keys pressed with ⌘ send no keyup; they count as released when ⌘ is.
         if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
-        end(`key ${code}`);
+        this.end(`key ${code}`);
       },
       options,
     );
     window.addEventListener("blur", () => this.letGo());
+  }
+
+  /** @param place where a key makes one of several steps; null for other keys and for pointers */
+  begin(what: string, place: EventTarget | null = null) {
+    clearTimeout(this.timer);
+    const goesOn = this.held.delete("series") && place === this.series;
+    if (!goesOn) this.finish();
+    this.held.add(what);
+    this.series = place;
+  }
+
+  end(what: string) {
+    if (this.held.delete(what) && this.series) {
+      this.held.add("series");
+      clearTimeout(this.timer);
+      this.timer = window.setTimeout(() => this.held.delete("series") && this.finish(), SERIES);
+    }
+    // The effect of the event, such as a click, comes after it and belongs to the same step.
+    setTimeout(() => this.finish());
   }
 
   // Keys and pointers that are released in another window send no event here.
@@ -79,7 +116,11 @@ export class Past extends EventTarget {
   }
 
   finish() {
-    if (this.held.size > 0) return;
+    if (this.held.size === 0) this.keep();
+  }
+
+  /** End the step. */
+  keep() {
     this.page.stance.settle();
     // The snapshot includes the selected key frame and the time shown.
     this.now = this.snapshot;
