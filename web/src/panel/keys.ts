@@ -12,7 +12,7 @@ const LIST = {
     ["Ctrl+Z", "undo"],
     ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
     ["Ctrl+V", "paste a configuration"],
-    ["Space", "play or pause the motion, even with the focus on a button"],
+    ["Space", "play or pause the motion; press the button or open the list that has the focus"],
     ["K", "add a key frame, while the key frames are open"],
     ["/", "filter the joints"],
     ["P", "show or hide the panel"],
@@ -74,8 +74,6 @@ export function giveHint({ page, settings }: Panel) {
 export class Keys {
   constructor(readonly panel: Panel) {
     document.addEventListener("keydown", (event) => this.press(event));
-    // Some browsers press a button when the Space key is released.
-    document.addEventListener("keyup", (event) => this.plays(event) && event.preventDefault());
     document.addEventListener("paste", (event) => this.paste(event));
   }
 
@@ -98,10 +96,11 @@ export class Keys {
     return lower === "z" ? () => past.undo() : null;
   }
 
-  /** Whether a key plays or pauses the motion: Space, unless it types a space or checks a box. */
+  /** Whether a key plays or pauses the motion: Space, unless it types a space, presses a button or opens a list. */
   plays({ key, target }: KeyboardEvent) {
     if (key !== " " || !this.panel.page.player.loaded || !(target instanceof Element)) return false;
-    return !isTyped(target) && !target.closest('dialog, input:is([type="checkbox"], [type="radio"])');
+    const own = 'dialog, button, select, summary, a, input:is([type="checkbox"], [type="radio"])';
+    return !isTyped(target) && !target.closest(own);
   }
 
   alone(event: KeyboardEvent, target: Element) {
