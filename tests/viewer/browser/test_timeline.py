@@ -329,6 +329,8 @@ def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoM
     page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
     press(page, "Copy a link to this state")
     page.tab.get_by_text("Link, without the 80 key frames").wait_for()
+    # A message does not hide the one before.
+    assert page.tab.get_by_text("The address of this page is without").is_visible()
     assert "keys=" not in page.run("() => navigator.clipboard.readText()")
     page.tab.context.clear_permissions()
 
@@ -360,6 +362,10 @@ def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.Na
     press(page, "Stop recording")
     assert "configurations recorded" in message(page)
     last = page.q
+    # The bar stands where the robot is.
+    assert page.run("() => naoKin.player.time === naoKin.player.playback.duration")
+    clock = page.tab.locator("#player .own output").inner_text().split()
+    assert clock[0] == clock[2] and float(clock[0]) > 0.4
     motion = read_motion(save(page, "CSV", tmp_path))
     yaw = motion.sample(motion.key_times)[:, motion.joint_names.index("HeadYaw")]
     assert yaw[0] == 0.0

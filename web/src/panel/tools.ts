@@ -37,30 +37,49 @@ export class Head {
   }
 }
 
-// How long [ms] a message stays that needs no action.
-const STAY = 6000;
+// How long [ms] a message stays that needs no action, and how many are shown at once.
+const [STAY, MOST] = [6000, 3];
 
-/** The line under the picture that says what a command did, or why it did nothing. */
+/** The lines under the picture that say what a command did, or why it did nothing. */
 export class Messages {
-  timer = 0;
+  lines = element("span");
+  /** The failures that stay until the user closes them, or for a while after the next message. */
+  failures: HTMLElement[] = [];
 
-  constructor(readonly line: HTMLElement) {}
+  constructor(readonly box: HTMLElement) {}
 
   /** @param options a message about a failure (`bad`) stays until the user closes it */
   say(text: string, { bad = false }: { bad?: boolean } = {}) {
-    clearTimeout(this.timer);
-    this.line.classList.toggle("bad", bad);
-    this.line.replaceChildren(
-      element("span", {}, text),
-      iconButton("close", "Close the message", () => this.close()),
-    );
-    if (!bad) this.timer = setTimeout(() => this.close(), STAY);
+    const line = element("p", { className: bad ? "bad" : "" }, text);
+    const [same] = [...this.lines.children].filter(({ textContent }) => textContent === text);
+    same?.remove();
+    this.lines.append(line);
+    if (this.lines.childElementCount > MOST) this.lines.children[0].remove();
+    if (!this.box.hasChildNodes()) {
+      this.box.append(
+        this.lines,
+        iconButton("close", "Close the message", () => this.close()),
+      );
+    }
+    for (const leaving of bad ? this.failures : [...this.failures, line]) setTimeout(() => this.remove(leaving), STAY);
+    this.failures = bad ? [line] : [];
+    this.mark();
+  }
+
+  remove(line: Element) {
+    line.remove();
+    if (this.lines.childElementCount === 0) this.close();
+    this.mark();
+  }
+
+  mark() {
+    this.box.classList.toggle("bad", this.lines.querySelector(".bad") !== null);
   }
 
   close() {
-    clearTimeout(this.timer);
-    this.line.replaceChildren();
-    this.line.classList.remove("bad");
+    this.lines.replaceChildren();
+    this.box.replaceChildren();
+    this.mark();
   }
 }
 

@@ -94,7 +94,10 @@ export class Recording {
     player.page.streams.end(motion);
     if (!motion) return;
     player.pause();
-    player.setClip(player.playing(motion));
+    const clip = player.playing(motion);
+    // The robot is where the recording ends.
+    clip.time = clip.duration;
+    player.setClip(clip);
     player.say(`${motion.count} configurations recorded in ${motion.end.toFixed(1)} s`);
   }
 }
