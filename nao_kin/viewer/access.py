@@ -303,24 +303,29 @@ def _takes_gzip(headers: tornado.httputil.HTTPHeaders) -> bool:
 
 _FOLDER = Path(__file__).resolve().parent / "page"
 
-# The document contains everything, and may load nothing else.
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+
+@cache
+def policy() -> str:
+    """Return the content security policy of the page: it loads nothing, and runs its own two scripts, told by hashes."""
+    scripts = (hashlib.sha256(f"\n{script}\n".encode()).digest() for script in _parts()[2:])
+    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in scripts)
+    return f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:"
 
 
 def live_page(title: str) -> str:
     """Return the page that gets its scene from its server; the policy in the header allows no other address."""
-    return _document(title, f"{POLICY}; connect-src 'self' ws: wss:", "")
+    return _document(title, f"{policy()}; connect-src 'self' ws: wss:", "")
 
 
 def static_page(title: str, messages: Iterable[bytes]) -> str:
     """Return the page with its scene, which needs no network; base64 keeps names from breaking out of messages."""
-    return _document(title, POLICY, "\n".join(base64.b64encode(message).decode("ascii") for message in messages))
+    return _document(title, policy(), "\n".join(base64.b64encode(message).decode("ascii") for message in messages))
 
 
-def _document(title: str, policy: str, scene: str) -> str:
+def _document(title: str, rules: str, scene: str) -> str:
     template, style, library, scripts = _parts()
     return template.substitute(
-        title=html.escape(title), policy=policy, style=style, library=library, scripts=scripts, scene=scene
+        title=html.escape(title), policy=rules, style=style, library=library, scripts=scripts, scene=scene
     )
 
 

@@ -20,7 +20,7 @@ from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NoBrowser
-from nao_kin.viewer.access import POLICY, Document, live_page
+from nao_kin.viewer.access import Document, live_page, policy
 from nao_kin.viewer.messages import BLANKS, RetainedMessages, panel_message
 from nao_kin.viewer.overlays import SHOWN
 from nao_kin.viewer.server import Answer, LiveServer
@@ -106,7 +106,7 @@ class _PicturePage:
         self._messages.copy(messages, _removing)
         # A random role, so that no other page can answer for the browser.
         self._role = f"capture-{secrets.token_urlsafe(_KEY_BYTES)}"
-        document = Document(live_page("nao_kin"), POLICY)
+        document = Document(live_page("nao_kin"), policy())
         with ExitStack() as started:
             self._server = LiveServer(
                 self._messages, document, host="127.0.0.1", port=0, on_answer=self._receive, token=True

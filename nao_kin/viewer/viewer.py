@@ -23,7 +23,7 @@ from nao_kin.motion import Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
-from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page, static_page
+from nao_kin.viewer.access import Document, checked_names, checked_token, live_page, policy, static_page
 from nao_kin.viewer.browser import pictures
 from nao_kin.viewer.controls import Control, Controls
 from nao_kin.viewer.description import SceneRobot
@@ -1177,7 +1177,7 @@ class Viewer:
             if self._server is None:
                 self._server = LiveServer(
                     self._messages,
-                    Document(live_page(self.robot.name), POLICY),
+                    Document(live_page(self.robot.name), policy()),
                     host=self.host,
                     port=self._port,
                     # The server must not keep the viewer alive: it ends with the viewer.

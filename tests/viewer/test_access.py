@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
 import http.client
 import json
 import os
@@ -293,6 +294,13 @@ def test_the_page_may_connect_to_nothing_but_its_own_server(viewer: Viewer, guar
     port = _port(viewer)
     own = policy(viewer, f"127.0.0.1:{port}")
     assert own["default-src"] == "'none'"
+    # The two scripts of the page, and no other ones.
+    served = _ask(viewer, f"/{_query(viewer)}").text
+    scripts = re.findall(r"<script>(.*?)</script>", served, re.DOTALL)
+    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    assert own["script-src"].split() == [f"'sha256-{digest}'" for digest in digests]
+    assert len(digests) == 2
+    assert f"script-src {own['script-src']};" in served
     assert own["connect-src"] == f"'self' ws://127.0.0.1:{port} wss://127.0.0.1:{port}"
     assert policy(viewer, f"[::1]:{port}")["connect-src"] == "'self'"
     frames = own["frame-ancestors"].split()

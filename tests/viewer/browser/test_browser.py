@@ -32,6 +32,24 @@ def document(nao: nk.NaoModel, clip: np.ndarray, tmp_path_factory: pytest.TempPa
     return viewer.save_html(tmp_path_factory.mktemp("viewer") / "nao.html")
 
 
+def test_no_script_runs_but_the_pages_own(page: Page) -> None:
+    page.run("""() => {
+        const script = document.createElement("script");
+        script.textContent = "window.foreign = true;";
+        document.body.append(script);
+        script.remove();
+        const made = document.createElement("button");
+        made.setAttribute("onclick", "window.foreign = true;");
+        document.body.append(made);
+        made.click();
+        made.remove();
+    }""")
+    page.tab.wait_for_timeout(100)
+    assert page.run("() => window.foreign") is None
+    assert all("Content Security Policy" in line for line in page.errors)
+    page.errors.clear()
+
+
 @pytest.mark.full
 def test_the_page_from_disk_asks_for_nothing_but_itself(page: Page, document: Path) -> None:
     assert page.requests == [document.as_uri()]
