@@ -4,7 +4,8 @@ The two are timed in turns on the same machine; each time ends when the server h
 browser are installed, the page is measured too: the time until it is ready, the configurations per second that it
 accepts, its memory before and after (--seconds 30 shows a leak), and the frames per second that it draws in software
 while the robot moves and while the camera moves around it, at 1400 × 900. With --beside FILE, a page of the same robot
-saved by another version of this library, both pages are measured in turns and the ratio is printed. The output is JSON.
+saved by another version of this library, both pages are measured in turns and the ratio is printed. The time from
+opening a saved page to the first picture of the robot is compared with meshcat's own page. The output is JSON.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import json
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -25,7 +26,7 @@ from urllib.parse import urlsplit
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import NoBrowser
-from nao_kin.viewer import Viewer
+from nao_kin.viewer import MeshcatRobot, Viewer
 from nao_kin.viewer.browser import find_browser
 
 TRANSFORMS = 30
@@ -46,6 +47,23 @@ _MOVE = """([joints, seconds]) => new Promise((done) => {
     };
     requestAnimationFrame(step);
 })"""
+# Notes the time since the navigation at which twenty shapes of the robot, and all before them, have been drawn.
+_FIRST_PICTURE = """
+    let shapes = 0;
+    for (const { prototype } of [WebGLRenderingContext, WebGL2RenderingContext]) {
+        for (const [name, at] of [["drawElements", 1], ["drawArrays", 2]]) {
+            const own = prototype[name];
+            prototype[name] = function (...values) {
+                own.apply(this, values);
+                if (values[at] < 300 || (shapes += 1) !== 20) return;
+                setTimeout(() => {
+                    this.readPixels(0, 0, 1, 1, this.RGBA, this.UNSIGNED_BYTE, new Uint8Array(4));
+                    window.firstPicture = performance.now();
+                });
+            };
+        }
+    }
+"""
 # Sets the robot down on the floor at each configuration; returns the milliseconds that each takes.
 _SET_DOWN = """(qs) => qs.map((q) => {
     naoKin.robot.apply(q);
@@ -82,13 +100,24 @@ def main() -> None:
     print(json.dumps(report, indent=2))
 
 
-def _beside_meshcat(nao: nk.NaoModel, viewer: Viewer, qs: Floats, rounds: int) -> dict[str, Any]:
+@contextlib.contextmanager
+def _meshcat() -> Iterator[Any]:
+    """Start meshcat's own server, and end it."""
     import meshcat
 
-    names = nao.link_names[:TRANSFORMS]
     with contextlib.redirect_stdout(io.StringIO()):
         client = meshcat.Visualizer()
     try:
+        yield client
+    finally:
+        client.window.server_proc.kill()
+        client.window.server_proc.wait()
+        client.window.zmq_socket.close(linger=0)
+
+
+def _beside_meshcat(nao: nk.NaoModel, viewer: Viewer, qs: Floats, rounds: int) -> dict[str, Any]:
+    names = nao.link_names[:TRANSFORMS]
+    with _meshcat() as client:
         nodes = [client[name] for name in names]
 
         def transforms(q: Floats) -> None:
@@ -99,10 +128,6 @@ def _beside_meshcat(nao: nk.NaoModel, viewer: Viewer, qs: Floats, rounds: int) -
         for _ in range(rounds):
             displayed.append(_seconds(viewer.display, qs))
             transformed.append(_seconds(transforms, qs[:5]))
-    finally:
-        client.window.server_proc.kill()
-        client.window.server_proc.wait()
-        client.window.zmq_socket.close(linger=0)
     ours, theirs = statistics.median(displayed), statistics.median(transformed)
     return {
         "display_us": round(1e6 * ours, 1),
@@ -145,6 +170,7 @@ def _page(viewer: Viewer, qs: Floats, arguments: argparse.Namespace) -> dict[str
             return {
                 "at_60_per_second": _watched(tab, viewer, qs, seconds, 60.0),
                 "as_fast_as_possible": _watched(tab, viewer, qs, seconds, None),
+                "first_picture_s": _first_pictures(browser, viewer),
                 "drawn_at_1400x900": _drawn(browser, viewer, arguments.beside, max(seconds, 4.0)),
             }
         finally:
@@ -171,6 +197,27 @@ def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float |
         "drawn_per_second": round((drawn_then - drawn) / took, 1),
         "held": {what: [round(before[what], 2), round(after[what], 2)] for what in before},
     }
+
+
+def _first_pictures(browser: Any, viewer: Viewer) -> dict[str, float]:
+    """Return the seconds from opening a saved page to its first picture, the median of five turns, beside meshcat's."""
+    with _meshcat() as client:
+        MeshcatRobot(viewer.robot, client).display(viewer.q)
+        theirs = client.static_html()
+    with tempfile.TemporaryDirectory() as folder:
+        pages = {"this": viewer.save_html(Path(folder) / "this.html"), "meshcat": Path(folder) / "meshcat.html"}
+        pages["meshcat"].write_text(theirs, encoding="utf-8")
+        found: dict[str, list[float]] = {name: [] for name in pages}
+        for _ in range(5):
+            for name, path in pages.items():
+                tab = browser.new_page(viewport={"width": 1400, "height": 900})
+                tab.add_init_script(_FIRST_PICTURE)
+                tab.goto(path.as_uri())
+                tab.wait_for_function("() => window.firstPicture")
+                found[name].append(tab.evaluate("() => window.firstPicture / 1000"))
+                tab.close()
+    seconds = {name: round(statistics.median(times), 2) for name, times in found.items()}
+    return {**seconds, "ratio": round(seconds["this"] / seconds["meshcat"], 2)}
 
 
 def _drawn(browser: Any, viewer: Viewer, beside: Path | None, seconds: float) -> dict[str, Any]:

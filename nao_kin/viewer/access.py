@@ -306,7 +306,7 @@ _FOLDER = Path(__file__).resolve().parent / "page"
 
 @cache
 def policy() -> str:
-    """Return the content security policy of the page: it loads nothing, and runs its own two scripts, told by hashes."""
+    """Return the content security policy of the page: it loads nothing, and runs only its own two scripts."""
     scripts = (hashlib.sha256(f"\n{script}\n".encode()).digest() for script in _parts()[2:])
     hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in scripts)
     return f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:"

@@ -745,7 +745,9 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             viewer.display(nao.posture("Stand"))
             tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("Stand")[5]))
             # Key frames are in the address only; the program knows nothing of them.
-            tab.evaluate("() => { const { editor } = naoKin.player; editor.open(true); editor.adding(); editor.adding(); }")
+            tab.evaluate(
+                "() => { const { editor } = naoKin.player; editor.open(true); editor.adding(); editor.adding(); }"
+            )
             tab.wait_for_function("() => location.hash.includes('keys=')")
             tab.reload()
             tab.wait_for_selector("body[data-ready]")

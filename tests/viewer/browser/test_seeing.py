@@ -612,7 +612,7 @@ def test_the_buttons_over_the_picture_are_one_row_at_any_width(page: Page) -> No
         tab.set_viewport_size({"width": width, "height": height})
         page.animation_frames(2)
         opener, sheet = (tab.locator(what).bounding_box() for what in (".view-menu > summary", ".view-menu .sheet"))
-        assert sheet["x"] >= 0.0 and sheet["x"] + sheet["width"] <= width, (width, height)
+        assert 0.0 <= sheet["x"] <= width - sheet["width"], (width, height)
         assert opener["y"] + opener["height"] <= sheet["y"], (width, height)
         assert sheet["y"] + sheet["height"] <= height, (width, height)
         for name in ("Centre of mass", "Picture 2×"):
@@ -682,7 +682,12 @@ def test_the_picture_follows_the_resolution_of_the_screen(page: Page) -> None:
     width, height = page.size
     held = "() => { const { width, clientWidth } = naoKin.viewer.renderer.domElement; return width / clientWidth; }"
     for ratio in (2.0, 1.5, 1.0):  # as the browser's zoom does it
-        metrics = {"width": int(width / ratio), "height": int(height / ratio), "deviceScaleFactor": ratio, "mobile": False}
+        metrics = {
+            "width": int(width / ratio),
+            "height": int(height / ratio),
+            "deviceScaleFactor": ratio,
+            "mobile": False,
+        }
         session.send("Emulation.setDeviceMetricsOverride", metrics)
         page.tab.wait_for_function("(ratio) => naoKin.studio.ratio === ratio", arg=ratio, timeout=15_000)
         _rest(page)
