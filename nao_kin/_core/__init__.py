@@ -1,3 +1,3 @@
 """Common helpers: checks of arguments, numbers, messages, atomic writing of files, signals."""
 
-__version__ = "0.3.0"
+__version__ = "0.4.0.dev0"

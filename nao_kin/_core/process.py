@@ -11,7 +11,6 @@ runs under a supervisor: this file as a script, in a session of its own.
 from __future__ import annotations
 
 import _thread
-import fcntl
 import os
 import select
 import signal
@@ -198,6 +197,8 @@ def _remove(folder: str) -> None:
 
 def _locked(path: str) -> int | None:
     """Lock a file and return its descriptor; None if another process holds the lock."""
+    import fcntl
+
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
         try:

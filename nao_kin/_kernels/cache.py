@@ -10,7 +10,6 @@ process compiles it. A lock for each kernel keeps two processes from compiling t
 
 from __future__ import annotations
 
-import fcntl
 import importlib
 import importlib.util
 import json
@@ -33,6 +32,7 @@ from nao_kin._core.extras import command
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin._kernels.folder import (
+    IS_POSIX,
     WAITING,
     NotTrusted,
     cache_folder,
@@ -44,6 +44,9 @@ from nao_kin._kernels.folder import (
 )
 from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning, UnknownName
 
+if IS_POSIX:
+    import fcntl
+
 # --- With Numba, kernels are compiled; without Numba, they run as Python.
 
 _NOTICEABLE_SECONDS = 2.0  # s
@@ -52,6 +55,8 @@ _NOTICEABLE_SECONDS = 2.0  # s
 @cache
 def numba_problem() -> str:
     """Return why Numba cannot be used, or "". It imports Numba, which takes half a second, so call it late."""
+    if not IS_POSIX:
+        return "compiled kernels need Linux, macOS or WSL"
     try:
         need_extra("", "batch")
     except MissingExtra as error:
@@ -77,7 +82,7 @@ def may_compile() -> bool:
     """Return whether functions are compiled, as far as this is known without importing Numba."""
     if "numba" in sys.modules:
         return compiles()
-    return _numba_is_installed() and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    return IS_POSIX and _numba_is_installed() and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
 @cache

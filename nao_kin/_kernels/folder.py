@@ -7,13 +7,10 @@ are therefore trusted only if they belong to this user or to root and nobody els
 from __future__ import annotations
 
 import ast
-import fcntl
-import grp
 import hashlib
 import inspect
 import os
 import platform
-import pwd
 import re
 import stat
 import sys
@@ -27,6 +24,16 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.text import quoted
+
+try:
+    import fcntl
+    import grp
+    import pwd
+except ImportError:
+    # Windows, where nothing is compiled: locks and owners of files are different there.
+    IS_POSIX = False
+else:
+    IS_POSIX = True
 
 # The bytes of a lock file: one is locked while compiling, one while waiting to compile in the background.
 COMPILING, WAITING = 0, 1

@@ -13,7 +13,6 @@ that of the inputs, the part and its record together, so that a part of another 
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import tempfile
@@ -73,6 +72,8 @@ class PartFolder:
             self.path = output.with_name(f"{output.name}.parts")
             self._check_ours()
             self.path.mkdir(exist_ok=True)
+        import fcntl
+
         self._lock = (self.path / _LOCK).open("wb")
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import re
@@ -157,5 +158,15 @@ def test_the_page_of_places_leads_to_files_that_are_here() -> None:
         assert (ROOT / ("" if place.startswith(outside) else "nao_kin") / place).exists(), place
 
 
-def test_the_citation_names_this_version() -> None:
-    assert f"\nversion: {nk.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+def test_the_citation_names_the_last_release_and_the_version_is_newer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    problems = importlib.import_module("check_release").problems
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    last = re.findall(r"^## \[(\d+\.\d+\.\d+)\]", changelog, re.M)[0]
+    assert problems(f"v{last}") in ([], [f"the tag is v{last}, the version of the package is {nk.__version__}"])
+    if "## [Unreleased]" in changelog:  # what is installed from here is no release, and says so
+        assert nk.__version__.endswith(".dev0")
+        assert tuple(map(int, nk.__version__.split(".")[:3])) > tuple(map(int, last.split(".")))
+    wrong = problems("v9.9")
+    assert len(wrong) == 4
+    assert "is no release" in wrong[1]
