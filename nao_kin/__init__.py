@@ -118,7 +118,9 @@ _HOME = {
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
-        raise AttributeError(f"module 'nao_kin' has no attribute {name!r}")
+        from nao_kin._core.guesses import unknown_attribute
+
+        raise unknown_attribute("module 'nao_kin'", name, __all__, ("nao_kin",))
     try:
         module = importlib.import_module(_HOME.get(name) or _INSIDE.get(name, f"nao_kin.{name}"))
     except ImportError as error:

@@ -15,6 +15,9 @@ These options are the same in all solvers of poses:
   the result has the one with the largest clearance, and the reason `COLLISION`.
 """
 
+from typing import TYPE_CHECKING
+
+from nao_kin._core.guesses import guessing as _guessing
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
 from nao_kin.ik.closed_form import cached_limb as cached_limb
@@ -52,3 +55,6 @@ __all__ = [
     "velocity",
     "whole_body",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = _guessing(__name__)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from nao_kin._core.guesses import guessing as _guessing
 from nao_kin._core.sides import Hips
 from nao_kin.motion.checking import MotionReport, MotionViolation, balanced as balanced, check, plot
 from nao_kin.motion.cubics import cubics as cubics
@@ -47,3 +50,6 @@ __all__ = [
     "time_warp",
     "write_motion",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = _guessing(__name__)

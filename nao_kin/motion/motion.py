@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, shaped
+from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
@@ -331,7 +332,7 @@ def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Motion:
+class Motion(Guessing):
     """Joints that move through keys, each at its own times.
 
     Before its first and after its last key a joint stands still. A motion names only the joints that it moves; the

@@ -24,6 +24,7 @@ from nao_kin._core.arrays import (
     texts,
     whole_number,
 )
+from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import MOST, hides_former, warn_caller
@@ -63,7 +64,7 @@ from nao_kin.robot.urdf import Collision, UrdfTree, Visual, read_mjcf, read_robo
 _Robot = TypeVar("_Robot", bound="RobotModel")
 
 
-class RobotModel:
+class RobotModel(Guessing):
     """A robot from a URDF or MJCF, with one coordinate for each joint that moves independently.
 
     Configurations are arrays q of shape (..., nq). With a fixed base, q holds the joint values in the order of

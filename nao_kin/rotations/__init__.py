@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from nao_kin._core.guesses import guessing as _guessing
 from nao_kin.rotations import rank_one  # noqa: F401  (a page of its own)
 from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
 from nao_kin.rotations._elementary import rot_x, rot_y, rot_z, skew, vee
@@ -138,3 +141,6 @@ __all__ = [
     "slerp",
     "vee",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = _guessing(__name__)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, as_floats, choice, flag
+from nao_kin._core.guesses import Guessing
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
 from nao_kin.joints import MultiDofModel
@@ -61,7 +62,7 @@ _GAP = 0.1
 _MAX_ROBOTS = 32
 
 
-class Viewer:
+class Viewer(Guessing):
     """Show a robot in a web page, with a panel of joint sliders, postures and read-outs.
 
     The browser composes the transforms of the links, so that only configurations are sent. The server runs inside this
