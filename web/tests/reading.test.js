@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import test from "node:test";
 
 import { Refused } from "../src/values/literals.ts";
@@ -66,6 +67,79 @@ test("each way of writing is recognised", () => {
   }
 });
 
+test("what users of NAO write in their scripts is read", () => {
+  const [a, b] = [Math.PI / 6, (-20 * Math.PI) / 180];
+  for (const [kind, yaw, pitch, text] of [
+    ["setAngles", a, 0, 'motionProxy.setAngles("HeadYaw", 30*almath.TO_RAD, 0.1)'],
+    ["setAngles", a, 0, "self.motion.setAngles(['HeadYaw'], [30.0 * almath.TO_RAD], 0.2);"],
+    ["setAngles", a, b, "motion.setAngles(['HeadYaw', 'HeadPitch'], [math.radians(30), -math.radians(20)], .1)"],
+    ["setAngles", a, b, 'm.setAngles("Head", np.deg2rad([30, -20]).tolist(), 0.1)'],
+    ["setAngles", a, b, 'm.setAngles("Head", np.array([30, -20]) * np.pi / 180, 0.1)'],
+    [
+      "setAngles",
+      a,
+      b,
+      'm.setAngles("HeadYaw", math.radians(30), 0.1)\nm.setAngles("HeadPitch", math.radians(-20), 0.1)',
+    ],
+    ["setAngles", a, 0, 'session.service("ALMotion").setAngles("HeadYaw", 30 / 180.0 * math.pi, 0.1)'],
+    [
+      "angleInterpolationWithSpeed",
+      a,
+      b,
+      `from naoqi import ALProxy
+if __name__ == "__main__":
+    motionProxy = ALProxy("ALMotion", "127.0.0.1", 9559)
+    HeadYawAngle = +30.0; HeadPitchAngle = -20  # degrees
+    Head = [HeadYawAngle, HeadPitchAngle]
+    pTargetAngles = Head + [0, 0, 0, 0]
+    pTargetAngles = [ x * motion.TO_RAD for x in pTargetAngles]
+    try:
+        motionProxy.angleInterpolationWithSpeed("Body", pTargetAngles, 0.2)
+    except BaseException, err:
+        print err`,
+    ],
+    ["angleInterpolation", a, 0, 'm.angleInterpolation("HeadYaw", 30.0*almath.TO_RAD, 1.0, True)'],
+    [
+      "angleInterpolationBezier",
+      0.5,
+      0,
+      'm.angleInterpolationBezier(["HeadYaw"], [[1.0]], [[[0.5, [3, -0.3, 0], [3, 0, 0]]]])',
+    ],
+    [
+      "angleInterpolation",
+      0.5,
+      -0.25,
+      'names = list()\ntimes = []\nkeys = list()\n\nnames.append("HeadYaw")\ntimes.append([1])\nkeys.append([0.5])\nnames.append("HeadPitch"); times.append([2]); keys.append([-0.25])',
+    ],
+    ["Python", 0.5, -0.25, "HeadYaw = 0.5\nHeadPitch = -.25 # rad"],
+    ["Python", a, 0, "angles = {}\nangles['HeadYaw'] = math.radians(30)"],
+    ["JSON", 0.5, -0.25, "angles = dict(HeadYaw=0.5, HeadPitch=-0.25)"],
+    ["JSON", a, 0, '"""Look to the left."""\n{"HeadYaw": 30 * almath.TO_RAD}'],
+    ["a list", 0.5, -0.25, "tensor([0.5000, -0.2500, 0.0000, 0, 0], dtype=torch.float64)"],
+    ["a list", 0.5, -0.25, "[ 0.5 -0.25  0.\n  0.   0. ]"],
+  ]) {
+    const found = read(text);
+    assert.equal(found.kind, kind, text);
+    [yaw, pitch, 0, 0, 0].forEach((value, i) => assert.ok(Math.abs(found.q[i] - value) < 1e-15, text));
+  }
+});
+
+test("a timeline that Choregraphe exported is a motion", () => {
+  const joints = ["HeadYaw", "HeadPitch", "LHand", "RHand", "LHipYawPitch"];
+  const about = { ...ABOUT, joints: joints.map((name, column) => ({ ...ABOUT.joints[0], name, column })) };
+  const file = (name) => readConfiguration(about, Q, readFileSync(`../tests/data/motions/${name}.txt`, "utf8")).tracks;
+  assert.deepEqual(file("simplified_export"), [
+    { name: "HeadPitch", times: [0.52, 0.8, 1.04], values: [-0.39, 0.64, 0] },
+    { name: "RHand", times: [0.5, 1], values: [1, 0.5] },
+    { name: "LHipYawPitch", times: [2], values: [(9 * Math.PI) / 180] },
+  ]);
+  const up = readFileSync("../tests/data/motions/bezier_export.txt", "utf8").split("    def down")[0];
+  assert.deepEqual(readConfiguration(about, Q, up).tracks, [
+    { name: "HeadYaw", times: [0, 0.6, 1.2], values: [0.5, -0.25, 0.5] },
+    { name: "LHand", times: [1.2], values: [0.75] },
+  ]);
+});
+
 test("a refused text says what was wrong with it, and where", () => {
   for (const [text, says] of [
     ["", /empty text/],
@@ -92,12 +166,23 @@ test("a refused text says what was wrong with it, and where", () => {
     ['{"LHip": 0.1, "RHip": 0.2}', /LHip and RHip share one motor/],
     ["m.setAngles(['HeadYaw', 'LHip'], [1], 0.1)", /2 names and 1 angles/],
     ["m.setAngles(names, [1], 0.1)", /without the names/],
-    ["m.angleInterpolation('HeadYaw', [1, 2], [1, 2], True)", /2 keys for "HeadYaw"/],
+    [
+      "m.angleInterpolation('HeadYaw', [1, 2], [2, 1], True)",
+      /line 1: 2 keys of "HeadYaw", expected .* ascending times/,
+    ],
+    ["m.angleInterpolation('HeadYaw', [1, 'a'], [1, 2], True)", /2 keys of "HeadYaw", expected numbers/],
+    ["m.angleInterpolation(['HeadYaw'], [[1, 2]])", /2 keys of "HeadYaw"/],
+    ["x = 1\nHeadYaw = 30", /line 2: HeadYaw is 30 rad, far outside its limits; .* degrees/],
+    ["q['HeadYow'] = 0.5", /no joint values found/],
+    ["m.setAngles('HeadYaw', [1]*2, 0.1)", /HeadYaw is not a number/],
+    ["m.setAngles('HeadYaw', a * TO_RAD, 0.1)", /HeadYaw is not a number/],
+    ["HeadYaw = 0.5 if ready else 0", /line 1: expected the end of the line, found " if ready/],
+    ["m.changeAngles('HeadYaw', 0.5, 0.1)", /a call of "changeAngles"/],
     ["m.angleInterpolation('HeadYaw', 1, 1, False)", /relative angles/],
     ["m.openHand('LHand')", /a call of "openHand", expected one of configuration, setAngles/],
     ["x = [1, 2]", /a list of 2 numbers, expected 5 \(q\) or 6 \(NAOqi's Body\)/],
     ["1, 2, 3", /a list of 3 numbers/],
-    ["[0.5, 0, 0, 0-1, 0]", /expected , or \]/],
+    ["[0.5, 0, 0, 0 1, 0]", /expected , or \]/],
     ["[0.5, 0, 0, 0, 0, 4000]", /RArm is 4000/],
     ["[0.5, 'a', 0, 0, 0]", /no joint values found/],
     ["m.setAngles('Head', [0.5], 0.1)", /2 names and 1 angles/],
@@ -127,6 +212,11 @@ test("hostile and huge texts are refused at once, in one short line", () => {
     `{"HeadYaw": ${"9".repeat(90_000)}}`,
     `f${" ".repeat(99_000)}`,
     "a . ".repeat(24_000),
+    "-".repeat(99_000),
+    `x = [1${",1".repeat(999)}]\n${"y = [[x for a in x] for b in x]\n".repeat(999)}`,
+    `x = [1]\n${"x = x + x\n".repeat(999)}`,
+    `x = []\n${"x.append(x)\n".repeat(999)}x = [x * 1.5 for a in x]`,
+    "[1 ".repeat(33_000),
     "x".repeat(50_000_000),
   ]) {
     const begin = performance.now();

@@ -267,6 +267,30 @@ def test_a_bad_file_is_refused_in_one_line_and_changes_nothing(page: Page, tmp_p
         assert np.array_equal(page.q, before)
 
 
+def test_what_choregraphe_exports_is_pasted_as_key_frames(page: Page) -> None:
+    text = """
+names = list(); times = list(); keys = list()
+names.append("HeadYaw")
+times.append([0.52, 0.8])
+keys.append([30*almath.TO_RAD, 0])
+names.append("LHand")
+times.append([1.0])
+keys.append([[0.75, [3, -0.4, 0], [3, 0, 0]]])
+try:
+  motion = ALProxy("ALMotion")
+  motion.angleInterpolation(names, keys, times, True)
+except BaseException, err:
+  print err
+"""
+    page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.run("(text) => navigator.clipboard.writeText(text)", text)
+    page.tab.keyboard.press("ControlOrMeta+V")
+    page.tab.get_by_text("angleInterpolation: 3 key frames, 1.00 s").wait_for()
+    page.tab.context.clear_permissions()
+    assert page.run("() => [...naoKin.player.motion.times]") == [0.52, 0.8, 1.0]
+    assert page.run("() => { naoKin.player.seek(0); return naoKin.q[0]; }") == pytest.approx(math.radians(30.0), abs=1e-15)
+
+
 def test_a_file_may_be_dropped_on_the_page(page: Page) -> None:
     # Nobody but the system can really drop one.
     page.run(

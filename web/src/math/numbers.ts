@@ -1,3 +1,5 @@
+export const DEGREE = Math.PI / 180;
+
 /**
  * The value at x of a function that is linear between the places `at` and constant outside them.
  *

@@ -1,11 +1,12 @@
 import type { PageWith } from "../app.ts";
 import { Refused } from "../values/literals.ts";
 import { readConfiguration } from "../values/reading.ts";
+import { motionOf } from "../timeline/formats.ts";
 import { FORMATS } from "../values/configurations.ts";
 import { button, copyText, element, openDialog } from "./element.ts";
 import type { Messages } from "./tools.ts";
 
-type Page = PageWith<"robot" | "stance">;
+type Page = PageWith<"robot" | "stance" | "player">;
 
 /** Copies and pastes configurations as text: by the clipboard, or by a text field if the browser forbids that. */
 export class Exchange {
@@ -56,7 +57,7 @@ export class Exchange {
       element(
         "p",
         {},
-        "JSON, a CSV row under its header, Python, a list of all values, or a call of NAOqi’s setAngles or angleInterpolation.",
+        "Values in radians: JSON, a CSV row under its header, Python, a list of all values, calls of NAOqi’s setAngles or angleInterpolation, or a timeline that Choregraphe exported.",
       ),
       field,
       problem,
@@ -71,14 +72,18 @@ export class Exchange {
   }
 
   /**
-   * Show the configuration in a text.
+   * Show the configuration in a text, or play its motion.
    *
    * @returns why nothing changed, or null if the configuration is shown
    */
   show(text: string): string | null {
-    const { robot, stance } = this.page;
+    const { robot, stance, player } = this.page;
     try {
       const read = readConfiguration(robot.about, stance.q, text);
+      if (read.tracks) {
+        player.files.take(read.kind, motionOf(robot.about, read.tracks, read.q));
+        return null;
+      }
       stance.jump(read.q, stance.up);
       stance.settle();
       const outside = robot.outside(read.q).size;

@@ -1,8 +1,8 @@
-import { interpolate } from "../math/numbers.ts";
+import { DEGREE, interpolate } from "../math/numbers.ts";
 import type { About, Coordinate } from "../types.ts";
 import { Refused, decimal, readRecords } from "../values/literals.ts";
 import { isHand, quoted, unknown } from "../values/names.ts";
-import { DEGREE, MOST_ROWS, Motion, TIME_UNITS, type Interpolation, type Track } from "./motion.ts";
+import { MOST_ROWS, Motion, TIME_UNITS, type Interpolation, type Track } from "./motion.ts";
 
 const HEADING = /^([^[\]()]*?)\s*(?:[[(]\s*([^[\]()]*?)\s*[\])])?$/;
 const HAND_UNITS: Record<string, number> = { 1: 1, "%": 0.01 };
@@ -127,7 +127,7 @@ function fromJson(text: string) {
       values: values.map((value: number) => value * factor),
     };
   });
-  return { tracks: tracks as Track[], interpolation };
+  return { tracks: tracks as Track[], interpolation: interpolation as "linear" | "smooth" };
 }
 
 function parsed(text: string) {
@@ -178,9 +178,18 @@ const FURTHEST = 1e6;
  */
 export function readMotion(robot: Pick<About, "joints">, text: string, q: ArrayLike<number>) {
   if (text.trim() === "") throw new Refused("empty; expected a motion in CSV or JSON");
-  const { tracks, interpolation } = /^\s*[{[]/.test(text)
-    ? fromJson(text)
-    : { tracks: fromCsv(text), interpolation: "linear" };
+  if (!/^\s*[{[]/.test(text)) return motionOf(robot, fromCsv(text), q);
+  const { tracks, interpolation } = fromJson(text);
+  return motionOf(robot, tracks, q, interpolation);
+}
+
+/** The motion of these tracks. @throws {Refused} joints that the robot does not have, or that are given twice */
+export function motionOf(
+  robot: Pick<About, "joints">,
+  tracks: Track[],
+  q: ArrayLike<number>,
+  interpolation: "linear" | "smooth" = "linear",
+) {
   const names = robot.joints.map(({ name }) => name);
   const seen = new Set();
   for (const { name } of tracks) {
@@ -195,7 +204,7 @@ export function readMotion(robot: Pick<About, "joints">, text: string, q: ArrayL
   }
   const times = shared ? tracks[0].times : [...new Set(tracks.flatMap((track) => track.times))].sort((a, b) => a - b);
   if (times.length > MOST_ROWS) throw new Refused(`${times.length} times, more than ${MOST_ROWS}`);
-  return assembled(robot, tracks, times, q, interpolation === "smooth" ? "smooth" : "linear");
+  return assembled(robot, tracks, times, q, interpolation);
 }
 
 /** @param times of all tracks together */

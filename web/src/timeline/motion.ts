@@ -10,8 +10,6 @@ export interface Track {
 /** The largest number of keys of a joint that is read. */
 export const MOST_ROWS = 50_000;
 
-export const DEGREE = Math.PI / 180;
-
 export const TIME_UNITS: Record<string, number> = { s: 1, ms: 1e-3 };
 
 /**

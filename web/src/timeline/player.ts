@@ -69,6 +69,7 @@ export class Player extends EventTarget {
   recording: Recording;
   plots: PlotStrip;
   trails: Trails;
+  files: MotionFiles;
 
   looping = true;
   speed = 1;
@@ -115,7 +116,7 @@ export class Player extends EventTarget {
     this.recording = new Recording(this);
     this.plots = new PlotStrip(this);
     this.trails = new Trails(this.page, this);
-    const files = new MotionFiles(this);
+    const files = (this.files = new MotionFiles(this));
     const trails = new TrailsMenu(this.trails);
     this.sheets.replaceChildren(this.plots.element, this.editor.element);
     toolbar(

@@ -1,3 +1,5 @@
+import { DEGREE } from "../math/numbers.ts";
+
 /** The error of a text that cannot be read, or of values that cannot be written; the message says what is wrong, and where. */
 export class Refused extends Error {}
 
@@ -47,47 +49,81 @@ export function readRecords(text: string): { fields: string[]; line: number }[] 
   return records;
 }
 
-// Reads the syntax in which configurations are written: JSON, and the part of Python that assigns names to values and calls
-// a function with them. Nothing is executed.
+// Reads JSON, and the part of Python that sets names and calls functions: NAOqi's scripts, Choregraphe's exports, printed
+// arrays. Arithmetic is done; nothing else is executed.
 
-export type Value = number | string | Value[] | Entries | Call | Name;
+export type Value = number | string | Value[] | Call | Name;
 interface Name {
-  kind: "name";
+  unknown: string;
+}
+/** A name and its value, and the line of the text, 0 if it is unknown. */
+export interface Entry {
   name: string;
+  value: Value;
+  line: number;
 }
 
-/** The entries of an object, in order and including repeated keys. */
-export class Entries {
-  list: { key: string; value: Value; line: number }[] = [];
-}
-
-/** A call: the last part of the function's name, and the arguments. */
+/** A call: the last part of the function's name and the arguments. A dictionary is a call of `dict`. */
 export class Call {
+  given: Value[] = [];
+  named: Entry[] = [];
+
   constructor(
     readonly name: string,
-    readonly given: Value[],
-    readonly named: Map<string, Value>,
     readonly line: number,
   ) {}
+
+  /** The argument at a position, or of one of these names. */
+  argument(position: number, ...names: string[]): Value | undefined {
+    return this.named.find(({ name }) => names.includes(name))?.value ?? this.given[position];
+  }
 }
 
-// The deepest nesting of lists and calls that is read.
+// The deepest nesting of lists and calls, and the largest number of values, that are read.
 const DEEPEST = 8;
+const MOST_VALUES = 100_000;
 
-const SPACE = /(?:[\s;]|#[^\n]*|\\\r?\n)*/y;
-const NUMBER = /[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?(?![\w.])/iy;
-const WORD = /[+-]?[\p{L}_][\p{L}\p{N}_]*(?:\s*\.\s*[\p{L}_][\p{L}\p{N}_]*)*/uy;
+const SPACE = /(?:\s|#[^\n]*|\\\r?\n)*/y;
+const STATEMENT_END = /[ \t]*(?:#[^\n]*)?(?:$|[;\r\n])/y;
+const NUMBER = /(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?(?![\w.])/iy;
+const WORD = /[\p{L}_][\p{L}\p{N}_]*/uy;
 const STRING = /"((?:[^"\\\n]|\\[^\n])*)"|'((?:[^'\\\n]|\\[^\n])*)'/y;
-const ESCAPES = /\\(?:u([0-9a-f]{4})|x([0-9a-f]{2})|(.))/gi;
+const SUM = /(?:[ \t]|\\\r?\n)*([-+])/y;
+const PRODUCT = /(?:[ \t]|\\\r?\n)*([*/])/y;
+// Numbers between blanks, as NumPy prints an array.
+const ROW = /\[\s*([-+]?[\d.]+(?:e[-+]?\d+)?(?:\s+[-+]?[\d.]+(?:e[-+]?\d+)?)+)\s*\]/iy;
+const ENTRY = /(?:"((?:[^"\\\n]|\\[^\n])*)"|'((?:[^'\\\n]|\\[^\n])*)')\s*:/y;
+// A name, or a key in brackets, that is set.
+const TARGET = /(?:[\p{L}_][\p{L}\p{N}_]*\.)*([\p{L}_][\p{L}\p{N}_]*)(?:\[["']([^"'\n]*)["']\])? *=(?!=)/uy;
 
-const ESCAPED: Record<string, string> = { n: "\n", t: "\t", r: "\r", b: "\b", f: "\f" };
+// What a script has beside values: texts in triple quotation marks, and lines that begin with these words.
+const QUOTED = /("""|''')[^]*?\1/g;
+const SKIPPED =
+  /^[ \t]*(?:(?:import|from|class|def|try|except|finally|if|elif|else|while|with|return|print|pass|raise|global)\b|for\b.*:).*$/gm;
 
+/** The statements of a text: the values of all, in order, and what they set. */
 class Reader {
   at = 0;
   counted = { at: 0, line: 1 };
-  names: Map<string, Value> = new Map();
+  read = 0;
+  values: Value[] = [];
+  set: Entry[] = [];
+  names: Map<string, Value> = new Map(Object.entries({ TO_RAD: DEGREE, pi: Math.PI }));
 
-  constructor(readonly text: string) {}
+  constructor(readonly text: string) {
+    while (this.ends(";") || this.at < text.length) {
+      if (this.take(";")) continue;
+      const { line } = this;
+      const target = this.match(TARGET);
+      const value = this.value(0);
+      this.values.push(value);
+      if (target) {
+        this.names.set(target[1], value);
+        this.set.push({ name: target[2] ?? target[1], value, line });
+      }
+      if (!this.match(STATEMENT_END)) throw this.fail("the end of the line");
+    }
+  }
 
   // Counts on from the last call, because counting from the start for every entry would be slow in a long text.
   get line() {
@@ -101,6 +137,13 @@ class Reader {
     return new Refused(`line ${this.line}: expected ${expected}, found ${found ? `"${found}"` : "the end"}`);
   }
 
+  /** Refuse a text whose values take too much time or space. */
+  count(values: number, depth: number) {
+    this.read += values;
+    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists are nested too deeply`);
+    if (this.read > MOST_VALUES) throw new Refused(`line ${this.line}: lists are too long`);
+  }
+
   /** @param pattern sticky */
   match(pattern: RegExp) {
     pattern.lastIndex = this.at;
@@ -109,113 +152,119 @@ class Reader {
     return found;
   }
 
-  take(sign: string) {
-    this.match(SPACE);
-    if (!this.text.startsWith(sign, this.at)) return false;
-    this.at += sign.length;
-    return true;
-  }
-
-  statements() {
-    const values = [];
-    this.match(SPACE);
-    while (this.at < this.text.length) {
-      const value = this.value(0);
-      if (this.take("=")) {
-        if (!isName(value)) throw this.fail("a name before =");
-        const given = this.value(0);
-        this.names.set(value.name, given);
-        values.push(given);
-      } else {
-        values.push(value);
-      }
-      this.match(SPACE);
-    }
-    return values;
-  }
-
-  value(depth: number): Value {
-    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists are nested too deeply`);
-    this.match(SPACE);
-    if (this.take("{")) return this.entries(depth + 1);
-    if (this.take("[")) return this.list("]", depth + 1);
-    if (this.take("(")) return this.list(")", depth + 1);
-    const number = this.match(NUMBER);
-    if (number) return Number(number[0]);
-    const string = this.match(STRING);
-    if (string) return unescaped(string[1] ?? string[2]);
-    const word = this.match(WORD);
-    if (!word) throw this.fail("a value");
-    const name = word[0].replace(/\s/g, "");
-    if (this.take("(")) return this.call(name, depth + 1);
-    return this.names.get(name) ?? { kind: "name", name };
-  }
-
-  list(end: string, depth: number) {
-    const values: Value[] = [];
-    while (!this.take(end)) {
-      values.push(this.value(depth));
-      if (!this.take(",") && !this.ends(end) && !this.goesOn(values)) throw this.fail(`, or ${end}`);
-    }
-    return values;
-  }
-
-  /** Whether the next number follows these after blanks only, as NumPy prints arrays. */
-  goesOn(values: Value[]) {
-    NUMBER.lastIndex = this.at;
-    return typeof values.at(-1) === "number" && /\s/.test(this.text[this.at - 1]) && NUMBER.test(this.text);
-  }
-
-  entries(depth: number) {
-    const entries = new Entries();
-    while (!this.take("}")) {
-      this.match(SPACE);
-      const { line } = this;
-      const key = this.match(STRING);
-      if (!key) throw this.fail("a joint's name in quotes");
-      if (!this.take(":")) throw this.fail(":");
-      entries.list.push({ key: unescaped(key[1] ?? key[2]), value: this.value(depth), line });
-      if (!this.take(",") && !this.ends("}")) throw this.fail(", or }");
-    }
-    return entries;
-  }
-
-  call(name: string, depth: number) {
-    const { line } = this;
-    const given: Value[] = [];
-    const named: Map<string, Value> = new Map();
-    while (!this.take(")")) {
-      const value = this.value(depth);
-      if (isName(value) && this.take("=")) named.set(value.name, this.value(depth));
-      else given.push(value);
-      if (!this.take(",") && !this.ends(")")) throw this.fail(", or )");
-    }
-    // NumPy's number types as it prints them, such as np.float64(0.5).
-    if (/\bfloat(32|64)$/.test(name) && given.length === 1 && typeof given[0] === "number") return given[0];
-    return new Call(name.slice(name.lastIndexOf(".") + 1), given, named, line);
-  }
-
   ends(sign: string) {
     this.match(SPACE);
     return this.text.startsWith(sign, this.at);
   }
+
+  take(sign: string) {
+    const is = this.ends(sign);
+    if (is) this.at += sign.length;
+    return is;
+  }
+
+  value(depth: number, signs: RegExp = SUM): Value {
+    const operand = () => (signs === SUM ? this.value(depth, PRODUCT) : this.atom(depth));
+    let value = operand();
+    for (let sign; (sign = this.match(signs));) value = this.operate(sign[1], value, operand());
+    return value;
+  }
+
+  atom(depth: number): Value {
+    this.count(1, depth);
+    if (this.take("-")) return this.operate("*", -1, this.atom(depth + 1));
+    if (this.take("+")) return this.atom(depth + 1);
+    const row = this.match(ROW);
+    if (row) return row[1].split(/\s+/).map(Number);
+    if (this.take("{")) return this.arguments("dict", "}", depth + 1);
+    if (this.take("[")) return this.arguments("", "]", depth + 1).given;
+    if (this.take("(")) {
+      const { given } = this.arguments("", ")", depth + 1);
+      return given.length === 1 ? given[0] : given;
+    }
+    const found = this.match(NUMBER) ?? this.match(STRING);
+    if (found) return found.length === 1 ? Number(found[0]) : unescaped(found);
+    let name = this.word();
+    let value: Value = this.names.get(name) ?? { unknown: name };
+    while (/[.(]/.test(this.text[this.at])) {
+      if (this.take("(")) value = this.called(this.arguments(name, ")", depth + 1), value);
+      else {
+        this.at += 1;
+        name = this.word();
+        if (!this.ends("(")) value = this.names.get(name) ?? { unknown: name };
+      }
+    }
+    return value;
+  }
+
+  word() {
+    const word = this.match(WORD);
+    if (!word) throw this.fail("a value");
+    return word[0];
+  }
+
+  /** Read the arguments of a call, the values of a list or the entries of a dictionary. */
+  arguments(name: string, end: string, depth: number) {
+    const call = new Call(name, this.line);
+    while (!this.take(end)) {
+      const { at, line } = this;
+      const key = this.match(end === "}" ? ENTRY : TARGET);
+      if (end === "}" && !key) throw this.fail("a joint's name in quotes");
+      const value = this.value(depth);
+      if (key) call.named.push({ name: unescaped(key), value, line });
+      else if (this.take("for ")) call.given.push(...this.each(at, depth));
+      else call.given.push(value);
+      if (!this.take(",") && !this.ends(end)) throw this.fail(`, or ${end}`);
+    }
+    return call;
+  }
+
+  /** The values of the expression that begins at `start` for each entry of the list that follows `for`. */
+  each(start: number, depth: number) {
+    const name = this.word();
+    if (!this.take("in ")) throw this.fail("in");
+    const list = this.value(depth);
+    const { at } = this;
+    const values = (Array.isArray(list) ? list : []).map((entry) => {
+      this.at = start;
+      this.names.set(name, entry);
+      return this.value(depth);
+    });
+    this.at = at;
+    return values;
+  }
+
+  /** @param object that a method is called of */
+  called(call: Call, object: Value): Value {
+    const [first = []] = call.given;
+    if (/^(radians|deg2rad)$/.test(call.name)) return this.operate("*", first, DEGREE);
+    if (/^(array|asarray|tensor|list|tuple|float(32|64)?)$/.test(call.name)) return first;
+    if (call.name === "tolist") return object;
+    if (call.name === "append" && Array.isArray(object)) object.push(first);
+    return call;
+  }
+
+  operate(sign: string, a: Value, b: Value, depth: number = 0): Value {
+    this.count(Array.isArray(a) ? a.length : 1, depth);
+    if (typeof a === "number" && typeof b === "number") {
+      return sign === "+" ? a + b : sign === "-" ? a - b : sign === "*" ? a * b : a / b;
+    }
+    if (sign === "+") return Array.isArray(a) && Array.isArray(b) ? [...a, ...b] : NaN;
+    if (sign === "*" && Array.isArray(b)) return Array.isArray(a) ? NaN : this.operate(sign, b, a, depth);
+    // A list times a whole number is repeated by Python and multiplied by NumPy, so it has no value here.
+    const isScaled = Array.isArray(a) && sign !== "-" && (sign === "/" || b === -1 || !Number.isInteger(b));
+    return isScaled ? a.map((entry) => this.operate(sign, entry, b, depth + 1)) : NaN;
+  }
 }
 
-export function isName(value: Value): value is Name {
-  return typeof value === "object" && !Array.isArray(value) && "kind" in value && value.kind === "name";
-}
-
-function unescaped(text: string) {
-  return text.replace(ESCAPES, (_, four, two, letter) =>
-    letter === undefined ? String.fromCharCode(parseInt(four ?? two, 16)) : (ESCAPED[letter] ?? letter),
-  );
-}
+/** The first group of a match that is there, without backslashes. */
+const unescaped = ([, ...groups]: RegExpExecArray) =>
+  (groups.find((group) => group !== undefined) ?? "").replace(/\\(.)/g, "$1");
 
 /**
- * Read the values of the statements of a text; names that the text assigned are replaced by their values.
+ * Read the statements of a text.
  *
  * @throws {Refused}
  */
-export function readStatements(text: string): Value[] {
-  return new Reader(text).statements();
-}
+export const readStatements = (text: string) =>
+  new Reader(text.replace(QUOTED, (quoted) => quoted.replace(/[^\n]/g, "")).replace(SKIPPED, ""));

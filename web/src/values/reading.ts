@@ -1,13 +1,7 @@
 import type { About } from "../types.ts";
-import { Call, Entries, Refused, decimal, isName, readRecords, readStatements, type Value } from "./literals.ts";
+import type { Track } from "../timeline/motion.ts";
+import { Call, Refused, decimal, readRecords, readStatements, type Entry, type Value } from "./literals.ts";
 import { isHand, quoted, unknown } from "./names.ts";
-
-/** A joint's value as it was written, and its line, 0 if it is unknown. */
-interface Written {
-  name: string;
-  value: Value;
-  line: number;
-}
 
 // The longest text that is read: about thirty times the length of a NAO's configuration.
 const LONGEST = 100_000;
@@ -25,7 +19,7 @@ const FURTHEST_OPEN = 1000;
  * @throws {Refused} an unknown joint, a joint given twice, a value that is not a number, two joints of one motor with
  *   different values, a value far outside the limits
  */
-export function withValues(about: About, q: ArrayLike<number>, written: Written[]) {
+export function withValues(about: About, q: ArrayLike<number>, written: Entry[]) {
   const joints = new Map(about.joints.map((joint) => [joint.name, joint]));
   const set: Map<number, { name: string; value: number }> = new Map();
   const seen = new Set();
@@ -47,7 +41,14 @@ export function withValues(about: About, q: ArrayLike<number>, written: Written[
       throw fail(`${before.name} and ${name} share one motor, and their values disagree`);
     }
     if (!before) {
-      checkSize(about, joint.column, coordinate, name, value, fail);
+      const { lower, upper, unit } = about.coordinates.find(({ column }) => column === joint.column) ?? {};
+      const low = lower ?? -FURTHEST_OPEN;
+      const high = upper ?? FURTHEST_OPEN;
+      if (!(coordinate >= low - FURTHEST && coordinate <= high + FURTHEST)) {
+        const degrees =
+          unit === "rad" && Math.abs(coordinate) <= 360 ? "; values are radians, this looks like degrees" : "";
+        throw fail(`${name} is ${value}${unit === "1" ? "" : ` ${unit}`}, far outside its limits${degrees}`);
+      }
       set.set(joint.column, { name, value: coordinate });
       result[joint.column] = coordinate;
     }
@@ -62,29 +63,15 @@ export function jointsAtZero({ coordinates }: Pick<About, "coordinates">, q: Arr
   return zero;
 }
 
-/** @param value of the coordinate */
-function checkSize(
-  about: About,
-  column: number,
-  value: number,
-  name: string,
-  given: number,
-  fail: (reason: string) => Error,
-) {
-  const coordinate = about.coordinates.find((candidate) => candidate.column === column);
-  const low = coordinate?.lower ?? -FURTHEST_OPEN;
-  const high = coordinate?.upper ?? FURTHEST_OPEN;
-  if (value >= low - FURTHEST && value <= high + FURTHEST) return;
-  const unit = coordinate?.unit === "1" ? "" : ` ${coordinate?.unit}`;
-  const degrees = unit === " rad" && Math.abs(value) <= 360 ? "; values are radians, this looks like degrees" : "";
-  throw fail(`${name} is ${given}${unit}, far outside its limits${degrees}`);
+/** What a text has: values of joints, or the keys of a motion. */
+interface Read {
+  kind: string;
+  written: Entry[];
+  others?: "zero";
+  tracks?: Track[];
 }
 
-function fromEntries({ list }: Entries) {
-  return list.map(({ key, value, line }) => ({ name: key, value, line }));
-}
-
-function fromCsv(text: string): Written[] {
+function fromCsv(text: string): Entry[] {
   const [header, ...rows] = readRecords(text);
   if (rows.length === 0) {
     throw new Refused("names without values; expected JSON, CSV, Python or NAOqi");
@@ -101,145 +88,129 @@ function fromCsv(text: string): Written[] {
   }));
 }
 
-const CALLS: Record<
-  string,
-  (about: About, call: Call) => { kind: string; written: Written[]; others: "stay" | "zero" }
-> = {
-  configuration(_, { name, given: [joints], line }) {
-    if (!(joints instanceof Entries)) throw new Refused(`line ${line}: ${name} without {joint: value}`);
-    return { kind: "Python", written: fromEntries(joints), others: "zero" };
-  },
-  setAngles(about, call) {
-    const { names, angles, line } = namesAndAngles(about, call);
-    return { kind: "setAngles", written: paired(names, angles, line), others: "stay" };
-  },
-  angleInterpolation(about, call) {
-    const { names, angles, line } = namesAndAngles(about, call);
-    const absolute = call.named.get("isAbsolute") ?? call.given[3];
-    if (absolute !== undefined && isName(absolute) && absolute.name === "False") {
-      throw new Refused(`line ${line}: angleInterpolation with relative angles, expected absolute ones`);
+const KNOWN = /^(configuration|setAngles|angleInterpolation(WithSpeed|Bezier)?)$/;
+
+function fromCall(about: About, call: Call): Read {
+  const { name, line } = call;
+  const fail = (reason: string) => new Refused(`line ${line}: ${reason}`);
+  if (name === "configuration") {
+    const [joints] = call.given;
+    if (!(joints instanceof Call)) throw fail(`${name} without {joint: value}`);
+    return { kind: "Python", written: joints.named, others: "zero" };
+  }
+  const given = call.argument(0, "names", "jointNames");
+  const names = (Array.isArray(given) ? given : [given]).flatMap((entry) => {
+    if (typeof entry !== "string") throw fail(`${name} without the names of joints`);
+    return jointsOf(about, entry);
+  });
+  const [anglesAt, timesAt] = name.endsWith("Bezier") ? [2, 1] : [1, 2];
+  const angles = call.argument(anglesAt, "angles", "angleLists", "targetAngles", "controlPoints");
+  if (angles === undefined) throw fail(`${name} without angles`);
+  const absolute = call.argument(3, "isAbsolute");
+  if (name === "angleInterpolation" && (absolute === 0 || shown(absolute ?? 1) === "False")) {
+    throw fail(`${name} with relative angles, expected absolute ones`);
+  }
+  // Each joint has a list of keys; a single key may stand without one, and so may the list of a single joint.
+  const perJoint = (value: Value) =>
+    names.length === 1 && !(Array.isArray(value) && Array.isArray(value[0])) ? [value] : value;
+  const lists = perJoint(angles);
+  if (!Array.isArray(lists) || lists.length !== names.length) {
+    throw fail(`${names.length} names and ${Array.isArray(lists) ? lists.length : 1} angles`);
+  }
+  // A key of Choregraphe is a list of the angle and two handles of a curve.
+  const keys = lists.map((list) =>
+    (Array.isArray(list) ? list : [list]).map((key) => (Array.isArray(key) ? key[0] : key)),
+  );
+  if (keys.every(({ length }) => length === 1)) {
+    return { kind: name, written: names.map((joint, i) => ({ name: joint, value: keys[i][0], line })) };
+  }
+  const times = perJoint(call.argument(timesAt, "timeLists", "times") ?? []);
+  const tracks = names.map((joint, i) => {
+    const own = Array.isArray(times) ? times[i] : undefined;
+    const values = keys[i];
+    const isAscending = isNumbers(own) && own.every((time, at) => at === 0 || time > own[at - 1]);
+    if (!isAscending || !isNumbers(values) || own.length !== values.length) {
+      throw fail(`${values.length} keys of ${quoted(joint)}, expected numbers and as many ascending times`);
     }
-    // Each joint has a list of keys; a single key may stand without one.
-    const keys = names.length === 1 && !Array.isArray(angles[0]) ? [angles] : angles;
-    const single = keys.map((key, i) => {
-      if (!Array.isArray(key)) return key;
-      if (key.length !== 1) {
-        throw new Refused(`line ${line}: ${key.length} keys for ${quoted(names[i] ?? "")}, expected one`);
-      }
-      return key[0];
-    });
-    return { kind: "angleInterpolation", written: paired(names, single, line), others: "stay" };
-  },
-};
+    return { name: joint, times: own, values };
+  });
+  return { kind: name, written: [], tracks };
+}
+
+const isDictionary = (value: Value | undefined) => value instanceof Call && value.name === "dict";
+const isNumbers = (value: Value | undefined): value is number[] =>
+  Array.isArray(value) && value.every((entry) => typeof entry === "number" && Number.isFinite(entry));
 
 /** The joints that a name of NAOqi stands for, in NAOqi's order, as in nao_kin.naoqi.names. */
 function jointsOf({ naoqi, chains, joints }: About, name: string): string[] {
-  const within = (titles: string[]) =>
-    titles.flatMap((title) => chains.find((chain) => chain.title === title)?.joints.map((joint) => joint.name) ?? []);
   if (joints.some((joint) => joint.name === name)) return [name];
-  switch (name) {
-    case "Body":
-    case "JointActuators":
-      return naoqi;
-    case "Joints":
-      return naoqi.filter((joint) => !isHand(joint));
-    case "Actuators":
-      return naoqi.filter(isHand);
-    case "Arms":
-    case "Legs":
-      return within([`L${name.slice(0, -1)}`, `R${name.slice(0, -1)}`]);
-    default:
-      return chains.some(({ title }) => title === name) ? within([name]) : [name];
-  }
-}
-
-/** The list in an array of NumPy; any other value is returned unchanged. */
-const unwrapped = (value: Value) => (value instanceof Call && value.name === "array" ? value.given[0] : value);
-
-/** The joint names and the angles of a call of NAOqi. */
-function namesAndAngles(about: About, { name, given, named, line }: Call) {
-  const first = named.get("names") ?? given[0];
-  const second = unwrapped(named.get("angles") ?? named.get("angleLists") ?? given[1]);
-  const list = Array.isArray(first) ? first : [first];
-  const names = list.flatMap((entry) => {
-    if (typeof entry !== "string") throw new Refused(`line ${line}: ${name} without the names of joints`);
-    return jointsOf(about, entry);
-  });
-  if (second === undefined) throw new Refused(`line ${line}: ${name} without angles`);
-  return { names, angles: Array.isArray(second) ? second : [second], line };
-}
-
-function paired(names: string[], values: Value[], line: number) {
-  if (values.length !== names.length) {
-    throw new Refused(`line ${line}: ${names.length} names and ${values.length} angles`);
-  }
-  return names.map((name, i) => ({ name, value: values[i], line }));
+  if (/^(Body|JointActuators)$/.test(name)) return naoqi;
+  if (name === "Joints") return naoqi.filter((joint) => !isHand(joint));
+  if (name === "Actuators") return naoqi.filter(isHand);
+  const titles = /^(Arm|Leg)s$/.test(name) ? ["L", "R"].map((side) => side + name.slice(0, -1)) : [name];
+  const found = titles.flatMap((title) => chains.find((chain) => chain.title === title)?.joints ?? []);
+  return found.length > 0 ? found.map((joint) => joint.name) : [name];
 }
 
 function shown(value: Value) {
   if (typeof value === "string") return quoted(value);
   if (typeof value === "number") return Number.isNaN(value) ? "not a number" : "a number too large for floating point";
-  if (isName(value)) return value.name.slice(0, 40);
-  return Array.isArray(value) ? "a list" : value instanceof Call ? `a call of ${quoted(value.name)}` : "an object";
+  if (Array.isArray(value)) return "a list";
+  if (value instanceof Call) return isDictionary(value) ? "an object" : `a call of ${quoted(value.name)}`;
+  return value.unknown.slice(0, 40);
 }
 
-/** The numbers of a list or array that contains only numbers, or a single row of them; else an empty list. */
-function rowOf(value: Value): Value[] {
-  const list = unwrapped(value);
-  if (!Array.isArray(list)) return [];
-  if (list.length === 1 && Array.isArray(list[0])) return rowOf(list[0]);
-  return list.every((entry) => typeof entry === "number") ? list : [];
-}
-
-/** Read values without names: the robot's joint values in the order of q, or the values of NAOqi's Body. */
-function numbered({ coordinates, naoqi }: About, values: Value[]) {
+/** Values without names: the robot's joint values in the order of q, or the values of NAOqi's Body. */
+function numbered({ coordinates, naoqi }: About, values: number[]): Read {
   const own = coordinates.map(({ joint }) => joint);
   const names = values.length === own.length ? own : naoqi;
   if (values.length !== names.length) {
     const body = naoqi.length ? ` (q) or ${naoqi.length} (NAOqi's Body)` : "";
     throw new Refused(`a list of ${values.length} numbers, expected ${own.length}${body}`);
   }
-  return { kind: "a list", written: paired(names, values, 0), others: "stay" as const };
+  return { kind: "a list", written: names.map((name, i) => ({ name, value: values[i], line: 0 })) };
 }
 
-function recognised(about: About, text: string): { kind: string; written: Written[]; others: "stay" | "zero" } {
+function recognised(about: About, text: string): Read[] {
   // A first line without these characters is the header of a CSV; a joint's name contains them only in quotes.
   const first = text.trimStart().split("\n", 1)[0];
-  if (/^[\d\s.,;e+-]+$/i.test(text)) return numbered(about, readStatements(`[${text}]`)[0] as Value[]);
-  if (!/[[{(=]|^(#|(import|from)\b)/.test(first)) {
-    return { kind: "CSV", written: fromCsv(text), others: "stay" };
+  const isBare = /^[\d\s.,;e+-]+$/i.test(text);
+  if (!isBare && !/[[{(=]|^(#|"""|(import|from)\b)/.test(first)) return [{ kind: "CSV", written: fromCsv(text) }];
+  const { values, set, names } = readStatements(isBare ? `[${text}]` : text);
+  const calls = values.filter((value) => value instanceof Call).filter(({ name }) => name !== "dict");
+  const known = calls.filter(({ name }) => KNOWN.test(name));
+  if (known.length > 0) return known.map((call) => fromCall(about, call));
+  // Choregraphe's export, whose call may be missing.
+  const parts = ["names", "keys", "times"].map((name) => names.get(name) ?? "");
+  if (parts.every(Array.isArray)) {
+    return [fromCall(about, Object.assign(new Call("angleInterpolation", 1), { given: parts }))];
   }
-  const values = readStatements(text.replace(/^\s*(?:import|from)\s[^\n]*$/gm, ""));
-  const calls = values.filter((value) => value instanceof Call);
-  const call = calls.findLast(({ name }) => Object.hasOwn(CALLS, name));
-  if (call) return CALLS[call.name](about, call);
-  const last = values.at(-1);
+  const last = values.at(-1) ?? "";
   const whole = Array.isArray(last) && last.length === 1 ? last[0] : last;
-  if (whole instanceof Entries) return { kind: "JSON", written: fromEntries(whole), others: "stay" };
-  if (Array.isArray(whole) && whole.length > 1 && whole.every((value) => value instanceof Entries)) {
-    throw new Refused(`a list of ${whole.length} configurations, expected one`);
-  }
-  const numbers = values.map(rowOf).findLast((row) => row.length > 0);
-  if (numbers) return numbered(about, numbers);
-  const known = Object.keys(CALLS).join(", ");
+  if (whole instanceof Call && isDictionary(whole)) return [{ kind: "JSON", written: whole.named }];
+  const count = Array.isArray(whole) && whole.every(isDictionary) ? whole.length : 0;
+  if (count > 1) throw new Refused(`a list of ${count} configurations, expected one`);
+  const joints = set.filter((entry) => about.joints.some(({ name }) => name === entry.name));
+  if (joints.length > 0) return [{ kind: "Python", written: joints }];
+  const row = values
+    .map((value) => (Array.isArray(value) && value.length === 1 ? value[0] : value))
+    .findLast((value) => Array.isArray(value));
+  if (isNumbers(row)) return [numbered(about, row)];
+  const expected = "configuration, setAngles, angleInterpolation";
   const found = calls.at(-1);
-  if (found) throw new Refused(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${known}`);
-  throw new Refused(`no joint values found; expected JSON, CSV, a list of numbers, or a call of ${known}`);
+  if (found) throw new Refused(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${expected}`);
+  throw new Refused(`no joint values found; expected JSON, CSV, a list of numbers, or a call of ${expected}`);
 }
 
 /**
- * Read the configuration in a text: JSON, CSV, Python or a call of NAOqi.
+ * Read the configuration, or the motion, in a text: JSON, CSV, Python or calls of NAOqi. Several calls add up.
  *
  * Joints that the text does not name keep their values; with `configuration({…})` they are at zero, as in Python.
  *
  * @param q the configuration shown
  * @throws {Refused}
  */
-export function readConfiguration(
-  about: About,
-  q: ArrayLike<number>,
-  text: string,
-): { q: number[]; kind: string; count: number } {
+export function readConfiguration(about: About, q: ArrayLike<number>, text: string) {
   if (text.length > LONGEST) {
     throw new Refused(`a text of ${text.length} characters; a configuration has at most ${LONGEST}`);
   }
@@ -248,6 +219,12 @@ export function readConfiguration(
     .replaceAll("−", "-")
     .trimEnd();
   if (!trimmed.trim()) throw new Refused("an empty text; expected joint names and values");
-  const { kind, written, others } = recognised(about, trimmed);
-  return { q: withValues(about, others === "zero" ? jointsAtZero(about, q) : q, written), kind, count: written.length };
+  const found = recognised(about, trimmed);
+  const values = found.reduce(
+    (before, { written, others }) => withValues(about, others ? jointsAtZero(about, before) : before, written),
+    Array.from(q),
+  );
+  const { kind } = found[found.length - 1];
+  const count = new Set(found.flatMap(({ written }) => written.map(({ name }) => name))).size;
+  return { q: values, kind, count, tracks: found.findLast(({ tracks }) => tracks)?.tracks };
 }
