@@ -45,28 +45,28 @@ const byId = (id: string) => document.getElementById(id) as HTMLElement;
  * parts of the page send "gesture" (Drag), "selected" (Selection) and "measured" (Measure).
  */
 export class App extends EventTarget {
-  // These are made with the robot, in `start`.
-  shown: ShownRobot;
-  robot: Robot;
-  frames: Frames;
-  axes: JointAxes;
-  targets: Targets;
-  balance: Balance;
-  collisions: Collisions;
-  ghosts: Ghosts;
-  colours: LinkColours;
-  bodyShapes: BodyShapes;
-  lights: Lights;
-  labels: Labels;
-  eyes: Eyes;
-  video: Video;
-  menu: ViewMenu;
-  speech: Speech;
-  reach: Reach;
-  pick: Pick;
-  controls: Controls;
-  panel: Panel;
-  drag: Drag;
+  // These are made with the robot, in `start`, before anything else uses them.
+  shown!: ShownRobot;
+  robot!: Robot;
+  frames!: Frames;
+  axes!: JointAxes;
+  targets!: Targets;
+  balance!: Balance;
+  collisions!: Collisions;
+  ghosts!: Ghosts;
+  colours!: LinkColours;
+  bodyShapes!: BodyShapes;
+  lights!: Lights;
+  labels!: Labels;
+  eyes!: Eyes;
+  video!: Video;
+  menu!: ViewMenu;
+  speech!: Speech;
+  reach!: Reach;
+  pick!: Pick;
+  controls!: Controls;
+  panel!: Panel;
+  drag!: Drag;
 
   /** The camera chosen last. */
   view: string | null = null;

@@ -288,7 +288,9 @@ except BaseException, err:
     page.tab.get_by_text("angleInterpolation: 3 key frames, 1.00 s").wait_for()
     page.tab.context.clear_permissions()
     assert page.run("() => [...naoKin.player.motion.times]") == [0.52, 0.8, 1.0]
-    assert page.run("() => { naoKin.player.seek(0); return naoKin.q[0]; }") == pytest.approx(math.radians(30.0), abs=1e-15)
+    assert page.run("() => { naoKin.player.seek(0); return naoKin.q[0]; }") == pytest.approx(
+        math.radians(30.0), abs=1e-15
+    )
 
 
 def test_a_file_may_be_dropped_on_the_page(page: Page) -> None:

@@ -103,7 +103,7 @@ export class Hover {
   highlight: Highlight;
   tip: Tip;
   waiting: { clientX: number; clientY: number } | null = null;
-  found: (link: number | null) => void;
+  found: (link: number | null) => void = () => {};
 
   constructor(
     readonly page: Page,

@@ -28,12 +28,12 @@ const [SHADES, UP, DOWN, BEHIND] = [[0.6, 0.5], 0.8, 0.35, 0.75];
 /** The voxels that a hand reaches, coloured by a value, cut by a plane that a slider moves. */
 export class Reach {
   // These are set with a map, in `show`.
-  voxel: number;
-  voxels: Voxel[];
+  voxel = 0;
+  voxels: Voxel[] = [];
   /** The least and the largest coordinate along each axis. */
-  box: [number, number][];
-  mesh: THREE.InstancedMesh;
-  rim: THREE.LineLoop;
+  box: [number, number][] = [];
+  mesh!: THREE.InstancedMesh;
+  rim!: THREE.LineLoop;
   group: THREE.Group | null = null;
   flipped = false;
 

@@ -65,11 +65,11 @@ const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
  */
 export class Player extends EventTarget {
   // These are made with the robot, in `start`.
-  editor: Editor;
-  recording: Recording;
-  plots: PlotStrip;
-  trails: Trails;
-  files: MotionFiles;
+  editor!: Editor;
+  recording!: Recording;
+  plots!: PlotStrip;
+  trails!: Trails;
+  files!: MotionFiles;
 
   looping = true;
   speed = 1;
