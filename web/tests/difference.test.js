@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { differences } from "../src/values/difference.ts";
+import { differences } from "../src/values/configurations.ts";
 import { ABOUT, Q } from "./small_robot.js";
 
 test("the joint that differs most comes first, and equal joints are left out", () => {

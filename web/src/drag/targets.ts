@@ -33,7 +33,7 @@ const COLOUR = 0xc2255c;
 const BETWEEN = 1000 / 30;
 
 /** A target: a point or a pose in the robot's root, with grips if it can be dragged. */
-export class Target {
+class Target {
   node = new THREE.Group();
   grips: TargetGrip[] = [];
   /** Number of moves in this page. */

@@ -2,7 +2,7 @@ import { plus, product, turned, type Rotation, type Vector } from "../math/rotat
 import type { About, JointAbout } from "../types.ts";
 
 /** Rotation and position of a frame in another. */
-export interface Placement {
+interface Placement {
   R: Rotation;
   p: Vector;
 }

@@ -5,15 +5,8 @@ import { squaredDistance } from "./numbers.ts";
 export type Vector = [number, number, number];
 
 /** Three rows of three. */
-export type Matrix3 = [number, number, number, number, number, number, number, number, number];
-
 /** A 3×3 matrix that is orthogonal with determinant 1. */
-export type Rotation = Matrix3;
-
-/** A homogeneous transform, four rows of four: the pose of a frame in another. */
-export type Pose = [...Row, ...Row, ...Row, ...Row];
-
-type Row = [number, number, number, number];
+export type Rotation = [number, number, number, number, number, number, number, number, number];
 
 export function plus([ax, ay, az]: Vector, [bx, by, bz]: Vector): Vector {
   return [ax + bx, ay + by, az + bz];
@@ -35,7 +28,7 @@ export function cross(a: Vector, b: Vector): Vector {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }
 
-export function norm(v: Vector) {
+function norm(v: Vector) {
   return Math.hypot(...v);
 }
 
@@ -50,23 +43,23 @@ export function distance(a: Vector, b: Vector) {
 }
 
 /** @returns A B */
-export function product(A: Matrix3, B: Matrix3): Matrix3 {
+export function product(A: Rotation, B: Rotation): Rotation {
   const [a, b, c, d, e, f, g, h, i] = A;
   const [j, k, l, m, n, o, p, q, r] = B;
   return [
     ...[a * j + b * m + c * p, a * k + b * n + c * q, a * l + b * o + c * r],
     ...[d * j + e * m + f * p, d * k + e * n + f * q, d * l + e * o + f * r],
     ...[g * j + h * m + i * p, g * k + h * n + i * q, g * l + h * o + i * r],
-  ] as Matrix3;
+  ] as Rotation;
 }
 
 /** @returns Aᵀ */
-export function transposed([a, b, c, d, e, f, g, h, i]: Matrix3): Matrix3 {
+export function transposed([a, b, c, d, e, f, g, h, i]: Rotation): Rotation {
   return [a, d, g, b, e, h, c, f, i];
 }
 
 /** @returns A v */
-export function turned([a, b, c, d, e, f, g, h, i]: Matrix3, [x, y, z]: Vector): Vector {
+export function turned([a, b, c, d, e, f, g, h, i]: Rotation, [x, y, z]: Vector): Vector {
   return [a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z];
 }
 

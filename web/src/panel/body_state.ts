@@ -9,7 +9,7 @@ const WAYS = ["forwards", "to the left", "backwards", "to the right"];
 const LEVEL = 0.5;
 
 /** In words, over which edge the robot would tip; empty where it has no front, as a robot that lies. */
-export function wayOver(over: { x: number; y: number }, front: { x: number; y: number }) {
+function wayOver(over: { x: number; y: number }, front: { x: number; y: number }) {
   if (Math.hypot(front.x, front.y) < LEVEL) return "";
   const turn = Math.atan2(front.x * over.y - front.y * over.x, front.x * over.x + front.y * over.y);
   return WAYS[(Math.round((2 * turn) / Math.PI) + 4) % 4];

@@ -4,7 +4,7 @@ import { COPIES, poseNumbers, unitText } from "../pick/facts.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
 import { unitOf, withUnit, type Choice } from "../values/units.ts";
-import { differences } from "../values/difference.ts";
+import { differences } from "../values/configurations.ts";
 import { BodyState } from "./body_state.ts";
 import { button, element, iconButton } from "./element.ts";
 import type { Panel } from "./panel.ts";

@@ -1,7 +1,7 @@
 import "./plot.css";
 import { firstWhere } from "../math/numbers.ts";
 import { element, menu } from "../panel/element.ts";
-import { OffScreen } from "../robot/skeleton.ts";
+import { OffScreen } from "../robot/nodes.ts";
 import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
 import { unitOf } from "../values/units.ts";

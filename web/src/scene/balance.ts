@@ -28,7 +28,7 @@ const FLAT = {
 const [RIM, THREAD] = [0.0045, 0.003];
 
 /** How a robot stands, in the frame of the scene, whose floor is at z = 0. */
-export interface Stand {
+interface Stand {
   /** The centre of mass; null for a robot without mass. */
   centre: THREE.Vector3 | null;
   /** The support polygon, counterclockwise; empty if what touches the floor spans no area. */
@@ -197,7 +197,7 @@ function flatMark(order: number, opacity: number = 1) {
 }
 
 /** A band of a width around a convex outline, which goes counterclockwise. */
-export function ribbon(outline: readonly Point[], width: number) {
+function ribbon(outline: readonly Point[], width: number) {
   const normals = outline.map(({ x, y }, i) => {
     const next = outline[(i + 1) % outline.length];
     const length = Math.hypot(next.x - x, next.y - y);

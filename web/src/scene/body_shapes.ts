@@ -1,6 +1,6 @@
 import type { PageWith } from "../app.ts";
 import type { Received } from "../received.ts";
-import { makeGeometry } from "../robot/parts.ts";
+import { makeGeometry } from "../robot/robot.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";

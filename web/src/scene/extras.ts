@@ -1,7 +1,7 @@
 import type { PageWith } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
-import { makeGeometry } from "../robot/parts.ts";
+import { makeGeometry } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import { isParallel } from "./camera.ts";
 import type { Vector } from "../types.ts";

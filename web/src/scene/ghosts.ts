@@ -1,7 +1,6 @@
 import type { PageWith } from "../app.ts";
-import { asMark, between, isInside } from "../robot/nodes.ts";
+import { asMark, between, isInside, OffScreen } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
-import { OffScreen } from "../robot/skeleton.ts";
 import { Standing } from "../robot/standing.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";

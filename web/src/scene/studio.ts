@@ -3,11 +3,10 @@ import type { Robot } from "../robot/robot.ts";
 import { THREE, cornersOf } from "../three.ts";
 import type { Camera, MeshcatViewer, Shape } from "../types.ts";
 import type { Eyes } from "./eyes.ts";
-import { FastLook } from "./fast_look.ts";
+import { FastLook, Smoothing } from "./fast_look.ts";
 import { Contact, Floor, ROBOT_LAYER } from "./floor.ts";
 import { makeEnvironment } from "./materials.ts";
 import { LEVELS, Quality, REST } from "./quality.ts";
-import { Smoothing } from "./smoothing.ts";
 
 /**
  * Move the camera so that a box just fills the view, seen from the direction of a preset, below a bar that takes a share of
@@ -80,7 +79,7 @@ export class Studio {
   seen = new Float64Array(32);
   sphere = new THREE.Sphere();
   part = new THREE.Sphere();
-  ratio: number;
+  ratio = devicePixelRatio;
   // The factor on the opacity of the shapes, and whether the joint axes inside must be visible.
   opacity = 1;
   axesShown = false;

@@ -1,11 +1,10 @@
 import type { PageWith } from "../app.ts";
 import { evenTimes } from "../timeline/motion.ts";
-import { OffScreen } from "../robot/skeleton.ts";
+import { OffScreen, asMark } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import type { Player } from "../timeline/player.ts";
 import { GHOST_COLOURS } from "./ghosts.ts";
 import { entry } from "./legend.ts";
-import { asMark } from "../robot/nodes.ts";
 
 type Page = PageWith<"legend" | "robot" | "studio" | "viewer">;
 
