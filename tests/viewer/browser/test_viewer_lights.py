@@ -216,6 +216,13 @@ def test_a_glow_is_seen_from_where_its_light_is_seen(page: Page, nao: nk.NaoMode
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
+TAIL = """() => {
+    const { speech, viewer } = naoKin;
+    const { clientWidth, clientHeight } = viewer.renderer.domElement;
+    return speech.spot(clientWidth, clientHeight, speech.bar.offsetTop + speech.bar.offsetHeight).tail;
+}"""
+
+
 @pytest.mark.parametrize("camera", ["front", "side", "three-quarter"])
 @pytest.mark.parametrize("size", [(1100, 640), (800, 900), (520, 900)])
 def test_the_bubble_stands_beside_the_head_and_in_the_picture(page: Page, camera: str, size: tuple[int, int]) -> None:
@@ -231,7 +238,7 @@ def test_the_bubble_stands_beside_the_head_and_in_the_picture(page: Page, camera
         assert beside or box["y"] + box["height"] <= top or box["y"] >= bottom
         assert box["x"] >= 0.0
         assert box["x"] + box["width"] <= pane["width"]
-        tail = page.run("() => parseFloat(document.querySelector('#speech').style.getPropertyValue('--tail'))")
+        tail = page.run(TAIL)
         assert top < box["y"] + tail < bottom if beside else left < box["x"] + tail < right
     page.tab.set_viewport_size({"width": 900, "height": 600})
 

@@ -47,8 +47,10 @@ export class Speech {
       this.bar.offsetTop + this.bar.offsetHeight,
     );
     this.bubble.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
-    this.bubble.style.setProperty("--tail", `${Math.round(tail)}px`);
     this.bubble.dataset.side = side;
+    // The style draws it beyond the bubble's box by the length of the tail.
+    const outline = this.outline(side, Math.round(tail), BUBBLE.tail);
+    this.bubble.style.setProperty("--outline", `path("${outline}")`);
   }
 
   /**
@@ -79,49 +81,41 @@ export class Speech {
     return { x, y, side, tail: within(at, 1.5 * corner, edge - 1.5 * corner) };
   }
 
+  /**
+   * The outline of the bubble and its tail as a path of SVG.
+   *
+   * @param tail position of the tail along the side
+   * @param shift of the path to the right and down
+   */
+  outline(side: Side, tail: number, shift: number) {
+    const { corner: r, tail: size } = BUBBLE;
+    const { offsetWidth: w, offsetHeight: h } = this.bubble;
+    const [before, after] = [tail - size, tail + size / 2];
+    // Clockwise, as the box.
+    const tip = {
+      right: [1, before, 1, after, -size, after],
+      left: [w - 1, before, w + size, after, w - 1, after],
+      above: [after, h - 1, after, h + size, before, h - 1],
+      below: [before, 1, after, -size, after, 1],
+    }[side].map((place) => place + shift);
+    const turn = (x: number, y: number) => `a${r} ${r} 0 0 1 ${x} ${y}`;
+    const [across, down] = [w - 2 * r, h - 2 * r];
+    const box = `h${across}${turn(r, r)}v${down}${turn(-r, r)}h${-across}${turn(-r, -r)}v${-down}${turn(r, -r)}`;
+    return `M${r + shift} ${shift}${box}ZM${tip.join(" ")}Z`;
+  }
+
   /** Paint the bubble on a picture. */
   paint(ink: CanvasRenderingContext2D, width: number, height: number) {
     if (!this.bubble.textContent) return;
-    const { corner: r, tail: size } = BUBBLE;
-    const { offsetWidth: w, offsetHeight: h } = this.bubble;
     const scale = Math.min(width, height) / BUBBLE.across;
     const { x, y, tail, side } = this.spot(width / scale, height / scale, 0);
     const style = getComputedStyle(this.bubble);
     ink.save();
     ink.scale(scale, scale);
     ink.translate(x, y);
-    ink.beginPath();
-    ink.roundRect(0, 0, w, h, r);
-    const [before, after] = [tail - size, tail + size / 2];
-    const corners = {
-      right: [
-        [1, before],
-        [1, after],
-        [-size, after],
-      ],
-      left: [
-        [w - 1, before],
-        [w + size, after],
-        [w - 1, after],
-      ],
-      above: [
-        [before, h - 1],
-        [after, h + size],
-        [after, h - 1],
-      ].reverse(),
-      below: [
-        [before, 1],
-        [after, -size],
-        [after, 1],
-      ],
-    }[side]; // clockwise, as the rectangle is drawn
-    ink.moveTo(corners[0][0], corners[0][1]);
-    ink.lineTo(corners[1][0], corners[1][1]);
-    ink.lineTo(corners[2][0], corners[2][1]);
-    ink.closePath();
     Object.assign(ink, { shadowColor: "rgba(29,36,51,0.22)", shadowBlur: 22 * scale, shadowOffsetY: 6 * scale });
-    ink.fillStyle = style.backgroundColor;
-    ink.fill();
+    ink.fillStyle = getComputedStyle(this.bubble, "::before").backgroundColor;
+    ink.fill(new Path2D(this.outline(side, tail, 0)));
     ink.shadowColor = "transparent";
     Object.assign(ink, { font: `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`, fillStyle: style.color });
     ink.textBaseline = "middle";
