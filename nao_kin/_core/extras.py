@@ -109,6 +109,12 @@ EXTRAS = {
             "corners that you have found are used without it",
             ("cv2",),
         ),
+        Extra(
+            "symbolic",
+            ("sympy",),
+            "symbolic forward kinematics (nao_kin.joints.DHTable.symbolic, nao-kin dh --symbolic)",
+            "Denavit–Hartenberg tables are computed without it",
+        ),
     )
 }
 

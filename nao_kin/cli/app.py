@@ -58,7 +58,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export")
+_ORDER = ("info", "joints", "dh", "fk", "ik", "check", "reach", "view", "export")
 _WORLD = ("balance", "odometry", "state", "collisions", "camera", "calibrate")
 _SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")

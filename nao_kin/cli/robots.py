@@ -1,4 +1,4 @@
-"""`nao-kin info`, `joints` and `check`: a robot, its joints, and its comparison with independent implementations."""
+"""`nao-kin info`, `joints`, `dh` and `check`: a robot, its joints, and how it compares with other implementations."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nao_kin._core.arrays import finite_or_none
-from nao_kin.cli.options import DEG, JSON, SEED, RobotOptions, command, flag, option
+from nao_kin.cli.options import DEG, JSON, SEED, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_table, progress
 
 if TYPE_CHECKING:
@@ -130,6 +130,53 @@ def _number(value: float) -> str:
 
 def _vector(values: tuple[float, ...]) -> str:
     return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero turns −0 into 0
+
+
+# --- `nao-kin dh`.
+
+
+@command("dh", "Example: nao-kin dh LArm --modified --deg")
+def dh(
+    frame: str = argument("FRAME", "The end of the chain, such as LArm, LLeg or CameraTop."),
+    *,
+    modified: bool = flag("Craig's convention: a and α come before the joint."),
+    symbolic: bool = flag("Print the pose of the frame as a formula of the joints' values; needs sympy."),
+    deg: bool = DEG,
+    json: bool = JSON,
+    robot: RobotOptions,
+) -> None:
+    """Print the Denavit–Hartenberg parameters of the chain from the root to a frame.
+
+    With the joints' values s, the pose of the frame is B A1(s1) … An(sn) E. The constant B and E are printed below the
+    table.
+    """
+    from nao_kin.joints import dh_table
+
+    table = dh_table(robot.load(), frame, "modified" if modified else "classic")
+    scale = degrees_per("rad", deg)
+    if json:
+        document = table.as_dict() | {"units": {"length": "m", "angle": "deg" if deg else "rad"}}
+        for row in document["rows"]:
+            row |= {"alpha": row["alpha"] * scale, "theta": row["theta"] * scale}
+        print_json(document | ({"symbolic": [str(entry) for entry in table.symbolic()]} if symbolic else {}))
+        return
+    angle = "°" if deg else "rad"
+    rows = [
+        [joint, *(_rounded(value) for value in values)]
+        for joint, *values in zip(table.joints, table.a, table.alpha * scale, table.d, table.theta * scale, strict=True)
+    ]
+    print_table(("joint", "a [m]", f"α [{angle}]", "d [m]", f"θ [{angle}]"), rows, numbers=("a [m]", "d [m]"))
+    for name, T in (("B", table.base), ("E", table.tool)):
+        lines = ["  ".join(f"{_rounded(value):>8}" for value in line) for line in T]
+        print("\n".join(f"{name if i == 0 else '':>2}  {line}" for i, line in enumerate(lines)))
+    if symbolic:
+        T = table.symbolic()
+        for i in range(3):
+            print("\n".join(f"T[{i}, {k}] = {T[i, k]}" for k in range(4)))
+
+
+def _rounded(value: float) -> str:
+    return f"{round(float(value), 6) + 0.0:g}"  # adding zero turns −0 into 0
 
 
 # --- `nao-kin check`.

@@ -1,5 +1,6 @@
 """Joint types: the kinematic pairs, a robot's revolute, universal and spherical joints, and anatomy."""
 
+from nao_kin.joints.dh import DHConvention, DHTable, dh_table
 from nao_kin.joints.grouping import JointAxes, Rule, group_joints
 from nao_kin.joints.multidof_model import CouplingPolicy, MultiDofModel
 from nao_kin.joints.pairs import (
@@ -27,6 +28,8 @@ __all__ = [
     "KINEMATIC_PAIRS",
     "NAO_ANATOMY",
     "CouplingPolicy",
+    "DHConvention",
+    "DHTable",
     "JointAxes",
     "JointGroups",
     "JointTable",
@@ -37,6 +40,7 @@ __all__ = [
     "MultiDofModel",
     "Rule",
     "TypedModel",
+    "dh_table",
     "group_joints",
     "joint_table",
     "kinematic_pair",
