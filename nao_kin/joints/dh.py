@@ -179,7 +179,8 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
     check_robot(robot)
     choice(convention, ("classic", "modified"), "convention")
     row, T_joint_frame = robot.frame_placement(frame)
-    joints, rows = robot.joints, []
+    joints = robot.joints
+    rows: list[int] = []
     while row >= 0:
         rows.insert(0, row)
         row = int(joints.parents[row])
@@ -218,7 +219,7 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
         d=d + 0.0,
         theta=theta + 0.0,
         base=base,
-        tool=np.linalg.solve(end, T_root_frame),
+        tool=np.asarray(np.linalg.solve(end, T_root_frame), dtype=np.float64),
         coordinates=joints.coordinates[rows],
         multipliers=joints.multipliers[rows],
         offsets=joints.offsets[rows],

@@ -12,7 +12,7 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.joints import DHConvention, dh_table
 from nao_kin.robot.nao import VERSIONS
 
-FRAMES = ("LArm", "RArm", "LLeg", "RLeg", "Head", "CameraTop", "CameraBottom", "RHand")
+FRAMES = ("LArm", "RArm", "LLeg", "RLeg", "Head", "CameraTop", "CameraBottom", "RFinger13_link")
 CONVENTIONS = get_args(DHConvention)
 
 
