@@ -28,7 +28,7 @@ def test_it_prints_the_numbers_of_a_camera(capsys: pytest.CaptureFixture, nao: n
     below = said(capsys, "CameraBottom", *_STAND)
     assert "not in the image" in below
     assert "from 0.26 m ahead to 1.12 m" in below
-    assert "79.9° up" in said(capsys, "--posture", "LyingBack")
+    assert "80.0° up" in said(capsys, "--posture", "LyingBack")
     document = json.loads(said(capsys, "CameraBottom", *_STAND, "--json", "--deg", "--resolution", "320x240"))
     camera = nk.world.camera(nao, "CameraBottom", "QVGA")
     q = nao.posture("StandInit")

@@ -440,15 +440,15 @@ def test_plain_configurations_are_no_motion(plain: str, tmp_path: Path, nod: str
 # --- the viewer -------------------------------------------------------------------------------------------------------
 
 
-def test_the_viewer_plays_a_motion_as_its_configurations(nao: nk.NaoModel) -> None:
-    with_motion, with_rows = nk.Viewer(nao), nk.Viewer(nao)
+def test_the_viewer_refuses_motions_that_the_robot_cannot_play(nao: nk.NaoModel) -> None:
+    with_motion = nk.Viewer(nao)
     with_motion.animate(_nod(), 20.0, fill="Crouch", loop=False)
-    with_rows.animate(_nod().configurations(nao, rate=20.0, fill="Crouch").q, 20.0, loop=False)
-    assert with_motion.static_html() == with_rows.static_html()
+    before = with_motion.static_html()
     with pytest.raises(nk.errors.UnknownName):
         with_motion.animate(nk.Motion([0.0], ["HeadJaw"], [[0.0]]))
     with pytest.raises(nk.errors.BadArgument):
         with_motion.animate(_nod(), 0.0)
+    assert with_motion.static_html() == before
 
 
 @pytest.mark.full
