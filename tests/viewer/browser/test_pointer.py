@@ -121,6 +121,40 @@ def moved(nao: nk.RobotModel, before: np.ndarray, after: np.ndarray) -> set[str]
     return {nao.joint_names[column] for column in np.flatnonzero(np.abs(after - before) > 1e-9)}
 
 
+def test_a_click_on_a_link_marks_its_joint_whose_row_lights_the_link(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => (document.querySelector('#panel details').open = false)")
+    page.tab.locator("input[type=search]").fill("Elbow")
+    page.tab.mouse.click(*seen(page, "RTibia"))
+    row = page.tab.locator(".joint[aria-current=true]")
+    assert row.get_attribute("data-joint") == "RKneePitch"
+    panel, box = (page.tab.locator(where).bounding_box() for where in ("#panel > .body", ".joint[aria-current=true]"))
+    assert panel["y"] + 40 < box["y"] < panel["y"] + panel["height"] - box["height"]
+
+    lit = """() => [[...new Set(naoKin.pick.hover.highlight.links)].map((i) => naoKin.robot.about.links[i].name),
+        naoKin.axes.lit?.parent.name ?? ""]"""
+    row.locator(".name").hover()
+    links, axis = page.run(lit)
+    assert "RTibia" in links and "RThigh" not in links and axis == page.run(
+        "() => naoKin.robot.nodes[naoKin.robot.linkOf('RTibia')].parent.name"
+    )
+    row.locator(".name").dblclick()
+    assert page.q[nao.joint_names.index("RKneePitch")] == 0.0
+    page.tab.mouse.move(30, 600)
+    assert page.run(lit) == [[], ""]
+
+    page.run("() => naoKin.posture('Crouch')")
+    column, crouch = nao.joint_names.index("RKneePitch"), nao.posture("Crouch")
+    for back in (lambda: row.locator("input[type=range]").press("Delete"), lambda: page.slider("RKneePitch").dblclick()):
+        page.slide("RKneePitch", 0.3)
+        assert page.q[column] == pytest.approx(0.3)
+        back()
+        assert page.q[column] == crouch[column]
+    assert page.run(lit)[0] == links  # the slider has the keyboard's focus
+    page.tab.keyboard.press("Escape")
+    page.tab.mouse.click(30, 560)
+    assert row.count() == 0
+
+
 # --- what is under the pointer ---------------------------------------------------------------------------------------
 
 

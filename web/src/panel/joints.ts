@@ -1,4 +1,5 @@
 import { clamp } from "../math/numbers.ts";
+import { joints as carriers } from "../pick/facts.ts";
 import type { Coordinate, Driven } from "../types.ts";
 import { matches } from "../values/names.ts";
 import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/units.ts";
@@ -39,7 +40,9 @@ class JointRow {
     this.slider = element("input", { type: "range", step: "any", min, max, ariaLabel: joint.name });
     this.slider.oninput = () => this.set(Number(this.slider.value));
     this.slider.onkeydown = (event) => {
-      if (this.step(event)) event.preventDefault();
+      const isReset = ["Delete", "Backspace"].includes(event.key);
+      if (isReset) this.reset();
+      if (isReset || this.step(event)) event.preventDefault();
     };
     this.note = element("span", { className: "note", id: `note-${index}` });
     this.note.setAttribute("role", "status");
@@ -67,6 +70,15 @@ class JointRow {
     );
     this.element.dataset.joint = joint.name;
     this.element.onpointerdown = (event) => this.hold(event);
+    this.element.ondblclick = ({ target }) => {
+      if (target !== this.number) this.reset();
+    };
+    // Also for the keyboard: the row whose slider or number it has reached.
+    const light = (on: boolean) => panel.page.pick.hover.showJoint(on ? joint.name : null);
+    this.element.onpointerenter = ({ pointerType }) => pointerType !== "touch" && light(true);
+    this.element.onpointerleave = () => light(false);
+    this.element.addEventListener("focusin", () => this.element.querySelector(":focus-visible") && light(true));
+    this.element.addEventListener("focusout", () => light(false));
     this.relabel();
   }
 
@@ -117,6 +129,14 @@ class JointRow {
     };
     row.onpointercancel = () => stance.move(joint.column, before);
     row.onlostpointercapture = () => (row.onpointermove = row.onpointercancel = null);
+  }
+
+  /** Restore the value of the posture chosen last, or of the neutral configuration. */
+  reset() {
+    const { robot, stance } = this.panel.page;
+    const { column } = this.joint;
+    stance.move(column, (stance.chosen?.q ?? robot.about.neutral)[column]);
+    stance.settle();
   }
 
   // --- keys and typing -----------------------------------------------------------------------------------------
@@ -254,6 +274,8 @@ export class Joints {
   search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
   count = element("output", { className: "count" });
   element: HTMLElement;
+  /** The row of the joint that carries the selected frame. */
+  marked: JointRow | undefined;
 
   constructor(readonly panel: Panel) {
     const { chains } = panel.page.robot.about;
@@ -282,7 +304,26 @@ export class Joints {
       ...this.chains.map(({ details }) => details),
     );
     this.element.hidden = this.rows.length === 0;
+    panel.page.addEventListener("selected", () => this.mark());
     this.filter();
+  }
+
+  /** Mark the last joint that carries the selected frame, and scroll to it. */
+  mark() {
+    const { pick, robot } = this.panel.page;
+    const { frame, link, read } = pick.selection;
+    const names = link === null ? [] : carriers(robot.about, link).map(({ name }) => name);
+    const rows = names.flatMap((name) => this.rows.find(({ joint }) => joint.name === name) ?? []);
+    this.marked?.element.removeAttribute("aria-current");
+    this.marked = rows.at(-1);
+    const row = this.marked?.element;
+    row?.setAttribute("aria-current", "true");
+    // The read-out may have chosen another frame since.
+    if (!row || read !== frame) return;
+    if (row.hidden) this.search.value = "";
+    this.filter();
+    (row.parentElement as HTMLDetailsElement).open = true;
+    row.scrollIntoView({ block: "nearest" });
   }
 
   filter() {

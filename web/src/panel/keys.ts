@@ -23,6 +23,7 @@ const LIST = {
     ["The same with Ctrl or Alt", "a tenth of a step"],
     ["The same with Shift, Page up, Page down", "ten steps"],
     ["Home, End", "go to the limits (sliders)"],
+    ["Delete, double click", "back to the posture chosen last (sliders)"],
     ["Enter, Escape", "set the typed number, or restore the old one"],
   ],
   "Key frames": [

@@ -7,7 +7,7 @@ import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
 import type { Picker } from "./pick.ts";
 
-type Page = PageWith<"panel" | "robot" | "viewer">;
+type Page = PageWith<"axes" | "panel" | "robot" | "viewer">;
 
 // The distance between the pointer and the tip [px].
 const BESIDE = 16;
@@ -63,9 +63,9 @@ class Tip {
   }
 }
 
-/** A tint over the shapes of a link, drawn as a second layer, so that it is independent of their colours. */
+/** A tint over the shapes of links, drawn as a second layer, so that it is independent of their colours. */
 class Highlight {
-  link: number | null = null;
+  links: number[] = [];
   coats: THREE.Mesh[] = [];
   material = new THREE.MeshBasicMaterial({
     color: new THREE.Color(0x2f7ff0).convertSRGBToLinear(),
@@ -81,13 +81,13 @@ class Highlight {
   constructor(readonly robot: Robot) {}
 
   /** @returns whether anything changed */
-  show(link: number | null): boolean {
-    if (link === this.link) return false;
-    this.link = link;
+  show(links: number[]): boolean {
+    if (String(links) === String(this.links)) return false;
+    this.links = links;
     // The geometry belongs to the shape and is not disposed.
     for (const coat of this.coats) coat.removeFromParent();
     this.coats = this.robot.meshes
-      .filter((shape) => shape.link === link)
+      .filter(({ link }) => links.includes(link))
       .map(({ mesh }) => {
         const coat = asMark(new THREE.Mesh(mesh.geometry, this.material));
         coat.renderOrder = 5;
@@ -138,7 +138,16 @@ export class Hover {
   show(link: number | null, place: { clientX: number; clientY: number }) {
     this.waiting = null;
     this.tip.show(link, place);
-    if (this.highlight.show(link)) this.page.viewer.set_dirty();
+    if (this.highlight.show(link === null ? [] : [link])) this.page.viewer.set_dirty();
+  }
+
+  /** Tint the links that follow a joint and no later one, and draw the axis of the joint; null for neither. */
+  showJoint(name: string | null) {
+    const { axes, robot, viewer } = this.page;
+    const { about } = robot;
+    axes.light(name);
+    this.highlight.show([...about.links.keys()].filter((link) => name !== null && jointOf(about, link)?.name === name));
+    viewer.set_dirty();
   }
 
   clear() {

@@ -10,7 +10,7 @@ import { frameOf } from "./facts.ts";
 import { Hover } from "./hover.ts";
 import { Measure } from "./measure.ts";
 
-type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
+type Page = PageWith<"axes" | "labels" | "panel" | "robot" | "studio" | "viewer">;
 
 const SIZE = 0.062;
 

@@ -53,11 +53,15 @@ const PAIR_COLOURS: Record<string, string> = {
   other: "#5c6678",
 };
 
+const colourOf = (pair: string) => PAIR_COLOURS[pair] ?? PAIR_COLOURS.other;
+
 const LENGTH = 0.07;
 
 /** The axes of the joints, each in the colour of its lower pair and labelled with its name. */
 export class JointAxes {
   screws: THREE.Group[] = [];
+  /** The axis of the joint whose row in the panel is under the pointer. */
+  lit: THREE.Group | null = null;
 
   constructor(
     readonly robot: Robot,
@@ -73,19 +77,36 @@ export class JointAxes {
     /** The label of each pair: the axes of one pair share a label. */
     const labels: Map<number, { text: string; node: THREE.Object3D; colour: string }> = new Map();
     for (const { name, pair, group, slides, axis, node } of on ? this.robot.joints.filter((joint) => joint.pair) : []) {
-      const colour = PAIR_COLOURS[pair] ?? PAIR_COLOURS.other;
+      const colour = colourOf(pair);
       pairs.set(pair, colour);
-      const screw = asMark(makeScrew(slides, colour, LENGTH * this.studio.markScale));
-      screw.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
-      node.parent?.add(screw);
+      const screw = this.draw({ slides, axis, node }, colour, LENGTH);
       this.screws.push(screw);
       const known = labels.get(group);
       if (known) known.text = known.text.replace(" · ", `, ${name} · `);
       else labels.set(group, { text: `${name} · ${pair}`, node: screw, colour });
-      screw.updateWorldMatrix(true, true);
     }
     this.labels.set(this, [...labels.values()]);
     this.studio.seeThrough(on);
     return pairs;
+  }
+
+  /** @param name of the joint whose axis is drawn, besides the others; null for none */
+  light(name: string | null) {
+    if (this.lit) dispose(this.lit);
+    const joint = this.robot.joints.find((candidate) => candidate.name === name);
+    this.lit = joint ? this.draw(joint, colourOf(joint.pair), 1.5 * LENGTH) : null;
+  }
+
+  /** @param length [m] for a robot of 1 m */
+  draw(
+    { slides, axis, node }: Pick<Robot["joints"][number], "slides" | "axis" | "node">,
+    colour: string,
+    length: number,
+  ) {
+    const screw = asMark(makeScrew(slides, colour, length * this.studio.markScale));
+    screw.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    node.parent?.add(screw);
+    screw.updateWorldMatrix(true, true);
+    return screw;
   }
 }
