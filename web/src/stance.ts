@@ -94,11 +94,17 @@ export class Stance {
   }
 
   posture(name: string) {
-    const { postures, floating } = this.page.robot.about;
+    const { postures } = this.page.robot.about;
     const posture = postures.find((candidate) => candidate.name === name);
     if (!posture) return;
-    this.chosen = { name, q: floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q };
-    this.jump(this.chosen.q);
+    this.choose(name, { q: posture.q, up: null });
+  }
+
+  /** Show a named configuration; a floating base stays where it is. */
+  choose(name: string, { q, up }: Snapshot) {
+    const { floating } = this.page.robot.about;
+    this.chosen = { name, q: floating ? [...this.q.slice(0, 7), ...q.slice(7)] : q };
+    this.jump(this.chosen.q, up);
   }
 
   // --- the scene -----------------------------------------------------------------------------------------------

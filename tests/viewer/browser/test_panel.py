@@ -72,6 +72,55 @@ def message_away(page: Page) -> None:
     page.run("() => naoKin.panel.messages.close()")
 
 
+# --- own poses --------------------------------------------------------------------------------------------------------
+
+
+def test_a_pose_is_kept_under_a_name_shown_again_and_removed(page: Page, nao: nk.NaoModel) -> None:
+    page.slide("LShoulderPitch", 0.25)
+    wanted = page.q
+
+    def keep() -> None:
+        tool(page, "+ Pose").click()
+        page.tab.wait_for_function("() => document.activeElement.ariaLabel === 'Name of the pose'")
+
+    keep()
+    problem = page.tab.locator(".poses .problem")
+    for name, reason in [("", "A pose needs a name."), ("Crouch", "Crouch is a posture of the robot.")]:
+        page.tab.keyboard.type(name)
+        press(page, "Enter")
+        assert problem.inner_text() == reason
+        press(page, "ControlOrMeta+A")
+    page.tab.keyboard.type(' <b>"wave"</b> ')
+    press(page, "Enter")
+    own = tool(page, '<b>"wave"</b>')
+    assert not page.tab.locator(".poses").is_visible()
+    (stored,) = json.loads(page.run("() => localStorage.getItem('nao-kin.poses.nao_v6')"))
+    assert stored["name"] == '<b>"wave"</b>' and np.array_equal(stored["q"], wanted)
+
+    tool(page, "Crouch").click()
+    own.click()
+    assert np.array_equal(page.q, wanted)
+    page.slide("LShoulderPitch", 1.0)
+    page.slider("LShoulderPitch").press("Delete")  # back to the pose chosen last
+    assert page.q[nao.joint_names.index("LShoulderPitch")] == 0.25
+    tool(page, "Undo").click()
+
+    # Another page of the same robot removes it, and this one follows.
+    page.run("""() => {
+        localStorage.setItem("nao-kin.poses.nao_v6", '[{"name":"far","q":[1],"up":null}]');
+        dispatchEvent(new StorageEvent("storage"));
+    }""")
+    assert own.count() == 0 and tool(page, "far").count() == 0
+    keep()
+    page.tab.keyboard.type("twice")
+    press(page, "Enter")
+    keep()
+    tool(page, "Remove twice").click()
+    assert page.tab.locator(".postures .own").count() == 0
+    press(page, "Escape")
+    assert page.run("() => localStorage.getItem('nao-kin.poses.nao_v6')") == "[]"
+
+
 # --- numbers and steps ------------------------------------------------------------------------------------------------
 
 

@@ -3,7 +3,7 @@ import { joints as carriers } from "../pick/facts.ts";
 import type { Coordinate, Driven } from "../types.ts";
 import { matches } from "../values/names.ts";
 import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/units.ts";
-import { button, element, toolbar } from "./element.ts";
+import { element } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 // Width of a slider's thumb, and the distance from its middle within which a finger grabs it [px].
@@ -254,16 +254,6 @@ class JointRow {
     if (this.isCoupled) parts.push(`here ${between(range)}`);
     if (isOutside) parts.push("outside its limits");
     return parts.join(", ");
-  }
-}
-
-/** Buttons for the robot's named postures. */
-export class Postures {
-  element: HTMLElement;
-
-  constructor({ page }: Panel) {
-    const buttons = page.robot.about.postures.map(({ name }) => button(name, () => page.stance.posture(name)));
-    this.element = toolbar(element("div", { className: "postures" }), "Postures", ...buttons);
   }
 }
 
