@@ -273,7 +273,7 @@ class SceneRobot:
             ],
             "chains": [
                 {"title": title, "joints": [{"name": name, **vars(drivers[name])} for name in names]}
-                for title, names in chains.items()
+                for title, names in _each_once(chains).items()
             ],
             "postures": self._postures(),
             "mirror": _mirror(robot, drivers),
@@ -306,6 +306,16 @@ def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
     named = {joint for joints in robot.chains.values() for joint in joints}
     branches = (tuple(j for j in chain if j not in named) for chain in topology(robot).chains)
     return {joints[0] if len(joints) == 1 else f"{joints[0]} … {joints[-1]}": joints for joints in branches if joints}
+
+
+def _each_once(chains: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """Return the chains with every joint in one of them, the shortest that has it; chains that keep no joint are left out."""
+    owner: dict[str, str] = {}
+    for title in sorted(chains, key=lambda title: len(chains[title])):
+        for joint in chains[title]:
+            owner.setdefault(joint, title)
+    kept = {title: tuple(j for j in joints if owner[j] == title) for title, joints in chains.items()}
+    return {title: joints for title, joints in kept.items() if joints}
 
 
 def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, Any]]:

@@ -25,6 +25,7 @@ from nao_kin.robot.semantics import CoupledLimit, Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Origin, Packages, Sphere
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
+from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.meshes import load_meshes
 from nao_kin.viewer.scene import robot_drawables
 
@@ -323,6 +324,16 @@ def test_the_page_knows_the_mirror_image_and_naoqis_order(base: Literal["fixed",
     motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
     expected = mirror(nao, motion).configurations(nao).q[0]
     assert np.allclose(mirrored[-25:], expected[-25:], rtol=0.0, atol=1e-12)
+
+
+def test_a_joint_of_several_groups_is_listed_once_in_the_smallest() -> None:
+    panda = nk.load_robot("panda")
+    assert panda.chains["arm_and_hand"]
+    chains = {
+        chain["title"]: [joint["name"] for joint in chain["joints"]] for chain in SceneRobot(panda).about()["chains"]
+    }
+    assert [*chains] == ["arm", "hand"]
+    assert [joint for joints in chains.values() for joint in joints] == list(panda.joint_names)
 
 
 def test_a_robot_without_two_sides_has_no_mirror_image(tmp_path: Path) -> None:

@@ -54,15 +54,18 @@ export class ViewMenu {
     const { about } = this.page.robot;
     const all = about.frames.map(({ name }) => name);
     const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
+    const toggle = this.page.toggles.buttons.get("frames") as HTMLElement;
     for (const name of all) {
       const box = element("input", { type: "checkbox" });
       box.onchange = () => this.choose(all.filter((frame) => this.boxes.get(frame)?.checked));
       this.boxes.set(name, box);
       list.append(element("label", { title: name }, box, element("span", {}, name)));
     }
-    return section(
-      "Frames",
+    return element(
+      "section",
+      { className: "frames" },
       row(
+        toggle,
         button("Effectors", () => this.choose(about.effectors)),
         button("All", () => this.choose(all)),
         button("None", () => this.choose([])),
@@ -84,18 +87,24 @@ export class ViewMenu {
       opacity.style.setProperty("--to", `${((Number(opacity.value) - 0.1) / 0.9) * 100}%`);
     };
     const keep = button("Keep as ghost", () => keepGhost(page));
-    const remove = button("Remove ghost", () => clearGhosts(page));
+    const remove = button("Remove ghost", () => {
+      clearGhosts(page);
+      keep.focus();
+    });
+    const refresh = () => (remove.hidden = page.ghosts.copies.length === 0);
+    page.addEventListener("shown", refresh);
+    refresh();
     this.edition.add(new Option("original", ""));
     for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
     this.edition.onchange = () => page.setEdition(this.edition.value);
     const edition = field("Edition", this.edition);
     edition.hidden = !page.robot.meshes.some(({ accent }) => accent);
-    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
-    return section("Robot", field("Opacity", opacity), edition, row(keep, remove, contrast));
+    return section("Robot", field("Opacity", opacity), edition, row(keep, remove));
   }
 
   pictures() {
     const { page } = this;
+    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
     const shoot = (scale: number) => () => {
       this.menu.open = false;
       return saveScreenshot(page, scale);
@@ -110,7 +119,7 @@ export class ViewMenu {
       film.textContent = seconds === null ? "Record video" : `Stop video (${seconds} s)`;
       this.summary.dataset.recording = String(seconds !== null);
     };
-    return section("Picture", row(button("Picture 1×", shoot(1)), button("Picture 2×", shoot(2)), film));
+    return section("Page", row(contrast, button("Picture 1×", shoot(1)), button("Picture 2×", shoot(2)), film));
   }
 }
 

@@ -522,6 +522,8 @@ def test_an_arm_of_another_kind_is_dragged_by_its_hand_and_a_selected_link(brows
     panda = nk.load_robot("panda")
     with opened(browser, Viewer(panda).save_html(tmp_path / "panda.html"), SIZE) as page:
         assert page.run("() => naoKin.drag.handles.map(({ limb }) => limb.frame)") == ["panda_hand_tcp"]
+        rows = page.tab.locator("#panel .joint").evaluate_all("(rows) => rows.map((row) => row.dataset.joint)")
+        assert sorted(rows) == sorted(panda.joint_names)
         places = page.run("""() => naoKin.drag.handles[0].limb.chain.forward(naoKin.q).p""")
         assert places == pytest.approx(panda.position(page.q, "panda_hand_tcp", reference="panda_link0"), abs=1e-12)
         page.run("() => naoKin.pick.selection.select('panda_link5')")

@@ -906,6 +906,12 @@ def test_a_question_mark_lists_the_keys_and_escape_ends_it(page: Page) -> None:
     dialog = page.tab.get_by_role("dialog", name="Keys")
     assert dialog.is_visible()
     assert "Ctrl+Z" in dialog.inner_text()
+    # No key is broken over two lines or covers its meaning.
+    assert not dialog.locator("dl div").evaluate_all("""(lines) => lines.filter((line) => {
+        const [means, ...keys] = [line.querySelector("dd"), ...line.querySelectorAll("kbd")];
+        return keys.some((key) => key.getClientRects().length > 1
+            || key.getBoundingClientRect().right > means.getBoundingClientRect().left);
+    }).map(({ textContent }) => textContent)""")
     press(page, "p")
     assert page.tab.locator("#panel").is_visible()
     press(page, "Escape")

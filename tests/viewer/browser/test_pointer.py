@@ -134,8 +134,10 @@ def test_a_click_on_a_link_marks_its_joint_whose_row_lights_the_link(page: Page,
         naoKin.axes.lit?.parent.name ?? ""]"""
     row.locator(".name").hover()
     links, axis = page.run(lit)
-    assert "RTibia" in links and "RThigh" not in links and axis == page.run(
-        "() => naoKin.robot.nodes[naoKin.robot.linkOf('RTibia')].parent.name"
+    assert (
+        "RTibia" in links
+        and "RThigh" not in links
+        and axis == page.run("() => naoKin.robot.nodes[naoKin.robot.linkOf('RTibia')].parent.name")
     )
     row.locator(".name").dblclick()
     assert page.q[nao.joint_names.index("RKneePitch")] == 0.0
@@ -144,7 +146,10 @@ def test_a_click_on_a_link_marks_its_joint_whose_row_lights_the_link(page: Page,
 
     page.run("() => naoKin.posture('Crouch')")
     column, crouch = nao.joint_names.index("RKneePitch"), nao.posture("Crouch")
-    for back in (lambda: row.locator("input[type=range]").press("Delete"), lambda: page.slider("RKneePitch").dblclick()):
+    for back in (
+        lambda: row.locator("input[type=range]").press("Delete"),
+        lambda: page.slider("RKneePitch").dblclick(),
+    ):
         page.slide("RKneePitch", 0.3)
         assert page.q[column] == pytest.approx(0.3)
         back()

@@ -410,7 +410,12 @@ def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel) -> Non
     q = nao.posture("Crouch")
     page.set(q)
     _open_menu(page)
+    remove = page.tab.get_by_role("button", name="Remove ghost", exact=True)
+    assert not remove.is_visible()
+    words = page.tab.locator(".view-menu .sheet :is(h2, button)").all_inner_texts()
+    assert words.count("Frames") == 1
     _click(page, "Keep as ghost")
+    assert remove.is_visible()
     page.set(nao.posture("StandZero"))
     ghost = "(link) => naoKin.ghosts.copies.find(({ userData }) => userData.link === link).userData.pose.toArray()"
     link = page.run("() => naoKin.robot.about.links.findIndex(({ name }) => name === 'l_wrist')")
@@ -418,6 +423,7 @@ def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel) -> Non
     assert np.allclose(np.reshape(page.run(ghost, link), (4, 4)).T, standing, atol=1e-4)
     _click(page, "Remove ghost")
     assert page.run("() => naoKin.ghosts.copies.length") == 0
+    assert not remove.is_visible()
     _close_menu(page)
 
 

@@ -136,7 +136,7 @@ export class Keys {
           "dl",
           {},
           ...rows.map(([keys, does]) =>
-            element("div", {}, element("dt", {}, element("kbd", {}, keys)), element("dd", {}, does)),
+            element("div", {}, element("dt", {}, ...keysOf(keys)), element("dd", {}, does)),
           ),
         ),
       ),
@@ -144,6 +144,10 @@ export class Keys {
     openDialog("Keys", element("div", { className: "keys" }, ...sections));
   }
 }
+
+/** The keys of a line of the list, each unbroken. */
+const keysOf = (keys: string) =>
+  keys.split(", ").flatMap((key, i) => (i > 0 ? [", ", element("kbd", {}, key)] : [element("kbd", {}, key)]));
 
 /** Whether keys pressed in this element are typed text. */
 function isTyped(target: Element): target is HTMLInputElement | HTMLTextAreaElement {
