@@ -309,7 +309,7 @@ def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
 
 
 def _each_once(chains: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
-    """Return the chains with every joint in one of them, the shortest that has it; chains that keep no joint are left out."""
+    """Return the chains with each joint in the shortest one that has it, without chains that have no joint left."""
     owner: dict[str, str] = {}
     for title in sorted(chains, key=lambda title: len(chains[title])):
         for joint in chains[title]:

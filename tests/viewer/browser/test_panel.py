@@ -72,6 +72,26 @@ def message_away(page: Page) -> None:
     page.run("() => naoKin.panel.messages.close()")
 
 
+# --- words and icons --------------------------------------------------------------------------------------------------
+
+# The words of the buttons with icons that can be read, and the buttons whose label lacks their word.
+WORDS = """() => {
+    const buttons = [...document.querySelectorAll(":is(.tools, #player .actions) .icon-button")];
+    const word = (one) => one.querySelector(".word");
+    return [buttons.filter((one) => one.checkVisibility() && !word(one)?.checkVisibility()).map((one) => one.ariaLabel),
+        buttons.filter((one) => !one.ariaLabel.toLowerCase().includes(word(one).textContent.toLowerCase())).length];
+}"""
+
+
+def test_icons_have_words_on_a_touch_screen_and_where_there_is_room(page: Page, phone: Page) -> None:
+    assert phone.run(WORDS) == [[], 0]
+    page.tab.set_viewport_size({"width": 1440, "height": 900})
+    assert page.run(WORDS) == [[], 0]
+    page.tab.set_viewport_size({"width": 1000, "height": 700})
+    assert page.run(WORDS)[0] == ["Record the motion", "Key frames", "Plots", "Trails of frames", "Motion files"]
+    page.tab.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
+
+
 # --- own poses --------------------------------------------------------------------------------------------------------
 
 
@@ -95,7 +115,8 @@ def test_a_pose_is_kept_under_a_name_shown_again_and_removed(page: Page, nao: nk
     own = tool(page, '<b>"wave"</b>')
     assert not page.tab.locator(".poses").is_visible()
     (stored,) = json.loads(page.run("() => localStorage.getItem('nao-kin.poses.nao_v6')"))
-    assert stored["name"] == '<b>"wave"</b>' and np.array_equal(stored["q"], wanted)
+    assert stored["name"] == '<b>"wave"</b>'
+    assert np.array_equal(stored["q"], wanted)
 
     tool(page, "Crouch").click()
     own.click()
@@ -110,7 +131,8 @@ def test_a_pose_is_kept_under_a_name_shown_again_and_removed(page: Page, nao: nk
         localStorage.setItem("nao-kin.poses.nao_v6", '[{"name":"far","q":[1],"up":null}]');
         dispatchEvent(new StorageEvent("storage"));
     }""")
-    assert own.count() == 0 and tool(page, "far").count() == 0
+    assert own.count() == 0
+    assert tool(page, "far").count() == 0
     keep()
     page.tab.keyboard.type("twice")
     press(page, "Enter")
@@ -485,7 +507,7 @@ def test_one_history_has_every_change_and_is_reached_from_everywhere(page: Page,
         lambda: (page.tab.locator("canvas").first.focus(), press(page, "ControlOrMeta+V"), message_away(page)),
         lambda: tool(page, "Mirror left and right").click(),
         lambda: tool(page, "Random within the limits").click(),
-        lambda: tool(page, "Back to the beginning").click(),
+        lambda: tool(page, "Reset to the beginning").click(),
         lambda: (tool(page, "Key frames").click(), message_away(page)),  # the clip becomes keys
     ]
     focus: list[Callable[[], Any]] = [
@@ -519,7 +541,7 @@ def test_one_history_has_every_change_and_is_reached_from_everywhere(page: Page,
 def test_reset_leads_to_where_the_page_began(page: Page, nao: nk.NaoModel) -> None:
     start = page.run("() => naoKin.panel.start.q")
     tool(page, "LyingBelly").click()
-    tool(page, "Back to the beginning").click()
+    tool(page, "Reset to the beginning").click()
     assert page.q.tolist() == start
 
 

@@ -134,11 +134,9 @@ def test_a_click_on_a_link_marks_its_joint_whose_row_lights_the_link(page: Page,
         naoKin.axes.lit?.parent.name ?? ""]"""
     row.locator(".name").hover()
     links, axis = page.run(lit)
-    assert (
-        "RTibia" in links
-        and "RThigh" not in links
-        and axis == page.run("() => naoKin.robot.nodes[naoKin.robot.linkOf('RTibia')].parent.name")
-    )
+    assert "RTibia" in links
+    assert "RThigh" not in links
+    assert axis == page.run("() => naoKin.robot.nodes[naoKin.robot.linkOf('RTibia')].parent.name")
     row.locator(".name").dblclick()
     assert page.q[nao.joint_names.index("RKneePitch")] == 0.0
     page.tab.mouse.move(30, 600)

@@ -55,10 +55,15 @@ export function element<Tag extends keyof HTMLElementTagNameMap>(
 /** A button with a text. */
 export const button = (text: string, onclick: () => void) => element("button", { type: "button", onclick }, text);
 
-/** A button with an icon; its label says what it does, and its tool tip also names the keys. */
-export function iconButton(name: IconName, label: string, onclick: () => void, keys: string = "") {
+/**
+ * A button with an icon; its label says what it does, and its tool tip also names the keys.
+ *
+ * @param word a word of the label that is shown where there is room
+ */
+export function iconButton(name: IconName, label: string, onclick: () => void, keys: string = "", word: string = "") {
   const title = keys ? `${label} (${keys})` : label;
-  return element("button", { type: "button", className: "icon-button", ariaLabel: label, title, onclick }, icon(name));
+  const made = { type: "button", className: "icon-button", ariaLabel: label, title, onclick } as const;
+  return element("button", made, icon(name), ...(word ? [element("span", { className: "word" }, word)] : []));
 }
 
 /**

@@ -92,16 +92,20 @@ export class Tools {
   constructor(readonly panel: Panel) {
     const { page, past, exchange } = panel;
     const { about } = page.robot;
-    this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z");
-    this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z");
+    this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z", "Undo");
+    this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z", "Redo");
     past.addEventListener("changed", () => this.refresh());
-    const reset = iconButton("reset", "Back to the beginning", () => panel.reset());
-    const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror());
-    const random = iconButton("random", "Random within the limits", () =>
-      page.stance.jump(randomWithin(about, page.stance.q)),
+    const reset = iconButton("reset", "Reset to the beginning", () => panel.reset(), "", "Reset");
+    const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror(), "", "Mirror");
+    const random = iconButton(
+      "random",
+      "Random within the limits",
+      () => page.stance.jump(randomWithin(about, page.stance.q)),
+      "",
+      "Random",
     );
     mirror.hidden = about.mirror.length === 0;
-    const copy = iconButton("copy", "Copy the configuration", () => {});
+    const copy = iconButton("copy", "Copy the configuration", () => {}, "", "Copy");
     const formats = menu(
       copy,
       "Copy as",
@@ -113,8 +117,8 @@ export class Tools {
         return element("button", { type: "button", onclick: take }, title, element("small", {}, hint));
       }),
     );
-    const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V");
-    const link = iconButton("link", "Copy a link to this state", () => panel.address.copy());
+    const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V", "Paste");
+    const link = iconButton("link", "Copy a link to this state", () => panel.address.copy(), "", "Link");
     const group = (...buttons: Node[]) => element("div", { className: "group" }, ...buttons);
     const bar = toolbar(
       element("div", { className: "tools" }),

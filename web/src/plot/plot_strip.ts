@@ -46,7 +46,7 @@ export class PlotStrip {
     const { page } = player;
     const { about } = page.robot;
     this.coordinates = about.coordinates;
-    this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false));
+    this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false), "Plots");
     this.frames = element(
       "select",
       { ariaLabel: "Frame to plot" },

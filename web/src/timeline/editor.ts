@@ -82,7 +82,7 @@ export class Editor {
     this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
     this.limits = player.page.stance.q.map(() => null);
     for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
-    this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true));
+    this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true), "Key frames");
     this.track = new Track({
       select: (place) => this.select(place),
       grab: (place) => this.grab(place),

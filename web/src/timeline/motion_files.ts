@@ -13,7 +13,7 @@ const FEW = 60;
 export class MotionFiles {
   /** Number of files opened. */
   opened = 0;
-  button = iconButton("file", "Motion files", () => {});
+  button = iconButton("file", "Motion files", () => {}, "", "Files");
   field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
   writers: HTMLButtonElement[];
   menu: HTMLDivElement;

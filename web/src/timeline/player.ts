@@ -17,7 +17,7 @@ const MODES: Record<Mode, string> = {
 
 /** The menu that chooses the frames with a trail, and the kind of trail. */
 class TrailsMenu {
-  button = iconButton("trail", "Trails of frames", () => {});
+  button = iconButton("trail", "Trails of frames", () => {}, "", "Trails");
   menu: HTMLDivElement;
 
   constructor(trails: Trails) {
@@ -257,9 +257,9 @@ export class Player extends EventTarget {
     this.dispatchEvent(new Event("time"));
   }
 
-  /** Make a button of the bar that is on or off. */
-  switch(name: IconName, label: string, onclick: () => void) {
-    const button = iconButton(name, label, onclick);
+  /** Make a button of the bar that is on or off, as an `iconButton`. */
+  switch(name: IconName, label: string, onclick: () => void, word: string) {
+    const button = iconButton(name, label, onclick, "", word);
     button.setAttribute("aria-pressed", "false");
     return button;
   }

@@ -42,7 +42,12 @@ export class Recording {
   timer: number | undefined;
 
   constructor(readonly player: Player) {
-    this.button = player.switch("record", "Record the motion", () => (this.recorder ? this.stop() : this.start()));
+    this.button = player.switch(
+      "record",
+      "Record the motion",
+      () => (this.recorder ? this.stop() : this.start()),
+      "Record",
+    );
     this.button.classList.add("record");
     this.button.append(this.clock);
   }
