@@ -1101,7 +1101,7 @@ def test_what_has_the_focus_or_is_read_is_in_sight(
     assert first["y"] + first["height"] <= box(".readout")["y"]  # a joint is there from the start
     slider = tab.locator('.joint[data-joint="RHand"] input[type="range"]')
     slider.focus()
-    edges = """() => [".joints .search", ".readout", ":focus"].map((place) => {
+    edges = """() => ["#panel .search", ".readout", ":focus"].map((place) => {
         const { top, bottom } = document.querySelector(place).getBoundingClientRect();
         return [top, bottom];
     })"""
@@ -1121,6 +1121,17 @@ def test_what_has_the_focus_or_is_read_is_in_sight(
     assert len(set(heights)) == 1  # no name and number on two lines
 
 
+# How many rows of joints are in view as a whole, after the first arm has been scrolled to or as the page is.
+JOINTS_IN_VIEW = """(scrolled) => {
+    const [rows, body] = [[...document.querySelectorAll("#panel .joint")], document.querySelector("#panel > .body")];
+    if (scrolled) rows[2].scrollIntoView();
+    const { top, bottom } = body.getBoundingClientRect();
+    const boxes = rows.map((row) => row.getBoundingClientRect());
+    body.scrollTop = 0;
+    return boxes.filter((box) => box.top > top - 1 && box.bottom < bottom + 1).length;
+}"""
+
+
 @pytest.mark.full
 def test_targets_for_fingers_are_large_enough(request: pytest.FixtureRequest) -> None:
     small = """(shown) => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
@@ -1131,6 +1142,7 @@ def test_targets_for_fingers_are_large_enough(request: pytest.FixtureRequest) ->
     for size in ((390, 844), (844, 390)):
         tab = of_kind(request, "phone", size)
         assert tab.evaluate(small) == []
+        assert tab.evaluate(JOINTS_IN_VIEW, size[0] < size[1]) >= (6 if size[0] < size[1] else 3)
         tab.locator("summary", has_text="View").tap()
         assert tab.evaluate(small, ".sheet") == []
         tab.locator("summary", has_text="View").tap()

@@ -263,6 +263,7 @@ export class Joints {
   chains: { rows: JointRow[]; details: HTMLDetailsElement }[];
   search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
   count = element("output", { className: "count" });
+  filters = element("div", { className: "search" }, this.search, this.count);
   element: HTMLElement;
   /** The row of the joint that carries the selected frame. */
   marked: JointRow | undefined;
@@ -290,7 +291,7 @@ export class Joints {
     this.element = element(
       "section",
       { className: "joints", id: "joints", tabIndex: -1, ariaLabel: "Joints" },
-      element("div", { className: "search" }, this.search, this.count),
+      this.filters,
       ...this.chains.map(({ details }) => details),
     );
     this.element.hidden = this.rows.length === 0;

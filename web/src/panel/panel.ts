@@ -50,7 +50,16 @@ export class Panel {
     this.keys = new Keys(this);
     this.joints = new Joints(this);
     this.readout = new Readout(this);
-    this.sections = [new Head(this), new Robots(this), new Tools(this), new Postures(this), page.controls, this.joints];
+    const head = new Head(this);
+    // On a phone the filter of the joints is in the head of the panel.
+    const low = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1), (max-height: 32em)");
+    const place = () => {
+      if (low.matches) head.element.firstElementChild?.after(this.joints.filters);
+      else this.joints.element.prepend(this.joints.filters);
+    };
+    low.addEventListener("change", place);
+    place();
+    this.sections = [head, new Robots(this), new Tools(this), new Postures(this), page.controls, this.joints];
     const body = element(
       "div",
       { className: "body", tabIndex: -1 },

@@ -26,7 +26,7 @@ export class Head {
         element(
           "p",
           {},
-          `${freedoms} degree${freedoms === 1 ? "" : "s"} of freedom`,
+          element("span", { className: "freedoms" }, `${freedoms} degree${freedoms === 1 ? "" : "s"} of freedom`),
           element("span", { className: "state" }),
         ),
       ),

@@ -25,9 +25,9 @@ class KeyTools {
     this.add.onclick = () => editor.adding();
     /** The buttons that act on the selected key. */
     this.ofKey = [
-      iconButton("replace", "Replace by the current configuration", () => editor.replacing()),
-      iconButton("copy", "Duplicate the key", () => editor.duplicating()),
-      iconButton("trash", "Delete the key", () => editor.remove(editor.selected), "Del"),
+      iconButton("replace", "Replace by the current configuration", () => editor.replacing(), "", "Replace"),
+      iconButton("copy", "Duplicate the key", () => editor.duplicating(), "", "Duplicate"),
+      iconButton("trash", "Delete the key", () => editor.remove(editor.selected), "Del", "Delete"),
     ];
     this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
     this.slow.onclick = () => editor.slowDown();
