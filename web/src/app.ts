@@ -31,8 +31,8 @@ import { Studio } from "./scene/studio.ts";
 import { Stance } from "./stance.ts";
 import { Player } from "./timeline/player.ts";
 import { Toggles, ViewMenu } from "./view_menu.ts";
-import { THREE } from "./three.ts";
-import type { About, Camera, MeshcatViewer, Message } from "./types.ts";
+import { THREE, cornersOf } from "./three.ts";
+import type { About, Camera, MeshcatViewer, Message, Vector } from "./types.ts";
 
 const byId = (id: string) => document.getElementById(id) as HTMLElement;
 
@@ -251,10 +251,33 @@ export class App extends EventTarget {
     this.viewer.set_dirty();
   }
 
+  /** The share of the picture's height that the bar at its top covers. */
+  get bar() {
+    const bar = byId("top");
+    return (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1);
+  }
+
+  /** Whether the whole robot is in the picture, below the bar at its top. */
+  get isInSight() {
+    const { camera } = this.pick.viewport;
+    camera.updateProjectionMatrix();
+    return cornersOf(this.robot.box([])).every((corner) => {
+      const { x, y, z } = corner.project(camera);
+      return Math.abs(x) <= 1 && y >= -1 && y <= 1 - 2 * this.bar && z < 1;
+    });
+  }
+
+  /** Bring all robots into the picture; the camera keeps its direction. */
+  frame() {
+    const { camera: at } = this.panel.address;
+    if (typeof at === "string") return this.camera(at);
+    const direction = [0, 1, 2].map((i) => at[i] - at[i + 3]) as Vector;
+    this.look({ name: "", direction, links: [] }, this.others);
+  }
+
   /** Fill the view from a preset, below the bar at its top. */
   look(preset: Camera | undefined, robots: { box(links: number[]): Box3 }) {
-    const bar = byId("top");
-    this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1));
+    this.studio.look(preset, robots, this.bar);
   }
 }
 

@@ -104,7 +104,11 @@ export class Stance {
   choose(name: string, { q, up }: Snapshot) {
     const { floating } = this.page.robot.about;
     this.chosen = { name, q: floating ? [...this.q.slice(0, 7), ...q.slice(7)] : q };
+    const { page } = this;
+    const wasInSight = page.isInSight;
     this.jump(this.chosen.q, up);
+    this.settle();
+    if (wasInSight && !page.isInSight) page.frame();
   }
 
   // --- the scene -----------------------------------------------------------------------------------------------

@@ -92,6 +92,61 @@ def test_icons_have_words_on_a_touch_screen_and_where_there_is_room(page: Page, 
     page.tab.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
 
 
+# --- the robot in the picture ------------------------------------------------------------------------------------------
+
+CAMERA = """() => {
+    const [x, y, z, a, b, c] = naoKin.panel.address.places();
+    const way = [x - a, y - b, z - c];
+    return [naoKin.isInSight, way.map((part) => part / Math.hypot(...way)), [x, y, z]];
+}"""
+
+
+def test_a_posture_stays_in_the_picture_and_the_camera_moves_only_for_that(page: Page) -> None:
+    page.run("""() => {
+        naoKin.camera("side");
+        naoKin.viewer.camera.position.x += 0.4;  // no longer a preset
+        naoKin.viewer.controls.update();
+    }""")
+    seen, direction, place = page.run(CAMERA)
+    assert seen
+    tool(page, "Crouch").click()
+    assert page.run(CAMERA)[2] == pytest.approx(place)
+    tool(page, "LyingBelly").click()
+    seen, now, moved = page.run(CAMERA)
+    assert seen
+    assert now == pytest.approx(direction, abs=1e-6)
+    assert moved != pytest.approx(place, abs=0.05)
+    page.run("() => naoKin.camera('hands')")  # who looks at a part keeps looking at it
+    place = page.run(CAMERA)[2]
+    tool(page, "Sit").click()
+    assert page.run(CAMERA)[2] == pytest.approx(place)
+
+
+def test_hint_and_legend_are_beside_the_feet(page: Page, phone: Page) -> None:
+    covered = """(words) => {
+        const hint = document.getElementById("hint");
+        hint.replaceChildren(...words.map((word) => Object.assign(document.createElement("span"), { textContent: word })));
+        hint.hidden = false;
+        naoKin.show({ chains: true });
+        const feet = [];
+        for (const name of ["l_sole", "r_sole"]) {
+            const node = naoKin.robot.nodes[naoKin.robot.linkOf(name)];
+            const place = naoKin.pick.viewport.place(node.getWorldPosition(new MeshCat.THREE.Vector3()));
+            feet.push([place.clientX, place.clientY]);
+        }
+        const parts = ["hint", "legend"].map((id) => document.getElementById(id).getBoundingClientRect());
+        hint.hidden = true;
+        return feet.filter(([x, y]) => parts.some((part) =>
+            x > part.left - 10 && x < part.right + 10 && y > part.top - 10 && y < part.bottom + 10)).length;
+    }"""
+    words = ["Drag to turn", "Click a limb to drag it", "Pull a ring", "? lists the keys"]
+    page.tab.set_viewport_size({"width": 1000, "height": 700})
+    page.run("() => naoKin.camera('three-quarter')")
+    for tab in (page, phone):
+        assert tab.run(covered, words[: 4 if tab is page else 3]) == 0
+    page.tab.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
+
+
 # --- own poses --------------------------------------------------------------------------------------------------------
 
 
