@@ -92,16 +92,16 @@ class SceneRobot:
         self.rest = {name: posture.up for name, posture in semantics.postures.items() if posture.up is not None}
 
     @property
-    def reaches_aside(self) -> float:
-        """Largest distance of its shapes from its root's frame along y at the start [m]."""
+    def reach(self) -> tuple[float, float]:
+        """Largest distances of its shapes from its root's frame along x and y at the start [m]."""
         poses = dict(zip(self.robot.link_names, self.robot.fk(self.start), strict=True))
-        widest = 0.0
+        widest = np.zeros(2)
         for drawable in self.drawables:
             T = poses[drawable.link] @ drawable.T_link_shape
             low, high = shape_box(drawable.shape)
             middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
-            widest = max(widest, abs(middle[1]) + half[1])
-        return float(widest)
+            widest = np.maximum(widest, np.abs(middle[:2]) + half[:2])
+        return float(widest[0]), float(widest[1])
 
     def link_of(self, frame: str) -> str:
         """Return the link whose node carries a frame: the link itself, the child of a moving joint, or the root."""

@@ -52,7 +52,7 @@ class ShownRobot:
         self.name, self.robot = name, robot
         self._typed = robot if isinstance(robot, MultiDofModel) else None
         self._messages, self._look, self._forget, self._shown = messages, look, forget, True
-        self.notes, self.reaches_aside = look.notes, look.reaches_aside
+        self.notes, self.reach = look.notes, look.reach
         self.T_world_ground = np.eye(4)
         self._show(look.start, None)
 

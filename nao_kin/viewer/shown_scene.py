@@ -55,6 +55,42 @@ class Lead:
         return True
 
 
+# --- The places of added robots.
+
+# Distance between neighbouring robots [m], and the number of robots in a row.
+_GAP, _ROW = 0.1, 8
+
+
+class Rows:
+    """The places of robots that are added without one, in rows of eight; callers hold the viewer's lock.
+
+    The viewer's own robot begins the first row, at the origin. Each robot stands to the right of the one before, and the
+    next row behind all robots of the row before.
+
+    Args:
+        reach: the largest distances of the own robot's shapes from its root's frame along x and y [m].
+    """
+
+    def __init__(self, reach: tuple[float, float]) -> None:
+        self._count, self._aside = 1, reach[1]
+        # Where the robots of the row begin along x, except in the first row, and how far back they reach.
+        self._front, self._back = 0.0, -reach[0]
+
+    def place(self, reach: tuple[float, float]) -> Floats:
+        """Return the pose in the world of the ground of the next robot, shape (4, 4)."""
+        ahead, aside = reach
+        if self._count % _ROW == 0:
+            self._front = self._back - _GAP
+            self._aside = -(aside + _GAP)
+        T = np.eye(4)
+        T[0, 3] = 0.0 if self._count < _ROW else self._front - ahead
+        T[1, 3] = -(self._aside + _GAP + aside)
+        self._back = min(self._back, T[0, 3] - ahead)
+        self._aside += _GAP + 2.0 * aside
+        self._count += 1
+        return T
+
+
 # --- Callbacks on changes by a page.
 
 # Called with the configuration and the names of the joints that changed.

@@ -49,6 +49,7 @@ from nao_kin.viewer.shown_scene import (
     Changes,
     Lead,
     MoveCallback,
+    Rows,
     Subscription,
     Target,
     Targets,
@@ -57,8 +58,7 @@ from nao_kin.viewer.shown_scene import (
 
 # A page sends its name with its messages, and gets the name back.
 _MAX_SOURCE = 64
-# Distance between neighbouring robots [m], and the largest number of additional robots.
-_GAP = 0.1
+# The largest number of additional robots.
 _MAX_ROBOTS = 32
 
 
@@ -117,7 +117,7 @@ class Viewer(Guessing):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
         # The robots of the scene; the first one leads.
         self._look, self._numbers = SceneRobot(robot), itertools.count(1)
-        self._robots, self._edge = [self._look], self._look.reaches_aside
+        self._robots, self._rows = [self._look], Rows(self._look.reach)
         self.robot, self.notes, self.light_names = robot, self._look.notes, self._look.light_names
         self.camera_names = tuple(self._look.cameras)
         # Held while the state and its message change: a page's messages arrive in another thread.
@@ -374,7 +374,8 @@ class Viewer(Guessing):
             robot: any robot, or a typed model of one.
             name: its name in the page, 1 to 200 characters; None for the robot's name.
             at: pose in the world of the ground on which it stands, shape (4, 4); the viewer's own robot stands at the
-                origin, x ahead, z up. None to place it to the right of the others.
+                origin, x ahead, z up. None to place it to the right of the others, in rows of
+                eight.
             opacity: above 0 and at most 1.
 
         Raises:
@@ -401,11 +402,7 @@ class Viewer(Guessing):
         with self._lock:
             self._send_robot(look, called, share)
             added = ShownRobot(self._messages, look, robot, called, self._forget)
-            if place is None:
-                place = np.eye(4)
-                place[1, 3] = -(self._edge + _GAP + added.reaches_aside)
-                self._edge += _GAP + 2.0 * added.reaches_aside
-            added.place(place)
+            added.place(self._rows.place(look.reach) if place is None else place)
             self._robots.append(look)
             self._list_robots()
         return added
@@ -423,7 +420,7 @@ class Viewer(Guessing):
             for key in look.parts().keys() - set().union(*(other.parts() for other in self._robots)):
                 self._messages.drop(key)
             if len(self._robots) == 1:
-                self._edge = self._look.reaches_aside
+                self._rows = Rows(self._look.reach)
             self._list_robots()
 
     def _list_robots(self) -> None:

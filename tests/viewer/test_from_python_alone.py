@@ -22,9 +22,25 @@ def test_robots_beside_each_other_do_not_touch(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
     added = [viewer.add_robot(nao) for _ in range(3)]
     places = [0.0, *(robot.T_world_ground[1, 3] for robot in added)]
-    width = added[0].reaches_aside
+    width = added[0].reach[1]
     assert np.all(np.diff(places) <= -(2.0 * width + 0.05))
     assert np.ptp(np.diff(places)) < 1e-12  # as far apart, all of them
+
+
+def test_thirty_two_robots_stand_in_four_rows(tmp_path: Path, nao: nk.NaoModel) -> None:
+    viewer, small = Viewer(nao), made_up(tmp_path, J("turn"))
+    added = [viewer.add_robot(nao if number % 3 else small) for number in range(31)]
+    assert added[30].T_world_ground[:3, :3] == pytest.approx(np.eye(3))
+    boxes = [(np.zeros(2), np.array(added[1].reach))]
+    boxes += [(robot.T_world_ground[:2, 3], np.array(robot.reach)) for robot in added]
+    for i, (place, reach) in enumerate(boxes):
+        for other, its in boxes[:i]:
+            assert np.any(np.abs(place - other) > reach + its + 0.05)  # apart along x or y
+    rows = np.array([place for place, _ in boxes]).reshape(4, 8, 2)
+    assert rows[:, 0, 1] == pytest.approx(0.0, abs=1e-12)
+    assert np.all(np.diff(rows[..., 1], axis=1) < 0.0)
+    assert np.all(rows[1:, :, 0].max(axis=1) < rows[:-1, :, 0].min(axis=1))
+    assert np.ptp(rows, axis=(0, 1)).max() < 6.0
 
 
 def test_a_robot_that_is_removed_takes_no_other_one_along(tmp_path: Path, nao: nk.NaoModel) -> None:

@@ -99,6 +99,14 @@ def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
             }"""
         )
         assert np.abs(corners).max() < 1.0  # the camera looks at all of them
+        page.draw(True)
+        page.tab.wait_for_function("() => naoKin.studio.floor.uniforms.spread.value > 0")
+        middle, spread = page.run(
+            "() => ['middle', 'spread'].map((name) => naoKin.studio.floor.uniforms[name].value)"
+            ".map((value) => value.toArray?.() ?? value)"
+        )
+        places = np.array([[0.0, 0.0], *(_in_world(page, number)[:2, 3] for number in (1, 2))])
+        assert np.linalg.norm(places - middle, axis=1).max() < spread + 0.3  # the floor is under all of them
     assert np.array_equal(second.q, old.posture("LyingBack"))
     assert np.allclose(typed.fk(third.q), typed.fk(q_typed), atol=1e-12)
 

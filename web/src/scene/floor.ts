@@ -165,6 +165,8 @@ const FRAGMENT = /* glsl */ `
   #include <lights_pars_begin>
   #include <shadowmap_pars_fragment>
   ${LINES}
+  uniform vec2 middle;
+  uniform float spread;
   uniform vec3 shade;
   uniform float strength;
   uniform sampler2D contact;
@@ -198,7 +200,7 @@ const FRAGMENT = /* glsl */ `
   }
 
   void main() {
-    float away = length(vAt) / scale;
+    float away = max(0.0, length(vAt - middle) - spread) / scale;
     float fade = 1.0 - smoothstep(0.1, 1.0, away);
     float line = fade * max(0.4 * lines(${STEP} * scale, 1.1), 0.75 * lines(${STRONG} * scale, 1.5));
     float dark = strength * shadowed() * (1.0 - smoothstep(1.2, 1.5, away));
@@ -244,6 +246,8 @@ export class Floor {
         ground: { value: new THREE.Color() },
         haze: { value: new THREE.Color() },
       },
+      middle: { value: new THREE.Vector2() },
+      spread: { value: 0 },
       shade: { value: new THREE.Color() },
       strength: { value: 0 },
       toContact: { value: contact.matrix },
@@ -290,8 +294,22 @@ export class Floor {
   fit(size: number) {
     this.scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
     this.uniforms.scale.value = this.scale;
+    this.cover(new THREE.Box2(new THREE.Vector2(), new THREE.Vector2()));
+  }
+
+  /**
+   * Reach as far around several robots as around one.
+   *
+   * @param places the box of the places where they stand, from the place of the page's own robot [m]
+   */
+  cover(places: THREE.Box2) {
+    const { middle, spread } = this.uniforms;
+    places.getCenter(middle.value);
+    spread.value = places.getSize(new THREE.Vector2()).length() / 2;
+    const { x, y } = middle.value;
     this.plane.geometry.dispose();
-    this.plane.geometry = new THREE.CircleGeometry(FAR * this.scale, 48);
+    this.plane.geometry = new THREE.CircleGeometry(FAR * this.scale + spread.value, 48);
+    this.plane.geometry.translate(x, y, 0);
   }
 
   /** Move the grid along with the robot in whole steps of its strong lines, so that it seems endless. */

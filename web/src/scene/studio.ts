@@ -20,7 +20,6 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
   camera.fov = 28;
   camera.up.set(0, 1, 0);
   camera.near = 0.02 * size;
-  camera.far = 60 * size;
   const centre = box.getCenter(new Vector3());
   // The world of three.js has y up: the robot's z is its y, and the robot's y its −z.
   const [x, y, z] = preset.direction;
@@ -37,6 +36,7 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
     const reach = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
     distance = Math.max(distance, reach + corner.dot(back));
   }
+  camera.far = Math.max(60 * size, 3 * distance);
   // The coordinates of the camera are those of the world, although it is in meshcat's node, which turns z up.
   camera.position.copy(centre).addScaledVector(back, distance);
   // The picture moves down by half the height of the bar; the camera still turns about the middle of the box.
@@ -45,8 +45,8 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
   camera.aspect = aspect;
   camera.updateProjectionMatrix();
   controls.target.copy(centre);
-  // Farther away the robot would be only a dot.
-  controls.maxDistance = camera.far / 2;
+  // Farther away the robots would be only dots.
+  controls.maxDistance = Math.max(30 * size, 2 * distance);
   controls.update();
 }
 
@@ -279,7 +279,14 @@ export class Studio {
     this.shadowsOld = 0;
     const { key, sphere, viewer } = this;
     this.robots[0].sphere(sphere);
-    for (const robot of this.robots.slice(1)) sphere.union(robot.sphere(this.part));
+    const { x: x0, z: z0 } = sphere.center;
+    const places = new THREE.Box2(new THREE.Vector2(), new THREE.Vector2());
+    for (const robot of this.robots.slice(1)) {
+      sphere.union(robot.sphere(this.part));
+      const { x, z } = this.part.center;
+      places.expandByPoint(new THREE.Vector2(x - x0, z0 - z));
+    }
+    if (this.robots.length > 1 || this.floor.uniforms.spread.value > 0) this.floor.cover(places);
     const { center } = sphere;
     // The radius changes in steps, so that the shadow on a resting limb does not flicker while another limb moves.
     const radius = 1.1 ** Math.ceil(Math.log(sphere.radius) / Math.log(1.1));
