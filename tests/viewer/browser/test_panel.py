@@ -92,7 +92,7 @@ def test_icons_have_words_on_a_touch_screen_and_where_there_is_room(page: Page, 
     page.tab.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
 
 
-# --- the robot in the picture ------------------------------------------------------------------------------------------
+# --- the robot in the picture -----------------------------------------------------------------------------------------
 
 CAMERA = """() => {
     const [x, y, z, a, b, c] = naoKin.panel.address.places();
@@ -125,7 +125,8 @@ def test_a_posture_stays_in_the_picture_and_the_camera_moves_only_for_that(page:
 def test_hint_and_legend_are_beside_the_feet(page: Page, phone: Page) -> None:
     covered = """(words) => {
         const hint = document.getElementById("hint");
-        hint.replaceChildren(...words.map((word) => Object.assign(document.createElement("span"), { textContent: word })));
+        const span = (word) => Object.assign(document.createElement("span"), { textContent: word });
+        hint.replaceChildren(...words.map(span));
         hint.hidden = false;
         naoKin.show({ chains: true });
         const feet = [];

@@ -162,6 +162,29 @@ def test_the_track_beside_the_keys_and_the_plots_go_to_a_time(page: Page, nao: n
     assert f"{math.degrees(nao.angles(nao.posture('Crouch'))['LKneePitch']):.1f}°" in shown
 
 
+def test_the_wheel_and_keys_zoom_the_time_of_the_track(page: Page) -> None:
+    make_keys(page)
+    track, key = page.tab.locator(".track"), page.tab.get_by_role("slider", name="Key 2 of 3")
+    middle = lambda: key.bounding_box()["x"] + key.bounding_box()["width"] / 2  # noqa: E731
+    wide, before = page.tab.locator(".lane").bounding_box()["width"], middle()
+    page.tab.mouse.move(before, across(page, 1.0)[1])
+    page.tab.mouse.wheel(0, -500)
+    page.tab.wait_for_function("() => naoKin.player.editor.track.zoom > 2.5")
+    assert middle() == pytest.approx(before, abs=1.5)  # the time under the pointer stays there
+    assert page.tab.locator(".lane").bounding_box()["width"] == pytest.approx(wide * math.e, rel=0.01)
+    page.tab.mouse.click(across(page, 1.1)[0], across(page, 1.1)[1] - 25)
+    assert page.run("() => naoKin.player.editor.now") == pytest.approx(1.1, abs=0.011)
+    page.run("() => naoKin.player.seek(2)")  # out of sight until the track turns its page
+    box = track.bounding_box()
+    assert box["x"] < page.tab.locator(".playhead").bounding_box()["x"] < box["x"] + box["width"]
+    key.focus()
+    for sign in "-", "-", "+":
+        page.tab.keyboard.press(sign)
+    assert page.run("() => naoKin.player.editor.track.zoom") == 2.0
+    page.tab.keyboard.press("-")
+    assert page.tab.locator(".lane").bounding_box()["width"] == pytest.approx(wide, abs=0.5)
+
+
 def test_a_plot_says_in_words_what_it_draws(page: Page, nao: nk.NaoModel) -> None:
     make_keys(page)
     press(page, "Plots")
@@ -590,6 +613,12 @@ def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
             touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
         moved = float(tab.get_by_role("slider", name="Key 1 of 2").get_attribute("aria-valuenow"))
         assert moved == pytest.approx(0.5, abs=0.1)
+        for kind, apart in (("touchStart", None), ("touchStart", 60), ("touchMove", 120), ("touchMove", 150)):
+            points = [{"x": 120, "y": y - 10, "id": 1}, {"x": 120 + (apart or 0), "y": y - 10, "id": 2}]
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points[: 1 if apart is None else 2]})
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        assert tab.evaluate("() => naoKin.player.editor.track.zoom") == pytest.approx(2.5, rel=0.02)
+        assert tab.evaluate("() => naoKin.player.editor.track.fingers.size") == 0
 
 
 @pytest.mark.full

@@ -30,6 +30,7 @@ const LIST = {
     ["← →", "move it 0.1 s earlier or later; with Shift 0.01 s"],
     ["↑ ↓, Home, End", "go to the previous, the next, the first, the last key frame"],
     ["Delete", "delete the key frame"],
+    ["+ −", "show a shorter or a longer part of the time; also by the wheel or two fingers"],
   ],
   "Handles (Tab, after the buttons over the picture)": [
     ["← → ↑ ↓", "move it by 1 mm; with Shift by 10 mm"],

@@ -254,6 +254,7 @@ export class Editor {
 
   press(event: KeyboardEvent, place: number) {
     const step = event.shiftKey ? 0.01 : 0.1;
+    const { track } = this;
     const last = this.frames.count - 1;
     const move = (by: number) => this.show(this.frames.moving(place, this.frames.keys[place].time + by));
     const select = (other: number) => () => this.select(clamp(other, 0, last));
@@ -262,6 +263,7 @@ export class Editor {
       ...{ ArrowLeft: () => move(-step), ArrowRight: () => move(step) },
       ...{ ArrowUp: select(place - 1), ArrowDown: select(place + 1), Home: select(0), End: select(last) },
       ...{ Enter: select(place), Delete: remove, Backspace: remove },
+      ...{ "+": () => track.setZoom(2 * track.zoom), "-": () => track.setZoom(track.zoom / 2) },
     });
   }
 

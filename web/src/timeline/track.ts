@@ -6,6 +6,8 @@ const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
 const MOST_TICKS = 9;
 // The least span of the track [s], and the factor of its span over the time of the last key.
 const [SHORTEST, ROOM] = [2, 1.15];
+// The least time that fills the track [s], and the largest zoom.
+const [CLOSEST, MOST_ZOOM] = [0.5, 100];
 
 /**
  * What the track calls when the user acts on it: a pointer selects and moves keys, and elsewhere it moves to a time.
@@ -25,6 +27,10 @@ interface TrackActions {
 /** The track on which the key frames are drawn. */
 export class Track {
   span = 0;
+  /** The width of the lane over that of the track. */
+  zoom = 1;
+  /** The fingers on the track and where they are [px]. */
+  fingers: Map<number, number> = new Map();
   diamonds: HTMLElement[] = [];
   ruler = element("div", { className: "ruler" });
   spans = element("div", { className: "spans" });
@@ -39,6 +45,27 @@ export class Track {
     this.lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
     this.element = element("div", { className: "track" }, this.lane);
     this.element.onpointerdown = (event) => this.down(event);
+    this.element.onwheel = (event) => {
+      // Along the track, or with Shift, the wheel scrolls.
+      if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) return;
+      event.preventDefault();
+      this.setZoom(this.zoom * Math.exp(-0.002 * event.deltaY), event.clientX);
+    };
+  }
+
+  /**
+   * Show a part of the time.
+   *
+   * @param clientX the place whose time stays there; by default that of the playhead
+   */
+  setZoom(zoom: number, clientX: number = this.playhead.getBoundingClientRect().x) {
+    const before = this.lane.getBoundingClientRect();
+    const share = (clientX - before.left) / before.width;
+    this.zoom = clamp(zoom, 1, clamp(this.span / CLOSEST, 1, MOST_ZOOM));
+    this.lane.style.width = `${100 * this.zoom}%`;
+    this.drawRuler();
+    const { left, width } = this.lane.getBoundingClientRect();
+    this.element.scrollLeft += left + share * width - clientX;
   }
 
   timeAt({ clientX }: PointerEvent) {
@@ -48,6 +75,8 @@ export class Track {
 
   down(event: PointerEvent) {
     if (event.button !== 0) return;
+    this.fingers.set(event.pointerId, event.clientX);
+    if (this.fingers.size > 1) return this.pinch(event);
     const key = event.target instanceof Element ? event.target.closest(".key") : null;
     const place = key ? this.diamonds.indexOf(key as HTMLElement) : -1;
     // The difference between the time of the grabbed key and that of the pointer.
@@ -64,10 +93,31 @@ export class Track {
         this.actions.drag(moved.shiftKey ? time : Math.round(time * 20) / 20);
       }
     };
-    this.element.onpointerup = this.element.onpointercancel = () => {
+    this.element.onpointerup = this.element.onpointercancel = ({ pointerId }) => {
+      this.fingers.delete(pointerId);
       this.element.onpointermove = this.element.onpointerup = this.element.onpointercancel = null;
       this.dragging = false;
       if (place >= 0) this.actions.release();
+    };
+  }
+
+  /** Zoom by two fingers; what the first one held is let go. */
+  pinch({ pointerId }: PointerEvent) {
+    const { element: track } = this;
+    if (this.dragging) this.actions.release();
+    this.dragging = false;
+    track.setPointerCapture(pointerId);
+    const places = () => [...this.fingers.values()];
+    const apart = () => Math.max(20, Math.abs(places()[0] - places()[1]));
+    const [zoom, start] = [this.zoom, apart()];
+    track.onpointermove = (moved) => {
+      if (!this.fingers.has(moved.pointerId)) return;
+      this.fingers.set(moved.pointerId, moved.clientX);
+      if (this.fingers.size > 1) this.setZoom((zoom * apart()) / start, (places()[0] + places()[1]) / 2);
+    };
+    track.onpointerup = track.onpointercancel = (lifted) => {
+      this.fingers.delete(lifted.pointerId);
+      if (this.fingers.size === 0) track.onpointermove = null;
     };
   }
 
@@ -111,7 +161,13 @@ export class Track {
   setSpan(span: number) {
     if (span === this.span) return;
     this.span = span;
-    const step = STEPS.find((candidate) => span / candidate <= MOST_TICKS) ?? 600 * Math.ceil(span / 600 / MOST_TICKS);
+    this.setZoom(this.zoom);
+  }
+
+  drawRuler() {
+    const { span } = this;
+    const most = MOST_TICKS * this.zoom;
+    const step = STEPS.find((candidate) => span / candidate <= most) ?? 600 * Math.ceil(span / 600 / most);
     const ticks = Array.from({ length: Math.floor(span / step + 1e-9) + 1 }, (_, i) => {
       const tick = element("span", {}, `${Number((i * step).toFixed(1))}${i === 0 ? " s" : ""}`);
       tick.style.left = this.across(i * step);
@@ -122,5 +178,10 @@ export class Track {
 
   setTime(time: number) {
     this.playhead.style.left = this.across(Math.min(time, this.span));
+    if (this.zoom === 1) return;
+    // A zoomed track turns its page when the playhead leaves it.
+    const { offsetLeft: at } = this.playhead;
+    const { clientWidth, scrollLeft } = this.element;
+    if (at < scrollLeft || at > scrollLeft + clientWidth) this.element.scrollLeft = at - 0.1 * clientWidth;
   }
 }
