@@ -64,8 +64,8 @@ _GAP, _ROW = 0.1, 8
 class Rows:
     """The places of robots that are added without one, in rows of eight; callers hold the viewer's lock.
 
-    The viewer's own robot begins the first row, at the origin. Each robot stands to the right of the one before, and the
-    next row behind all robots of the row before.
+    The viewer's own robot begins the first row, at the origin. Each robot stands to the right of the one before; a row
+    stands behind all robots of the row before it.
 
     Args:
         reach: the largest distances of the own robot's shapes from its root's frame along x and y [m].
