@@ -50,6 +50,7 @@ class _Target:
 # Kind of file → the noun for it, and the suffixes that its name may have.
 _SUFFIXES = {
     "png": ("a picture", (".png",)),
+    "webm": ("a video", (".webm", ".zip")),
     "html": ("a page", (".html", ".htm")),
     "csv": ("a trajectory", (".csv", ".txt")),
     "toml": ("a table of offsets", (".toml",)),

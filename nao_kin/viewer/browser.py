@@ -1,4 +1,4 @@
-"""A headless browser, and pictures of the scene drawn by it."""
+"""A headless browser, and pictures and films of the scene drawn by it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import before_ending, uninterrupted
@@ -70,10 +72,31 @@ class PictureBrowser:
         self, messages: RetainedMessages, camera: str | list[float], size: tuple[int, int], timeout: float
     ) -> bytes:
         """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds."""
-        if not isinstance(size, (tuple, list)) or len(size) != 2:
-            raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
-        width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
+        width, height = _checked(size)
         end = time.monotonic() + timeout
+        with self._showing(messages, end, timeout) as page:
+            return page.picture({"camera": camera, "width": width, "height": height}, end, timeout)
+
+    def film(
+        self,
+        messages: RetainedMessages,
+        camera: str | list[float],
+        size: tuple[int, int],
+        timeout: float,
+        *,
+        fps: float,
+        form: str,
+        progress: Callable[[int, int], object] | None,
+    ) -> bytes:
+        """Return the clip of a scene as a file, "webm" or "zip"; `timeout` is that of each picture [s]."""
+        width, height = _checked(size)
+        request = {"camera": camera, "width": width, "height": height, "fps": fps, "form": form}
+        with self._showing(messages, time.monotonic() + timeout, timeout) as page:
+            return page.film(request, timeout, progress)
+
+    @contextmanager
+    def _showing(self, messages: RetainedMessages, end: float, timeout: float) -> Iterator[_PicturePage]:
+        """Yield the page, when it shows the scene or has been told to; any error ends the browser."""
         with self._lock:  # one picture at a time
             if self._page is not None and not self._page.can_show(messages):
                 self.end()
@@ -82,7 +105,7 @@ class PictureBrowser:
                     self._page = _PicturePage(messages, end, timeout)
                 else:
                     self._page.show(messages)
-                return self._page.picture(camera, (width, height), end, timeout)
+                yield self._page
             except BaseException:  # an interrupt, too, leaves a page that may be busy
                 self.end()
                 raise
@@ -135,16 +158,38 @@ class _PicturePage:
         self._server.call(lambda: self._messages.copy(messages, _removing))
         self._server.send_once(panel_message("complete", {}), self._role)
 
-    def picture(self, camera: str | list[float], size: tuple[int, int], end: float, timeout: float) -> bytes:
+    def picture(self, request: dict[str, Any], end: float, timeout: float) -> bytes:
         """Return a PNG of the scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
-        request = {"id": secrets.token_urlsafe(_KEY_BYTES), "camera": camera, "width": size[0], "height": size[1]}
-        self._server.send_once(panel_message("capture", request), self._role)
+        request = self._send("capture", request)
         self._server.send_once(BLANKS["clip"], self._role)  # a clip would play unseen until the program ends
+        return _data(self._answer(request, end, timeout))
+
+    def film(self, request: dict[str, Any], timeout: float, progress: Callable[[int, int], object] | None) -> bytes:
+        """Return the clip as a file, or raise NoBrowser if the page is silent for `timeout` seconds."""
+        request, parts, answer = self._send("film", request), list[bytes](), Answer()
+        while answer.get("last") is not True:
+            answer = self._answer(request, time.monotonic() + timeout, timeout)
+            if "error" in answer:
+                raise NoBrowser(f"the browser made no video: {answer['error']}")
+            if "data" in answer:
+                parts.append(_data(answer))
+            elif progress is not None:
+                progress(int(answer["done"]), int(answer["all"]))
+        self._server.send_once(BLANKS["clip"], self._role)
+        return b"".join(parts)
+
+    def _send(self, kind: str, request: dict[str, Any]) -> dict[str, Any]:
+        request = {"id": secrets.token_urlsafe(_KEY_BYTES), **request}
+        self._server.send_once(panel_message(kind, request), self._role)
+        return request
+
+    def _answer(self, request: dict[str, Any], end: float, timeout: float) -> Answer:
+        """Wait for the page's next answer to a request."""
         while True:
             with suppress(queue.Empty):
                 answer = self._answers.get(timeout=_LOOK_SECONDS)
                 if answer.get("id") == request["id"]:
-                    return _png(answer)
+                    return answer
             self._browser.check("before it gave a picture")
             if not self._server.is_shown(self._role) and self._answers.empty():
                 raise NoBrowser("the page crashed in the browser before it gave a picture")
@@ -152,7 +197,7 @@ class _PicturePage:
                 raise NoBrowser(f"the browser gave no picture within {timeout:g} s")
 
     def _receive(self, answer: Answer) -> None:
-        if answer.get("kind") == "picture":
+        if answer.get("kind") in ("picture", "film"):
             self._answers.put(answer)
 
 
@@ -164,7 +209,15 @@ def _removing(key: str) -> bytes | None:
     return BLANKS.get(key)
 
 
-def _png(answer: Answer) -> bytes:
+def _checked(size: tuple[int, int]) -> tuple[int, int]:
+    """Return the width and the height of a picture, or raise BadArgument."""
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
+    width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
+    return width, height
+
+
+def _data(answer: Answer) -> bytes:
     try:
         return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
     except (KeyError, ValueError):

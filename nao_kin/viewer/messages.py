@@ -348,6 +348,11 @@ KINDS: Mapping[str, Kind] = {
     "capture": Kind(
         {"id": "string", "camera": "string | number[]", "width": "number", "height": "number"}, is_kept=False
     ),
+    "film": Kind(
+        {"id": "string", "camera": "string | number[]", "width": "number", "height": "number", "fps": "number"}
+        | {"form": '"webm" | "zip"'},
+        is_kept=False,
+    ),
     "version": Kind({"version": "string"}, is_kept=False),
     "complete": Kind({}, is_kept=False),
 }

@@ -30,6 +30,7 @@ from nao_kin.viewer.controls import Control, Controls
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import (
+    BLANKS,
     Command,
     RetainedMessages,
     by_columns,
@@ -60,6 +61,8 @@ from nao_kin.viewer.shown_scene import (
 _MAX_SOURCE = 64
 # The largest number of additional robots.
 _MAX_ROBOTS = 32
+# Pictures per second of a video.
+_MAX_FPS = 240.0
 
 
 class Viewer(Guessing):
@@ -1124,15 +1127,65 @@ class Viewer(Guessing):
             NoBrowser: there is no browser, or it sends no picture in time.
             BadArgument: the file exists or cannot be written, or has another suffix.
         """
-        if isinstance(camera, str):
-            choice(camera, self.camera_names, "camera")
-        else:
-            camera = by_columns(checked_pose(camera))
+        view = self._view_from(camera)
         atomic.check_writable(path, kind="png")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         self._streams.flush()
-        atomic.write_bytes(path, pictures.picture(self._messages, camera, size, overlays.seconds(timeout)))
+        atomic.write_bytes(path, pictures.picture(self._messages, view, size, overlays.seconds(timeout)))
         return Path(path)
+
+    def save_video(
+        self,
+        path: Path | str,
+        *,
+        fps: float = 30.0,
+        camera: str | ArrayLike = "three-quarter",
+        size: tuple[int, int] = (1280, 800),
+        progress: Callable[[int, int], object] | None = None,
+        timeout: float = 60.0,
+        overwrite: bool = False,
+    ) -> Path:
+        """Write the clip of `animate` as a video, every picture of it drawn at its own time, in the best quality.
+
+        The pictures show the times 0, 1/fps, 2/fps, … and the end of the clip; one second at 30 fps has 31 of them. The
+        camera follows a robot that walks away.
+
+        Args:
+            path: the file; it ends in .webm or has no suffix, for WebM (VP9 or VP8), or in .zip, for a ZIP file with the
+                pictures as PNG files 00000.png, 00001.png, …
+            fps: pictures per second, above 0 to 240.
+            camera: as in `save_png`; a named one sees the whole robot at the beginning of the clip.
+            size: as in `save_png`.
+            progress: called after each picture with the numbers of pictures drawn and of all; an exception that it raises
+                ends the work, and nothing is written.
+            timeout: seconds to wait for the browser, and then for each picture.
+            overwrite: replace an existing file.
+
+        Returns:
+            The file.
+
+        Raises:
+            NoBrowser: there is no browser, it sends no picture in time, or it cannot encode video of this size; or the
+                video has more than 65 535 pictures or 1 GB.
+            BadArgument: the viewer has no clip, the file exists or cannot be written, or it has another suffix.
+        """
+        view, rate = self._view_from(camera), overlays.up_to(fps, "fps", _MAX_FPS)
+        if progress is not None and not callable(progress):
+            raise BadArgument(f"progress must be a function of two numbers, got {quoted(progress)}")
+        atomic.check_writable(path, kind="webm")
+        atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
+        if self._messages.get("clip") in (None, BLANKS["clip"]):
+            raise BadArgument("the viewer has no clip to film; call animate first")
+        self._streams.flush()
+        form = "zip" if Path(path).suffix.lower() == ".zip" else "webm"
+        wait = overlays.seconds(timeout)
+        film = pictures.film(self._messages, view, size, wait, fps=rate, form=form, progress=progress)
+        atomic.write_bytes(path, film)
+        return Path(path)
+
+    def _view_from(self, camera: str | ArrayLike) -> str | list[float]:
+        """Return a camera's name or pose for the page, or raise if there is no such camera."""
+        return choice(camera, self.camera_names, "camera") if isinstance(camera, str) else by_columns(checked_pose(camera))
 
     # --- the file ---------------------------------------------------------------------------------------------------
 

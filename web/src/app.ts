@@ -9,7 +9,6 @@ import { button, toolbar } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Streams } from "./plot/streams.ts";
-import { Video } from "./record/pictures.ts";
 import type { Received } from "./received.ts";
 import { Reports } from "./reports.ts";
 import { Parts, ShownRobot, type Robot } from "./robot/robot.ts";
@@ -58,7 +57,6 @@ export class App extends EventTarget {
   lights!: Lights;
   labels!: Labels;
   eyes!: Eyes;
-  video!: Video;
   menu!: ViewMenu;
   speech!: Speech;
   reach!: Reach;
@@ -134,7 +132,6 @@ export class App extends EventTarget {
     this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
     this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
     this.studio.eyes = this.eyes;
-    this.video = new Video(this);
     this.menu = new ViewMenu(this, byId("top"));
     const cameras = about.cameras.map(({ name }) => button(name, () => this.camera(name)));
     toolbar(byId("cameras"), "Cameras", ...cameras);

@@ -64,7 +64,6 @@ export function makeViewer(page: App) {
     viewer.animator.after_render();
     page.speech?.place();
     page.labels?.draw();
-    page.video?.add();
     page.drawn += 1;
     page.reports.camera();
   };

@@ -1,4 +1,5 @@
 import type { App } from "./app.ts";
+import { sendFilm } from "./record/film.ts";
 import { sendPicture } from "./record/pictures.ts";
 import type { Received } from "./received.ts";
 import type { Message } from "./types.ts";
@@ -48,6 +49,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   plot: (app, message) => app.streams.add(message),
   plots: (app, { names }) => app.streams.keep(names),
   capture: (app, message) => void app.eyes.complete().then(() => sendPicture(app, message)),
+  film: (app, message) => void app.eyes.complete().then(() => sendFilm(app, message)),
   version: (app, { version }) => app.connection.compare(version),
   complete: (app) => app.complete(),
 };

@@ -77,6 +77,7 @@ export interface Received {
   plots: { names: string[] };
   camera: { camera: string | number[] };
   capture: { id: string; camera: string | number[]; width: number; height: number };
+  film: { id: string; camera: string | number[]; width: number; height: number; fps: number; form: "webm" | "zip" };
   version: { version: string };
   complete: object;
 }

@@ -1,6 +1,7 @@
 import type { App } from "./app.ts";
 import { button, element, place } from "./panel/element.ts";
-import { saveScreenshot, Video } from "./record/pictures.ts";
+import { saveFilm } from "./record/film.ts";
+import { saveScreenshot } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { entry } from "./scene/legend.ts";
@@ -109,16 +110,10 @@ export class ViewMenu {
       this.menu.open = false;
       return saveScreenshot(page, scale);
     };
-    const film = button("Record video", () => {
-      const { obstacle } = Video;
-      if (obstacle) page.panel.messages.say(obstacle, { bad: true });
-      else if (page.video.recording) page.video.stop();
-      else page.video.start();
+    const film = button("Video", () => {
+      this.menu.open = false;
+      return saveFilm(page);
     });
-    page.video.onProgress = (seconds) => {
-      film.textContent = seconds === null ? "Record video" : `Stop video (${seconds} s)`;
-      this.summary.dataset.recording = String(seconds !== null);
-    };
     return section("Page", row(contrast, button("Picture 1×", shoot(1)), button("Picture 2×", shoot(2)), film));
   }
 }
