@@ -1,4 +1,4 @@
-"""`nao-kin view`: the robot in a browser, as a file, or as a picture."""
+"""`nao-kin view`: the robot in a browser, as a file, as a picture, or as a video."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import FRAME, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import print_json, print_note, print_written
+from nao_kin.cli.output import print_json, print_note, print_written, progress
 from nao_kin.cli.sources import FileOptions, frame_names, numbers_of
 from nao_kin.errors import BadArgument
 
@@ -107,21 +107,24 @@ def view(
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
     balance: bool = flag("Also plot the margins of the balance while FILE plays, red where the robot tips."),
     frame: list[str] | None = FRAME,
-    output: str | None = option("FILE", "The same as --html or --png, by the ending of FILE.", *OUTPUT),
+    output: str | None = option("FILE", "The same as --html, --png or --video, by the ending of FILE.", *OUTPUT),
     html: str | None = option("FILE", "Write the page with everything in it, and end."),
     png: str | None = option("FILE", "Write a picture, and end."),
+    video: str | None = option("FILE", "Write a .webm video, or a .zip of PNG files, 30 pictures a second, and end."),
     camera: str = option(
         "NAME", "Direction of view: front, side, three-quarter, hands, feet.", default="three-quarter"
     ),
     open_: bool = flag("Open the live page in this machine's browser."),
     wait: bool | None = flag(
-        "Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png.", "--wait/--no-wait", default=None
+        "Serve until Ctrl-C, the default; --no-wait needs --open, --html, --png or --video.",
+        "--wait/--no-wait",
+        default=None,
     ),
     page: LivePage,
     robot: RobotOptions,
     written: OutputOptions,
 ) -> None:
-    """Show the robot in a browser, as a live page until Ctrl-C, or write it to files with --html and --png.
+    """Show the robot in a browser, as a live page until Ctrl-C, or write it to files with --html, --png and --video.
 
     A trajectory names all joints in its header or keys, as in `nao-kin fk`; its rows are played at --fps. A motion file
     of any format (see nao-kin motion) plays at its own speed, sampled 30 times a second or --rate times, unless --fps
@@ -130,27 +133,31 @@ def view(
     """
     if output is not None:
         kind = Path(output).suffix.lower()
-        if kind not in (".html", ".png") or (html if kind == ".html" else png) is not None:
-            raise BadArgument(f"--output {abbreviated(output)}: expected one .html or .png file")
-        html, png = (output, png) if kind == ".html" else (html, output)
-    files = [path for path in (html, png) if path is not None]
+        given_already = {".html": html, ".png": png, ".webm": video, ".zip": video}
+        if given_already.get(kind, output) is not None:
+            raise BadArgument(f"--output {abbreviated(output)}: expected one .html, .png, .webm or .zip file")
+        html, png = output if kind == ".html" else html, output if kind == ".png" else png
+        video = output if kind in (".webm", ".zip") else video
+    files = [path for path in (html, png, video) if path is not None]
     live = open_ or not files
     if not live and wait:
-        raise BadArgument("--wait is for a live page; with --html or --png, add --open to serve one too")
+        raise BadArgument("--wait is for a live page; with --html, --png or --video, add --open to serve one too")
     if wait is False and not (open_ or files):
-        raise BadArgument("--no-wait without --open shows nothing: add --open, --html or --png")
+        raise BadArgument("--no-wait without --open shows nothing: add --open, --html, --png or --video")
     if fps is not None and file is None:
         raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
-    if not live and png is None and (page.page_host is not None or page.page_port is not None):
+    if not live and png is None and video is None and (page.page_host is not None or page.page_port is not None):
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
-        raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    written.check({"--html": html, "--png": png})
+        raise BadArgument("--allow-host and --token are for a live page; with --html, --png or --video, add --open")
+    written.check({"--html": html, "--png": png, "--video": video})
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
     model, q, _, many = given.configurations(robot, file, limits="ignore", sampling=speed)
     if balance and not many:
         raise BadArgument("--balance plots the margins of a motion; name the FILE to play")
+    if video is not None and not many:
+        raise BadArgument("--video films a motion; name the FILE to play")
     speed = given.rate if fps is None and given.rate is not None else speed
     if file is not None and len(q) and not given.deg:
         from nao_kin.stream import look_like_degrees
@@ -173,6 +180,9 @@ def view(
             done["html"] = str(viewer.save_html(html, overwrite=written.force))
         if png is not None:
             done["png"] = str(viewer.save_png(png, camera=camera, overwrite=written.force))
+        if video is not None:
+            with progress("video", shown=not written.json) as say:
+                done["video"] = str(viewer.save_video(video, camera=camera, progress=say, overwrite=written.force))
         if live:
             done["url"] = page.address(viewer)
         serving = live and wait is not False

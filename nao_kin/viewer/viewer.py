@@ -1151,13 +1151,13 @@ class Viewer(Guessing):
         camera follows a robot that walks away.
 
         Args:
-            path: the file; it ends in .webm or has no suffix, for WebM (VP9 or VP8), or in .zip, for a ZIP file with the
-                pictures as PNG files 00000.png, 00001.png, …
+            path: the file. It ends in .webm or has no suffix for WebM (VP9 or VP8), or in .zip for a ZIP file of the
+                pictures as PNG files, 00000.png and so on.
             fps: pictures per second, above 0 to 240.
             camera: as in `save_png`; a named one sees the whole robot at the beginning of the clip.
             size: as in `save_png`.
-            progress: called after each picture with the numbers of pictures drawn and of all; an exception that it raises
-                ends the work, and nothing is written.
+            progress: called after each picture with the number of pictures drawn and that of all. If it raises an
+                exception, the work ends, and nothing is written.
             timeout: seconds to wait for the browser, and then for each picture.
             overwrite: replace an existing file.
 
@@ -1185,7 +1185,9 @@ class Viewer(Guessing):
 
     def _view_from(self, camera: str | ArrayLike) -> str | list[float]:
         """Return a camera's name or pose for the page, or raise if there is no such camera."""
-        return choice(camera, self.camera_names, "camera") if isinstance(camera, str) else by_columns(checked_pose(camera))
+        if isinstance(camera, str):
+            return choice(camera, self.camera_names, "camera")
+        return by_columns(checked_pose(camera))
 
     # --- the file ---------------------------------------------------------------------------------------------------
 

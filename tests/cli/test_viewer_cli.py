@@ -48,7 +48,18 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:
     assert run(["view", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin view" in out
-    for option in ("--posture", "--joint", "--fps", "--frame", "--html", "--png", "--camera", "--open", "--no-wait"):
+    for option in (
+        "--posture",
+        "--joint",
+        "--fps",
+        "--frame",
+        "--html",
+        "--png",
+        "--video",
+        "--camera",
+        "--open",
+        "--no-wait",
+    ):
         assert option in out
 
 
@@ -190,6 +201,9 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
         assert f"cannot write {path}: a picture is written as PNG; end the name in .png" in _refused(
             capsys, "--png", str(path)
         )
+    assert "--video films a motion; name the FILE to play" in _refused(capsys, "--video", str(tmp_path / "x.webm"))
+    assert "end the name in .webm" in _refused(capsys, "--video", str(tmp_path / "x.mp4"))
+    assert "expected one .html, .png, .webm or .zip file" in _refused(capsys, "--output", str(tmp_path / "x.mp4"))
     assert "--html and --png name one file" in _refused(
         capsys, "--html", str(tmp_path / "x"), "--png", str(tmp_path / "." / "x")
     )

@@ -28,6 +28,7 @@ WITHOUT = {
     "naoqi.VirtualNao.start_task": NEEDS_THE_LOCK,
     "viewer.Viewer.open": "opens a browser window",
     "viewer.Viewer.save_png": "starts a browser",
+    "viewer.Viewer.save_video": "starts a browser",
 }
 # The mathematical packages have their own tests.
 APART = ("lines.", "rank_one.", "rotations.")

@@ -133,7 +133,7 @@ SHOWN = {
     "path": "shown.html", "posture": "Stand", "callback": print,
 }  # fmt: skip
 # A page in a browser is opened by these.
-BROWSER = ("open", "save_png")
+BROWSER = ("open", "save_png", "save_video")
 
 
 class Unconnected(meshcat.Visualizer):

@@ -430,7 +430,8 @@ def test_the_file_is_written_whole_or_not_at_all(
 
 def test_a_file_that_is_there_is_replaced_only_by_force(viewer: Viewer, tmp_path: Path) -> None:
     page, picture = tmp_path / "nao.html", tmp_path / "nao.png"
-    for path, save in ((page, viewer.save_html), (picture, viewer.save_png)):
+    film = tmp_path / "nao.webm"
+    for path, save in ((page, viewer.save_html), (picture, viewer.save_png), (film, viewer.save_video)):
         path.write_text("mine", encoding="utf-8")
         with pytest.raises(BadArgument, match=r"overwrite=True \(--force\) replaces it"):
             save(path)
@@ -439,6 +440,22 @@ def test_a_file_that_is_there_is_replaced_only_by_force(viewer: Viewer, tmp_path
         assert path.read_text(encoding="utf-8") == "mine"
     viewer.save_html(page, overwrite=True)
     assert page.read_text(encoding="utf-8") == viewer.static_html()
+
+
+def test_a_video_needs_a_clip_and_the_ending_of_one(viewer: Viewer, nao: nk.NaoModel, tmp_path: Path) -> None:
+    with pytest.raises(
+        BadArgument, match=r"cannot write .*nao.mp4: a video is written as WEBM; end the name in \.webm"
+    ):
+        viewer.save_video(tmp_path / "nao.mp4")
+    with pytest.raises(BadArgument, match="the viewer has no clip to film; call animate first"):
+        viewer.save_video(tmp_path / "nao.webm")
+    viewer.animate(nao.random(2, 0), play=False)
+    with pytest.raises(BadArgument, match="size must be two whole numbers from 16 to 8192, got 3"):
+        viewer.save_video(tmp_path / "nao.webm", size=3)
+    viewer.display(nao.posture("Stand"))
+    with pytest.raises(BadArgument, match="the viewer has no clip to film; call animate first"):
+        viewer.save_video(tmp_path / "nao.webm")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_unwritable_path_is_refused(viewer: Viewer, tmp_path: Path) -> None:
@@ -492,6 +509,9 @@ def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
         lambda: viewer.save_png("x.png", size=(0, 10)),
         lambda: viewer.save_png("x.png", size=3),
         lambda: viewer.save_png("x.png", timeout="x"),
+        lambda: viewer.save_video("x.webm", fps=0.0),
+        lambda: viewer.save_video("x.webm", fps=241.0),
+        lambda: viewer.save_video("x.webm", progress=3),
         lambda: viewer.wait("x"),
         lambda: viewer.show_frames(5),
         lambda: viewer.show_targets([1]),
@@ -571,6 +591,8 @@ def test_unknown_names_are_answered_with_the_nearest(viewer: Viewer) -> None:
         viewer.camera("frnt")
     with pytest.raises(UnknownName, match="unknown camera 'frnt' .*front"):
         viewer.save_png("x.png", camera="frnt")
+    with pytest.raises(UnknownName, match="unknown camera 'frnt' .*front"):
+        viewer.save_video("x.webm", camera="frnt")
     with pytest.raises(UnknownName, match="unknown link 'Heed' .*Head"):
         viewer.color_links({"Heed": 1.0})
     with pytest.raises(UnknownName, match="unknown posture 'Sitt' .*Sit"):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import math
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -764,28 +766,139 @@ def test_a_picture_has_the_background_and_the_labels_of_the_page(drawn: Page, tm
     assert (np.median(label) < 100.0) == (scheme == "dark")
 
 
-@pytest.mark.full
-def test_a_film_is_recorded_and_saved(drawn: Page, tmp_path: Path, nao: nk.NaoModel) -> None:
-    drawn.tab.emulate_media(color_scheme="dark")
-    _open_menu(drawn)
-    _click(drawn, "Record video")
-    for q in nao.random(1, 8):
-        drawn.set(q)
-        drawn.animation_frames(4)
-    corner = drawn.run("() => [...naoKin.video.ink.getImageData(0, 0, 1, 1).data]")
-    assert max(corner[:3]) < 80  # as dark as the page
-    with drawn.tab.expect_download() as saved:
-        drawn.tab.get_by_role("button", name="Stop video").click()
-    saved.value.save_as(tmp_path / "nao.webm")
-    film = (tmp_path / "nao.webm").read_bytes()
-    assert film[:4] == b"\x1aE\xdf\xa3"  # Matroska, of which WebM is a part
-    assert len(film) > 2000
-    assert drawn.run("() => naoKin.video.recording") is False
+def _blocks(film: bytes) -> list[tuple[int, bytes]]:
+    """Return the times [ms] and the data of the encoded pictures in a WebM file of ours."""
+    parents = {b"\x18\x53\x80\x67", b"\x1f\x43\xb6\x75"}  # Segment and Cluster
+    blocks, start, at = list[tuple[int, bytes]](), 0, 0
+    while at < len(film):
+        length = 9 - film[at].bit_length()
+        name, at = film[at : at + length], at + length
+        size, at = int.from_bytes(film[at + 1 : at + 8]), at + 8
+        if name in parents:
+            continue
+        if name == b"\xe7":
+            start = int.from_bytes(film[at : at + size])
+        elif name == b"\xa3":
+            blocks.append((start + int.from_bytes(film[at + 1 : at + 3]), film[at + 4 : at + size]))
+        at += size
+    return blocks
 
 
-def test_a_browser_that_records_no_films_says_so(page: Page) -> None:
-    page.run("() => { window.recorder = MediaRecorder; delete window.MediaRecorder; }")
+# Decode a film, and return some of its pictures as rows of pixels.
+DECODE = """async ([blocks, width, height, wanted]) => {
+    const found = [];
+    let count = 0;
+    const ink = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
+    const decoder = new VideoDecoder({
+        output: (frame) => {
+            if (wanted.includes(count++)) {
+                ink.drawImage(frame, 0, 0);
+                found.push([...ink.getImageData(0, 0, width, height).data]);
+            }
+            frame.close();
+        },
+        error: (error) => { throw error; },
+    });
+    decoder.configure({ codec: "vp09.00.61.08" });
+    blocks.forEach((block, i) => {
+        const data = Uint8Array.from(atob(block), (letter) => letter.charCodeAt(0));
+        decoder.decode(new EncodedVideoChunk({ type: i % 60 ? "delta" : "key", timestamp: i, data }));
+    });
+    await decoder.flush();
+    return [count, found];
+}"""
+
+
+def _load(page: Page, viewer: Viewer) -> None:
+    """Give the page the clip of a viewer."""
+    clip = viewer._messages.get("clip")
+    assert clip is not None
+    page.run("(bytes) => naoKin.viewer.handle_command_bytearray(Uint8Array.from(bytes))", list(clip))
+
+
+def _film(page: Page) -> Path:
     _open_menu(page)
-    _click(page, "Record video")
-    assert page.tab.locator("#message span").inner_text() == "This browser cannot record video."
-    page.run("() => { window.MediaRecorder = recorder; }")
+    with page.tab.expect_download() as saved:
+        _click(page, "Video")
+    return Path(saved.value.path())
+
+
+@pytest.mark.full
+def test_a_motion_is_filmed_with_every_picture(drawn: Page, nao: nk.NaoModel) -> None:
+    _open_menu(drawn)
+    _click(drawn, "Video")
+    assert drawn.tab.locator("#message span").inner_text().startswith("There is no motion to film")
+    viewer = Viewer(nao)
+    viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 5), 20.0, play=False)
+    _load(drawn, viewer)
+    drawn.run("() => naoKin.player.seek(0.1)")
+    before = drawn.q
+    size = "() => { const { domElement } = naoKin.viewer.renderer; return [domElement.width, domElement.style.width]; }"
+    _rest(drawn)
+    wide = drawn.run(size)
+    # 0.2 s at 30 pictures a second, and at half the speed.
+    for speed, count in ((1.0, 7), (0.5, 13)):
+        drawn.run("(speed) => naoKin.player.setSpeed(speed)", speed)
+        film = _film(drawn).read_bytes()
+        assert film[:4] == b"\x1aE\xdf\xa3"  # Matroska, of which WebM is a part
+        assert [time for time, _ in _blocks(film)] == [round(1000 * i / 30) for i in range(count)]
+    # Afterwards the page is as before.
+    assert drawn.tab.locator("dialog").count() == 0
+    assert np.array_equal(drawn.q, before)
+    _rest(drawn)
+    assert drawn.run(size) == wide
+    assert drawn.run("() => naoKin.studio.alwaysFine") is False
+    # Escape cancels.
+    drawn.run("() => { window.began = document.querySelectorAll('a').length; naoKin.player.setSpeed(0.1); }")
+    _open_menu(drawn)
+    _click(drawn, "Video")
+    drawn.tab.wait_for_function("() => document.querySelector('dialog progress')?.value >= 1")
+    drawn.tab.get_by_role("button", name="Cancel").click()
+    drawn.tab.wait_for_function("() => naoKin.studio.alwaysFine === false")
+    assert drawn.tab.locator("dialog").count() == 0
+    assert np.array_equal(drawn.q, before)
+    drawn.run("() => naoKin.player.setSpeed(1)")
+    # Without an encoder.
+    drawn.run("() => { window.encoder = VideoEncoder; delete window.VideoEncoder; }")
+    with zipfile.ZipFile(_film(drawn)) as pictures:
+        assert pictures.namelist() == [f"{i:05}.png" for i in range(7)]
+        assert pictures.testzip() is None
+        first, last = (read_png(pictures.read(f"0000{i}.png")) for i in (0, 6))
+    assert abs(first.shape[1] - wide[0]) <= 1
+    assert np.abs(first.astype(float) - last).max() > 50.0
+    assert "as PNG files in a ZIP file" in drawn.tab.locator("#message span").inner_text()
+    drawn.run("() => { window.VideoEncoder = encoder; }")
+
+
+@pytest.mark.full
+def test_a_video_from_python_shows_each_pose_at_its_time(drawn: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    width, height = size = (160, 120)
+    camera = nk.screws.pose(nk.rotations.rot_z(np.pi), [1.2, 0.0, 0.35])
+    begin, end = (nao.configuration({"LShoulderPitch": up, "RShoulderPitch": up}) for up in (1.5, -1.5))
+    viewer, still, told = Viewer(nao), Viewer(nao), list[tuple[int, int]]()
+    viewer.animate(np.linspace(begin, end, 2), 1.0)
+    path = tmp_path / "arms.webm"
+    assert viewer.save_video(path, camera=camera, size=size, progress=lambda *n: told.append(n)) == path
+    assert told == [(i + 1, 31) for i in range(31)]
+    blocks = _blocks(path.read_bytes())
+    assert [time for time, _ in blocks] == [round(1000 * i / 30) for i in range(31)]
+    coded = [base64.b64encode(data).decode() for _, data in blocks]
+    near = [*range(9, 12), *range(28, 31)]
+    count, found = drawn.run(DECODE, [coded, width, height, near])
+    assert count == 31
+    pictures = dict(zip(near, (np.reshape(pixels, (height, width, 4))[..., :3] for pixels in found), strict=True))
+    for number in (10, 30):
+        still.display(begin + number / 30 * (end - begin))
+        file = still.save_png(tmp_path / f"{number}.png", camera=camera, size=size)
+        right = read_png(file.read_bytes()).astype(float)
+        errors = {i: float(np.abs(picture - right).mean()) for i, picture in pictures.items()}
+        assert min(errors, key=lambda i: errors[i]) == number
+        assert errors[number] < 1.5
+    # An exception in between leaves no file, and the next picture has a browser.
+    with pytest.raises(ZeroDivisionError):
+        viewer.save_video(tmp_path / "never.zip", size=size, progress=lambda done, all: 1 // (done - 2))
+    assert not (tmp_path / "never.zip").exists()
+    with zipfile.ZipFile(viewer.save_video(tmp_path / "arms.zip", camera=camera, size=size, fps=2.0)) as pictures:
+        assert len(pictures.namelist()) == 3
+        last = read_png(pictures.read("00002.png")).astype(float)
+    assert np.abs(last - right).mean() < 0.05

@@ -2,6 +2,7 @@ import type { App } from "../app.ts";
 import { button, element, openDialog } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { Camera, download, fileName, lookFrom } from "./pictures.ts";
+import { COLOURS, toPlanes } from "./planes.ts";
 import { webm, type EncodedPicture, type Track } from "./webm.ts";
 import { zip } from "./zip.ts";
 
@@ -9,7 +10,7 @@ type Form = Received["film"]["form"];
 
 /** Takes the pictures of a film, one after another, and makes a file of them. */
 interface Film {
-  add(picture: HTMLCanvasElement): Promise<void>;
+  add(ink: CanvasRenderingContext2D): Promise<void>;
   end(): Promise<Blob>;
   close(): void;
 }
@@ -19,15 +20,15 @@ interface Film {
 const RATE = 30;
 const MOST_BYTES = 1e9;
 const MOST_PICTURES = 0xffff;
-// Seconds from one picture that can be decoded alone to the next, and bits per pixel.
+// Seconds from one picture that can be decoded alone to the next, and bits for each pixel in a second.
 const BETWEEN_KEYS = 2;
-const DEPTH = 0.25;
+const DEPTH = 8;
 const CODECS = ["vp09.00.61.08", "vp8"];
 
 /** How this browser encodes video of a size; null if it cannot, as without HTTPS on another machine. */
 async function encoding(width: number, height: number, framerate: number): Promise<VideoEncoderConfig | null> {
   if (typeof VideoEncoder === "undefined") return null;
-  const bitrate = Math.round(DEPTH * width * height * framerate);
+  const bitrate = DEPTH * width * height;
   for (const codec of CODECS) {
     const config: VideoEncoderConfig = { codec, width, height, framerate, bitrate, latencyMode: "quality" };
     const { supported } = await VideoEncoder.isConfigSupported(config).catch(() => ({ supported: false }));
@@ -48,26 +49,33 @@ class WebmFilm implements Film {
 
   constructor(config: VideoEncoderConfig, fps: number) {
     const { codec, width, height } = config;
-    this.track = { codec: codec === "vp8" ? "vp8" : "vp09", width, height, fps, colours: {} };
+    this.track = { codec: codec === "vp8" ? "vp8" : "vp09", width, height, fps };
     this.failure = new Promise((_, reject) => {
-      this.encoder = new VideoEncoder({ output: (...chunk) => this.keep(...chunk), error: reject });
+      this.encoder = new VideoEncoder({ output: (chunk) => this.keep(chunk), error: reject });
     });
     this.failure.catch(() => {});
     this.encoder.configure(config);
   }
 
-  keep(chunk: EncodedVideoChunk, about: EncodedVideoChunkMetadata | undefined) {
+  keep(chunk: EncodedVideoChunk) {
     const data = new Uint8Array(chunk.byteLength);
     chunk.copyTo(data);
     this.bytes += data.length;
     this.pictures.push({ data, isKey: chunk.type === "key" });
-    this.track.colours = about?.decoderConfig?.colorSpace ?? this.track.colours;
   }
 
-  async add(picture: HTMLCanvasElement) {
+  async add(ink: CanvasRenderingContext2D) {
     const { encoder } = this;
-    const { fps } = this.track;
-    const frame = new VideoFrame(picture, { timestamp: Math.round((1e6 * this.count) / fps), duration: 1e6 / fps });
+    const { fps, width, height } = this.track;
+    const { data } = ink.getImageData(0, 0, width, height);
+    const frame = new VideoFrame(toPlanes(data, width, height), {
+      format: "I420",
+      codedWidth: width,
+      codedHeight: height,
+      timestamp: Math.round((1e6 * this.count) / fps),
+      duration: Math.round(1e6 / fps),
+      colorSpace: COLOURS,
+    });
     encoder.encode(frame, { keyFrame: this.count % Math.ceil(BETWEEN_KEYS * fps) === 0 });
     frame.close();
     this.count += 1;
@@ -92,8 +100,8 @@ class ZipFilm implements Film {
   files: { name: string; data: Uint8Array<ArrayBuffer> }[] = [];
   bytes = 0;
 
-  async add(picture: HTMLCanvasElement) {
-    const blob = await new Promise((done: (blob: Blob | null) => void) => picture.toBlob(done, "image/png"));
+  async add(ink: CanvasRenderingContext2D) {
+    const blob = await new Promise((done: (blob: Blob | null) => void) => ink.canvas.toBlob(done, "image/png"));
     if (!blob) throw new Error("the browser cannot make a picture of this size");
     const name = `${String(this.files.length).padStart(5, "0")}.png`;
     this.files.push({ name, data: new Uint8Array(await blob.arrayBuffer()) });
@@ -133,8 +141,9 @@ async function film(
   const count = Math.ceil(duration / step - 1e-6) + 1;
   if (count > MOST_PICTURES) throw new Error(`a video has at most ${MOST_PICTURES} pictures; this one has ${count}`);
   const config = form === "webm" ? await encoding(width, height, fps) : null;
-  if (form === "webm" && !config)
-    {throw new Error("this browser cannot encode video of this size; .zip gives PNG files");}
+  if (form === "webm" && !config) {
+    throw new Error("this browser cannot encode video of this size; .zip gives PNG files");
+  }
   const made = config ? new WebmFilm(config, fps) : new ZipFilm();
   const camera = new Camera(page, width, height);
   try {
@@ -144,9 +153,9 @@ async function film(
         page.stance.settle();
         look();
       }
-      const picture = camera.draw();
+      camera.draw();
       if (viewer.renderer.getContext().isContextLost()) throw new Error("the browser has lost the graphics card");
-      await made.add(picture);
+      await made.add(camera.ink);
       if (player.playback !== playback) throw new Error("the motion has been replaced");
       tell(i + 1, count);
     }

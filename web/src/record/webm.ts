@@ -14,7 +14,6 @@ export interface Track {
   height: number;
   /** Pictures per second. */
   fps: number;
-  colours: VideoColorSpaceInit;
 }
 
 type Bytes = Uint8Array<ArrayBuffer>;
@@ -48,19 +47,15 @@ function encode([id, content]: Element): Bytes[] {
   return [wholeNumber(id), wholeNumber(1), wholeNumber(sizeOf(parts), 7), ...parts];
 }
 
-// Values of ITU-T H.273 by WebCodecs' names.
-const MATRICES: Record<string, number> = { rgb: 0, bt709: 1, bt470bg: 5, smpte170m: 6, "bt2020-ncl": 9 };
-const TRANSFERS: Record<string, number> = { bt709: 1, smpte170m: 6, linear: 8, "iec61966-2-1": 13 };
-const PRIMARIES: Record<string, number> = { bt709: 1, bt470bg: 5, smpte170m: 6, bt2020: 9, smpte432: 12 };
-const UNKNOWN = 2;
 const CODECS = { vp09: "V_VP9", vp8: "V_VP8" };
 
-function trackEntry({ codec, width, height, fps, colours }: Track): Element {
+function trackEntry({ codec, width, height, fps }: Track): Element {
+  // BT.709 in the limited range, as `toPlanes` makes it.
   const colour: Element[] = [
-    [0x55b1, MATRICES[colours.matrix ?? ""] ?? UNKNOWN],
-    [0x55b9, colours.fullRange ? 2 : 1],
-    [0x55ba, TRANSFERS[colours.transfer ?? ""] ?? UNKNOWN],
-    [0x55bb, PRIMARIES[colours.primaries ?? ""] ?? UNKNOWN],
+    [0x55b1, 1],
+    [0x55b9, 1],
+    [0x55ba, 1],
+    [0x55bb, 1],
   ];
   const video: Element[] = [
     [0xb0, width],
