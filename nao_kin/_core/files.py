@@ -50,7 +50,7 @@ class _Target:
 # Kind of file → the noun for it, and the suffixes that its name may have.
 _SUFFIXES = {
     "png": ("a picture", (".png",)),
-    "webm": ("a video", (".webm", ".zip")),
+    "video": ("a video", (".webm", ".zip")),
     "html": ("a page", (".html", ".htm")),
     "csv": ("a trajectory", (".csv", ".txt")),
     "toml": ("a table of offsets", (".toml",)),
@@ -67,9 +67,8 @@ def check_writable(path: Path | str, *, kind: str = "") -> None:
     noun, suffixes = _SUFFIXES.get(kind, ("", ()))
     ending = Path(path).suffix
     if suffixes and ending and ending.lower() not in suffixes:
-        raise BadArgument(
-            f"cannot write {abbreviated(path)}: {noun} is written as {kind.upper()}; end the name in {suffixes[0]}"
-        )
+        written = f"{noun} is written as {suffixes[0][1:].upper()}"
+        raise BadArgument(f"cannot write {abbreviated(path)}: {written}; end the name in {suffixes[0]}")
 
 
 def leads_to_standard_output(path: Path | str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -251,8 +252,9 @@ class OutputOptions:
             if (self.json or csv) and atomic.leads_to_standard_output(path):
                 printed = "--json" if self.json else "--csv"
                 raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
-        if len({os.path.realpath(path) for path in given.values()}) < len(given):
-            raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
+        for (first, path), (second, other) in itertools.combinations(given.items(), 2):
+            if os.path.realpath(path) == os.path.realpath(other):
+                raise BadArgument(f"{first} and {second} name one file, {path}; give two")
 
 
 @dataclass(frozen=True)

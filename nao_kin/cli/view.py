@@ -116,7 +116,7 @@ def view(
     ),
     open_: bool = flag("Open the live page in this machine's browser."),
     wait: bool | None = flag(
-        "Serve until Ctrl-C, the default; --no-wait needs --open, --html, --png or --video.",
+        "Serve until Ctrl-C, the default; --no-wait needs --open or a file to write.",
         "--wait/--no-wait",
         default=None,
     ),
@@ -146,6 +146,8 @@ def view(
         raise BadArgument("--no-wait without --open shows nothing: add --open, --html, --png or --video")
     if fps is not None and file is None:
         raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
+    if video is not None and file is None:
+        raise BadArgument("--video films a motion; name the FILE to play")
     if not live and png is None and video is None and (page.page_host is not None or page.page_port is not None):
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
@@ -157,7 +159,7 @@ def view(
     if balance and not many:
         raise BadArgument("--balance plots the margins of a motion; name the FILE to play")
     if video is not None and not many:
-        raise BadArgument("--video films a motion; name the FILE to play")
+        raise BadArgument(f"--video films a motion, and {file} has one configuration")
     speed = given.rate if fps is None and given.rate is not None else speed
     if file is not None and len(q) and not given.deg:
         from nao_kin.stream import look_like_degrees

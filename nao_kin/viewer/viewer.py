@@ -1172,7 +1172,7 @@ class Viewer(Guessing):
         view, rate = self._view_from(camera), overlays.up_to(fps, "fps", _MAX_FPS)
         if progress is not None and not callable(progress):
             raise BadArgument(f"progress must be a function of two numbers, got {quoted(progress)}")
-        atomic.check_writable(path, kind="webm")
+        atomic.check_writable(path, kind="video")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         if self._messages.get("clip") in (None, BLANKS["clip"]):
             raise BadArgument("the viewer has no clip to film; call animate first")

@@ -48,18 +48,7 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:
     assert run(["view", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin view" in out
-    for option in (
-        "--posture",
-        "--joint",
-        "--fps",
-        "--frame",
-        "--html",
-        "--png",
-        "--video",
-        "--camera",
-        "--open",
-        "--no-wait",
-    ):
+    for option in "--posture --joint --fps --frame --html --png --video --camera --open --no-wait".split():
         assert option in out
 
 

@@ -443,13 +443,11 @@ def test_a_file_that_is_there_is_replaced_only_by_force(viewer: Viewer, tmp_path
 
 
 def test_a_video_needs_a_clip_and_the_ending_of_one(viewer: Viewer, nao: nk.NaoModel, tmp_path: Path) -> None:
-    with pytest.raises(
-        BadArgument, match=r"cannot write .*nao.mp4: a video is written as WEBM; end the name in \.webm"
-    ):
+    with pytest.raises(BadArgument, match=r"nao.mp4: a video is written as WEBM; end the name in \.webm"):
         viewer.save_video(tmp_path / "nao.mp4")
     with pytest.raises(BadArgument, match="the viewer has no clip to film; call animate first"):
         viewer.save_video(tmp_path / "nao.webm")
-    viewer.animate(nao.random(2, 0), play=False)
+    viewer.animate(nao.random(1, 2), play=False)
     with pytest.raises(BadArgument, match="size must be two whole numbers from 16 to 8192, got 3"):
         viewer.save_video(tmp_path / "nao.webm", size=3)
     viewer.display(nao.posture("Stand"))

@@ -193,7 +193,7 @@ export async function saveFilm(page: App): Promise<void> {
       (done, all) => {
         if (!dialog.open) throw cancelled;
         Object.assign(bar, { max: all, value: done });
-        line.textContent = `Picture ${done} of ${all}, ${RATE} for each second`;
+        line.textContent = `Picture ${done} of ${all}`;
       },
     );
     download(blob, fileName(robot.about.name, form));
