@@ -146,13 +146,13 @@ def view(
         raise BadArgument("--no-wait without --open shows nothing: add --open, --html, --png or --video")
     if fps is not None and file is None:
         raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
-    if video is not None and file is None:
-        raise BadArgument("--video films a motion; name the FILE to play")
     if not live and png is None and video is None and (page.page_host is not None or page.page_port is not None):
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html, --png or --video, add --open")
     written.check({"--html": html, "--png": png, "--video": video})
+    if video is not None and file is None:
+        raise BadArgument("--video films a motion; name the FILE to play")
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
     model, q, _, many = given.configurations(robot, file, limits="ignore", sampling=speed)

@@ -193,9 +193,10 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
     assert "--video films a motion; name the FILE to play" in _refused(capsys, "--video", str(tmp_path / "x.webm"))
     assert "end the name in .webm" in _refused(capsys, "--video", str(tmp_path / "x.mp4"))
     assert "expected one .html, .png, .webm or .zip file" in _refused(capsys, "--output", str(tmp_path / "x.mp4"))
-    assert "--html and --png name one file" in _refused(
-        capsys, "--html", str(tmp_path / "x"), "--png", str(tmp_path / "." / "x")
-    )
+    for other in ("--png", "--video"):
+        one = ["--html", str(tmp_path / "x"), other, str(tmp_path / "." / "x")]
+        between = ["--png", str(tmp_path / "y.png")] if other == "--video" else []
+        assert f"--html and {other} name one file" in _refused(capsys, *one[:2], *between, *one[2:])
     assert "x.jpg: a page is written as HTML; end the name in .html" in _refused(capsys, "--html", "x.jpg")
     assert [path.name for path in tmp_path.iterdir()] == ["old.png"]
     viewer = Viewer(nk.load_nao())
