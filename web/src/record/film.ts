@@ -1,7 +1,7 @@
 import type { App } from "../app.ts";
 import { button, element, openDialog } from "../panel/element.ts";
 import type { Received } from "../received.ts";
-import { Camera, download, fileName, lookFrom } from "./pictures.ts";
+import { Pictures, download, fileName, lookFrom } from "./pictures.ts";
 import { COLOURS, toPlanes } from "./planes.ts";
 import { webm, type EncodedPicture, type Track } from "./webm.ts";
 import { zip } from "./zip.ts";
@@ -50,10 +50,10 @@ class WebmFilm implements Film {
   constructor(config: VideoEncoderConfig, fps: number) {
     const { codec, width, height } = config;
     this.track = { codec: codec === "vp8" ? "vp8" : "vp09", width, height, fps };
-    this.failure = new Promise((_, reject) => {
-      this.encoder = new VideoEncoder({ output: (chunk) => this.keep(chunk), error: reject });
-    });
+    let fail: (reason: Error) => void = () => {};
+    this.failure = new Promise((_, reject) => (fail = reject));
     this.failure.catch(() => {});
+    this.encoder = new VideoEncoder({ output: (chunk) => this.keep(chunk), error: fail });
     this.encoder.configure(config);
   }
 
@@ -145,7 +145,7 @@ async function film(
     throw new Error("this browser cannot encode video of this size; .zip gives PNG files");
   }
   const made = config ? new WebmFilm(config, fps) : new ZipFilm();
-  const camera = new Camera(page, width, height);
+  const drawing = new Pictures(page, width, height);
   try {
     for (let i = 0; i < count; i++) {
       player.seek(Math.min(i * step, duration));
@@ -153,16 +153,16 @@ async function film(
         page.stance.settle();
         look();
       }
-      camera.draw();
+      drawing.draw();
       if (viewer.renderer.getContext().isContextLost()) throw new Error("the browser has lost the graphics card");
-      await made.add(camera.ink);
+      await made.add(drawing.ink);
       if (player.playback !== playback) throw new Error("the motion has been replaced");
       tell(i + 1, count);
     }
     return await made.end();
   } finally {
     made.close();
-    camera.end();
+    drawing.end();
     if (player.playback === playback) player.seek(before);
   }
 }

@@ -42,7 +42,7 @@ function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, w
 }
 
 /** Draws pictures of one size in the best quality, with labels and the page's background, instead of the view until `end`. */
-export class Camera {
+export class Pictures {
   ink: CanvasRenderingContext2D;
 
   constructor(
@@ -101,9 +101,9 @@ export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
   const share = Math.min(1, most / Math.max(width, height));
   const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
-  const camera = new Camera(page, wide, high);
-  const canvas = camera.draw();
-  camera.end();
+  const pictures = new Pictures(page, wide, high);
+  const canvas = pictures.draw();
+  pictures.end();
   const blob = await new Promise((done: (blob: Blob | null) => void) => canvas.toBlob(done, "image/png"));
   if (blob) download(blob, fileName(robot.about.name, "png"));
   else page.panel.messages.say("The browser could not make a picture of this size.", { bad: true });
@@ -117,9 +117,9 @@ export function lookFrom(page: App, camera: string | number[]) {
 
 /** Draw the picture that the program requests, and send it. */
 export function sendPicture(page: App, { id, width, height, camera }: Received["capture"]) {
-  const taking = new Camera(page, width, height);
+  const pictures = new Pictures(page, width, height);
   lookFrom(page, camera);
-  const data = taking.draw().toDataURL("image/png");
-  taking.end();
+  const data = pictures.draw().toDataURL("image/png");
+  pictures.end();
   page.send({ kind: "picture", id, data });
 }
