@@ -207,7 +207,7 @@ def test_the_vertical_may_be_given(browser: Any, nao: nk.NaoModel, tmp_path: Pat
 
 def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoModel) -> None:
     q = nao.random(11)
-    page.set(q)
+    page.reset(q, (1100, 700))  # in a low window the numbers are shown on demand
     for frame in ("Head", "LArm", "RLeg", "CameraBottom", "LFoot/Bumper/Left"):
         page.tab.get_by_label("Frame", exact=True).select_option(frame)
         shown = page.run(

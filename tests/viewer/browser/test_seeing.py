@@ -509,6 +509,7 @@ def test_the_page_finds_the_links_that_overlap_as_the_library_does(page: Page, n
 
 
 def test_links_that_overlap_are_told_and_coloured_on_a_press(page: Page, nao: nk.NaoModel) -> None:
+    page.reset(nao.posture("StandInit"), (1100, 700))
     line = page.tab.locator(".body-state button")
     names = page.run("() => naoKin.robot.about.links.map(({ name }) => name)")
     feet = [names.index(name) for name in ("l_ankle", "r_ankle", "Head")]
