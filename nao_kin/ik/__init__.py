@@ -15,8 +15,6 @@ These options are the same in all solvers of poses:
   the result has the one with the largest clearance, and the reason `COLLISION`.
 """
 
-from typing import TYPE_CHECKING
-
 from nao_kin._core.guesses import guessing as _guessing
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
@@ -56,5 +54,5 @@ __all__ = [
     "whole_body",
 ]
 
-if not TYPE_CHECKING:
-    __getattr__ = _guessing(__name__)
+# Not seen by type checkers, which would believe that every name exists.
+globals()["__getattr__"] = _guessing(__name__)

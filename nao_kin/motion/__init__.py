@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from nao_kin._core.guesses import guessing as _guessing
 from nao_kin._core.sides import Hips
 from nao_kin.motion.checking import MotionReport, MotionViolation, balanced as balanced, check, plot
@@ -51,5 +49,5 @@ __all__ = [
     "write_motion",
 ]
 
-if not TYPE_CHECKING:
-    __getattr__ = _guessing(__name__)
+# Not seen by type checkers, which would believe that every name exists.
+globals()["__getattr__"] = _guessing(__name__)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from nao_kin._core.guesses import guessing as _guessing
 from nao_kin.rotations import rank_one  # noqa: F401  (a page of its own)
 from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
@@ -142,5 +140,5 @@ __all__ = [
     "vee",
 ]
 
-if not TYPE_CHECKING:
-    __getattr__ = _guessing(__name__)
+# Not seen by type checkers, which would believe that every name exists.
+globals()["__getattr__"] = _guessing(__name__)

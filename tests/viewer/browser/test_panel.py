@@ -1209,12 +1209,13 @@ def test_targets_for_fingers_are_large_enough(request: pytest.FixtureRequest) ->
 def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(phone: Page) -> None:
     tab = phone.tab
     session = tab.context.new_cdp_session(tab)
-    tab.locator("#panel > .body").evaluate("(body) => body.scrollBy(0, 100)")
     slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
     thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 
     def swipe(x: float, way: tuple[float, float]) -> tuple[float, float]:
         """Swipe from a place on the slider; return how far HeadYaw moved [rad] and the panel scrolled [px]."""
+        # There is room to scroll either way, and what the swipe before scrolled does not add up.
+        tab.locator("#panel > .body").evaluate("(body) => body.scrollTo(0, 100)")
         box, before = slider.bounding_box(), state_of(tab)["q"]
         start = (box["x"] + x, box["y"] + box["height"] / 2)
         for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):
