@@ -74,7 +74,7 @@ export class JointAxes {
     for (const screw of this.screws) dispose(screw);
     this.screws = [];
     const pairs = new Map();
-    /** The label of each pair: the axes of one pair share a label. */
+    /** The label of each pair: the axes of one pair share a label, whose colour the legend explains. */
     const labels: Map<number, { text: string; node: THREE.Object3D; colour: string }> = new Map();
     for (const { name, pair, group, slides, axis, node } of on ? this.robot.joints.filter((joint) => joint.pair) : []) {
       const colour = colourOf(pair);
@@ -82,8 +82,8 @@ export class JointAxes {
       const screw = this.draw({ slides, axis, node }, colour, LENGTH);
       this.screws.push(screw);
       const known = labels.get(group);
-      if (known) known.text = known.text.replace(" · ", `, ${name} · `);
-      else labels.set(group, { text: `${name} · ${pair}`, node: screw, colour });
+      if (known) known.text += `, ${name}`;
+      else labels.set(group, { text: name, node: screw, colour });
     }
     this.labels.set(this, [...labels.values()]);
     this.studio.seeThrough(on);
