@@ -209,8 +209,8 @@ def test_a_jump_to_a_branch_without_overlap_says_which_links_overlap_on_the_othe
 
 def test_a_limb_is_reached_when_another_one_has_made_room() -> None:
     nao = nk.load_nao()
-    angles = {"ShoulderPitch": (-1.558, -1.343), "ShoulderRoll": (-0.124, -0.958), "ElbowYaw": (-1.219, 0.579)}
-    angles |= {"ElbowRoll": (-0.188, 0.642), "WristYaw": (-0.724, 1.209), "Hand": (1.0, 1.0)}
+    angles = {"ShoulderPitch": (0.477, 0.985), "ShoulderRoll": (-0.141, -0.066), "ElbowYaw": (-0.076, 0.169)}
+    angles |= {"ElbowRoll": (-0.623, 1.324), "WristYaw": (-0.322, 1.72), "Hand": (1.0, 1.0)}
     start = nao.posture("StandInit", {"LHand": 1.0, "RHand": 1.0})
     angle_of = {f"{side}{name}": pair[k] for name, pair in angles.items() for k, side in enumerate("LR")}
     q = nao.posture("StandInit", angle_of)
