@@ -7,6 +7,9 @@ import { readConfiguration } from "../src/values/reading.ts";
 import { FORMATS } from "../src/values/configurations.ts";
 import { ABOUT, GEARED, Q } from "./small_robot.js";
 
+// The tests are bundled into web/build, from wherever they are run.
+const exported = (name) => readFileSync(new URL(`../../tests/data/motions/${name}.txt`, import.meta.url), "utf8");
+
 const read = (text) => readConfiguration(ABOUT, [1, 0, 0, 0, 0], text);
 
 for (const [name, { write }] of Object.entries(FORMATS)) {
@@ -127,13 +130,13 @@ if __name__ == "__main__":
 test("a timeline that Choregraphe exported is a motion", () => {
   const joints = ["HeadYaw", "HeadPitch", "LHand", "RHand", "LHipYawPitch"];
   const about = { ...ABOUT, joints: joints.map((name, column) => ({ ...ABOUT.joints[0], name, column })) };
-  const file = (name) => readConfiguration(about, Q, readFileSync(`../tests/data/motions/${name}.txt`, "utf8")).tracks;
+  const file = (name) => readConfiguration(about, Q, exported(name)).tracks;
   assert.deepEqual(file("simplified_export"), [
     { name: "HeadPitch", times: [0.52, 0.8, 1.04], values: [-0.39, 0.64, 0] },
     { name: "RHand", times: [0.5, 1], values: [1, 0.5] },
     { name: "LHipYawPitch", times: [2], values: [(9 * Math.PI) / 180] },
   ]);
-  const up = readFileSync("../tests/data/motions/bezier_export.txt", "utf8").split("    def down")[0];
+  const up = exported("bezier_export").split("    def down")[0];
   assert.deepEqual(readConfiguration(about, Q, up).tracks, [
     { name: "HeadYaw", times: [0, 0.6, 1.2], values: [0.5, -0.25, 0.5] },
     { name: "LHand", times: [1.2], values: [0.75] },
