@@ -113,25 +113,27 @@ def test_a_page_sets_no_value_that_a_control_cannot_have(viewer: nk.Viewer) -> N
 def test_every_press_of_a_button_calls_even_while_its_function_is_busy(
     viewer: nk.Viewer, caplog: pytest.LogCaptureFixture
 ) -> None:
-    presses: list[int] = []
-    values: list[float] = []
-    gate = threading.Event()
+    calls: list[float] = []
+    started, gate = threading.Event(), threading.Event()
 
     def press() -> None:
+        started.set()
         gate.wait(10.0)
-        presses.append(len(presses))
-        if len(presses) == 1:
+        calls.append(len(calls))
+        if len(calls) == 1:
             raise SystemExit("no")
 
     button = viewer.add_button("go", press)
-    viewer.add_slider("x", 0.0, 100.0, on_change=values.append)
-    for step in range(5):
+    viewer.add_slider("x", 0.0, 100.0, on_change=calls.append)
+    _set(viewer, "go", 0)
+    assert started.wait(10.0)  # what comes now waits for it
+    for step in range(1, 5):
         _set(viewer, "go", step)
         _set(viewer, "x", step)
     gate.set()
-    # The presses are five calls, the newest value of the slider is one.
-    assert until(lambda: len(presses) == 5 and values[-1:] == [4.0], 20.0)
-    assert values == [4.0]
+    # The presses are five calls, the newest value of the slider is one, after them.
+    assert until(lambda: calls[-1:] == [4.0], 20.0)
+    assert calls == [0, 1, 2, 3, 4, 4.0]
     assert button.value == 5
     assert "on_click of go failed" in caplog.text
 
