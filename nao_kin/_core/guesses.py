@@ -99,9 +99,9 @@ def unknown_attribute(owner: str, name: str, valid: Iterable[str], kinds: Iterab
     if name.startswith("_"):
         return AttributeError(message)
     meant = next((GUESSES[kind][name] for kind in kinds if name in GUESSES.get(kind, ())), "")
-    near = nearest_names(name, (one for one in valid if not one.startswith("_")), similar=0.7)
     if meant:
         return AttributeError(f"{message}; see {meant}")
+    near = nearest_names(name, (one for one in valid if not one.startswith("_")), similar=0.7)
     return AttributeError(f"{message}; nearest: {', '.join(near)}" if near else message)
 
 

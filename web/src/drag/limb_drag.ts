@@ -9,14 +9,14 @@ import {
   minus,
   plus,
   product,
-  quaternionOf,
+  quaternionBetween,
   times,
-  transposed,
   type Rotation,
   type Vector,
 } from "../math/rotations.ts";
 import { unitText } from "../pick/facts.ts";
 import type { Viewport } from "../pick/pick.ts";
+import { isInside } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Coordinate } from "../types.ts";
@@ -54,16 +54,14 @@ function coupledMoves({ kept }: Follower, q: number[]) {
 
 /** The angle about an axis in the rotation from one orientation to another, in (−2π, 2π]. */
 function angleAbout(axis: Vector, from: Rotation, to: Rotation) {
-  const [a, b, c, d, e, f, g, h, i] = product(transposed(from), to);
-  const [r0, ...r] = quaternionOf({ elements: [a, d, g, 0, b, e, h, 0, c, f, i] });
+  const [r0, ...r] = quaternionBetween(from, to);
   return 2 * Math.atan2(r[0] * axis[0] + r[1] * axis[1] + r[2] * axis[2], r0);
 }
 
 /** The height of the lowest vertex that moves with the last joint of a limb, over the floor. */
 function lowestOf(robot: Robot, limb: Limb) {
-  const { path } = robot.about.links[limb.joints.at(-1)?.link ?? limb.link];
-  const isCarried = (link: number) => path.every((name, i) => robot.about.links[link].path[i] === name);
-  return robot.lowest(robot.meshes.filter(({ link }) => isCarried(link)));
+  const carrier = robot.nodes[limb.joints.at(-1)?.link ?? limb.link];
+  return robot.lowest(robot.meshes.filter(({ link }) => isInside(robot.nodes[link], carrier)));
 }
 
 const said = (limb: Limb, ...parts: string[]) => {

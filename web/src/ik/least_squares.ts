@@ -6,8 +6,7 @@ import {
   dot,
   minus,
   plus,
-  product,
-  quaternionOf,
+  quaternionBetween,
   times,
   transposed,
   turned,
@@ -48,10 +47,7 @@ export function placeTask(chain: Chain, place: Vector, weight: number): Task {
  */
 export function turnTask(chain: Chain, wanted: Rotation, weights: Vector): Task {
   const back = transposed(wanted);
-  const off = ({ R }: Placed) => {
-    const [a, b, c, d, e, f, g, h, i] = product(back, R);
-    return quaternionOf({ elements: [a, d, g, 0, b, e, h, 0, c, f, i] });
-  };
+  const off = ({ R }: Placed) => quaternionBetween(wanted, R);
   return {
     chain,
     errors: (placed) => off(placed).slice(1).map((value, i) => 2 * weights[i] * value), // prettier-ignore

@@ -120,3 +120,9 @@ export function quaternionOf({ elements: m }: { elements: ArrayLike<number> }): 
   const scale = Math.sign(first) / Math.hypot(...row);
   return row.map((value) => value * scale + 0);
 }
+
+/** The unit quaternion of the rotation from one orientation to another, in the axes of the first; as `quaternionOf`. */
+export function quaternionBetween(from: Rotation, to: Rotation) {
+  const [a, b, c, d, e, f, g, h, i] = product(transposed(from), to);
+  return quaternionOf({ elements: [a, d, g, 0, b, e, h, 0, c, f, i] });
+}
