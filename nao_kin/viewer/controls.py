@@ -94,7 +94,7 @@ class Controls:
 
     def button(self, name: str, on_click: Callable[[], object] | None) -> Control:
         """Add a button."""
-        return self._add(name, {"kind": "button"}, 0, lambda _: 0, on_click, "on_click")
+        return self._add(Control(checked_name(name), {"kind": "button"}, 0, lambda _: 0, on_click, self), "on_click")
 
     def slider(
         self,
@@ -111,7 +111,8 @@ class Controls:
             raise BadArgument(f"a slider needs low < high, got {ends[0]:g} and {ends[1]:g}")
         checked = partial(_in_range, ends)
         row = {"kind": "slider", "low": ends[0], "high": ends[1], "unit": _text(unit, "unit", _LONGEST_UNIT)}
-        return self._add(name, row, checked(ends[0] if value is None else value), checked, on_change, "on_change")
+        at_first = checked(ends[0] if value is None else value)
+        return self._add(Control(checked_name(name), row, at_first, checked, on_change, self), "on_change")
 
     def select(
         self, name: str, options: Iterable[str], value: str | None, on_change: Callable[[str], object] | None
@@ -124,29 +125,24 @@ class Controls:
             raise BadArgument(f"options must be 1 to {_MAX_OPTIONS} different texts, got {abbreviated(rows)}")
         checked = partial(choice, valid=tuple(rows), what="option")
         row = {"kind": "select", "options": rows}
-        return self._add(name, row, checked(rows[0] if value is None else value), checked, on_change, "on_change")
+        at_first = checked(rows[0] if value is None else value)
+        return self._add(Control(checked_name(name), row, at_first, checked, on_change, self), "on_change")
 
     def text(self, name: str, value: str, on_change: Callable[[str], object] | None) -> Control:
         """Add a text; a user can edit it if there is a function to call."""
         checked = partial(_text, what="value", longest=_LONGEST_TEXT)
         row = {"kind": "text", "edited": on_change is not None}
-        return self._add(name, row, checked(value), checked, on_change, "on_change")
+        return self._add(Control(checked_name(name), row, checked(value), checked, on_change, self), "on_change")
 
-    def _add(
-        self,
-        name: str,
-        row: Mapping[str, Any],
-        value: Value,
-        checked: Callable[[Any], Value],
-        callback: Callable[..., object] | None,
-        what: str,
-    ) -> Control:
-        if not (callback is None or callable(callback)):
-            raise BadArgument(f"{what} must be a function, got {quoted(callback)}")
-        control = Control(checked_name(name), row, value, checked, callback, self)
+    def _add(self, control: Control, what: str) -> Control:
+        """Add a control, whose function is the argument `what`."""
+        if not (control._callback is None or callable(control._callback)):
+            raise BadArgument(f"{what} must be a function, got {quoted(control._callback)}")
         with self._lock:
             if control.name not in self._controls and len(self._controls) >= _MAX_CONTROLS:
-                raise BadArgument(f"at most {_MAX_CONTROLS} controls are shown; remove some before {abbreviated(name)}")
+                raise BadArgument(
+                    f"at most {_MAX_CONTROLS} controls are shown; remove some before {abbreviated(control.name)}"
+                )
             self._controls[control.name] = control
             self._send()
         return control
