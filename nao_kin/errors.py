@@ -45,6 +45,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 class NaoKinWarning(UserWarning):
     """Base of all warnings of nao_kin: the call succeeds, but its result is probably not what was meant."""
 

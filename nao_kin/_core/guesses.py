@@ -1,15 +1,15 @@
-"""What is meant by an attribute that does not exist: names that people try, and the nearest valid ones."""
+"""What is meant by an attribute that does not exist: guessed and former names, and the nearest valid ones."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import nearest_names
 
-# Class or module → a name that people try → expressions that give what it promises. In these, `robot`, `motion` and
-# `viewer` are objects of the classes.
+# Class or module → a name that people try, or a former name that no longer warns → expressions that give what it
+# promises. In these, `robot`, `motion` and `viewer` are objects of the classes.
 _LIMITS = "robot.lower, robot.upper"
 _CLOSED = "nk.ik.leg, nk.ik.legs, nk.ik.arm, nk.ik.head, nk.ik.numeric"
 GUESSES: dict[str, dict[str, str]] = {
@@ -60,19 +60,49 @@ GUESSES: dict[str, dict[str, str]] = {
     "nao_kin": {
         "deg2rad": "np.radians",
         "invert": "np.linalg.inv",
+        "joint_axes": "nk.joints",
         "load_motion": "nk.motion.read_motion",
         "load_urdf": "nk.RobotModel.from_urdf",
+        "multidof": "nk.joints.MultiDofModel",
         "plot": "nk.motion.plot",
+        "rank_one": "nk.rotations.rank_one",
         "read_csv": "nk.stream.read_configurations, nk.stream.read_log",
         "read_motion": "nk.motion.read_motion",
+        "topology": "nk.robot.topology",
         "transforms": "nk.rotations, nk.screws",
     },
-    "nao_kin.ik": {"solve": _CLOSED},
+    "nao_kin.crosscheck": dict.fromkeys(("Place", "Row", "Step"), "nk.crosscheck.Report"),
+    "nao_kin.ik": {
+        **dict.fromkeys(("FollowedLimb", "Jump", "Stretch"), "nk.ik.FollowedPath"),
+        "solve": _CLOSED,
+    },
+    "nao_kin.joints": {
+        "AnatomicalJoint": "nk.joints.NAO_ANATOMY",
+        "AnatomyTable": "nk.joints.NAO_ANATOMY",
+        "BodyPart": "nk.joints.ANATOMY",
+        "Coupling": "nk.semantics.Mimic",
+        "CouplingViolation": "nk.joints.MultiDofModel.violations",
+        "JointRow": "nk.joints.JointTableRow",
+        "LOWER_PAIRS": "nk.joints.KINEMATIC_PAIRS",
+        "Singularity": "nk.joints.JointGroups",
+        "TypedJoint": "nk.joints.MultiDofJoint",
+        "lower_pair": "nk.joints.kinematic_pair",
+    },
     "nao_kin.motion": {
         "read": "nk.motion.read_motion",
         "to_csv": "nk.motion.write_motion",
         "write": "nk.motion.write_motion",
     },
+    "nao_kin.naoqi": {"Change": "nk.naoqi.Event"},
+    "nao_kin.reach": dict.fromkeys(("ReachSettings", "Stance"), "nk.reach.ReachMap"),
+    "nao_kin.robot": {"UnreadableShape": "nk.urdf.UnreadableShape"},
+    "nao_kin.robot.nao": dict.fromkeys(
+        (
+            *("CameraRow", "CoupledLimitRow", "Finger", "Frame", "InertialRow", "Joint", "LimitRow", "Offset"),
+            *("OffsetRow", "ShapeRow", "VisualRow"),
+        ),
+        "nk.parameters.NaoParameters",
+    ),
     "nao_kin.rotations": {
         "angle": "nk.rotations.angle_between",
         "axis_angle_from_matrix": "nk.rotations.natural_invariants, nk.rotations.log",
@@ -83,6 +113,7 @@ GUESSES: dict[str, dict[str, str]] = {
         "random": "nk.rotations.random_rotation, nk.rotations.random_quat",
         "rotvec_from_matrix": "nk.rotations.log",
     },
+    "nao_kin.stream": dict.fromkeys(("BadRow", "Clamped"), "nk.stream.StreamResult"),
 }
 
 
@@ -105,14 +136,16 @@ def unknown_attribute(owner: str, name: str, valid: Iterable[str], kinds: Iterab
     return AttributeError(f"{message}; nearest: {', '.join(near)}" if near else message)
 
 
-def guessing(module: str) -> Callable[[str], Any]:
-    """Return a `__getattr__` for a module, whose errors name what was meant."""
+def public_attributes(module: str) -> dict[str, Any]:
+    """Return a module's `__dir__`, which lists public names, and `__getattr__`, whose errors name what was meant.
+
+    A module updates its globals with them, so that type checkers, for which every name would exist, do not see them.
+    """
 
     def missing(name: str) -> Any:
-        public = getattr(sys.modules[module], "__all__", ())
-        raise unknown_attribute(f"module {module!r}", name, public, (module,))
+        raise unknown_attribute(f"module {module!r}", name, sys.modules[module].__all__, (module,))
 
-    return missing
+    return {"__dir__": lambda: sorted(sys.modules[module].__all__), "__getattr__": missing}
 
 
 class _GuessingType(type):

@@ -1,5 +1,6 @@
 """The robot in the formats of other tools."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.export.formats import FORMATS, check_options as check_options, options, write
 from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
@@ -10,3 +11,5 @@ from nao_kin.export.srdf import srdf
 from nao_kin.export.urdf import urdf
 
 __all__ = ["FORMATS", "Exported", "gltf", "mjcf", "options", "ros2", "sdf", "srdf", "urdf", "write"]
+
+globals().update(_public_attributes(__name__))

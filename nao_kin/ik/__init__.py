@@ -15,7 +15,7 @@ These options are the same in all solvers of poses:
   the result has the one with the largest clearance, and the reason `COLLISION`.
 """
 
-from nao_kin._core.guesses import guessing as _guessing
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
 from nao_kin.ik.closed_form import cached_limb as cached_limb
@@ -54,5 +54,4 @@ __all__ = [
     "whole_body",
 ]
 
-# Not seen by type checkers, which would believe that every name exists.
-globals()["__getattr__"] = _guessing(__name__)
+globals().update(_public_attributes(__name__))

@@ -1,5 +1,6 @@
 """Joint types: the kinematic pairs, a robot's revolute, universal and spherical joints, and anatomy."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.joints.dh import DHConvention, DHTable, dh_table
 from nao_kin.joints.grouping import JointAxes, Rule, group_joints
 from nao_kin.joints.multidof_model import CouplingPolicy, MultiDofModel
@@ -46,3 +47,5 @@ __all__ = [
     "kinematic_pair",
     "mobility",
 ]
+
+globals().update(_public_attributes(__name__))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nao_kin._core.guesses import guessing as _guessing
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.sides import Hips
 from nao_kin.motion.checking import MotionReport, MotionViolation, balanced as balanced, check, plot
 from nao_kin.motion.cubics import cubics as cubics
@@ -49,5 +49,4 @@ __all__ = [
     "write_motion",
 ]
 
-# Not seen by type checkers, which would believe that every name exists.
-globals()["__getattr__"] = _guessing(__name__)
+globals().update(_public_attributes(__name__))

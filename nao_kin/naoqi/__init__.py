@@ -4,6 +4,7 @@ Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoq
 functions of names, orders, poses, spaces and limits are pure; configurations and poses may have leading batch axes.
 """
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.naoqi import _qi  # noqa: F401  (loads qi before the other modules load Pinocchio)
 from nao_kin.naoqi.compat import run_script
 from nao_kin.naoqi.live import (
@@ -87,3 +88,5 @@ __all__ = [
     "transform_list",
     "vertical",
 ]
+
+globals().update(_public_attributes(__name__))

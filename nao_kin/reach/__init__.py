@@ -1,5 +1,6 @@
 """Reachability: voxel maps of the random positions of a hand, with manipulability and directions."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.reach._kernels import direction_cells
 from nao_kin.reach.files import check_column as check_column
 from nao_kin.reach.reach_map import ReachMap, load
@@ -11,3 +12,5 @@ __all__ = [
     "load",
     "workspace",
 ]
+
+globals().update(_public_attributes(__name__))

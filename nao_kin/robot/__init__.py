@@ -1,5 +1,6 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.robot.build import Base, ModelNumbers as ModelNumbers
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
@@ -64,3 +65,5 @@ __all__ = [
     "topology",
     "write_offsets",
 ]
+
+globals().update(_public_attributes(__name__))

@@ -64,10 +64,13 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers
 from nao_kin._core.files import read_toml
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
 
 __all__ = ["CoupledLimit", "Mimic", "Posture", "Semantics", "View", "read_semantics"]
+
+globals().update(_public_attributes(__name__))
 
 UNITS = ("rad", "m", "1")
 # The fields of `Semantics` that are names of frames.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nao_kin._core.guesses import guessing as _guessing
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.rotations import rank_one  # noqa: F401  (a page of its own)
 from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
 from nao_kin.rotations._elementary import rot_x, rot_y, rot_z, skew, vee
@@ -140,5 +140,4 @@ __all__ = [
     "vee",
 ]
 
-# Not seen by type checkers, which would believe that every name exists.
-globals()["__getattr__"] = _guessing(__name__)
+globals().update(_public_attributes(__name__))

@@ -7,6 +7,7 @@ The Plücker coordinates of `nao_kin.screws.lines` are (direction; moment): a un
 
 from __future__ import annotations
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.screws._exponential import (
     Screw,
     exp,
@@ -68,3 +69,5 @@ __all__ = [
     "transform_wrench",
     "vee",
 ]
+
+globals().update(_public_attributes(__name__))

@@ -1,5 +1,6 @@
 """Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.stream.results import StreamResult, clamp as clamp
 from nao_kin.stream.run import ErrorPolicy, fk
 from nao_kin.stream.sinks import (
@@ -28,3 +29,5 @@ __all__ = [
     "read_log",
     "read_targets",
 ]
+
+globals().update(_public_attributes(__name__))

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core.arrays import float_dtype, whole_number
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
@@ -40,6 +41,8 @@ __all__ = [
     "rotation",
     "velocity",
 ]
+
+globals().update(_public_attributes(__name__))
 
 
 # --- A dask client for this machine's cores or for a scheduler elsewhere.

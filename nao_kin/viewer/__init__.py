@@ -1,5 +1,6 @@
 """The robot in a browser."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.viewer.controls import Control
 from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
@@ -15,3 +16,5 @@ __all__ = [
     "Target",
     "Viewer",
 ]
+
+globals().update(_public_attributes(__name__))

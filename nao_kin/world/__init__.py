@@ -1,5 +1,6 @@
 """The robot in its world: its balance on the floor, where it has walked, and what its cameras see."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.world.balance import Balance, balance, feet_frame, margin
 from nao_kin.world.camera_ground import (
     SPL,
@@ -59,3 +60,5 @@ __all__ = [
     "upright_position",
     "visible_ground",
 ]
+
+globals().update(_public_attributes(__name__))

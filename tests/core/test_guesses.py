@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import copy
+import importlib
+import inspect
 import pickle
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,10 +19,6 @@ OWNERS = {
     "RobotModel": nk.load_nao(),
     "Motion": nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]]),
     "Viewer": nk.Viewer,
-    "nao_kin": nk,
-    "nao_kin.ik": nk.ik,
-    "nao_kin.motion": nk.motion,
-    "nao_kin.rotations": nk.rotations,
 }
 CASES = [(owner, name, meant) for owner, names in GUESSES.items() for name, meant in names.items()]
 
@@ -29,7 +28,7 @@ def test_a_name_that_people_try_is_answered_with_names_that_exist(owner: str, na
     names = {"nk": nk, "np": np, "copy": copy, "robot": OWNERS["RobotModel"], "motion": OWNERS["Motion"]}
     for expression in meant.split(", "):
         eval(expression, names | {"viewer": nk.Viewer})
-    found: Any = OWNERS[owner]
+    found: Any = OWNERS[owner] if owner in OWNERS else importlib.import_module(owner)
     if name == "times":  # an instance has them
         found = nk.Motion
     with pytest.raises(AttributeError, match=rf"has no attribute '{name}'; see ") as error:
@@ -54,3 +53,14 @@ def test_what_fails_inside_a_property_is_not_hidden_and_copies_work() -> None:
     assert np.array_equal(twin.posture("Stand"), nao.posture("Stand"))
     motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
     assert np.array_equal(pickle.loads(pickle.dumps(motion)).sample(0.5), motion.sample(0.5))
+
+
+MODULES = [getattr(nk, name) for name in nk.__all__ if name != "cli"]
+MODULES = [nk, *filter(inspect.ismodule, MODULES)]
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: str(module.__name__))
+def test_an_editor_completes_the_public_names_of_a_module_alone(module: ModuleType) -> None:
+    assert dir(module) == sorted(module.__all__)
+    with pytest.raises(AttributeError, match=r"has no attribute 'qqqqqqqqq'$"):
+        module.qqqqqqqqq  # noqa: B018

@@ -4,6 +4,7 @@
 with its versions.
 """
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.robot.nao.parameters import (
     INERTIALS,
     LIMITS,
@@ -38,3 +39,5 @@ __all__ = [
     "nao_parameters",
     "ros_names",
 ]
+
+globals().update(_public_attributes(__name__))

@@ -1,5 +1,6 @@
 """Robot description files: URDF and MJCF files read into one tree, with a note for every repair."""
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.robot.urdf.document import Packages, read_document as read_document
 from nao_kin.robot.urdf.mjcf.reader import read_mjcf as read_mjcf
 from nao_kin.robot.urdf.reader import file_format as file_format, read_robot, read_urdf as read_urdf
@@ -27,3 +28,5 @@ __all__ = [
     "UrdfTree",
     "read_robot",
 ]
+
+globals().update(_public_attributes(__name__))

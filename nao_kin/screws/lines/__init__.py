@@ -6,6 +6,7 @@ for all points p of the line. The six numbers (e; n), in this order, are its Pl√
 
 from __future__ import annotations
 
+from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.screws.lines._line import PlaneMeeting, PluckerLine, meet_plane
 from nao_kin.screws.lines._pairs import (
     CommonNormal,
@@ -33,3 +34,5 @@ __all__ = [
     "reciprocal_product",
     "transfer_matrix",
 ]
+
+globals().update(_public_attributes(__name__))
