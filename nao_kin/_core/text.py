@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import itertools
 import re
+import reprlib
 from collections.abc import Container, Iterable, Iterator, Sequence
+from dataclasses import fields, is_dataclass
 from html import escape
+from typing import Any, TypeVar
+
+import numpy as np
+
+_Class = TypeVar("_Class", bound=type)
 
 # Longest text of a value that is a part of a message.
 MAX_SHOWN = 40
@@ -35,6 +42,43 @@ def one_line(message: str) -> str:
 def quoted(value: object, max_length: int = MAX_ECHOED) -> str:
     """Return `repr(value)`, abbreviated; only the beginning of a long text is used."""
     return abbreviated(repr(value[: 4 * max_length] if isinstance(value, (str, bytes)) else value), max_length)
+
+
+class _Short(reprlib.Repr):
+    """`repr` of values, shortened: arrays of more than six numbers are represented by their shapes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxother = self.maxstring = MAX_SHOWN
+
+    def repr_ndarray(self, array: Any, level: int) -> str:
+        """Return a vector of at most six numbers, or the shape."""
+        if array.ndim < 2 and array.size <= 6:
+            return np.array2string(array, separator=", ", precision=6, suppress_small=True, max_line_width=MAX_ECHOED)
+        return f"<array of shape {array.shape}>"
+
+    def repr_mappingproxy(self, mapping: Any, level: int) -> str:
+        """Return the first items, as of a dictionary."""
+        return self.repr_dict(dict(mapping), level)
+
+    def repr_instance(self, value: Any, level: int) -> str:
+        """Return the name of a part that has fields of its own."""
+        return f"{type(value).__name__}(…)" if is_dataclass(value) else super().repr_instance(value, level)
+
+
+_SHORT = _Short()
+
+
+def one_line_repr(kind: _Class) -> _Class:
+    """Give a data class a `repr` of one line, with its public fields shortened; a class decorator."""
+
+    def text(self: Any) -> str:
+        names = [field.name for field in fields(self) if field.repr and not field.name.startswith("_")]
+        values = (f"{name}={_SHORT.repr(getattr(self, name))}" for name in names)
+        return abbreviated(f"{type(self).__name__}({', '.join(values)})", 2 * MAX_ECHOED)
+
+    kind.__repr__ = text  # type: ignore[assignment,method-assign]
+    return kind
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.calibration.unknowns import Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel, pose_of_body, rigid_poses
@@ -34,6 +34,7 @@ class Seen:
     visible: NDArray[np.bool_] | None = None  # which items are in the image, shape (n, items); None for all
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Pixels:
     """Pixels of known points, seen by a camera of the robot.
@@ -95,6 +96,7 @@ class Pixels:
         return Checked("pixels", "point", q, measure, pixels / noise, poses, self)
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Poses:
     """Poses of a frame measured from outside, for example by motion capture.
@@ -144,6 +146,7 @@ class Poses:
         return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self)
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Contacts:
     """Two soles that lie flat on one floor, or on each other.
@@ -292,6 +295,7 @@ def _line(ends: ArrayLike) -> Floats:
     return np.array([*normal, -normal @ points[0]])
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Lines:
     """Pixels on lines of a soccer field, seen by a robot that stands at an unknown place.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, whole_number
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.calibration.observations import BEHIND, Checked, Pixels
 from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
@@ -35,6 +35,7 @@ _MOST_RANDOM = 100_000
 _LEAST_GAIN = 1e-6
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Calibration:
     """Offsets of a robot found from observations, with their covariance.
@@ -301,6 +302,7 @@ def calibrate(
     )
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class NextPosture:
     """The posture whose observation would shrink the uncertainty of the offsets most.

@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_kin import rotations
 from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.crosscheck.samples import Configurations, RotationSample
 from nao_kin.errors import NaoKinError, WrongShape
 from nao_kin.joints import JointAxes
@@ -142,6 +142,7 @@ class Tally:
         return Row(self.convention, self.against, *found, self.note)
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Report:
     """The outcome of a run.
@@ -225,6 +226,7 @@ LEFT_OUT = -1.0
 Function = Callable[..., Any]
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Conversions:
     """The conversions to compare; by default the library's own.

@@ -11,10 +11,12 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from nao_kin._core.files import check_folder, check_replaceable, write_document, write_folder
+from nao_kin._core.text import one_line_repr
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.urdf import Box, Cylinder, Sphere
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Exported:
     """The result of an export.

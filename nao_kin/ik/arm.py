@@ -93,7 +93,7 @@ def arm(
 
     Args:
         robot: a NAO of any version, or another robot with arms of its geometry.
-        side: "L" or "R".
+        side: "L" or "R", or the end effector "LArm" or "RArm".
         target: poses of the frame in the torso, shape (..., 4, 4), or positions of its origin, shape (..., 3) [m].
         direction: with positions: the direction of the forearm's x-axis in the torso, of any length but zero; shape
             (..., 3), broadcasts with the positions.
@@ -131,8 +131,7 @@ def arm(
     """
     if _former:
         near = NEAR.argument(_former, near)
-    check_side(side)
-    limb = arm_limb(robot, side, frame)
+    limb = arm_limb(robot, check_side(side, "Arm"), frame)
     wanted = NEAREST if criterion is _CRITERION else _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
     if angle_weight is not ANGLE_WEIGHT:
         check_tolerance(angle_weight, "angle_weight")

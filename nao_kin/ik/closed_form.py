@@ -146,10 +146,10 @@ def geometry_error(robot: RobotModel, limb: str, why: str) -> BadArgument:
     return BadArgument(f"{robot.name} has no {limb} that the closed form fits: {why}; nk.ik.numeric takes any robot")
 
 
-def check_side(side: object) -> str:
-    """Return the side, "L" or "R", or raise UnknownName."""
-    if isinstance(side, str) and side in _SIDES:
-        return side
+def check_side(side: object, limb: str) -> str:
+    """Return the side, "L" or "R", of a side or an end effector such as "LArm", or raise UnknownName."""
+    if isinstance(side, str) and side.removesuffix(limb) in _SIDES:
+        return side.removesuffix(limb)
     return choice(side, _SIDES, "side", "the sides are the robot's own, L for left and R for right")
 
 

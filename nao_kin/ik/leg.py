@@ -79,7 +79,7 @@ def leg(
 
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry.
-        side: "L" or "R".
+        side: "L" or "R", or the end effector "LLeg" or "RLeg".
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
         near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
@@ -112,7 +112,7 @@ def leg(
     """
     if _former:
         near = NEAR.argument(_former, near)
-    limb = leg_limb(robot, check_side(side), frame)
+    limb = leg_limb(robot, check_side(side, "Leg"), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)

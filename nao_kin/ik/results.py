@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, first_index
+from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import RESULT_REFERENCE
 from nao_kin.robot import CollisionRule, RobotModel
 
@@ -93,6 +94,7 @@ class Family(enum.IntEnum):
 _REACHED = int(Reason.REACHED)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Obstacles:
     """The obstacle to each target.

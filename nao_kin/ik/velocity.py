@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, check_tolerance, choice, common_batch
+from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import LIMITS_REDISTRIBUTE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument
@@ -29,6 +30,7 @@ SINGULAR = 1e-6
 _SEEN = 1e-3
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class TwistMap:
     """The Jacobian J = U Σ Vᵀ from joint velocities to the twist of a frame, for a batch (...) of configurations.
@@ -104,6 +106,7 @@ class TwistMap:
         return _named(self.velocities[index][:, rank:], self.joints)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class VelocityResult:
     """Joint velocities for twists, for a batch (...).

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, texts
 from nao_kin._core.files import read_toml
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, nearest_names
 
 SIDES = ("left_", "right_")
@@ -66,6 +66,7 @@ _IMAGE_HIPS = 0.1
 _BACKWARDS = -0.5
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Skeleton:
     """The points of a person at given times, in a right-handed world frame with z up.

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
-from nao_kin._core.text import html_table, text_table
+from nao_kin._core.text import html_table, one_line_repr, text_table
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, JointGroups, KinematicPair, MultiDofJoint
 from nao_kin.robot import RobotModel
@@ -210,6 +210,7 @@ def body_part(joint: str) -> str:
 Numbers = tuple[float, ...]
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class JointTableRow:
     """One joint; lengths and directions in the root's frame with all joints at zero.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, choice
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.motion.checking import balanced, bends, check, interval
 from nao_kin.motion.curves import JointCurves, pieces_of
@@ -73,6 +74,7 @@ class Change:
         return dict(self.__dict__)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class MendedMotion:
     """A motion that was changed.

@@ -16,7 +16,7 @@ import umsgpack
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, NaoKinError, NotFinite, WrongShape
 from nao_kin.motion import Motion
 from nao_kin.naoqi._qi import load_qi
@@ -200,6 +200,7 @@ _SLICE_MILLISECONDS = 50
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 2.0
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class JointReading:
     """The sensors' values at one moment.

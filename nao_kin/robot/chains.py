@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.text import one_line_repr
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class SerialChain:
     """The n joints that lead from a base to a frame; a floating base counts as fixed.
@@ -87,6 +89,7 @@ def _z_along(z: Floats) -> Floats:
 # --- The structure of a robot: serial chains, closed loops, couplings.
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Topology:
     """The structure of a robot.

@@ -23,7 +23,7 @@ from nao_kin._core.arrays import (
     join_poses,
     shaped,
 )
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.robot.collision_pairs import LinkPair
 from nao_kin.robot.geometry import read_mesh
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """A box, a ball or a mesh near the robot, as made by `box`, `ball` and `mesh`.
@@ -108,6 +109,7 @@ def _pose(at: ArrayLike) -> Floats:
     return rigid_poses(array, "at")
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class CollisionRule:
     """Which overlaps of links count as collisions, for functions with an argument `collisions`.
@@ -157,6 +159,7 @@ class CollisionRule:
         raise BadArgument(f"{name} must be True, False or a CollisionRule, got {quoted(collisions)}")
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Contact:
     """Two links that are nearer to each other than a margin.
@@ -191,6 +194,7 @@ class Contact:
         return {"links": list(self.links), "distance": self.distance, "points": self.points.tolist()}
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Clearance:
     """The least distance between links of a robot, for configurations of a batch shape (...); () for one.

@@ -27,6 +27,7 @@ from nao_kin._core.arrays import (
     rows_with_gravity,
     shaped,
 )
+from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.settling import ROLLING, settle
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.geometry import shape_geometry
@@ -63,6 +64,7 @@ OutlineKind = Literal["sole", "sensors"]
 OUTLINE_KINDS: tuple[str, ...] = get_args(OutlineKind)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class SetDown:
     """A robot on a level floor, for one configuration or a batch.

@@ -9,12 +9,14 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import UnknownName
 from nao_kin.robot.urdf import UrdfTree
 
 ROOT = -1
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class JointArrays:
     """The n moving joints of a robot, mimic joints included, as read-only arrays; parents precede their children.

@@ -65,7 +65,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers
 from nao_kin._core.files import read_toml
 from nao_kin._core.guesses import public_attributes as _public_attributes
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
 
 __all__ = ["CoupledLimit", "Mimic", "Posture", "Semantics", "View", "read_semantics"]
@@ -134,6 +134,7 @@ def _ends(lower: float, upper: float) -> list[float]:
     return found
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class CoupledLimit:
     """Range of one joint as a piecewise linear function of another, constant outside its table.
@@ -188,6 +189,7 @@ class CoupledLimit:
         return np.asarray(np.interp(of, self.at, self.lower)), np.asarray(np.interp(of, self.at, self.upper))
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Posture:
     """A predefined posture.
@@ -221,6 +223,7 @@ class View:
     joints: tuple[str, ...]
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Semantics:
     """The semantics of a robot, which its URDF does not contain; each part may be empty.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_numbers, as_vectors
+from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 _FLAT = 1e-6
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class SupportPolygon:
     """A convex polygon in the world's xy plane.

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_batch, as_numbers, check_tolerance, first_index, refuse_non_finite
 from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluate
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
@@ -17,6 +18,7 @@ ROUNDING = 2.0**-46  # above the defects of a product of a few dozen float64 rot
 _LARGEST_EXPONENT = 1e15
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class RotationDefects:
     """How far matrices are from being rotations.

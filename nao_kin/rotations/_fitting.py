@@ -23,6 +23,7 @@ from nao_kin._core.arrays import (
     unit,
 )
 from nao_kin._core.kernels import Functions, Number, evaluate
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape, at_index
 from nao_kin.rotations._checks import as_rotations, as_shares, evaluate_rotations, nearest_rotation
 from nao_kin.rotations._exponential import exp, log
@@ -38,6 +39,7 @@ _LAST_STEP, _SHORT_STEP = 1e-15, 1e-12
 _LEAST_CURVATURE = 0.55
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class MeanRotation:
     """A mean of rotations, and their spread about it.
@@ -249,6 +251,7 @@ def _triad(points: Floats) -> Floats:
 _OPPOSITE = 4.0 * 2.0**-52
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class DirectionFit:
     """The rotation that fits directions best.
@@ -386,6 +389,7 @@ def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Fl
 _PARALLEL = 4.0 * 2.0**-52
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class NearestAngles:
     """The angles of the rotations about one or two axes that are nearest to a rotation.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, cross, dot, first_index, norm, unit
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate, rescaled
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, UnknownName, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
 from nao_kin.rotations._invariants import matrix_from_natural
@@ -175,6 +176,7 @@ def _opposite(f: Functions, angle: Number) -> Number:
 # --- Rotations from three angles and back.
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class EulerAngles:
     """The two triples of angles that give one rotation.

@@ -30,6 +30,7 @@ from nao_kin._core.kernels import (
     jacobian_coefficients,
     jacobian_derivatives,
 )
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, SingularMatrix, at_index
 from nao_kin.screws._poses import as_twists, turned, upper_blocks
 from nao_kin.screws.lines import PluckerLine
@@ -347,6 +348,7 @@ def _axes_of(v: Floats, omega: Floats) -> tuple[Floats, Floats, Floats, NDArray[
 # --- Screws.
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False, init=False)
 class Screw:
     """A rotation about a line with a slide along it, or a batch of them; every rigid motion is one (Chasles).

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.text import one_line_repr
 from nao_kin.robot import OutsideRows, RobotModel, check_robot
 
 # Bad rows that are listed; the others are only counted.
@@ -59,6 +60,7 @@ def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, OutsideRows]:
     return inside, OutsideRows.of(np.asarray(q)[:, base:], inside[:, base:], robot.joint_names)
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class StreamResult:
     """Summary of a run.

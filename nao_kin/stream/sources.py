@@ -26,7 +26,7 @@ from nao_kin._core.csv_numbers import (
 )
 from nao_kin._core.files import numpy_errors, opened
 from nao_kin._core.headings import guessed_time_unit
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated, one_line_repr, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
@@ -266,6 +266,7 @@ class NpySource(TableSource):
         return rows
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Configurations:
     """Configurations in memory, for `fk` to read instead of a file.

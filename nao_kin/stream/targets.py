@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, flag, join_poses, texts
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, numpy_errors, read_json, read_table_text
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated, one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
@@ -54,6 +54,7 @@ class _BadTarget(BadArgument):
         super().__init__(message)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Targets:
     """Targets of one kind.

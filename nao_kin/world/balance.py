@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import TOUCHING, Floats, as_batch, rigid_inverse, rows_with_gravity
+from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
@@ -31,6 +32,7 @@ from nao_kin.rotations import rot_z, rpy_from_matrix
 _AT_ONCE = 2048
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Balance:
     """Balance of one configuration or of a batch, in the world of `set_down`.

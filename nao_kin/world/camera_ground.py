@@ -22,7 +22,7 @@ from nao_kin._core.arrays import (
     first_index,
     rigid_inverse,
 )
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
 from nao_kin.rotations import slerp
@@ -51,6 +51,7 @@ class SoccerObjects:
 SPL = SoccerObjects(0.05, 0.8, "RoboCup Standard Platform League rules 2025, Field Construction and Ball")
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class ImagePoints:
     """Points in an image.
@@ -64,6 +65,7 @@ class ImagePoints:
     visible: NDArray[np.bool_]
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class GroundPoints:
     """Points of a level plane.

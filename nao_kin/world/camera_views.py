@@ -23,6 +23,7 @@ from nao_kin._core.arrays import (
     texts,
     whole_number,
 )
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, SupportPolygon
 from nao_kin.world.camera_ground import ImagePoints, placed
@@ -44,6 +45,7 @@ _FLAT = 1e-12
 _BEHIND = (-1.0, 0.0, 0.0)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Horizon:
     """The horizon of level ground in an image.

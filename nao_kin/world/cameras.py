@@ -26,7 +26,7 @@ from nao_kin._core.arrays import (
     texts,
     whole_number,
 )
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import RESOLUTIONS
@@ -39,6 +39,7 @@ _MOST_STEPS, _SOLVED = 40, 1e-12
 _OPEN = 1e-7
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class Camera:
     """A camera: the frame that it is mounted at, the size of its image, its focal lengths, centre and distortion.

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import TOUCHING, Floats, rigid_inverse
+from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
@@ -28,6 +29,7 @@ _OVER = 0.1
 EDGES = ("front", "left", "back", "right")
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class DynamicBalance:
     """Balance of a robot during a motion of n samples, each in the world of `set_down`.

@@ -25,6 +25,7 @@ from nao_kin._core.arrays import (
     rigid_inverse,
     shaped,
 )
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
@@ -50,6 +51,7 @@ _OVER = 0.2
 _FASTEST = np.radians(500.0)
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Odometry:
     """The trajectory of a robot's root link, in segments.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import LOWER, TOUCHING, Floats, join_poses
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy, rot_z
@@ -55,6 +56,7 @@ _BY_LEGS, _LEAST_ANGLE, _BY_LENGTH = np.radians(1.0), np.radians(0.3), 0.002
 _LONGEST_STEP = 1.0
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class State:
     """What a robot does in each row of a log.

@@ -31,6 +31,7 @@ def test_every_configuration_is_among_the_solutions_of_its_pose(each_nao: nk.Nao
     T = each_nao.fk(q, side + "Arm")
     found = nk.ik.arm(each_nao, side, T)
     assert_solved(each_nao, side + "Arm", T, found)
+    assert np.array_equal(nk.ik.arm(each_nao, side + "Arm", T).q, found.q)
     assert distance_to_solutions(found, q).max() < 1e-9
 
 

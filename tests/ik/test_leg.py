@@ -462,12 +462,17 @@ def test_wrong_names_are_refused_with_the_nearest(nao: nk.NaoModel) -> None:
         nk.ik.leg(nao, "L", np.eye(4), limits="enforced")  # type: ignore[arg-type]
     with pytest.raises(BadArgument, match="threads"):
         nk.ik.leg(nao, "L", np.eye(4), threads=0)
-    for side in (np.array(["L", "R"]), ["L"], None):
+    for side in (np.array(["L", "R"]), ["L"], None, "LArm", "Leg"):
         with pytest.raises(UnknownName, match="side"):
             nk.ik.leg(nao, side, np.eye(4))  # type: ignore[arg-type]
     for frame in (["LLeg"], np.array("LLeg"), 3):
         with pytest.raises(UnknownName, match="frame"):
             nk.ik.leg(nao, "L", np.eye(4), frame=frame)  # type: ignore[arg-type]
+
+
+def test_a_leg_is_called_by_its_end_effector_too(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("Crouch"), "RLeg")
+    assert np.array_equal(nk.ik.leg(nao, "RLeg", T).q, nk.ik.leg(nao, "R", T).q)
 
 
 def test_references_may_have_as_many_axes_as_arrays(nao: nk.NaoModel) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, choice, flag
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin._core.warn import START_TASK
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
@@ -62,6 +62,7 @@ class Missing(Service):
         return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO: {self._why}; there are: {others}")
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class State:
     """The state of the robot at one moment; arrays are copies.

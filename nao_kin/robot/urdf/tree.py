@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from nao_kin._core.arrays import Floats, Vector, join_poses
-from nao_kin._core.text import abbreviated, fresh_name, quoted
+from nao_kin._core.text import abbreviated, fresh_name, one_line_repr, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.document import Packages, finite_numbers
 from nao_kin.rotations import exp, matrix_from_quat, matrix_from_rpy, quat_from_xyzw, rpy_from_matrix
@@ -314,6 +314,7 @@ class UrdfJoint:
         return T
 
 
+@one_line_repr
 @dataclass(frozen=True)
 class UrdfTree:
     """A URDF as read and repaired.

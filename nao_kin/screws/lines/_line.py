@@ -21,6 +21,7 @@ from nao_kin._core.arrays import (
     split_poses,
     unit,
 )
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, at_index
 from nao_kin.rotations import check_rotation
 
@@ -33,6 +34,7 @@ _LARGEST_PITCH = 1e-9
 _LARGEST_MOMENT = 1e150
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class PluckerLine:
     """A directed line, or a batch of them, in Plücker coordinates (direction; moment) about an origin.
@@ -270,6 +272,7 @@ def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
 # --- Intersections with planes.
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class PlaneMeeting:
     """The intersection of a line with a plane, and its angle.

@@ -19,7 +19,7 @@ from nao_kin._core.arrays import (
     dot,
     norm,
 )
-from nao_kin._core.text import quoted
+from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.screws.lines._line import PluckerLine, as_poses, check_line
 
@@ -27,6 +27,7 @@ from nao_kin.screws.lines._line import PluckerLine, as_poses, check_line
 _PARALLEL = 1e-13
 
 
+@one_line_repr
 @dataclass(frozen=True, eq=False)
 class CommonNormal:
     """The shortest connection of two lines, with foot_b = foot_a + offset · direction to the last digit.
