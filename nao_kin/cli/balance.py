@@ -9,8 +9,9 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
 from nao_kin.cli.options import CONFIGURATIONS, CONTACTS, FORCES, JSON, LIMITS, RobotOptions, command, option
-from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_note, print_table, units
+from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_table, units
 from nao_kin.cli.sources import FileOptions, numbers_of
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
@@ -48,7 +49,7 @@ def balance(
     elsewhere = [name for name in sole or () if not _on_a_foot(model, name)]
     if elsewhere:
         soles = ", ".join(model.semantics.soles)
-        print_note(f"{', '.join(elsewhere)}: not on the links of the robot's soles, {soles}")
+        raise BadArgument(f"--sole {', '.join(elsewhere)}: not on the links of the robot's soles ({soles})")
     deg = given.deg
     options: Any = {"soles": sole, "gravity": down, "outline": outline}
     head = {"robot": model.name, "outline": outline, "units": units(deg)}
