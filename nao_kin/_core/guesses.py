@@ -27,7 +27,6 @@ GUESSES: dict[str, dict[str, str]] = {
         "limits": _LIMITS,
         "link_lengths": "robot.parameters, robot.frame_placement",
         "lower_limits": "robot.lower",
-        "mirror": "nk.motion.mirror",
         "names": "robot.joint_names, robot.frame_names, robot.link_names",
         "pose": "robot.fk",
         "postures": "robot.posture_names, robot.posture",

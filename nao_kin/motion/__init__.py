@@ -11,7 +11,6 @@ from nao_kin.motion.editing import (
     concatenate,
     loop,
     mirror,
-    mirrored_joints as mirrored_joints,
     resample,
     reverse,
     time_warp,

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, eased, shaped, whole_number
-from nao_kin._core.sides import other_side
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments, segment_of
 from nao_kin.motion.motion import HOLD, MAX_SAMPLES, Motion, check_both, check_motion, filled, sampling_times
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 # Tolerance of values that must be equal without a gap in time.
 _JUMP = 1e-9
@@ -360,11 +359,7 @@ def _polar(controls: Floats, r: Floats, s: Floats, t: Floats) -> Floats:
     return np.asarray(p * once + q * twice + d * r * s * t)
 
 
-# --- Mirror images of motions and configurations: left and right exchanged.
-
-# Largest sine of the angle between an axis and the mirror image of the axis on the other side.
-_PARALLEL = 1e-3
-_MIRROR = np.array([1.0, -1.0, 1.0])
+# --- The mirror image: left and right exchanged.
 
 
 def mirror(robot: RobotModel, motion: Motion) -> Motion:
@@ -390,35 +385,10 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
         (('RShoulderRoll',), [-0.5])
     """
     check_both(robot, motion)
-    names = tuple(other_side(name) for name in motion.joint_names)
-    signs = [_sign(robot, name, other) for name, other in zip(motion.joint_names, names, strict=True)]
+    images = [robot.mirror_image(name) for name in motion.joint_names]
     # Adding zero takes the sign off a negative zero.
-    keys = [sign * column + 0.0 for sign, column in zip(signs, motion.keys, strict=True)]
-    handles = [offsets * (1.0, sign) + 0.0 for sign, offsets in zip(signs, motion.handles or (), strict=False)]
-    return Motion(motion.times, names, keys, motion.interpolation, handles or None)
-
-
-def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
-    """Return joint → (joint on the other side, sign of its value in the mirror image), without mimic joints."""
-    check_robot(robot)
-    return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}
-
-
-def _sign(robot: RobotModel, name: str, other: str) -> float:
-    """Return the factor from the value of a joint to that of its mirror image."""
-    if other not in robot.joint_names and other not in robot.mimics:
-        raise UnknownName("joint", other, (*robot.joint_names, *robot.mimics), f"the other side of {name}")
-    if robot.unit(name) != robot.unit(other):
-        raise BadArgument(f"{name} and {other} are not mirror images: one is in {robot.unit(name)}, the other is not")
-    if robot.unit(name) == "1":
-        return 1.0
-    kinds = {joint.name: joint for joint in robot.tree.moving_joints}
-    axes = []
-    for joint in (kinds[name], kinds[other]):
-        R_root_link = robot.rotation(robot.neutral(), joint.child)
-        axis = R_root_link @ np.asarray(joint.axis)
-        axes.append(axis / np.linalg.norm(axis))
-    image = _MIRROR * axes[0] * (1.0 if kinds[name].kind == "prismatic" else -1.0)
-    if np.linalg.norm(np.cross(image, axes[1])) > _PARALLEL:
-        raise BadArgument(f"{name} and {other} are not mirror images: their axes are not")
-    return float(np.sign(image @ axes[1]))
+    keys = [image.multiplier * column + 0.0 for image, column in zip(images, motion.keys, strict=True)]
+    handles = [
+        offsets * (1.0, image.multiplier) + 0.0 for image, offsets in zip(images, motion.handles or (), strict=False)
+    ]
+    return Motion(motion.times, [image.joint for image in images], keys, motion.interpolation, handles or None)

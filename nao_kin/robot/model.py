@@ -55,6 +55,7 @@ from nao_kin.robot.kinematics import (
 )
 from nao_kin.robot.limits import JointLimits, LimitViolation
 from nao_kin.robot.link_shapes import LinkShapes, Shape, shapes_of
+from nao_kin.robot.mirror import mirror_image, mirrored
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
@@ -582,6 +583,44 @@ class RobotModel(Guessing):
             0.3
         """
         return self._configurations.angles(q, degrees)
+
+    def mirror(self, q: ArrayLike) -> Floats:
+        """Return configurations mirrored at the plane between left and right, y = 0, which may be outside the limits.
+
+        A joint that turns about the axis a turns about −M a in the mirror image, with M = diag(1, −1, 1): its value
+        changes its sign if that is opposite to the axis of the joint on the other side. A floating base is mirrored
+        too: T becomes M T M. `nk.motion.mirror` does the same with motions.
+
+        Args:
+            q: configurations, shape (..., nq).
+
+        Returns:
+            Shape (..., nq).
+
+        Raises:
+            UnknownName: a joint has no other side.
+            BadArgument: the joint on the other side is not its mirror image.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.mirror(nao.configuration({"LShoulderRoll": 0.5, "HeadYaw": 0.2}, limits="ignore"))
+            >>> nao.angles(q)["RShoulderRoll"], nao.angles(q)["HeadYaw"]
+            (-0.5, -0.2)
+        """
+        return mirrored(self, self._configurations.checked(q))
+
+    def mirror_image(self, joint: str) -> Mimic:
+        """Return how a joint of the mirror image follows the joint on the other side: with the multiplier 1 or −1.
+
+        Raises:
+            UnknownName: the joint has no other side.
+            BadArgument: the joint on the other side is not its mirror image.
+
+        Examples:
+            >>> nk.load_nao().mirror_image("LShoulderRoll")
+            Mimic(joint='RShoulderRoll', multiplier=-1.0, offset=0.0)
+        """
+        return mirror_image(self, joint)
 
     def joints_by_motor(self, names: Iterable[str]) -> dict[str, list[str]]:
         """Return driving joint → the joints among `names` that its motor moves, the driving joint first.

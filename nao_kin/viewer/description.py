@@ -21,7 +21,6 @@ from nao_kin._core.arrays import (
 )
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints import group_joints
-from nao_kin.motion import mirrored_joints
 from nao_kin.robot import Feet, RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.robot.urdf import MeshFile, Visual
@@ -321,14 +320,14 @@ def _each_once(chains: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ..
 def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, Any]]:
     """Return the mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for robots without sides."""
     try:
-        pairs = mirrored_joints(robot)
+        images = {name: robot.mirror_image(name) for name in robot.joint_names}
     except (BadArgument, UnknownName):
         return []
-    if all(name == other for name, (other, _) in pairs.items()):
+    if all(name == image.joint for name, image in images.items()):
         return []
     rows = []
-    for name, (other, sign) in pairs.items():
-        driver = drivers[other]
+    for name, image in images.items():
+        driver, sign = drivers[image.joint], image.multiplier
         rows.append(
             {"column": drivers[name].column, "of": driver.column}
             | {"multiplier": sign * driver.multiplier, "offset": sign * driver.offset}

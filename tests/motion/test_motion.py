@@ -15,7 +15,7 @@ from scipy.interpolate import BPoly, CubicHermiteSpline, PchipInterpolator
 
 import nao_kin as nk
 from nao_kin._core.sides import other_side, side_of
-from nao_kin.motion import is_motion_file, mirrored_joints
+from nao_kin.motion import is_motion_file
 from nao_kin.motion.interpolation import INTERPOLATIONS, segment_of, smooth_slopes
 
 NAMES = ["HeadYaw", "HeadPitch", "LHand"]
@@ -460,7 +460,6 @@ def _calls(nao: nk.NaoModel, folder: Path) -> dict[str, tuple[Any, tuple[Any, ..
         "is_motion_file": (is_motion_file, (file,), {}),
         "loop": (of_motion.loop, (motion, 2), {"gap": 1.0}),
         "mirror": (of_motion.mirror, (nao, motion), {}),
-        "mirrored_joints": (mirrored_joints, (nao,), {}),
         "read_motion": (of_motion.read_motion, (file,), {"format": "json", "timeline": None, "robot": nao}),
         "resample": (of_motion.resample, (motion, 10.0), {}),
         "reverse": (of_motion.reverse, (motion,), {}),

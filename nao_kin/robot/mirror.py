@@ -1,0 +1,55 @@
+"""Mirror images at the plane between left and right, y = 0: of values of joints, and of configurations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.sides import other_side
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.robot.semantics import Mimic
+
+if TYPE_CHECKING:
+    from nao_kin.robot.model import RobotModel
+
+# Largest sine of the angle between an axis and the mirror image of the axis on the other side.
+_PARALLEL = 1e-3
+_MIRROR = np.array([1.0, -1.0, 1.0])
+# Signs of a floating base: its position, and its quaternion (x, y, z, w), whose vector turns as an axis does.
+_BASE = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+
+
+def mirrored(robot: RobotModel, q: Floats) -> Floats:
+    """Return the mirror images of configurations."""
+    image = np.empty_like(q)
+    image[..., : robot.nq_base] = _BASE[: robot.nq_base] * q[..., : robot.nq_base]
+    column = {name: robot.nq_base + index for index, name in enumerate(robot.joint_names)}
+    for name in robot.joint_names:
+        of = mirror_image(robot, name)
+        of = of.through(robot.mimics[of.joint]) if of.joint in robot.mimics else of
+        image[..., column[name]] = of.value(q[..., column[of.joint]])
+    return image + 0.0  # takes the sign off a negative zero
+
+
+def mirror_image(robot: RobotModel, name: str) -> Mimic:
+    """Return how a joint of the mirror image follows the joint on the other side."""
+    joints = (*robot.joint_names, *robot.mimics)
+    other = other_side(choice(name, joints, "joint"))
+    if other not in joints:
+        raise UnknownName("joint", other, joints, f"the other side of {name}")
+    if robot.unit(name) != robot.unit(other):
+        raise BadArgument(f"{name} and {other} are not mirror images: one is in {robot.unit(name)}, the other is not")
+    if robot.unit(name) == "1":
+        return Mimic(other)
+    kinds = {joint.name: joint for joint in robot.tree.moving_joints}
+    axes = []
+    for joint in (kinds[name], kinds[other]):
+        R_root_link = robot.rotation(robot.neutral(), joint.child)
+        axis = R_root_link @ np.asarray(joint.axis)
+        axes.append(axis / np.linalg.norm(axis))
+    image = _MIRROR * axes[0] * (1.0 if kinds[name].kind == "prismatic" else -1.0)
+    if np.linalg.norm(np.cross(image, axes[1])) > _PARALLEL:
+        raise BadArgument(f"{name} and {other} are not mirror images: their axes are not")
+    return Mimic(other, float(np.sign(image @ axes[1])))

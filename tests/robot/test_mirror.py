@@ -1,0 +1,50 @@
+"""Mirror images of configurations."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+
+MIRROR = np.diag([1.0, -1.0, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("version", ["v3.2", "v4", "v6"])
+def test_everything_that_stands_in_a_mirror_is_on_the_other_side(
+    version: str, base: Literal["fixed", "floating"]
+) -> None:
+    nao = nk.load_nao(version, base=base)
+    rng = np.random.default_rng(0)
+    q = nao.random(rng=rng, n=20).reshape(4, 5, -1)
+    q[0, 0, nao.nq_base :] = nao.lower
+    q[0, 1, nao.nq_base :] = nao.upper
+    if base == "floating":
+        q[..., :3] = rng.normal(size=(4, 5, 3))
+    image = nao.mirror(q)
+    reference = None if base == "fixed" else "world"
+    for frame in ("Head", "LArm", "RArm", "LLeg", "RLeg", "Torso"):
+        other = {"L": "R", "R": "L"}.get(frame[0], frame[0]) + frame[1:]
+        T = nao.fk(q, frame, reference=reference)
+        assert np.allclose(nao.fk(image, other, reference=reference), MIRROR @ T @ MIRROR, rtol=0.0, atol=1e-12), frame
+    assert np.allclose(nao.com(image), nao.com(q) * (1.0, -1.0, 1.0), rtol=0.0, atol=2e-3)
+    assert np.allclose(nao.mirror(image), q, rtol=0.0, atol=1e-15)
+
+
+def test_the_mirror_image_of_a_configuration_is_that_of_a_motion_with_one_key() -> None:
+    nao = nk.load_nao()
+    for name in nao.posture_names:
+        q = nao.posture(name)
+        motion = nk.Motion([0.0], nao.joint_names, q[None])
+        assert np.array_equal(nao.mirror(q), nk.motion.mirror(nao, motion).configurations(nao).q[0])
+
+
+def test_what_is_no_configuration_is_refused() -> None:
+    nao = nk.load_nao()
+    with pytest.raises(nk.errors.WrongShape):
+        nao.mirror(np.zeros(24))
+    with pytest.raises(nk.errors.NotFinite, match="HeadYaw"):
+        nao.mirror(np.full(25, np.nan))
