@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -50,6 +51,21 @@ def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
     assert {f"nao_kin/_urdf_files/meshes/{path.name}" for path in (ROOT / "urdf" / "meshes").iterdir()} <= names
     assert "nao_kin/py.typed" in names
     assert not [name for name in names if name.startswith(("tests", "scripts", "urdf"))]
+
+
+def test_the_wheel_names_what_others_wrote(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if "/sboms/" in name)
+        bill = json.loads(archive.read(name))
+        page = archive.read("nao_kin/viewer/page/page.js").decode("utf-8")
+    assert name.endswith(".dist-info/sboms/bundled.cdx.json")
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "web" / "src").rglob("*.ts"))
+    imported = set(re.findall(r'^import (?!type )[^"]*"([^./"]+)', sources, re.MULTILINE))
+    locked = json.loads((ROOT / "web" / "package-lock.json").read_text(encoding="utf-8"))["packages"]
+    found = {part["name"]: (part["version"], part["licenses"][0]["license"]["id"]) for part in bill["components"]}
+    expected = {package: locked[f"node_modules/{package}"] for package in imported}
+    assert found == {package: (about["version"], about["license"]) for package, about in expected.items()}
+    assert all(part in page for part in ("uPlot", "MIT"))
 
 
 def test_the_package_index_is_told_the_readme_with_whole_addresses(wheel: Path) -> None:
