@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,20 @@ _PLAIN = frozenset((float, int, np.float64))
 _UNIT_ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
 
 
+class DataFrame(Protocol):
+    """A data frame of pandas or polars, with one column for each name."""
+
+    @property
+    def columns(self) -> Any:
+        """The names."""
+
+    def __getitem__(self, name: Any, /) -> Any:
+        """Return a column."""
+
+
+JointValues = Mapping[str, ArrayLike] | DataFrame
+
+
 class Coordinates:
     """The coordinates of a robot: a column per independent joint, mimic joints by name, and names for several."""
 
@@ -54,7 +68,7 @@ class Coordinates:
         hint = f"{quoted(name)} is fixed in the robot's file" if isinstance(name, str) and name in self._fixed else ""
         return UnknownName("joint", name, (*self.names, *self.mimics, *others), hint)
 
-    def values(self, angles: Mapping[str, ArrayLike]) -> tuple[Floats, set[str]]:
+    def values(self, angles: JointValues) -> tuple[Floats, set[str]]:
         """Return joint values (..., n) from values by name, zero by default, and the names of the joints set."""
         given = self.arrays(angles)
         try:
@@ -78,7 +92,7 @@ class Coordinates:
                 _check_coupling(mimic, name, driver, value)
         return joints, named
 
-    def plain_values(self, angles: Mapping[str, ArrayLike]) -> dict[str, float] | None:
+    def plain_values(self, angles: JointValues) -> dict[str, float] | None:
         """Return joint → value for plain finite numbers without contradiction; None leaves all others to `values`."""
         if type(angles) is not dict or not _PLAIN.issuperset(map(type, angles.values())):
             return None
@@ -106,9 +120,7 @@ class Coordinates:
         couplings = [self.mimics.get(name) or Mimic(name) for name in names]
         return np.stack([coupling.value(joints[..., self.column[coupling.joint]]) for coupling in couplings], axis=-1)
 
-    def arrays(
-        self, angles: Mapping[str, ArrayLike], *, ignore_other: bool = False, gaps: bool = False
-    ) -> dict[str, Floats]:
+    def arrays(self, angles: JointValues, *, ignore_other: bool = False, gaps: bool = False) -> dict[str, Floats]:
         """Return joint → values as an array; the name of a chain is replaced by its joints.
 
         With `ignore_other` other names are left out, with `gaps` values may be NaN.
@@ -132,10 +144,13 @@ class Coordinates:
 
 
 def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
-    """Return `angles`; raise `BadArgument` unless it is a mapping."""
-    if not isinstance(angles, Mapping):
-        raise BadArgument(f"joint values must be a mapping name → value, got {type(angles).__name__}")
-    return angles
+    """Return `angles`, or the columns of a data frame; raise `BadArgument` unless it is a mapping or a data frame."""
+    if isinstance(angles, Mapping):
+        return angles
+    names = getattr(angles, "columns", None)  # of pandas and polars
+    if names is None or not all(isinstance(name, str) for name in names):
+        raise BadArgument(f"joint values must be a mapping name → value, or a data frame, got {type(angles).__name__}")
+    return {name: angles[name] for name in names}  # type: ignore[index]
 
 
 def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> None:
@@ -189,7 +204,11 @@ class ConfigurationSpace:
         return np.tile(self._neutral, (*shape, 1)) if shape else np.array(self._neutral)
 
     def posture(
-        self, name: str, angles: Mapping[str, ArrayLike] | None, joints: Mapping[str, ArrayLike], limits: LimitPolicy
+        self,
+        name: str,
+        angles: JointValues | None,
+        joints: Mapping[str, ArrayLike],
+        limits: LimitPolicy,
     ) -> Floats:
         """Return a posture, with other values for the joints that `angles` and `joints` name."""
         choice(name, self._postures, "posture")
@@ -219,13 +238,18 @@ class ConfigurationSpace:
         return q
 
     def by_joint(
-        self, angles: Mapping[str, ArrayLike], degrees: bool, *, ignore_other: bool = False, gaps: bool = False
+        self,
+        angles: JointValues,
+        degrees: bool,
+        *,
+        ignore_other: bool = False,
+        gaps: bool = False,
     ) -> dict[str, Floats]:
         """Return joint → values [rad, m or ratio] from values by joint or chain, as in `Coordinates.arrays`."""
         given = self._coordinates.arrays(angles, ignore_other=ignore_other, gaps=gaps)
         return {name: np.radians(v) if degrees and self._units[name] == "rad" else v for name, v in given.items()}
 
-    def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
+    def configuration(self, angles: JointValues, limits: LimitPolicy, degrees: bool) -> Floats:
         """Return the configuration with the given joint values."""
         if degrees:
             angles = self.by_joint(angles, degrees)

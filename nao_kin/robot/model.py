@@ -35,6 +35,7 @@ from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
 from nao_kin.robot.configurations import (
     ConfigurationSpace,
     Coordinates,
+    DataFrame,
     joints_by_motor,
     motor_values,
     with_shared_motors,
@@ -430,7 +431,7 @@ class RobotModel(Guessing):
     def posture(
         self,
         name: str,
-        angles: Mapping[str, ArrayLike] | None = None,
+        angles: Mapping[str, ArrayLike] | DataFrame | None = None,
         /,
         *,
         limits: LimitPolicy = "enforce",
@@ -497,7 +498,7 @@ class RobotModel(Guessing):
 
     def configuration(
         self,
-        angles: Mapping[str, ArrayLike],
+        angles: Mapping[str, ArrayLike] | DataFrame,
         *,
         limits: LimitPolicy = "enforce",
         degrees: bool = False,
@@ -512,7 +513,7 @@ class RobotModel(Guessing):
 
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
-                the values of its joints, shape (..., number of joints).
+                the values of its joints, shape (..., number of joints). Or a data frame of pandas or polars.
             limits: what to do with a named joint outside its limits: "enforce", "clamp", "ignore" or "measured".
             degrees: whether the values of turning joints are in degrees.
             hips: value of a motor whose two joints differ, such as the two HipYawPitch as a NAO's sensors measure them:

@@ -328,8 +328,28 @@ def test_chains_that_contradict_are_refused(nao: nk.NaoModel) -> None:
         nao.configuration({"LLeg": [-0.1, 0, 0, 0, 0, 0], "RLeg": [-0.2, 0, 0, 0, 0, 0]})
     with pytest.raises(UnknownName, match=r"nearest: LArm"):
         nao.configuration({"LArn": arm})
-    with pytest.raises(BadArgument, match="must be a mapping name → value, got int"):
+    with pytest.raises(BadArgument, match="must be a mapping name → value, or a data frame, got int"):
         nao.posture("Stand", 3, HeadYaw=0.1)  # type: ignore[arg-type]
+
+
+def test_a_data_frame_gives_the_values_of_its_columns(nao: nk.NaoModel) -> None:
+    class Frame:  # what pandas' and polars' have in common
+        def __init__(self, table: dict[str, list[float]]) -> None:
+            self.columns, self._table = list(table), table
+
+        def __getitem__(self, name: str) -> list[float]:
+            return self._table[name]
+
+    table = {"HeadYaw": [0.1, 0.2], "LHipYawPitch": [-0.1, -0.2], "RHipYawPitch": [-0.1, -0.2]}
+    expected = nao.configuration(table)
+    assert np.array_equal(nao.configuration(Frame(table)), expected)
+    assert np.array_equal(nao.configuration(Frame(table | {"time": [0.0, 1.0]}), ignore_other=True), expected)
+    assert np.array_equal(nao.posture("Stand", Frame(table)), nao.posture("Stand", table))
+    with pytest.raises(UnknownName, match="HeadYow"):
+        nao.configuration(Frame({"HeadYow": [0.0]}))
+    numbered = Frame({0: [0.0]})  # type: ignore[dict-item]
+    with pytest.raises(BadArgument, match="must be a mapping name → value, or a data frame, got Frame"):
+        nao.configuration(numbered)
 
 
 def test_degrees_go_in_and_out_for_turning_joints_alone(nao: nk.NaoModel) -> None:
