@@ -32,6 +32,7 @@ from nao_kin.cli import (  # noqa: F401
     odometry,
     reach,
     robots,
+    sample,
     view,
 )
 from nao_kin.cli.options import COMMANDS, Group, UsageError
@@ -58,7 +59,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_ORDER = ("info", "joints", "dh", "fk", "ik", "check", "reach", "view", "export")
+_ORDER = ("info", "joints", "dh", "fk", "ik", "check", "reach", "view", "export", "sample")
 _WORLD = ("balance", "odometry", "state", "collisions", "camera", "calibrate")
 _SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")

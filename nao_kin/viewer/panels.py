@@ -208,7 +208,7 @@ def _message(camera: str, image: Image) -> bytes:
     if isinstance(image, (bytes, bytearray)):
         kind, data = _checked_file(bytes(image)), bytes(image)
     else:
-        kind, data = "image/png", _png(image)
+        kind, data = "image/png", png_file(image)
     content = {"camera": camera, "format": kind, "data": typed_array(np.frombuffer(data, np.uint8))}
     return panel_message("image", content)
 
@@ -249,7 +249,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int] | None:
     return None
 
 
-def _png(image: NDArray[np.uint8]) -> bytes:
+def png_file(image: NDArray[np.uint8]) -> bytes:
     """Return an array (h, w, 3) or (h, w) as a PNG file, packed fast rather than small."""
     array = np.asarray(image) if isinstance(image, (np.ndarray, list, tuple)) else None
     if array is None or array.dtype.kind not in "uifb":
