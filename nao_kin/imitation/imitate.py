@@ -318,7 +318,7 @@ def _filtered(
 
 def _low_pass(columns: Floats, cutoff: float) -> Floats:
     """Return columns without frequencies above the cut-off, given in cycles per row, and without delay."""
-    need_extra("imitate with a cut-off frequency", "calibration", "scipy")
+    need_extra("the filter of imitate (none with cutoff=0, --cutoff 0)", "calibration", "scipy")
     from scipy.signal import butter, sosfiltfilt
 
     sections = butter(_ORDER, 2.0 * cutoff, output="sos")

@@ -15,6 +15,7 @@ _HEAD = """\
 This page lists the export to use for each tool. Each export was loaded in its tool, for every version of the NAO. The
 mass, and the poses of all its links relative to the trunk in random configurations, were compared with this library.
 The lines that load the export were run exactly as shown. `python scripts/measure_tools.py` repeats the measurement.
+MJCF files are written with the extra `mujoco`: `pip install 'nao-kin[mujoco]'`.
 
 """
 

@@ -16,7 +16,7 @@ PAGES = [
 # Pages on which every Python block that prints is followed by a block with its output.
 PRINTED = [DOCS / name for name in ("coming_from.md", "getting_started.md", "logs.md", "troubleshooting.md")]
 
-_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(r"^```(\w+|\{code-block\} sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def blocks(page: Path) -> list[tuple[str, str]]:

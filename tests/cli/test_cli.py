@@ -47,7 +47,9 @@ def _refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
 
 def test_all_commands_name_a_robot_by_the_same_options() -> None:
     of_robots = tuple(field.name for field in dataclasses.fields(RobotOptions))
-    fewer = dict.fromkeys(("doctor", "warmup"), ()) | dict.fromkeys(("serve", "run", "live"), ("nao", "offsets"))
+    fewer = dict.fromkeys(("doctor", "sample", "warmup"), ()) | dict.fromkeys(
+        ("serve", "run", "live"), ("nao", "offsets")
+    )
     fewer["export"] = tuple(name for name in of_robots if name != "package_dir")
     for name in options.COMMANDS:
         parameters = inspect.signature(options.with_options(name)).parameters

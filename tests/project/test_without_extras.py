@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from doc_pages import PAGES
 from packaging.requirements import Requirement
 
 import nao_kin as nk
@@ -102,6 +104,28 @@ def test_the_suite_of_the_default_installation_passes_where_no_extra_is(tmp_path
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "skipped" not in done.stdout, done.stdout
+
+
+@pytest.mark.full
+def test_the_command_lines_of_a_page_run_without_extras_or_the_page_names_them(tmp_path: Path) -> None:
+    file = tmp_path / "failed.json"
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "tests" / "_helpers" / "doc_commands.py"), str(file)],
+        env={**os.environ, **hidden(*EVERY)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    asked = set()
+    for page, line, said in json.loads(file.read_text(encoding="utf-8")):
+        extra = re.search(r"pip install 'nao-kin\[(\w+)\]'", said)
+        assert extra, (page, line, said)
+        text = next(path for path in PAGES if path.name == page).read_text(encoding="utf-8")
+        assert re.search(rf"nao-kin\[[\w,]*\b{extra[1]}\b|extra `{extra[1]}`", text), (page, line, said)
+        asked.add(extra[1])
+    assert asked == {"arrow", "calibration", "mujoco", "photos", "plot", "robots"}
 
 
 @pytest.mark.parametrize("kind", [ImportError("Numba needs NumPy 2.4 or less. Got NumPy 2.9."), None])

@@ -1,0 +1,147 @@
+"""`nao-kin sample`: small files to try the other commands with."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import refused, said
+from doc_pages import DOCS
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.cli.sample import SAMPLES
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All samples."""
+    folder = tmp_path_factory.mktemp("samples")
+    assert run(["sample", "all", "-o", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return all files below a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_the_samples_are_small_and_the_same_each_time(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = contents(folder)
+    assert sum(map(len, found.values())) < 300_000
+    printed = said("sample", capsys, "all", "--output", "again/and")
+    assert printed.splitlines() == [f"again/and/{name}" for name in SAMPLES]
+    assert contents(Path("again/and")) == found
+
+
+def test_without_names_they_are_listed_as_on_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = [line.rstrip() for line in said("sample", capsys).splitlines()]
+    assert "\n".join(lines[:-1]) in (DOCS / "command_line.md").read_text(encoding="utf-8")
+    listed = json.loads(said("sample", capsys, "--json"))["samples"]
+    assert [row["name"] for row in listed] == list(SAMPLES)
+    assert not contents(Path())
+
+
+def test_files_are_replaced_with_force_alone_and_otherwise_none_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    for kept, asked in (("wave.xar", "wave.xar"), ("photos/top_1.000.png", "photos")):
+        Path(kept).parent.mkdir(exist_ok=True)
+        Path(kept).write_bytes(b"mine")
+        assert "already exists; overwrite=True (--force) replaces it" in refused("sample", capsys, "head.csv", asked)
+        assert Path(kept).read_bytes() == b"mine"
+        assert not Path("head.csv").exists()
+    assert json.loads(said("sample", capsys, "wave.xar", "photos", "--force", "--json")) == {
+        "files": ["wave.xar", "photos"]
+    }
+    assert Path("wave.xar").read_bytes() != b"mine"
+    assert "unknown sample 'walk' (nearest: walk.csv" in refused("sample", capsys, "walk")
+    assert "cannot write wave.xar: File exists" in refused("sample", capsys, "head.csv", "-o", "wave.xar")
+
+
+def test_the_robot_walks_ahead_on_flat_feet(folder: Path, nao: nk.NaoModel) -> None:
+    log = nk.stream.read_log(nao, folder / "walk.csv")
+    path = nk.world.odometry(nao, log.times, log.q)
+    moved = path.T_world_base[-1, :3, 3] - path.T_world_base[0, :3, 3]
+    np.testing.assert_allclose(moved, [0.15, 0.0, 0.0], atol=2e-3)
+    soles = nao.fk(log.q, ["LLeg", "RLeg"])
+    assert np.abs(soles[:, 0, :3, :3] - soles[:, 1, :3, :3]).max() < 1e-4  # parallel
+    assert np.abs(soles[:, 0, 2, 3] - soles[:, 1, 2, 3]).max() > 0.015  # and lifted in turn
+    for name in ("walk.csv", "kick.motion", "wave.xar"):
+        motion = nk.motion.read_motion(folder / name, robot=nao)
+        assert nk.motion.check(nao, motion, balance=True, collisions=True, rate=50).ok, name
+
+
+def test_a_kick_stands_on_the_left_foot_and_swings_the_other(folder: Path, nao: nk.NaoModel) -> None:
+    q = nk.motion.read_motion(folder / "kick.motion", robot=nao).configurations(nao, rate=50).q
+    swinging = nao.position(q, "RLeg", reference="LLeg")
+    assert np.ptp(swinging[:, 0]) > 0.1
+    assert 0.02 < swinging[:, 2].max() < 0.03
+    np.testing.assert_allclose(swinging[[0, -1]], [[0.0, -0.1, 0.0]] * 2, atol=1e-3)
+
+
+def test_the_sensors_say_what_the_robot_does(folder: Path, nao: nk.NaoModel) -> None:
+    with (folder / "log.csv").open(encoding="utf-8") as file:
+        names = file.readline().strip().split(",")
+        rows = dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
+    times, walk = rows["time"], nk.stream.read_log(nao, folder / "walk.csv").q
+    assert not np.array_equal(rows["LHipYawPitch"], rows["RHipYawPitch"])
+    encoders = np.column_stack([rows[name] for name in nao.body_order])
+    assert 0.001 < (encoders - nao.to_body(walk)).std() < 0.002
+    forces = np.column_stack([rows["LFsr"], rows["RFsr"]])
+    assert abs(forces.sum(axis=1).mean() - nao.mass) < 0.2
+    gyro, angles, acc = (
+        np.column_stack([rows[name + axis] for axis in axes])
+        for name, axes in (("Gyro", "XYZ"), ("Angle", "XY"), ("Acc", "XYZ"))
+    )
+    for sensors in ({"angles": angles}, {"accelerometer": acc, "gyro": gyro}):
+        found = nk.world.state(nao, walk, times=times, forces=forces, **sensors)
+        assert found.seconds["walking"] > 2.5
+        assert found.seconds["walking"] + found.seconds["standing"] == pytest.approx(times[-1])
+    # The torso leans to the side of the foot that carries, as the inertial unit says.
+    lean = nk.rotations.rpy_from_matrix(nao.rotation(walk, "LLeg").swapaxes(1, 2))[:, 0]
+    assert np.corrcoef(lean, angles[:, 0])[0, 1] > 0.95
+    assert np.corrcoef(np.gradient(lean, times), gyro[:, 0])[0, 1] > 0.9
+
+
+def offsets(found: nk.calibration.Calibration) -> list[float]:
+    """Return what was found, in degrees."""
+    return [*np.degrees([*found.joints.values(), *found.frames["CameraTop"][3:]])]
+
+
+def test_the_observations_and_the_photos_show_how_far_the_head_is_off(folder: Path, nao: nk.NaoModel) -> None:
+    pytest.importorskip("scipy")
+    shown = re.search(r"head is off by (1)° and −(0.7)°, and whose camera by (0.7)°, (1.7)° and −(0.85)°", page())
+    assert shown
+    true = np.array([float(number) for number in shown.groups()]) * [1, -1, 1, 1, -1]
+    found = nk.calibration.calibrate(nao, **nk.calibration.read_observations(nao, folder / "observations.json"))
+    assert not found.held
+    np.testing.assert_allclose(offsets(found), true, atol=0.15)
+    pytest.importorskip("cv2", reason="OpenCV is not installed")
+    place = re.search(r"--place=(\S+)", page())
+    assert place
+    seen = nk.calibration.from_photos(
+        nao,
+        folder / "photos",
+        folder / "head.csv",
+        board=(9, 6),
+        square=0.03,
+        missing="StandInit",
+        place=[float(number) for number in place[1].split(",")],
+    )
+    assert np.isfinite(seen.pixels).all()
+    found = nk.calibration.calibrate(
+        nao, [seen], joints=["HeadYaw", "HeadPitch"], frames={"CameraTop": ("roll", "pitch", "yaw")}
+    )
+    np.testing.assert_allclose(offsets(found), true, atol=0.05)
+
+
+def page() -> str:
+    """Return the text of the page of calibration in one line."""
+    return " ".join((DOCS / "calibration.md").read_text(encoding="utf-8").split())
