@@ -137,7 +137,7 @@ _CHUNK = 8192
 
 _EXAMPLES = (
     "Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json; "
-    "nao-kin fk big.csv --frame LLeg -o poses.parquet"
+    "nao-kin fk walk.csv --frame LLeg -o poses.parquet"
 )
 
 

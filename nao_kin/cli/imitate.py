@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _FPS = 30.0
 
 
-@command("imitate", "Example: nao-kin imitate dance.bvh -o dance.xar --html dance.html --legs follow")
+@command("imitate", "Example: nao-kin imitate circles.bvh -o circles.xar --html circles.html --legs follow")
 def imitate(
     *,
     file: str = argument("FILE", "BVH, JSON, CSV, .npy or .npz file of a skeleton; - for standard input."),

@@ -180,7 +180,7 @@ def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
     print(f"{count} joint{'s' if count > 1 else ''}, {motion.interpolation}, {motion.duration:.6g} s")
 
 
-@command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
+@command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint RShoulderRoll")
 def plot(
     *,
     source: MotionFile,

@@ -56,7 +56,7 @@ class LogOptions:
 
 @command(
     "odometry",
-    "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr -o path.csv",
+    "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr --ignore-other -o path.csv",
     without=("joint",),
 )
 def odometry(
@@ -105,7 +105,7 @@ def odometry(
 
 @command(
     "state",
-    "Example: nao-kin state log.csv --forces LFsr,RFsr --angles AngleX,AngleY -o state.csv",
+    "Example: nao-kin state log.csv --forces LFsr,RFsr --angles AngleX,AngleY --ignore-other -o state.csv",
     without=("joint",),
 )
 def state(

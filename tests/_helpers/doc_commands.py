@@ -14,10 +14,11 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pytest
 from doc_pages import PAGES, ROOT, blocks
 
 from nao_kin.cli.app import run
@@ -101,16 +102,22 @@ def run_page(page: Path, *, python: bool = False) -> Iterator[Ran]:
                     yield run_line(line)
 
 
+def check(lines: Iterable[Ran]) -> None:
+    """Demand that lines end as their page says; skip the test where one needs an extra that is not installed."""
+    for ran in lines:
+        if not ran.fine and "pip install 'nao-kin[" in ran.said:
+            pytest.skip(ran.said)
+        assert ran.fine, ran
+
+
 def main() -> None:
     """Write all lines that fail to a file: their pages, the lines, and what they say."""
     failed = []
-    for page in PAGES:
+    for page in (page for page in PAGES if page.name != FAILING):
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
             try:
-                failed += [
-                    (page.name, ran.line, ran.said) for ran in run_page(page) if page.name != FAILING and not ran.fine
-                ]
+                failed += [(page.name, ran.line, ran.said) for ran in run_page(page) if not ran.fine]
             except MissingExtra as error:  # in Python
                 failed.append((page.name, "Python", str(error)))
     Path(sys.argv[1]).write_text(json.dumps(failed), encoding="utf-8")

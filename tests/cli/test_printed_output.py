@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from doc_commands import FAILING, lines_of, run_line, why_skipped
+from doc_commands import FAILING, check, lines_of, run_line, why_skipped
 from doc_pages import DOCS, PRINTED, ROOT, blocks
 
 import nao_kin as nk
@@ -33,8 +33,7 @@ def test_blocks_print_what_stands_under_them(page: Path, tmp_path: Path, monkeyp
     printed = 0
     for (kind, code), (shown_kind, shown) in itertools.pairwise([*blocks(page), ("", "")]):
         if page.name != FAILING:
-            for line in filter(lambda line: why_skipped(line) is None, lines_of(kind, code)):
-                assert (ran := run_line(line)).fine, ran
+            check(run_line(line) for line in lines_of(kind, code) if why_skipped(line) is None)
         if kind != "python":
             continue
         out = io.StringIO()

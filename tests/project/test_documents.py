@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from doc_commands import ENDS_WITH, FAILING, SKIPPED, commands_of, run_page, why_skipped
+from doc_commands import ENDS_WITH, FAILING, SKIPPED, check, commands_of, run_page, why_skipped
 from doc_pages import PAGES, PRINTED, ROOT, blocks_of
 
 import nao_kin as nk
@@ -26,15 +26,13 @@ WITH_COMMANDS = [page for page in PAGES if page.name not in ("README.md", FAILIN
 def test_pages_run_as_they_are_written(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(nk.load_nao().urdf_path, tmp_path / "robot.urdf")
     monkeypatch.chdir(tmp_path)
-    for ran in run_page(page, python=True):
-        assert ran.fine, ran
+    check(run_page(page, python=True))
 
 
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.name)
 def test_command_lines_run_as_they_are_written(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for ran in run_page(page):
-        assert ran.fine, ran
+    check(run_page(page))
 
 
 def test_few_command_lines_are_left_out_and_each_for_a_reason() -> None:
