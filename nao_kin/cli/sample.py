@@ -26,7 +26,7 @@ _ALL = "all"
 def sample(
     *,
     names: list[str] | None = argument("NAME", "A sample; several, or all. Default: list them.", None),
-    folder: str = option("FOLDER", "Write the files into this folder, which is made.", *OUTPUT, default="."),
+    folder: str = option("FOLDER", "Write the files into this folder; it is made if needed.", *OUTPUT, default="."),
     written: OutputOptions,
 ) -> None:
     """Write small files to try the other commands with, or list them."""
@@ -58,15 +58,15 @@ def sample(
         print_written(*paths.values())
 
 
-def _table(path: Path, names: Sequence[str], columns: Iterable[Floats], digits: int = 5) -> None:
-    rows = np.column_stack([*columns]).round(digits) + 0.0
+def _table(path: Path, names: Sequence[str], columns: Iterable[Floats]) -> None:
+    rows = np.column_stack([*columns]).round(5) + 0.0
     atomic.write_text(path, csv_text(names, rows.tolist()))
 
 
 # --- A walk, and what a robot's sensors would say of it.
 
 _STEP, _STEPS, _STRIDE, _STILL, _SAMPLING = 0.8, 6, 0.03, 1.0, 0.02  # s, number, m, s, s
-_WEIGHT, _GRAVITY = 5.3, 9.81  # kg, m/s²
+_GRAVITY = 9.81  # m/s²
 
 
 def _times(begin: float, end: float, step: float) -> Floats:
@@ -150,7 +150,7 @@ def _write_log(nao: NaoModel, path: Path) -> None:
     turning = [name for name in nao.body_order if not name.endswith("Hand")]
     encoders[:, [nao.body_order.index(name) for name in turning]] += rng.normal(0.0, 0.0017, (n, len(turning)))
     share = np.column_stack([walk.left, 1.0 - walk.left])
-    forces = _WEIGHT * share * (1.0 + rng.normal(0.0, 0.03, (n, 2)))
+    forces = nao.mass * share * (1.0 + rng.normal(0.0, 0.03, (n, 2)))
     gyro = rng.normal((0.01, -0.02, 0.015), 0.01, (n, 3))
     gyro[:, 0] += np.gradient(walk.roll, walk.times)
     angles = rng.normal(0.0, 0.005, (n, 2))
