@@ -115,8 +115,8 @@ def test_a_target_of_the_same_name_replaces_the_old_one_and_marks_are_apart(view
 @pytest.mark.parametrize("shape", [(3, 5), (4, 7, 3)])
 def test_an_array_becomes_a_png_of_the_same_pixels(shape: tuple[int, ...]) -> None:
     pixels = np.random.default_rng(0).integers(0, 256, shape, dtype=np.uint8)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels._png(pixels)))), pixels)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels._png(pixels[::-1, ::-1])))), pixels[::-1, ::-1])
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels.png_file(pixels)))), pixels)
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels.png_file(pixels[::-1, ::-1])))), pixels[::-1, ::-1])
 
 
 @pytest.mark.parametrize("options", [{"format": "PNG"}, {"format": "JPEG"}, {"format": "JPEG", "progressive": True}])
