@@ -75,6 +75,8 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     if is_text and name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
+    if is_text and ("/" in name or Path(name).suffix):
+        hint = "a file is read with RobotModel.from_file, and on the command line with --urdf"
     raise UnknownName("robot", name, (*files, *described), hint)
 
 

@@ -280,6 +280,10 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--posture", "standup"), "unknown posture 'standup' (nearest: Stand"),
         (("fk", "--nao", "v7"), "unknown NAO version 'v7' (nearest: v6"),
         (("info", "--robot", "rome"), "unknown robot 'rome' (nearest: romeo"),
+        (
+            ("info", "--robot", "robots/nao.urdf"),
+            "a file is read with RobotModel.from_file, and on the command line with --urdf",
+        ),
         (("fk", "--joint", "HeadYaw"), "expected NAME=VALUE with a number"),
         (("fk", "--joint", "HeadYaw=a"), "expected NAME=VALUE with a number"),
         (("fk", "--joint", "HeadYaw=nan"), "expected NAME=VALUE with a number"),
