@@ -432,6 +432,8 @@ def _gathered(builder: Builder, tree: JointTree, joint: int) -> Register:
     """Return the first moment, in the frame of a joint, of all bodies behind it."""
     total = builder.zero
     for child in tree.children[joint]:
+        if tree.carried_masses[child] == 0.0:
+            continue
         total = _carried_moment(builder, tree, child, total)
     return total
 

@@ -17,10 +17,10 @@ from nao_kin._core.arrays import CROSSOVER, MAX_THREADS, as_floats, as_numbers, 
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.build import ModelNumbers
+from nao_kin.robot.build import ModelNumbers, only_links
 from nao_kin.robot.configurations import TURN, ConfigurationSpace
 from nao_kin.robot.joint_arrays import JointArrays, joint_arrays
-from nao_kin.robot.kinematics import Kinematics, Question
+from nao_kin.robot.kinematics import FrameIds, Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree
 
 # --- The joints of a robot for the batch kernels.
@@ -53,8 +53,8 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 
 # --- The dispatch.
 
-# Size of the cache of programs: more than an application uses alternately.
-_MAX_PROGRAMS = 256
+# Sizes of the caches of programs, and of sets of links: more than an application uses alternately.
+_MAX_PROGRAMS, _MAX_LINK_SETS = 256, 32
 
 
 def empty_answers(count: int, numbers: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -118,6 +118,7 @@ class Answers:
         self._lock = threading.Lock()
         self._numbers: ModelNumbers | None = None
         self._programs: dict[Question, kernels.Program] = {}
+        self._of_links: dict[FrameIds, Answers] = {}
 
     def answer(
         self, question: Question, inputs: Sequence[ArrayLike], output: Output, *, one: bool = False
@@ -173,10 +174,22 @@ class Answers:
         with self._lock:
             return self._table_now()
 
+    def of_links(self, link_ids: FrameIds) -> Answers:
+        """Return the answers for the robot in which only some links have mass, cached like a program."""
+        with self._lock:
+            self._table_now()
+            if link_ids not in self._of_links:
+                if len(self._of_links) >= _MAX_LINK_SETS:
+                    self._of_links.clear()
+                only = Kinematics(only_links(self._model, self._urdf, link_ids))
+                self._of_links[link_ids] = Answers(only, self._urdf, self._checks)
+            return self._of_links[link_ids]
+
     def _table_now(self) -> JointArrays:
         if self._numbers is None or self._numbers.changed():
             self._numbers, self._table = ModelNumbers(self._model), joint_arrays(self._model, self._urdf)
             self._programs.clear()
+            self._of_links.clear()
             self._tree: kernels.JointTree | None = None
         return self._table
 

@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import fresh_name, quoted
+from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
 
@@ -126,6 +126,17 @@ def _placed(placement: pin.SE3, origin: Origin) -> pin.SE3:
     if not any(origin.rpy) and not any(origin.xyz):
         return placement
     return placement * pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
+
+
+def only_links(model: pin.Model, tree: UrdfTree, frame_ids: Iterable[int]) -> pin.Model:
+    """Return a copy of a model of this tree in which only some links have mass: that of the file."""
+    only, links = model.copy(), [model.frames[frame_id] for frame_id in frame_ids]
+    only.name = f"{model.name} with only {abbreviated(', '.join(link.name for link in links)) or 'no link'}"
+    for index in range(model.njoints):
+        only.inertias[index] = pin.Inertia.Zero()
+    for link in links:
+        only.inertias[link.parentJoint] += link.placement.act(_inertia(tree, link.name))
+    return only
 
 
 def _inertia(tree: UrdfTree, link: str) -> pin.Inertia:

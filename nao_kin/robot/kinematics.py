@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, texts
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
@@ -306,7 +306,8 @@ class FrameTable:
         self.names = tuple(sorted(self._ids, key=order.__getitem__))
         self.places = MappingProxyType({name: self._ids[name] for name in self.names})
         self.link_names = tuple(links)
-        self._link_ids = tuple(links.values())
+        self._link_ids, self._links = tuple(links.values()), links
+        self._shared_names = tree.shared_names
         self._known = functools.lru_cache(_MAX_SETS)(lambda key: tuple(map(self.id, key)))
 
     def id(self, name: object) -> int:
@@ -322,6 +323,16 @@ class FrameTable:
                 RenamedFrameWarning,
             )
         return self._ids[name]
+
+    def link_ids(self, names: str | Sequence[str]) -> FrameIds:
+        """Return the ids of links, each once, in the order of `link_names`; `names` may be one name."""
+        given = {
+            self._shared_names.get(name, name)
+            for name in ((names,) if isinstance(names, str) else texts(names, "links"))
+        }
+        for name in sorted(given - self._links.keys()):
+            raise UnknownName("link", name, self.link_names)
+        return tuple(index for link, index in self._links.items() if link in given)
 
     def reference_id(self, name: object) -> int | None:
         """Return the id of a frame; None for the root, which None means and, with a floating base, "world"."""

@@ -321,6 +321,20 @@ class RobotModel(Guessing):
             raise self._coordinates.unknown(joint)
         return self._units[joint]
 
+    def mass_of(self, links: str | Sequence[str]) -> float:
+        """Return the mass of some links together, or of one, as the file gives it [kg].
+
+        Raises:
+            UnknownName: a link that does not exist.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> round(nao.mass_of(["Neck", "Head"]), 3)
+            0.738
+        """
+        named = (self.model.frames[index].name for index in self._frames.link_ids(links))
+        return float(sum(self.tree.inertials[link].mass for link in named if link in self.tree.inertials))
+
     def frame_ids(self, frames: Sequence[str] | None) -> FrameIds:
         """Return the indices of frames in Pinocchio's list; those of all links for None.
 
@@ -955,30 +969,45 @@ class RobotModel(Guessing):
         self,
         q: ArrayLike,
         *,
+        links: str | Sequence[str] | None = None,
         reference: str | None = None,
         dtype: DTypeLike | None = None,
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Return centres of mass of the whole robot, root link included; arguments as in `fk`, shape (..., 3) [m].
+        """Return centres of mass, Σ mᵢ cᵢ / Σ mᵢ over links, shape (..., 3) [m]; other arguments as in `fk`.
+
+        Args:
+            q: configurations, shape (..., nq).
+            links: the links, or one of them, with the masses of the file. None for the whole robot, root link included,
+                with the masses in `model`.
+            reference: the frame to express the centres in, as in `fk`.
+            dtype: precision of the result.
+            out: array for the result.
+            threads: how many threads may work on it.
 
         Raises:
-            BadArgument: the robot has no mass.
+            UnknownName: a link that does not exist.
+            BadArgument: the robot, or the links, have no mass.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> nao.com(nao.posture("Stand")).round(3).tolist()
+            >>> q = nao.posture("Stand")
+            >>> nao.com(q).round(3).tolist()
             [0.005, 0.0, -0.052]
+            >>> nao.com(q, links=["Neck", "Head"], reference="Neck").round(3).tolist()
+            [-0.008, 0.001, 0.048]
         """
-        if reference is None and _is_plain(q, dtype, out, threads):
+        if links is None and reference is None and _is_plain(q, dtype, out, threads):
             return self._kinematics.centres_of_mass(self._configurations.posed(q))
         question = Question("com", reference_id=self._frames.reference_id(reference))
-        return self._answers.answer(question, (q,), Output(dtype, out, threads))
+        return self._answers_for(links).answer(question, (q,), Output(dtype, out, threads))
 
     def com_jacobian(
         self,
         q: ArrayLike,
         *,
+        links: str | Sequence[str] | None = None,
         dtype: DTypeLike | None = None,
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
@@ -986,17 +1015,18 @@ class RobotModel(Guessing):
         """Return Jacobians of the centre of mass in the root's axes: J(q) · v is the velocity of that point.
 
         Returns:
-            Shape (..., 3, nv); columns and arguments as in `jacobian` [m/s per unit of joint speed].
+            Shape (..., 3, nv); columns as in `jacobian` [m/s per unit of joint speed], arguments as in `com`.
 
         Raises:
-            BadArgument: the robot has no mass.
+            UnknownName: a link that does not exist.
+            BadArgument: the robot, or the links, have no mass.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> nao.com_jacobian(nao.neutral()).shape
             (3, 25)
         """
-        return self._answers.answer(Question("com_jacobian"), (q,), Output(dtype, out, threads))
+        return self._answers_for(links).answer(Question("com_jacobian"), (q,), Output(dtype, out, threads))
 
     def support_polygon(
         self, q: ArrayLike, soles: Sequence[str] | None = None, *, reference: str | None = None
@@ -1207,6 +1237,9 @@ class RobotModel(Guessing):
         return shapes.contacts(self.checked(q), distance - rule.tolerance, rule)
 
     # --- internal -------------------------------------------------------------------------------------------------
+
+    def _answers_for(self, links: str | Sequence[str] | None) -> Answers:
+        return self._answers if links is None else self._answers.of_links(self._frames.link_ids(links))
 
     def _within(self, q: ArrayLike, limits: str) -> Floats:
         return self._configurations.within(self._configurations.checked(q), limits)

@@ -6,9 +6,12 @@ import os
 import subprocess
 import sys
 import tracemalloc
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from loops import for_all
 
@@ -34,6 +37,8 @@ def methods(robot: nk.RobotModel) -> dict[str, tuple[Ask, tuple[int, ...]]]:
         "jacobian": (lambda q, **o: robot.jacobian(q, "LArm", **o), (6, robot.nv)),
         "com": (lambda q, **o: robot.com(q, **o), (3,)),
         "com_jacobian": (lambda q, **o: robot.com_jacobian(q, **o), (3, robot.nv)),
+        "com of links": (lambda q, **o: robot.com(q, links=["Head", "l_wrist"], reference="LLeg", **o), (3,)),
+        "com_jacobian of links": (lambda q, **o: robot.com_jacobian(q, links="LForeArm", **o), (3, robot.nv)),
         "velocity": (lambda q, **o: robot.velocity(q, np.ones(robot.nv), FEET, **o), (2, 6)),
         "acceleration": (lambda q, **o: robot.acceleration(q, np.ones(robot.nv), np.ones(robot.nv), "LArm", **o), (6,)),
     }
@@ -264,6 +269,81 @@ def test_the_jacobian_of_the_centre_of_mass_is_its_derivative(each_nao: nk.NaoMo
         step = h * np.eye(each_nao.nq)[k]
         slope = (each_nao.com(q + step) - each_nao.com(q - step)) / (2 * h)
         np.testing.assert_allclose(each_nao.com_jacobian(q)[..., k], slope, rtol=0, atol=1e-9)
+
+
+@for_all("name, base", [("v6", "fixed"), ("v3.3", "floating"), ("romeo", "floating"), ("tiago", "fixed")])
+def test_the_centre_of_mass_of_links_and_its_jacobian_are_those_of_pinocchio(name: str, base: str) -> None:
+    """Every limb: Pinocchio's subtrees, which are the links that a joint carries; and differences along v."""
+    robot = nk.load_nao(name, base=base) if name[0] == "v" else nk.load_robot(name, base=base)
+    model = robot.model
+    data, rng = model.createData(), np.random.default_rng(1)
+    q = np.array([pin.randomConfiguration(model, -np.ones(model.nq), np.ones(model.nq)) for _ in range(3)])
+    for joint in range(1, model.njoints, 5):
+        carried = set(model.subtrees[joint])
+        links = [link for link in robot.link_names if model.frames[robot.frame_table[link]].parentJoint in carried]
+        mass = sum(model.inertias[k].mass for k in carried)
+        assert robot.mass_of(links) == pytest.approx(mass, rel=1e-12, abs=1e-12)
+        if mass == 0.0:
+            continue
+        for threads in (None, 1):
+            com = robot.com(q, links=links, threads=threads)
+            for row, found in zip(q, com, strict=True):
+                pin.centerOfMass(model, data, row)
+                np.testing.assert_allclose(found, data.oMi[joint].act(data.com[joint]), rtol=0, atol=1e-12)
+            v, h = rng.normal(size=model.nv), 1e-6
+            ahead, behind = (
+                robot.com([pin.integrate(model, row, step * v) for row in q], links=links) for step in (h, -h)
+            )
+            J = robot.com_jacobian(q, links=links, threads=threads)
+            np.testing.assert_allclose(J @ v, (ahead - behind) / (2 * h), rtol=0, atol=1e-8)
+
+
+def test_the_centre_of_mass_of_chosen_links_is_the_mean_of_theirs(each_nao: nk.NaoModel) -> None:
+    """Read from the XML of the URDF, with calibrated joints, and after a joint has been moved in the model."""
+    links = ["torso", "Head", "RForeArm", "l_ankle"]
+    inertials = {link.get("name"): link.find("inertial") for link in ET.parse(each_nao.urdf_path).iter("link")}
+    rows = [inertials[link if link in inertials else link.removesuffix("_link")] for link in links]
+    masses = np.array([float(row.find("mass").get("value")) for row in rows])  # type: ignore[union-attr]
+    places = np.array([[*map(float, row.find("origin").get("xyz").split()), 1.0] for row in rows])  # type: ignore[union-attr]
+    robot = each_nao.with_offsets(joints={"HeadYaw": 0.1, "RElbowYaw": -0.2})
+    for _ in range(2):
+        for threads, reference in ((None, None), (1, None), (None, "LLeg"), (1, "LLeg")):
+            q = robot.random(3, 4)
+            wanted = np.einsum("l,nlij,lj->ni", masses / masses.sum(), robot.fk(q, links, reference=reference), places)
+            found = robot.com(q, links=links, reference=reference, threads=threads)
+            np.testing.assert_allclose(found, wanted[:, :3], rtol=0, atol=1e-14)
+        assert robot.mass_of(links) == pytest.approx(masses.sum(), rel=1e-12)
+        robot.model.jointPlacements[robot.model.getJointId("HeadPitch")].translation = np.array([0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(robot.com(q, links=[*links, "Head"]), robot.com(q, links=links[::-1]))
+    np.testing.assert_allclose(robot.com(q, links=robot.link_names), robot.com(q), rtol=0, atol=1e-14)
+    assert robot.mass_of(robot.link_names) == pytest.approx(robot.mass, rel=1e-12)
+
+
+def test_links_without_mass_and_links_that_do_not_exist_are_refused(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 40)
+    assert nao.mass_of([]) == nao.mass_of("LHand_link") == 0.0
+    for ask in (nao.com, nao.com_jacobian):
+        for threads in (None, 1):
+            with pytest.raises(BadArgument, match="nao_v6 with only LHand_link has no mass, so no centre of mass"):
+                ask(q, links="LHand_link", threads=threads)
+            with pytest.raises(UnknownName, match="unknown link 'Hed' \\(nearest: Head\\)"):
+                ask(q, links=["Hed", "Neck"], threads=threads)
+            with pytest.raises(NotFinite):
+                ask(np.where(np.arange(25) == 1, np.nan, q), links="Head", threads=threads)
+    with pytest.raises(UnknownName, match="unknown link 'HeadYaw'"):
+        nao.mass_of("HeadYaw")  # a joint
+    for wrong in (3, [3], None):
+        with pytest.raises(BadArgument, match="links must be"):
+            nao.mass_of(wrong)  # type: ignore[arg-type]
+
+
+def test_a_link_that_shares_its_name_with_a_joint_is_found_under_both_names(nao: nk.NaoModel, tmp_path: Path) -> None:
+    text = nao.urdf_path.read_text().replace('"LAnklePitch_link"', '"LAnklePitch"')
+    path = tmp_path / "shared.urdf"
+    path.write_text(text)
+    robot, q = nk.RobotModel.from_urdf(path), nao.random(0)
+    assert robot.mass_of("LAnklePitch") == robot.mass_of("LAnklePitch_link") == nao.mass_of("LAnklePitch_link") > 0.0
+    np.testing.assert_array_equal(robot.com(q, links="LAnklePitch"), nao.com(q, links="LAnklePitch_link"))
 
 
 def test_limits_are_looked_at_first(nao: nk.NaoModel) -> None:
