@@ -250,11 +250,9 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
         if request.analytic:
             held = joint_values(request.lock, "--lock", model, request.deg)
             return room.analytic(model, frame, target, locked=held, near=near, limits=limits)
-        # For a position or a rotation, the other half of the pose has no weight.
-        weights = {"position": (1.0, 0.0), "orientation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
-        if kind != "pose":
-            target = join_poses(np.eye(3), target) if kind == "position" else join_poses(target, np.zeros(3))
-        return room.numeric(model, frame, target, weights=weights, near=near, limits=limits)
+        if kind == "orientation":  # the position of the pose has no weight
+            target, common["weights"] = join_poses(target, np.zeros(3)), (0.0, 0.1)
+        return room.numeric(model, T=target, **common)
 
     return solve
 

@@ -17,18 +17,20 @@ from nao_kin._core.arrays import (
     Floats,
     LimitPolicy,
     as_floats,
+    as_vectors,
     check_tolerance,
     choice,
     common_batch,
+    join_poses,
     whole_number,
 )
 from nao_kin._core.warn import NEAR, hides_former, need_extra
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
-from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, is_pose, rigid_poses, with_unit_quaternion
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import log
 
@@ -263,7 +265,7 @@ def numeric(
     collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
-    """Return joint values that bring a frame to a pose, for any robot, by damped least squares.
+    """Return joint values that bring a frame to a pose or a position, for any robot, by damped least squares.
 
     With the target (R_t, p_t) and the pose (R, p) of the frame, Levenberg–Marquardt steps with the exact derivative
     minimise ½‖w · (R_tᵀ (p_t − p); log(Rᵀ R_t))‖² inside boxes and coupled limits, first from `near`, then from
@@ -277,12 +279,13 @@ def numeric(
     Args:
         robot: any robot.
         frame: the frame to place.
-        T: targets T_root_frame, shape (..., 4, 4) [m]; with a floating base the root is the world.
+        T: targets: poses T_root_frame, shape (..., 4, 4), or positions of the frame's origin in the root with any
+            orientation, shape (..., 3) [m]; (3, 3) are three positions. With a floating base the root is the world.
         near: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
             `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says so.
         weights: weights of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and
             the rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves
-            the rotation about the target's x axis free.
+            the rotation about the target's x axis free. A position has the axes of the root, and no rotation errors.
         restarts: the maximum of other starts.
         tolerance: a target is met within this error of position [m] and rotation [rad], in components with a weight.
         iterations: largest number of steps of one search.
@@ -298,7 +301,7 @@ def numeric(
     Raises:
         MissingExtra: pink is not installed.
         NotARotation: the 3×3 part of a target is not a rotation; the error has its index and its defect.
-        BadArgument: a frame that no joint moves, or T, or T times weights, beyond ±1e150.
+        BadArgument: a frame that no joint moves; T, or T times weights, beyond ±1e150; positions without a weight.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -306,6 +309,8 @@ def numeric(
         >>> result = nk.ik.numeric(nao, "LArm", nao.fk(q, "LArm"))
         >>> bool(result.success)
         True
+        >>> nao.position(nk.ik.numeric(nao, "LArm", [0.1, 0.15, 0.0]).q, "LArm").round(6).tolist()
+        [0.1, 0.15, 0.0]
     """
     if _former:
         near = NEAR.argument(_former, near)
@@ -313,7 +318,8 @@ def numeric(
     enforced = is_enforced(limits)
     if choice(solver, get_args(Solver), "solver") == "pink":
         need_extra('solver="pink"', "pink")
-    six = _six_weights(weights)
+    poses = is_pose(T, "T")
+    six = _six_weights(weights, 6 if poses else 3)
     check_tolerance(tolerance)
     search = PoseSearch(
         motion,
@@ -326,13 +332,7 @@ def numeric(
         threads=check_threads(threads),
         minimise=minimise_with_pink if solver == "pink" else minimise,
     )
-    try:
-        targets = rigid_poses(T, "T")
-    except WrongShape as error:
-        if error.got[-1:] != (3,):
-            raise
-        halves = "weights=(1, 0) asks for the position of a pose alone, weights=(0, 1) for its orientation alone"
-        raise WrongShape("T", error.expected, f"{error.got}; {halves}") from None
+    targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_vectors(T, "T"))
     if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
         raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
     notes: tuple[str, ...] = ()
@@ -384,11 +384,13 @@ def _result(
     )
 
 
-def _six_weights(weights: ArrayLike) -> Floats:
+def _six_weights(weights: ArrayLike, used: int) -> Floats:
+    """Return six weights, of which all but the first `used` are 0."""
     with np.errstate(over="ignore"):
         values = as_floats(weights, (), "weights")
     if values.shape == (2,):
         values = np.repeat(values, 3)
-    if values.shape != (6,) or (values < 0.0).any() or not values.any():
-        raise BadArgument(f"weights must be two or six numbers ≥ 0, and not all of them 0, got {values.tolist()}")
-    return values
+    if values.shape != (6,) or (values < 0.0).any() or not values[:used].any():
+        which = "them" if used == 6 else "those of a position"
+        raise BadArgument(f"weights must be two or six numbers ≥ 0, and not all of {which} 0, got {values.tolist()}")
+    return np.where(np.arange(6) < used, values, 0.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from ik_checks import derivatives
+from loops import for_all
 from made_up_robots import J, made_up
 from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
@@ -188,6 +189,62 @@ def test_what_has_no_weight_is_left_free(nao: nk.NaoModel) -> None:
     np.testing.assert_allclose(nao.position(found.q, "LArm"), T[:, :3, 3], atol=2e-8)
     np.testing.assert_array_equal(found.residual[:, 1], 0.0)
     assert (found.family == Family.REDUNDANT).all()
+
+
+@for_all(
+    "name, frame", [("v6", "LArm"), ("v4", "LLeg"), ("v6", "CameraTop"), ("romeo", "r_wrist"), ("ur5_robot", "tool0")]
+)
+@for_all("base", ["fixed", "floating"])
+def test_positions_are_met_by_pinocchio_with_any_orientation(name: str, frame: str, base: str) -> None:
+    robot = nk.load_nao(name, base=base) if name[0] == "v" else nk.load_robot(name, base=base)
+    rng = np.random.default_rng(3)
+    near = robot.random(rng, (4, 5))
+    if base == "floating":
+        near[..., :3] = rng.normal(size=3)
+        near[..., 3:7] = nk.rotations.quat_to_xyzw(nk.rotations.random_quat(rng))
+    q = robot.random(rng, (4, 5))
+    q[..., : robot.nq_base] = near[..., : robot.nq_base]
+    p = robot.position(q, frame)
+    found = numeric(robot, frame, p, near=near)
+    assert found.success.all(), found.notes  # type: ignore[union-attr]
+    assert robot.within_limits(found.q).all()
+    data = robot.model.createData()
+    for row, target in zip(found.q.reshape(-1, robot.nq), p.reshape(-1, 3), strict=True):
+        pin.forwardKinematics(robot.model, data, row)
+        pose = pin.updateFramePlacement(robot.model, data, robot.frame_table[frame])
+        assert np.linalg.norm(pose.translation - target) <= 1.01e-8
+    np.testing.assert_array_equal(found.residual[..., 1], 0.0)
+    one = numeric(robot, frame, p[1, 2].tolist(), near=near[1, 2])
+    assert one.q.shape == (robot.nq,)
+    np.testing.assert_allclose(one.q, found.q[1, 2], rtol=0, atol=1e-9)
+
+
+def test_a_position_is_a_pose_whose_rotation_has_no_weight(nao: nk.NaoModel) -> None:
+    T = np.tile(np.eye(4), (40, 1, 1))
+    T[:, :3, 3] = nao.position(nao.random(1, 40), "LArm") * np.linspace(0.5, 1.5, 40)[:, None]
+    weights = np.array([1.0, 2.0, 0.0, 0.3, 0.2, 0.1])
+    for given, same in (((1.0, 0.1), (1.0, 0.0)), (weights, [*weights[:3], 0.0, 0.0, 0.0])):
+        positions = numeric(nao, "LArm", T[:, :3, 3], weights=given, restarts=2)
+        poses = numeric(nao, "LArm", T, weights=same, restarts=2)
+        np.testing.assert_array_equal(positions.q, poses.q)
+        np.testing.assert_array_equal(positions.reasons, poses.reasons)
+        assert 0 < np.count_nonzero(positions.success) < 40
+    np.testing.assert_array_equal(weights, [1.0, 2.0, 0.0, 0.3, 0.2, 0.1])
+    assert numeric(nao, "LArm", np.eye(3)).q.shape == (3, 25)
+
+
+def test_a_position_beyond_reach_or_joints_has_the_nearest_one(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(0)
+    places = nao.position(nao.random(rng, 20), "CameraTop") + rng.normal(size=(20, 3)) * 0.05
+    found = numeric(nao, "CameraTop", places)
+    assert set(found.reasons.tolist()) <= {Reason.NOT_ENOUGH_JOINTS, Reason.OUT_OF_REACH}
+    assert nao.within_limits(found.q).all()
+    np.testing.assert_array_equal(found.residual[:, 1], 0.0)
+    distances = np.linalg.norm(nao.position(found.q, "CameraTop") - places, axis=-1)
+    np.testing.assert_allclose(found.residual[:, 0], distances, rtol=0, atol=1e-12)
+    drawn, _ = cKDTree(nao.position(nao.random(rng, 200_000), "CameraTop")).query(places)
+    assert (distances <= drawn).all()
+    assert np.median(drawn - distances) < 1e-4
 
 
 def test_six_weights_are_along_the_axes_of_the_target(nao: nk.NaoModel) -> None:
@@ -551,9 +608,12 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"T": _poses({(0, 1, 0, 3): np.nan})}, NotFinite, r"\[0, 1, 0, 3\]"),
         ({"T": _poses({(0, 1, 0, 3): 1e200})}, BadArgument, r"T must not exceed 1e\+150"),
         ({"solver": ["pink"]}, UnknownName, "pink"),
-        ({"T": np.eye(3)}, WrongShape, r"got \(3, 3\); weights=\(1, 0\) asks for the position of a pose alone"),
-        ({"T": [0.1, 0.0, 0.1]}, WrongShape, r"got \(3,\); weights=\(1, 0\) asks for the position of a pose alone"),
-        ({"T": np.zeros(7)}, WrongShape, r"got \(7,\)$"),
+        ({"T": np.zeros(7)}, WrongShape, r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions, got \(7,\)$"),
+        ({"T": np.zeros((3, 4))}, WrongShape, r"got \(3, 4\)$"),
+        ({"T": [0.1, np.nan, 0.1]}, NotFinite, r"T.*\[1\]"),
+        ({"T": [0.1, 0.0, 1e200]}, BadArgument, r"T must not exceed 1e\+150"),
+        ({"T": [0.1, 0.0, 0.1], "weights": (0.0, 1.0)}, BadArgument, "not all of those of a position 0"),
+        ({"T": [0.1, 0.0, 1e145], "weights": (1e10, 1.0)}, BadArgument, "T times weights"),
         ({"T": "pose"}, BadArgument, "T must be"),
         ({"near": np.zeros(24)}, WrongShape, r"near must have shape \(\.\.\., 25\)"),
         ({"near": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
