@@ -9,11 +9,11 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, check_tolerance, choice, common_batch
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, as_numbers, check_tolerance, choice, common_batch
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import LIMITS_REDISTRIBUTE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion
 from nao_kin.ik.limit_regions import Region, limit_rows, max_rows
@@ -35,12 +35,13 @@ _SEEN = 1e-3
 class TwistMap:
     """The Jacobian J = U Σ Vᵀ from joint velocities to the twist of a frame, for a batch (...) of configurations.
 
-    Rows of translation are divided by `length`, so that all have the unit 1/s.
+    J has r = 6 rows, or r = 3 if only the linear velocity is requested: a twist is then a linear velocity. Rows of
+    translation are divided by `length`, so that all have the unit 1/s.
 
     Attributes:
         joints: names of the m joints that move the frame.
-        singular_values: the k = min(6, m) singular values, largest first, shape (..., k).
-        twists: U, a twist in each column; those after the first k are not possible, shape (..., 6, 6).
+        singular_values: the k = min(r, m) singular values, largest first, shape (..., k).
+        twists: U, a twist in each column; those after the first k are not possible, shape (..., r, r).
         velocities: V, joint velocities in each column; those after the first k do not move the frame, (..., m, m).
         length: the unit of translation [m].
     """
@@ -53,7 +54,7 @@ class TwistMap:
 
     @property
     def manipulability(self) -> Floats:
-        """√det(J Jᵀ), or √det(Jᵀ J) with fewer than six joints: the product of the k singular values, shape (...).
+        """√det(J Jᵀ), or √det(Jᵀ J) with fewer than r joints: the product of the k singular values, shape (...).
 
         Source: Yoshikawa, Manipulability of robotic mechanisms, IJRR 1985.
         """
@@ -77,7 +78,7 @@ class TwistMap:
         return np.asarray((sigma > singular * sigma[..., :1]).sum(axis=-1), dtype=np.int64)
 
     def lost_twists(self, index: tuple[int, ...] = (), singular: float = SINGULAR) -> tuple[str, ...]:
-        """Return 6 − rank twists that are not possible, by name: "ωx", "vx + 0.5 ωz".
+        """Return r − rank twists that are not possible, by name: "ωx", "vx + 0.5 ωz".
 
         They span the space perpendicular to all possible twists, in the axes of the Jacobian.
 
@@ -116,7 +117,7 @@ class VelocityResult:
         columns: their indices in v.
         v: velocities in the order of the Jacobian's columns, zero for all other joints, shape (..., nv).
         twist: the resulting twist, shape (..., 6) [m/s, rad/s].
-        wanted: the requested twist, shape (..., 6).
+        wanted: the requested twist, shape (..., 6), or linear velocity, shape (..., 3).
         limited: whether speed limits or ranges have changed the velocities, shape (...).
         damping: λ of each singular value, shape (..., k).
         map: the singular values and directions of the Jacobian.
@@ -133,8 +134,11 @@ class VelocityResult:
 
     @property
     def residual(self) -> Floats:
-        """Norms of wanted − twist in linear and angular velocity, shape (..., 2) [m/s, rad/s]."""
-        error = self.wanted - self.twist
+        """Norms of wanted − twist in linear and angular velocity, shape (..., 2) [m/s, rad/s].
+
+        The second is 0 if only a linear velocity is requested.
+        """
+        error = self.wanted - self.twist[..., : self.wanted.shape[-1]]
         return np.stack([np.linalg.norm(error[..., :3], axis=-1), np.linalg.norm(error[..., 3:], axis=-1)], axis=-1)
 
     @property
@@ -207,7 +211,7 @@ def velocity(
     dt: float = 0.01,
     length: float = 1.0,
 ) -> VelocityResult:
-    """Return joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
+    """Return joint velocities that give a frame a twist or a linear velocity, by a damped pseudo-inverse.
 
     With J = U Σ Vᵀ and damping Λ, v = V Σ (Σ² + Λ²)⁻¹ Uᵀ t. Only the joints between the base and the frame move; a
     floating base does not. Among the velocities that give the twist, these have the least sum of squares; if no
@@ -216,7 +220,8 @@ def velocity(
     Args:
         robot: any robot.
         q: configurations, shape (..., nq).
-        twist: (vx, vy, vz, ωx, ωy, ωz), shape (..., 6) [m/s, rad/s]; broadcasts with q.
+        twist: (vx, vy, vz, ωx, ωy, ωz), shape (..., 6) [m/s, rad/s], or only (vx, vy, vz), shape (..., 3), with any
+            angular velocity: J is then the rows of the linear velocity. Broadcasts with q.
         frame: the frame to move.
         expressed_in: "mixed", "frame" or "root", as in `RobotModel.jacobian`.
         damping: λ of every singular value, so that v = Jᵀ (J Jᵀ + λ² 1)⁻¹ t. With None, only singular values below ε,
@@ -244,6 +249,8 @@ def velocity(
         >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
         >>> result.twist.round(3).tolist()
         [0.049, -0.003, 0.007, 0.0, 0.001, 0.0]
+        >>> nk.ik.velocity(nao, q, [0.05, 0, 0], "LArm").residual.round(9).tolist()
+        [0.0, 0.0]
     """
     check_robot(robot)
     if isinstance(limits, str) and limits == LIMITS_REDISTRIBUTE.value:
@@ -257,13 +264,16 @@ def velocity(
         if not 0.0 < value < np.inf:
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
     motion = cached_limb(robot, FrameMotion, frame)
-    start, twists = robot.checked(q), as_floats(twist, (6,), "twist")
+    start, shape = robot.checked(q), as_numbers(twist, "twist").shape
+    if shape[-1:] not in ((3,), (6,)):
+        raise WrongShape("twist", "(..., 6), or (..., 3) for a linear velocity", shape)
+    twists, rows = as_floats(twist, shape[-1:], "twist"), shape[-1]
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
     q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
-    twist_rows = np.array(np.broadcast_to(twists, (*batch, 6)).reshape(-1, 6))
+    twist_rows = np.array(np.broadcast_to(twists, (*batch, rows)).reshape(-1, rows))
     J = motion.jacobians(q_rows, expressed_in)
-    unit = np.array([1.0 / length] * 3 + [1.0] * 3)
-    scaled = J * unit[:, None]
+    unit = np.array([1.0 / length] * 3 + [1.0] * 3)[:rows]
+    scaled = J[:, :rows] * unit[:, None]
     U, sigma, Vt = np.linalg.svd(scaled, full_matrices=True)
     dampings, wanted = _dampings(sigma, damping), twist_rows * unit
     speeds = unlimited = _solved(U, sigma, Vt, dampings, wanted)
@@ -282,10 +292,10 @@ def velocity(
         columns=tuple(motion.velocity_columns.tolist()),
         v=v.reshape(*batch, robot.nv),
         twist=np.einsum("nij,nj->ni", J, speeds).reshape(*batch, 6),
-        wanted=twist_rows.reshape(*batch, 6),
+        wanted=twist_rows.reshape(*batch, rows),
         limited=changed.any(axis=-1).reshape(batch),
         damping=dampings.reshape(values.shape),
-        map=TwistMap(motion.names, values, U.reshape(*batch, 6, 6), V, float(length)),
+        map=TwistMap(motion.names, values, U.reshape(*batch, rows, rows), V, float(length)),
     )
 
 

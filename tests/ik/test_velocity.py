@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from loops import for_all
 from made_up_robots import J, made_up
 from scipy.optimize import lsq_linear
 
@@ -98,11 +99,12 @@ def test_from_the_edges_of_ranges_none_is_left(nao: nk.NaoModel, frame: str, dt:
 
 @pytest.mark.parametrize("fast", [1.0, 4.0])
 @pytest.mark.parametrize("frame", ["LArm", "LLeg"])
-def test_redistribution_is_the_best_there_is(nao: nk.NaoModel, frame: str, fast: float) -> None:
+@pytest.mark.parametrize("rows", [6, 3])
+def test_redistribution_is_the_best_there_is(nao: nk.NaoModel, rows: int, frame: str, fast: float) -> None:
     rng = np.random.default_rng(6)
-    q, twist = nao.random(rng, 60), fast * rng.normal(size=(60, 6)) * [0.3, 0.3, 0.3, 3.0, 3.0, 3.0]
+    q, twist = nao.random(rng, 60), fast * (rng.normal(size=(60, 6)) * [0.3, 0.3, 0.3, 3.0, 3.0, 3.0])[:, :rows]
     found = velocity(nao, q, twist, frame, dt=0.01, damping=0.0)
-    jacobian, left = nao.jacobian(q, frame), np.linalg.norm(found.wanted - found.twist, axis=-1)
+    jacobian, left = nao.jacobian(q, frame)[:, :rows], np.linalg.norm(found.wanted - found.twist[:, :rows], axis=-1)
     low = np.maximum(-nao.velocity_limits, (nao.lower - q) / 0.01)
     high = np.minimum(nao.velocity_limits, (nao.upper - q) / 0.01)
     compared = 0
@@ -154,6 +156,53 @@ def test_damping_bounds_velocities_at_a_straight_knee(nao: nk.NaoModel) -> None:
     np.testing.assert_array_equal(damped.damping[:, 0], 0.0)
     plain = velocity(nao, q[2], upwards, "LLeg", limits="ignore", damping=0.0)
     assert np.abs(plain.v).max() > 1e4
+
+
+@for_all("frame", FRAMES)
+@for_all("expressed_in", ["mixed", "frame", "root"])
+@for_all("damping", [0.0, 0.05])
+def test_a_linear_velocity_leaves_the_angular_one_free(
+    nao: nk.NaoModel, frame: str, expressed_in: str, damping: float
+) -> None:
+    q, wanted = nao.random(1, 20), np.random.default_rng(2).normal(size=(20, 3))
+    found = velocity(nao, q, wanted, frame, expressed_in=expressed_in, damping=damping, limits="ignore", length=0.3)  # type: ignore[arg-type]
+    jacobian = nao.jacobian(q, frame, expressed_in)  # type: ignore[arg-type]
+    for k in range(20):
+        rows = jacobian[k, :3] / 0.3
+        expected = np.linalg.pinv(rows, rcond=1e-11) @ wanted[k] / 0.3
+        if damping:
+            expected = np.linalg.solve(rows.T @ rows + damping**2 * np.eye(nao.nv), rows.T @ wanted[k] / 0.3)
+        np.testing.assert_allclose(found.v[k], expected, atol=1e-9 * max(1.0, np.abs(expected).max()))
+        np.testing.assert_allclose(found.twist[k], jacobian[k] @ found.v[k], atol=1e-9)
+    off = np.linalg.norm(wanted - found.twist[:, :3], axis=-1)
+    np.testing.assert_allclose(found.residual, np.stack([off, np.zeros(20)], axis=-1), atol=1e-12)
+    np.testing.assert_array_equal(found.wanted, wanted)
+
+
+def test_a_linear_velocity_that_can_be_made_is_what_the_origin_then_does() -> None:
+    for name, frame in (("romeo", "r_wrist"), ("panda", "panda_link8")):
+        robot = nk.load_robot(name, base="floating")
+        q = robot.random(1)
+        q[3:7] = [0.5, -0.5, 0.5, 0.5]
+        found = velocity(robot, q, [0.02, -0.03, 0.01], frame, damping=0.0, limits="ignore")
+        assert not found.v[:6].any()
+        h = 1e-6
+        ahead, behind = (robot.position(pin.integrate(robot.model, q, s * h * found.v), frame) for s in (1.0, -1.0))
+        np.testing.assert_allclose((ahead - behind) / (2 * h), [0.02, -0.03, 0.01], atol=1e-8)
+
+
+def test_measures_of_a_linear_velocity_are_those_of_its_rows(nao: nk.NaoModel) -> None:
+    found = velocity(nao, nao.random(7, (2, 3)), np.zeros(3), "RLeg", length=0.1)
+    rows = nao.jacobian(nao.random(7, (2, 3)), "RLeg")[..., :3, list(found.columns)] / 0.1
+    np.testing.assert_allclose(found.manipulability, np.sqrt(np.linalg.det(rows @ rows.swapaxes(-1, -2))), rtol=1e-9)
+    np.testing.assert_allclose(found.condition_number, np.linalg.cond(rows), rtol=1e-9)
+    assert found.map.twists.shape == (2, 3, 3, 3)
+    straight = velocity(nao, nao.neutral(), np.zeros(3), "LLeg")
+    assert straight.map.lost_twists() == ("vz",)
+    assert len(straight.map.idle_joints()) == 4  # of six joints
+    head = velocity(nao, nao.neutral(), [0.1, 0.1, 0.1], "Head")  # the origin of the head is on both axes
+    assert head.map.lost_twists() == ("vx", "vy", "vz")
+    np.testing.assert_array_equal(head.v, 0.0)
 
 
 def test_lost_twists_and_idle_joints_go_by_their_names(nao: nk.NaoModel) -> None:
@@ -244,7 +293,10 @@ def test_configurations_and_twists_broadcast(nao: nk.NaoModel) -> None:
         ({"dt": 0.0}, BadArgument, "dt"),
         ({"length": np.inf}, BadArgument, "length"),
         ({"twist": [np.nan] * 6}, NotFinite, "twist"),
-        ({"twist": [0.0] * 5}, WrongShape, "twist"),
+        ({"twist": [0.0] * 5}, WrongShape, r"\(\.\.\., 6\), or \(\.\.\., 3\) for a linear velocity, got \(5,\)"),
+        ({"twist": 0.1}, WrongShape, "twist"),
+        ({"twist": [0.1, np.inf, 0.0]}, NotFinite, r"twist.*\[1\]"),
+        ({"twist": np.zeros((3, 3)), "q": np.zeros((2, 25))}, WrongShape, "broadcast"),
         ({"twist": np.zeros((3, 6)), "q": np.zeros((2, 25))}, WrongShape, "broadcast"),
     ],
 )
