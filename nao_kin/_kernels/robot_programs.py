@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.program import Builder, Component, FrameRegisters, Program, Register, components
+from nao_kin._kernels.program import Builder, Columns, Component, FrameRegisters, Program, Register, components
 
 # --- The joints of a robot as numbers, from which programs are built.
 
@@ -291,31 +291,39 @@ def poses_program(
     return builder.build([number for pose in poses for number in _form(builder, pose, form)])
 
 
-def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str) -> Program:
-    """Return the program of the Jacobian of a frame, shape (6, nv)."""
+def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str, reference: TreeFrame | None = None) -> Program:
+    """Return the program of the Jacobian of a frame with respect to the root or a reference frame, shape (6, nv).
+
+    Joints between the reference and the common joint of the two move the frame in the opposite direction.
+    """
     builder = Builder(tree.nq, tree.nv)
-    posed = PosedTree(builder, tree)
+    common = ROOT if reference is None else tree.common_joint([frame.joint, reference.joint])
+    posed = PosedTree(builder, tree, common)
     at = posed.placed(frame)
+    root = builder.root if reference is None else posed.placed(reference)
+    point, axes = (root if expression == "root" else at).origin, (at if expression == "frame" else root).columns
     linear, angular = [builder.zero] * tree.nv, [builder.zero] * tree.nv
-    for joint in tree.chain(frame.joint):
+    shared = len(tree.chain(common))
+    joints = [(joint, 1.0) for joint in tree.chain(frame.joint)[shared:]]
+    if reference is not None:
+        joints += [(joint, -1.0) for joint in tree.chain(reference.joint)[shared:]]
+    for joint, direction in joints:
         row, origin = tree.joints[joint], posed.frame(joint).origin
+        lever = builder.difference(point, origin)
         if row.kind == "free":
-            lever = _lever(builder, at.origin, origin, expression)
             for k, axis in enumerate(posed.frame(joint).columns):
                 linear[row.velocity + k] = axis
                 angular[row.velocity + 3 + k] = axis
                 linear[row.velocity + 3 + k] = builder.cross(axis, lever)
             continue
-        axis, weight = posed.axis(joint)
-        v = row.velocity
+        axis, speed = posed.axis(joint)
+        weight, v = direction * speed, row.velocity
         if row.kind == "prismatic":
             linear[v] = builder.combination(linear[v], [(axis, weight)])
         else:
-            lever = _lever(builder, at.origin, origin, expression)
             angular[v] = builder.combination(angular[v], [(axis, weight)])
             linear[v] = builder.cross(axis, lever, weight, linear[v])
-    if expression == "frame":
-        linear, angular = ([_projected(builder, at, column) for column in part] for part in (linear, angular))
+    linear, angular = ([_projected(builder, axes, column) for column in part] for part in (linear, angular))
     return builder.build([*_rows(linear), *_rows(angular)])
 
 
@@ -402,13 +410,8 @@ def _form(builder: Builder, frame: FrameRegisters, form: str) -> list[Component]
 # --- Jacobians --------------------------------------------------------------------------------------------------------
 
 
-def _lever(builder: Builder, point: Register, origin: Register, expression: str) -> Register:
-    """Return the vector from a joint's origin to the point of the linear velocity."""
-    return builder.difference(builder.zero if expression == "root" else point, origin)
-
-
-def _projected(builder: Builder, frame: FrameRegisters, vector: Register) -> Register:
-    return vector if vector == builder.zero else builder.projected(frame.columns, vector)
+def _projected(builder: Builder, axes: Columns, vector: Register) -> Register:
+    return vector if vector == builder.zero else builder.projected(axes, vector)
 
 
 def _rows(columns: Sequence[Register]) -> list[Component]:

@@ -213,7 +213,7 @@ class Answers:
         if kind == "poses":
             return kernels.poses_program(joints, frames, reference, form)
         if kind == "jacobian":
-            return kernels.jacobian_program(joints, frames[0], form)
+            return kernels.jacobian_program(joints, frames[0], form, reference)
         if kind == "com":
             return kernels.com_program(joints, reference)
         if kind == "com_jacobian":

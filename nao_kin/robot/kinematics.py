@@ -40,7 +40,7 @@ class Question(NamedTuple):
 
     kind: str  # "poses", "jacobian", "com", "com_jacobian", "velocity" or "acceleration"
     frame_ids: FrameIds = ()
-    reference_id: int | None = None  # of the frame that poses and centres of mass are expressed in; None for the root
+    reference_id: int | None = None  # of the frame that takes the root's place; None for the root
     form: str = ""  # for poses, one of POSE_SHAPES; for Jacobians and motions, the expression
 
     def shape(self, nv: int) -> tuple[int, ...]:
@@ -80,6 +80,7 @@ class Kinematics:
         self.model = model
         self._inertias = model.inertias  # a live view; making it takes as long as computing a centre of mass
         self._local = threading.local()
+        self._moving: dict[FrameIds, list[int]] = {}  # columns of the joints that are on the way between two frames
 
     def answer(self, question: Question, q: Floats, *rates: Floats) -> Floats:
         """Return the answer for configurations, and for velocities and accelerations if the question needs them."""
@@ -88,7 +89,7 @@ class Kinematics:
             poses = self.poses(q, ids) if reference is None else self.relative_poses(q, ids, reference)
             return _in_form(poses, question.form)
         if question.kind == "jacobian":
-            return self.jacobians(q, question.frame_ids[0], question.form)
+            return self.jacobians(q, question.frame_ids[0], question.form, question.reference_id)
         if question.kind == "com_jacobian":
             return self.com_jacobians(q)
         if question.kind in ("velocity", "acceleration"):
@@ -128,8 +129,10 @@ class Kinematics:
         np.matmul(T_reference[..., :3, :3].swapaxes(-1, -2), T[..., :3, :], out=relative[..., :3, :])
         return relative
 
-    def jacobians(self, q: Floats, frame_id: int, expressed_in: str) -> Floats:
+    def jacobians(self, q: Floats, frame_id: int, expressed_in: str, reference_id: int | None = None) -> Floats:
         """Return the geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a new array."""
+        if reference_id is not None:
+            return self.relative_jacobians(q, frame_id, expressed_in, reference_id)
         expression = EXPRESSIONS[expressed_in]
         model, data = self.model, self._workspace().data
         shape = 6, model.nv  # with one degree of freedom, Pinocchio returns a vector
@@ -139,6 +142,25 @@ class Kinematics:
         jacobians = np.empty((*q.shape[:-1], *shape))
         for row, J in _rows(q, jacobians, 2):
             J[...] = pin.computeFrameJacobian(model, data, row, frame_id, expression).reshape(shape)
+        return jacobians
+
+    def relative_jacobians(self, q: Floats, frame_id: int, expressed_in: str, reference_id: int) -> Floats:
+        """Return Jacobians with respect to a frame, Ad (J_frame − Ad(T_frame_reference) J_reference), both "frame"."""
+        model, workspace, local = self.model, self._workspace(), EXPRESSIONS["frame"]
+        ids, data, identity = (frame_id, reference_id), workspace.data, pin.SE3.Identity()
+        moving = self._moving.get(ids)
+        if moving is None:  # a column of a joint that moves both frames alike is zero, without rounding
+            one, other = (set(model.supports[model.frames[index].parentJoint]) for index in ids)
+            moving = self._moving[ids] = sorted({model.joints[joint].idx_v for joint in one ^ other})
+        jacobians = np.zeros((*q.shape[:-1], 6, model.nv))
+        for row, J in _rows(q, jacobians, 2):
+            frame, reference = (
+                pin.computeFrameJacobian(model, data, row, index, local).reshape(J.shape)[:, moving] for index in ids
+            )
+            workspace.place(row, ids)
+            T = data.oMf[reference_id].actInv(data.oMf[frame_id])
+            change = {"frame": identity, "mixed": pin.SE3(T.rotation, np.zeros(3)), "root": T}[expressed_in]
+            J[:, moving] = change.toActionMatrix() @ (frame - T.toActionMatrixInverse() @ reference)
         return jacobians
 
     def centres_of_mass(self, q: Floats) -> Floats:

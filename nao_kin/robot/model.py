@@ -868,17 +868,20 @@ class RobotModel(Guessing):
         frame: str,
         expressed_in: Expression = "mixed",
         *,
+        reference: str | None = None,
         dtype: DTypeLike | None = None,
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Return geometric Jacobians of a frame with respect to the root: J(q) · velocity = twist (linear; angular).
+        """Return geometric Jacobians of a frame: J(q) · velocity = twist (linear; angular) with respect to the root.
 
         Args:
             q: configurations, shape (..., nq).
             frame: a frame name.
             expressed_in: "frame": twist at the frame's origin in the frame's axes; "mixed": at the frame's origin in
                 the root's axes; "root": the spatial twist, at the root's origin in the root's axes.
+            reference: a frame that takes the root's place, as in `fk`: the twist is then the frame's motion as observed
+                from the reference, such as that of one hand in the other.
             dtype: precision of the result.
             out: array for the result.
             threads: how many threads may work on it.
@@ -892,11 +895,15 @@ class RobotModel(Guessing):
             >>> J = nao.jacobian(nao.posture("Stand"), "LArm")
             >>> J.shape, np.flatnonzero(J.any(axis=0)).tolist()
             ((6, 25), [8, 9, 10, 11, 12])
+            >>> J = nao.jacobian(nao.posture("Stand"), "LArm", reference="LElbow")
+            >>> np.flatnonzero(J.any(axis=0)).tolist()
+            [11, 12]
         """
         choice(expressed_in, EXPRESSIONS, "expression")
-        if _is_plain(q, dtype, out, threads):
+        if reference is None and _is_plain(q, dtype, out, threads):
             return self._kinematics.jacobians(self._configurations.posed(q), self._frames.id(frame), expressed_in)
-        question = Question("jacobian", (self._frames.id(frame),), form=expressed_in)
+        reference_id = self._frames.reference_id(reference)
+        question = Question("jacobian", (self._frames.id(frame),), reference_id, expressed_in)
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
 
     def velocity(

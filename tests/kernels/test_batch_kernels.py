@@ -87,6 +87,9 @@ def check_against_pinocchio(robot: nk.RobotModel, count: int, tolerance: float =
     for reference in chosen:
         expected = np.array([robot.fk(row, frames, reference=reference) for row in q])
         close(robot.fk(q, frames, reference=reference, threads=1), expected, tolerance)
+        for e in EXPRESSIONS:
+            expected = np.array([robot.jacobian(row, chosen[0], e, reference=reference) for row in q])
+            close(robot.jacobian(q, chosen[0], e, reference=reference, threads=1), expected, tolerance)
 
 
 @each_version

@@ -35,6 +35,7 @@ def methods(robot: nk.RobotModel) -> dict[str, tuple[Ask, tuple[int, ...]]]:
         "rotation": (lambda q, **o: robot.rotation(q, FEET, **o), (2, 3, 3)),
         "position": (lambda q, **o: robot.position(q, "LArm", **o), (3,)),
         "jacobian": (lambda q, **o: robot.jacobian(q, "LArm", **o), (6, robot.nv)),
+        "relative jacobian": (lambda q, **o: robot.jacobian(q, "LArm", reference="LLeg", **o), (6, robot.nv)),
         "com": (lambda q, **o: robot.com(q, **o), (3,)),
         "com_jacobian": (lambda q, **o: robot.com_jacobian(q, **o), (3, robot.nv)),
         "com of links": (lambda q, **o: robot.com(q, links=["Head", "l_wrist"], reference="LLeg", **o), (3,)),
@@ -269,6 +270,59 @@ def test_the_jacobian_of_the_centre_of_mass_is_its_derivative(each_nao: nk.NaoMo
         step = h * np.eye(each_nao.nq)[k]
         slope = (each_nao.com(q + step) - each_nao.com(q - step)) / (2 * h)
         np.testing.assert_allclose(each_nao.com_jacobian(q)[..., k], slope, rtol=0, atol=1e-9)
+
+
+@for_all("name, base", [("v6", "fixed"), ("v6", "floating"), ("romeo", "floating"), ("tiago", "fixed")])
+@for_all("expression", ["mixed", "frame", "root"])
+def test_the_jacobian_in_a_reference_is_the_derivative_of_the_pose_in_it(name: str, base: str, expression: str) -> None:
+    """Differences of fk(reference=) along v, for frames of one limb, of two, and of the trunk."""
+    robot = nk.load_nao(name, base=base) if name[0] == "v" else nk.load_robot(name, base=base)
+    if name == "v6":
+        robot = robot.with_offsets(joints={"LElbowYaw": 0.1, "RHipYawPitch": -0.2})
+    model, rng, h = robot.model, np.random.default_rng(4), 1e-6
+    q = np.array([pin.randomConfiguration(model, -np.ones(model.nq), np.ones(model.nq)) for _ in range(4)])
+    table = robot.joints
+    first, middle, last = table.links[0], table.links[len(table.links) // 2], table.links[-1]
+    above = table.links[table.path(len(table.links) - 1)[0]]
+    root = robot.tree.root
+    pairs = [(last, middle), (middle, root), (root, last), (last, last), (last, above), (above, last), (first, last)]
+    for frame, reference in pairs:
+        v = rng.normal(size=model.nv)
+        ahead, behind = (
+            robot.fk([pin.integrate(model, row, step * v) for row in q], frame, reference=reference) for step in (h, -h)
+        )
+        T = robot.fk(q, frame, reference=reference)
+        linear = (ahead - behind)[:, :3, 3] / (2 * h)
+        angular = nk.rotations.log(ahead[:, :3, :3] @ behind[:, :3, :3].swapaxes(1, 2)) / (2 * h)
+        if expression == "frame":
+            linear, angular = (np.einsum("nji,nj->ni", T[:, :3, :3], part) for part in (linear, angular))
+        if expression == "root":
+            linear = linear + np.cross(T[:, :3, 3], angular)
+        one, other = (table.path(robot.frame_placement(each)[0]) for each in (frame, reference))
+        still = np.setdiff1d(np.arange(model.nv), table.columns[list(set(one) ^ set(other))])
+        for threads in (None, 1):
+            J = robot.jacobian(q, frame, expression, reference=reference, threads=threads)  # type: ignore[arg-type]
+            np.testing.assert_allclose(J @ v, np.concatenate([linear, angular], axis=-1), rtol=0, atol=2e-8)
+            assert not J[..., still].any()  # also of a floating base, which moves both alike
+
+
+def test_the_jacobian_in_the_root_is_the_one_without_reference(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 40)
+    free = nk.load_nao(base="floating")
+    q_free = np.concatenate([np.tile(free.neutral()[:7], (40, 1)), q], axis=-1)
+    for threads in (None, 1):
+        for expression in ("mixed", "frame", "root"):
+            options = {"expressed_in": expression, "threads": threads}
+            J = nao.jacobian(q, "LArm", **options)  # type: ignore[arg-type]
+            np.testing.assert_allclose(nao.jacobian(q, "LArm", reference="base_link", **options), J, rtol=0, atol=1e-15)  # type: ignore[arg-type]
+            J = free.jacobian(q_free, "LArm", **options)  # type: ignore[arg-type]
+            np.testing.assert_array_equal(free.jacobian(q_free, "LArm", reference="world", **options), J)  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="unknown frame 'world'"):
+        nao.jacobian(q, "LArm", reference="world")
+    with pytest.raises(UnknownName, match="nearest: LArm"):
+        nao.jacobian(q[0], "RArm", reference="LArn")
+    with pytest.raises(NotFinite):
+        nao.jacobian(q[0] * np.nan, "RArm", reference="LArm")
 
 
 @for_all("name, base", [("v6", "fixed"), ("v3.3", "floating"), ("romeo", "floating"), ("tiago", "fixed")])
