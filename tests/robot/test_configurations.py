@@ -7,11 +7,13 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings, strategies as st
 from made_up_robots import J, made_up
 
 import nao_kin as nk
+from nao_kin import rotations
 from nao_kin.errors import (
     BadArgument,
     CouplingViolated,
@@ -371,3 +373,38 @@ def test_joint_values_of_a_mimic_with_an_offset_are_taken_in_degrees_before_the_
     robot = made_up(tmp_path, J("a"), J("b", follows=("a", -2.0, 0.5)))
     q = robot.configuration({"b": np.degrees(0.1)}, degrees=True)
     assert q == pytest.approx([(0.1 - 0.5) / -2.0], abs=1e-15)
+
+
+# --- Euler angles of a floating base --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["v6", "romeo"])
+def test_roll_pitch_and_yaw_of_a_floating_base_are_those_of_pinocchio_and_lead_back(name: str) -> None:
+    """The recipe of the documentation, also at gimbal lock and beside it, and its rates by differences."""
+    robot = nk.load_nao(base="floating") if name == "v6" else nk.load_robot(name, base="floating")
+    rng = np.random.default_rng(0)
+    rpy = rng.uniform(-3.0, 3.0, (60, 3)) * [1.0, 0.5, 1.0]
+    rpy[:20, 1] = np.pi / 2 * np.sign(rpy[:20, 1]) + np.repeat([0.0, 1e-12, -1e-8, 1e-4], 5)
+    x = np.concatenate([rng.normal(size=(60, 3)), rpy, robot.random(rng, 60)[:, 7:]], axis=-1)
+
+    def from_angles(x: np.ndarray) -> np.ndarray:
+        quaternion = rotations.quat_from_euler(x[..., 3:6], "xyz", axes="fixed")
+        return np.concatenate([x[..., :3], rotations.quat_to_xyzw(quaternion), x[..., 6:]], axis=-1)
+
+    q = from_angles(x)
+    again = np.concatenate([robot.fk(q, robot.tree.root, as_="position6d"), q[..., 7:]], axis=-1)
+    for row, wanted, found in zip(q, x, again, strict=True):
+        R = pin.rpy.rpyToMatrix(wanted[3:6])
+        np.testing.assert_allclose(pin.Quaternion(row[3:7]).matrix(), R, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(pin.rpy.rpyToMatrix(found[3:6]), R, rtol=0, atol=2e-15)
+    np.testing.assert_allclose(robot.fk(from_angles(again)), robot.fk(q), rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(again[:5, 5], 0.0)  # at lock, yaw is zero
+    np.testing.assert_allclose(again[20:], x[20:], rtol=0, atol=1e-13)
+    rates, h = rng.normal(size=(60, robot.nv)), 1e-6
+    J = rotations.euler_rate_jacobian(x[:, 3:6], "xyz", axes="fixed", expressed_in="moving")
+    R = robot.rotation(q, robot.tree.root)
+    v = rates.copy()
+    v[:, :3] = np.einsum("nji,nj->ni", R, rates[:, :3])
+    v[:, 3:6] = np.einsum("nij,nj->ni", J, rates[:, 3:6])
+    for before, after, row in zip(from_angles(x - h * rates), from_angles(x + h * rates), v, strict=True):
+        np.testing.assert_allclose(pin.difference(robot.model, before, after) / (2 * h), row, rtol=0, atol=1e-7)
