@@ -144,9 +144,9 @@ def ik(request: Request, written: OutputOptions, robot: RobotOptions) -> None:
     The number of values determines the kind of target: 3 are a position, 4 (quaternion, scalar first) or 9 (rows) an
     orientation, 6 a position with roll, pitch, yaw, 7 a position with a quaternion, 16 the rows of a homogeneous
     matrix. Units are metres and radians, in the torso frame. The head takes an orientation, a camera a point to look
-    at; Legs takes the poses of both feet, the left one first. A file has one target in each row, and may be the output
-    of `nao-kin fk --csv` or `--json`. --csv prints configurations for fk and view, without targets that have no
-    solution.
+    at, another frame on the head a position; Legs takes the poses of both feet, the left one first. A file has one
+    target in each row, and may be the output of `nao-kin fk --csv` or `--json`. --csv prints configurations for fk and
+    view, without targets that have no solution.
 
     The exit code is 1 if a target is not reached; the nearest pose is then printed if there is one.
     """
@@ -226,9 +226,6 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     if direction is not None and request.criterion is not None:
         raise BadArgument("with --direction there is no freedom for --criterion to use; leave out --criterion")
 
-    if limb == "Head" and kind == "position" and frame not in model.semantics.cameras:
-        raise BadArgument(f"{frame} takes an orientation, 4 or 9 numbers; a camera takes a point to look at")
-
     def solve(target: Floats, near: Floats | None) -> IKResult:
         if limb == LEGS:
             left, right, priority = target[..., 0, :, :], target[..., 1, :, :], request.priority or "balanced"
@@ -237,6 +234,8 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
         if limb in _FEET and kind == "pose":
             return room.leg(model, limb[0], target, **common)
         if limb == "Head" and kind == "position":
+            if frame not in model.semantics.cameras:
+                return room.head(model, position=target, **common)
             return room.look_at(model, target, frame, near=near, limits=limits)
         if limb == "Head":
             if kind == "pose":

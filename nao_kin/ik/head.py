@@ -1,4 +1,4 @@
-"""`head` and `look_at`: the two joints of the neck, for an orientation, or for a point on a camera's optical axis."""
+"""`head` and `look_at`: the two joints of the neck, for an orientation, a position, or a point on an optical axis."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import NamedTuple, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, LimitPolicy, as_floats, as_vectors
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy, as_floats, as_vectors
+from nao_kin._core.text import quoted
 from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
@@ -41,10 +42,10 @@ from nao_kin.ik.branches import (
     table_range,
 )
 from nao_kin.ik.closed_form import TOLERANCE, ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
-from nao_kin.ik.results import Family, IKResult, without_collisions
-from nao_kin.ik.targets import as_options
+from nao_kin.ik.results import Family, IKResult, Obstacles, Reason, without_collisions
+from nao_kin.ik.targets import Options, as_options
 from nao_kin.robot import CollisionRule, RobotModel, body_frame_of, check_robot
-from nao_kin.rotations import check_rotation
+from nao_kin.rotations import check_rotation, rotation_between
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -52,8 +53,9 @@ _JOINTS = ("HeadYaw", "HeadPitch")
 @hides_former
 def head(
     robot: RobotModel,
-    R_torso_head: ArrayLike,
+    R_torso_head: ArrayLike | None = None,
     *,
+    position: ArrayLike | None = None,
     frame: str = "Head",
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
@@ -61,14 +63,17 @@ def head(
     collisions: bool | CollisionRule = False,
     **_former: NoReturn,
 ) -> IKResult:
-    """Compute the joint values that give the head an orientation, or the nearest one.
+    """Compute the joint values that give the head an orientation, or a frame of it a position, or the nearest one.
 
-    Two joints allow only two of the three rotations: they cannot tilt the head sideways. If the target is not met,
-    `best` and `q` are the joint values with the smallest angle to it, inside the limits if these are enforced.
+    Two joints allow only two of the three rotations: they cannot tilt the head sideways. They move a frame on a sphere
+    about the neck, so that a measured position, of a marker for instance, is never met exactly. If the target is not
+    met, `best` and `q` are the joint values with the smallest angle to it, or distance from it, inside the limits if
+    these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
-        R_torso_head: orientations of the frame in the torso, shape (..., 3, 3).
+        R_torso_head: orientations of the frame in the torso, shape (..., 3, 3); None with `position`.
+        position: positions of the frame's origin in the torso, shape (..., 3) [m]; None with `R_torso_head`.
         frame: a frame on the head, a camera for instance.
         near: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
             taken; None for all joints at zero, or at the limit nearest to it.
@@ -77,11 +82,14 @@ def head(
         collisions: as in all solvers.
 
     Returns:
-        At most one solution, to within 1e-10 rad. Two joints cannot meet an orientation that is rounded, for instance
-        to float32: its reason is `NOT_ENOUGH_JOINTS`, and `q` are the nearest joint values, some 1e-8 rad off.
+        At most one solution for an orientation, to within 1e-10 rad. Two joints cannot meet an orientation that is
+        rounded, for instance to float32: its reason is `NOT_ENOUGH_JOINTS`, and `q` are the nearest joint values, some
+        1e-8 rad off. For a position up to two solutions, to within 1e-10 m, the second with the head turned backwards;
+        off the sphere the reason is `OUT_OF_REACH`. The neck itself has no nearest position: `best` is nan.
 
     Raises:
-        BadArgument: the robot has no such neck; the message says what is missing.
+        BadArgument: the robot has no such neck; the message says what is missing. Or not one of `R_torso_head` and
+            `position` is given, a position is beyond ±1e150, or the frame is in the neck, which has one position.
         NotARotation: a target is not a rotation; the error has the argument, its index and its defect.
 
     Examples:
@@ -89,10 +97,19 @@ def head(
         >>> result = nk.ik.head(nao, nk.rotations.rot_z(0.5))
         >>> nao.angles(result.q)["HeadYaw"]
         0.5
+        >>> marker = nao.position(nao.configuration({"HeadYaw": 0.5}), "HeadTouchFront_frame")
+        >>> nk.ik.head(nao, position=1.01 * marker, frame="HeadTouchFront_frame").describe()
+        'out of reach by 2.271 mm; the nearest pose is off by 2.271 mm'
     """
     if _former:
         near = NEAR.argument(_former, near)
     limb = head_limb(robot, frame)
+    if position is not None and R_torso_head is None:
+        points = as_vectors(position, "position")
+        options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
+        return without_collisions(robot, _at_position(limb, points, options), collisions)
+    if R_torso_head is None or position is not None:
+        raise BadArgument("give R_torso_head or position, and not both")
     R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
     batch = R.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)
@@ -150,6 +167,45 @@ def look_at(
     options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)
     return without_collisions(robot, result, collisions)
+
+
+def _at_position(limb: Limb, points: Floats, options: Options) -> IKResult:
+    """Return joint values for positions (..., 3) of a frame at o from the neck: o looks in the direction of the point.
+
+    The angle θ that remains, and the distance d of the point from the neck, give the distance from the target,
+    √((d − |o|)² + 4 d |o| sin²(θ/2)). Without limits the sphere is reached as far as o is beside the axis of HeadYaw.
+    """
+    place = np.array(limb.numbers.place)
+    place[1] *= abs(place[1]) > TOLERANCE
+    radius, across = float(np.linalg.norm(place)), abs(float(place[1]))
+    if radius <= TOLERANCE:
+        advice = "give an orientation, or look at a point"
+        raise BadArgument(f"frame {quoted(limb.frame)} is in the neck, which has one position: {advice}")
+    rotation = tuple(rotation_between([1.0, 0.0, 0.0], place).ravel().tolist())
+    towards = limb.numbers._replace(place=(0.0, 0.0, 0.0), rotation=rotation)
+    found = solve(_GAZE, dataclasses.replace(limb, numbers=towards), points, options)
+    offset = points - limb.numbers.neck
+    far, aside = np.linalg.norm(offset, axis=-1), np.hypot(offset[..., 0], offset[..., 1])
+    away = np.hypot(far - radius, 2.0 * np.sqrt(far * radius) * np.sin(0.5 * found.residual[..., 1]))
+    along = np.hypot(aside - across, np.abs(offset[..., 2]) - math.sqrt((radius - across) * (radius + across)))
+    needed = np.where(aside * radius < across * far, along, np.abs(far - radius))
+    off = needed > VERIFIED
+    reasons = np.where(off, np.int8(Reason.OUT_OF_REACH), found.reasons)
+    out, met = reasons == Reason.OUT_OF_REACH, reasons == Reason.REACHED
+    obstacles = Obstacles(
+        np.where(out, -1, found.obstacles.joint),
+        np.where(out, needed, found.obstacles.needed),
+        np.where(out, 0.0, found.obstacles.limit),
+    )
+    return dataclasses.replace(
+        found,
+        branches=np.where(met[..., None, None], found.branches, np.nan),
+        families=np.where(met[..., None], found.families, np.int8(Family.NONE)),
+        count=np.where(met, found.count, 0),
+        reasons=reasons,
+        residual=np.stack([away, 0.0 * away], axis=-1),
+        obstacles=obstacles,
+    )
 
 
 # --- The geometry of a head, read from a robot.

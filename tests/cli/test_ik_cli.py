@@ -403,7 +403,7 @@ def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tm
         (("LLeg", "--target", words(np.ones(16))), "rotation"),
         (("LLeg", "--target", "0 0 0 0 0 0 0"), "quaternion"),
         (("LFot", "--target", "1 2 3"), "nearest: LFoot"),
-        (("Head", "--target", "1 2 3"), "a camera takes a point to look at"),
+        (("Head", "--target", "1 2 3"), "in the neck, which has one position: give an orientation, or look at a point"),
         (("LLeg", "--target", "0 0.05 -0.3", "--direction", "1 0 0"), "--direction is for positions of a hand"),
         (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0"), "2 numbers, expected 3"),
         (("LArm", "--target", "0.1 0.1 0", "--direction", "0 0 0"), "zero"),

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 from ik_checks import BESIDE, Floats
+from scipy.spatial import cKDTree
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason
 from nao_kin.rotations import matrix_from_quat, rot_x, rot_z
 
@@ -195,6 +196,111 @@ def test_of_a_free_yaw_the_nearest_that_allows_the_pitch_is_taken() -> None:
     table = nao.coupled_limits[0]
     allowed = [yaw for yaw in np.linspace(0.0, 2.0, 20001) if table.range(np.array(yaw))[0] <= needed]
     assert found.q[0] == pytest.approx(min(allowed, key=lambda yaw: abs(yaw - 1.5)), abs=1e-3)
+
+
+# --- positions of a frame on the head ---------------------------------------------------------------------------------
+
+MARKERS = ("CameraTop", "HeadTouchFront_frame", "SpeakerLeft", "SpeakerRight")
+
+
+@pytest.mark.parametrize("frame", MARKERS)
+def test_every_position_of_a_frame_on_the_head_brings_the_configuration_back(each_nao: nk.NaoModel, frame: str) -> None:
+    q = each_nao.random(1, 1000)
+    found = nk.ik.head(each_nao, position=each_nao.position(q, frame), frame=frame, near=q)
+    assert np.all(found.success)
+    np.testing.assert_allclose(found.q, q, atol=1e-10)
+    assert found.residual.max() < 1e-15
+    both = nk.ik.head(each_nao, position=each_nao.position(q, frame), frame=frame, limits="ignore")
+    assert (both.count == 2).all()
+    for k in range(2):
+        off = each_nao.position(both.solutions[:, k], frame) - each_nao.position(q, frame)
+        assert np.abs(off).max() < 1e-15
+
+
+@pytest.mark.parametrize("frame", MARKERS)
+def test_the_nearest_position_is_as_good_as_a_fine_scan_finds(nao: nk.NaoModel, frame: str) -> None:
+    rng = np.random.default_rng(3)
+    neck = nao.position(nao.neutral(), "Head")
+    places = neck + rng.normal(size=(100, 3)) * 0.1
+    for limits in ("enforce", "ignore"):
+        found = nk.ik.head(nao, position=places, frame=frame, limits=limits)  # type: ignore[arg-type]
+        assert (found.reasons == Reason.OUT_OF_REACH).all()
+        distances = np.linalg.norm(nao.position(found.q, frame) - places, axis=-1)
+        np.testing.assert_allclose(found.residual, np.stack([distances, 0.0 * distances], axis=-1), rtol=0, atol=1e-15)
+        assert np.isnan(found.solutions).all()
+        scan = nao.random(rng, 100_000)
+        if limits == "ignore":
+            scan[:, :2] = rng.uniform(-np.pi, np.pi, (100_000, 2))
+        else:
+            assert nao.within_limits(found.q).all()
+            at_most = found.obstacles.needed
+        nearest = cKDTree(nao.position(scan, frame)).query(places)[0]
+        assert (distances <= nearest + 1e-12).all()
+        assert np.median(nearest - distances) < 1e-4
+    # How far the target is out of reach does not depend on the limits.
+    np.testing.assert_allclose(at_most, distances, rtol=0, atol=1e-15)
+
+
+def test_a_position_on_the_sphere_outside_the_limits_names_the_joint(nao: nk.NaoModel) -> None:
+    q = nao.configuration({"HeadYaw": [2.6, 0.3, 0.0], "HeadPitch": [0.1, 1.0, 0.4]}, limits="ignore")
+    found = nk.ik.head(nao, position=nao.position(q, "CameraTop"), frame="CameraTop")
+    assert found.reasons.tolist() == [Reason.JOINT_LIMIT, Reason.JOINT_LIMIT, Reason.REACHED]
+    assert found.obstacles.joint.tolist() == [0, 1, -1]
+    np.testing.assert_allclose(found.obstacles.needed, [2.6, 1.0, 0.0], atol=1e-9)
+    scan = cKDTree(nao.position(nao.random(0, 300_000), "CameraTop")).query(nao.position(q, "CameraTop"))[0]
+    assert (found.residual[:, 0] <= scan).all()
+    assert (found.residual[:2, 0] > scan[:2] - 1e-3).all()
+
+
+def test_a_marker_measured_to_a_millimetre_gives_the_head_to_a_few_degrees(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(5)
+    q = nao.random(rng, 500)
+    measured = nao.position(q, "HeadTouchFront_frame") + 1e-3 * rng.normal(size=(500, 3))
+    found = nk.ik.head(nao, position=measured, frame="HeadTouchFront_frame", near=q)
+    assert (np.abs(found.residual[:, 0]) < 5e-3).all()
+    turned = nao.rotation(found.q, "Head").swapaxes(-1, -2) @ nao.rotation(q, "Head")
+    assert np.median(np.linalg.norm(nk.rotations.log(turned), axis=-1)) < 0.03
+
+
+def test_positions_above_the_neck_in_it_and_of_calibrated_and_floating_heads(nao: nk.NaoModel) -> None:
+    neck = nao.position(nao.neutral(), "Head")
+    radius = float(np.linalg.norm(nao.position(nao.neutral(), "CameraTop", reference="Head")))
+    above = nk.ik.head(nao, position=np.add(neck, [0.0, 0.0, radius]), frame="CameraTop", limits="ignore")
+    assert above.success is True
+    assert above.family is Family.YAW_AXIS
+    inside = nk.ik.head(nao, position=neck, frame="CameraTop")
+    assert inside.reason is Reason.OUT_OF_REACH
+    assert float(inside.obstacles.needed) == pytest.approx(radius)
+    assert np.isnan(inside.q).all()
+    mine = nao.with_offsets(
+        {"HeadYaw": 0.05, "HeadPitch": -0.03}, {"CameraTop": (0.001, 0.004, 0.002, 0.01, 0.02, 0.0)}
+    )
+    free = nk.load_nao(base="floating")
+    for robot in (mine, free):
+        q = robot.random(2, 50)
+        p = robot.position(q, "CameraTop", reference="torso")
+        found = nk.ik.head(robot, position=p, frame="CameraTop", near=q)
+        assert np.all(found.success)
+        np.testing.assert_allclose(found.q, q, atol=1e-10)
+    one = nk.ik.head(mine, position=mine.position(mine.random(2), "CameraTop"), frame="CameraTop", collisions=True)
+    assert one.q.shape == (25,)
+    assert nk.ik.head(nao, position=np.empty((0, 2, 3)), frame="CameraTop").q.shape == (0, 2, 25)
+
+
+def test_bad_positions_are_refused(nao: nk.NaoModel) -> None:
+    for wrong in ({}, {"position": [0.1, 0.0, 0.2], "R_torso_head": np.eye(3)}):
+        with pytest.raises(BadArgument, match="give R_torso_head or position, and not both"):
+            nk.ik.head(nao, frame="CameraTop", **wrong)  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="frame 'Head' is in the neck, which has one position"):
+        nk.ik.head(nao, position=[0.1, 0.0, 0.2])
+    with pytest.raises(NotFinite, match=r"position.*\[1\]"):
+        nk.ik.head(nao, position=[0.1, np.nan, 0.2], frame="CameraTop")
+    with pytest.raises(BadArgument, match=r"position must not exceed 1e\+150"):
+        nk.ik.head(nao, position=[0.1, 1e200, 0.2], frame="CameraTop")
+    with pytest.raises(WrongShape, match=r"position must have shape \(\.\.\., 3\)"):
+        nk.ik.head(nao, position=np.eye(4), frame="CameraTop")
+    with pytest.raises(BadArgument, match="not carried by HeadPitch"):
+        nk.ik.head(nao, position=[0.1, 0.0, 0.2], frame="LArm")
 
 
 def test_batches_keep_their_shape(nao: nk.NaoModel) -> None:
