@@ -14,7 +14,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, choice, unit, whole_number
-from nao_kin._core.text import html_table, one_line_repr, quoted
+from nao_kin._core.text import html_table, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine
@@ -227,7 +227,6 @@ class Singularity:
         return min(max(self.lower - angle, angle - self.upper) for angle in turns)
 
 
-@one_line_repr
 @dataclass(frozen=True, eq=False)
 class MultiDofJoint:
     """One joint of the robot, made of one to three joints of its URDF.
@@ -272,7 +271,6 @@ class MultiDofJoint:
         return f"<{type(self).__name__} {self.name}: {self.pair.name} at ({x}, {y}, {z}) m>"
 
 
-@one_line_repr
 @dataclass(frozen=True, eq=False)
 class JointGroups:
     """All joints of a robot, and the couplings between them; iterating yields the joints, `len` counts them.

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, shaped
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin._core.text import one_line_repr, quoted
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
 from nao_kin.robot import RobotModel, check_robot
@@ -259,7 +259,6 @@ MAX_SAMPLES = 4_000_000
 _ROUNDING = 1e-6
 
 
-@one_line_repr
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Configurations at times.
