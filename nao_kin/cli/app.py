@@ -22,6 +22,7 @@ from nao_kin.cli import (  # noqa: F401
     calibrate,
     camera,
     collisions,
+    completion,
     doctor,
     export,
     fk,
@@ -77,6 +78,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:
         return _fail("standard output is closed")
+    if completion.VARIABLE in os.environ:
+        return completion.complete(app)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? instead
@@ -169,8 +172,8 @@ def _terminal_restored() -> AbstractContextManager[object]:
     return before_ending(restore) if terminal else nullcontext()
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(context: typer.Context, wanted: bool) -> None:
+    if wanted and not context.resilient_parsing:
         typer.echo(nao_kin.__version__)
         raise typer.Exit
 

@@ -18,6 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import FORMER_NAMES
+from nao_kin.cli.completion import names_for
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 
 if TYPE_CHECKING:
@@ -43,7 +44,8 @@ def option(metavar: str | None, help: str, *names: str, default: Any = None) -> 
     """
 
     def info(name: str) -> Any:
-        return typer.Option(*names or [f"--{name.strip('_').replace('_', '-')}"], metavar=metavar, help=help)
+        flags = names or [f"--{name.strip('_').replace('_', '-')}"]
+        return typer.Option(*flags, metavar=metavar, help=help, autocompletion=names_for(name))
 
     return field(default=default, metadata={"info": info})
 
@@ -55,7 +57,11 @@ def flag(help: str, *names: str, default: bool | None = False) -> Any:
 
 def argument(metavar: str, help: str, default: Any = REQUIRED) -> Any:
     """Return a positional argument, as in `option`."""
-    return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
+
+    def info(name: str) -> Any:
+        return typer.Argument(metavar=metavar, help=help, autocompletion=names_for(name))
+
+    return field(default=default, metadata={"info": info})
 
 
 # The names of the option for the file to write.
@@ -163,6 +169,8 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Check which options are given, and how often, before their values."""
+        if ctx.resilient_parsing:  # a shell completes words that are not all there yet
+            return list(super().parse_args(ctx, args))
         known = [name for parameter in self.get_params(ctx) for name in (*parameter.opts, *parameter.secondary_opts)]
         args = _renamed(ctx.command_path.partition(" ")[2], args, known)
         try:
