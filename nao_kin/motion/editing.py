@@ -17,6 +17,8 @@ from nao_kin.robot import RobotModel
 
 # Tolerance of values that must be equal without a gap in time.
 _JUMP = 1e-9
+# Times that are nearer to each other [s] differ by rounding.
+_SAME_TIME = 1e-9
 _BLEND_RATE = 100.0
 
 
@@ -253,6 +255,7 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
         )
     count = max(1, int(np.ceil((dense[1] - dense[0]) * _BLEND_RATE)))
     grid = np.unique(np.concatenate([one.key_times, second.key_times, [begin], np.linspace(*dense, count + 1)]))
+    grid = grid[np.diff(grid, prepend=-np.inf) > _SAME_TIME]
     share = np.clip((grid - begin) / blend, 0.0, 1.0)
     weight = eased(share)
     names = tuple(dict.fromkeys((*one.joint_names, *two.joint_names)))

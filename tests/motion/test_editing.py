@@ -219,6 +219,13 @@ def test_a_blend_passes_from_the_one_to_the_other(kind: str) -> None:
     assert _close(both.sample(middle), (1 - w) * one.sample(middle) + w * two.sample(middle - shift))
 
 
+def test_keys_of_a_blend_that_rounding_tells_apart_are_one() -> None:
+    one = nk.Motion([0.0, 0.64, 0.96, 1.28, 1.6, 1.92], ["HeadYaw"], np.zeros((6, 1)), "smooth")
+    both = concatenate([one, one], blend=0.3)
+    assert np.diff(both.key_times).min() > 1e-6
+    assert both.duration == pytest.approx(2 * one.duration - 0.3)
+
+
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
 @pytest.mark.parametrize("n", [1, 2, 5, 8])
 def test_a_loop_does_the_same_again_and_again(kind: str, n: int) -> None:
