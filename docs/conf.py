@@ -19,6 +19,7 @@ from lecture_pages import write_lecture  # noqa: E402
 from live_robot import write_robot  # noqa: E402
 from parameter_tables import write_tables  # noqa: E402
 from search_ranks import setup_ranks  # noqa: E402
+from shown_names import setup_names  # noqa: E402
 
 project = "nao_kin"
 author = "The nao_kin developers"
@@ -85,6 +86,7 @@ def setup(app: Sphinx) -> None:
     """Write the tables of parameters, the page with the robot and the lecture before the pages are read."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
     app.connect("autodoc-process-docstring", types_in_public_words)
+    setup_names(app)
     setup_ranks(app)
     write_tables(HERE / "_generated" / "parameters.md")
     write_robot(HERE / "_generated" / "static" / "robot.html")

@@ -70,6 +70,8 @@ def read_configurations(
 ) -> tuple[Floats, bool]:
     """Return the configurations in a file, without the times that `read_log` also returns.
 
+    `nk.motion.read_motion` reads a table of times and only some of the joints.
+
     Args:
         robot: its joints are named in the file.
         path: a CSV or JSON file, or "-" for standard input.
@@ -108,6 +110,9 @@ def read_log(
     missing: str | float | None = None,
 ) -> Log:
     """Return the configurations in a file, and their times if it has a column of them.
+
+    `read_configurations` returns the configurations alone, and `nk.motion.read_motion` reads a table of times and only
+    some of the joints.
 
     Args:
         robot: its joints are named in the file.

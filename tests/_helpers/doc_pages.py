@@ -14,7 +14,8 @@ PAGES = [
     *(page for page in sorted(DOCS.glob("[!_]*/*.md")) if page.parent.name != "lecture"),
 ]
 # Pages on which every Python block that prints is followed by a block with its output.
-PRINTED = [DOCS / name for name in ("coming_from.md", "getting_started.md", "logs.md", "troubleshooting.md")]
+_EXACT = "choregraphe", "coming_from", "courses", "getting_started", "logs", "troubleshooting"
+PRINTED = [DOCS / f"{name}.md" for name in _EXACT]
 
 _BLOCK = re.compile(r"^```(\w+|\{code-block\} sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 

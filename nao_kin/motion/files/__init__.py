@@ -44,6 +44,8 @@ def read_motion(
 ) -> Motion:
     """Read the motion in a file.
 
+    `nk.stream.read_log` reads a table of all joints as configurations.
+
     Args:
         path: the file, or "-" for standard input.
         format: one of `FORMATS`; None recognises it by the content, and by the suffix if the content is ambiguous.

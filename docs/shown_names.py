@@ -1,0 +1,40 @@
+"""The reference shows names as programs write them: nk.ik.leg, nk.lines.angle for nao_kin.screws.lines.angle."""
+
+from __future__ import annotations
+
+import re
+import sys
+from types import ModuleType
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.application import Sphinx
+
+import nao_kin as nk
+
+# Module → how programs write it. `typed` is another name of `joints`.
+_WRITTEN = {"nao_kin": "nk", "nao_kin.rotations.rank_one": "nk.rotations.rank_one"} | {
+    room.__name__: f"nk.{name}"
+    for name in nk.__all__
+    if name != "typed" and isinstance(room := getattr(nk, name), ModuleType)
+}
+_NAME = re.compile(r"\b(nao_kin(?:\.\w+)*)\.(\w*)")
+
+
+def setup_names(app: Sphinx) -> None:
+    """Show them so in all entries; links, anchors and the search keep the whole names."""
+    app.connect("doctree-read", _show)
+
+
+def _show(app: Sphinx, doctree: nodes.document) -> None:
+    for entry in doctree.findall(addnodes.desc):
+        for text in list(entry.findall(nodes.Text)):
+            text.parent.replace(text, nodes.Text(_NAME.sub(_written, text)))
+
+
+def _written(name: re.Match[str]) -> str:
+    """Return the name in its room, or alone if its module is internal."""
+    module, last = name.groups()
+    if module in _WRITTEN:
+        return f"{_WRITTEN[module]}.{last}"
+    return last if module in sys.modules and last else name[0]
