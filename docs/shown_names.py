@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from types import ModuleType
+from typing import Any
 
 from docutils import nodes
 from sphinx import addnodes
@@ -22,8 +24,24 @@ _NAME = re.compile(r"\b(nao_kin(?:\.\w+)*)\.(\w*)")
 
 
 def setup_names(app: Sphinx) -> None:
-    """Show them so in all entries; links, anchors and the search keep the whole names."""
+    """Show them so in all entries; links, anchors and the search keep the whole names.
+
+    Below what a module is about, a table leads to its functions, which otherwise come after all classes.
+    """
     app.connect("doctree-read", _show)
+    app.connect("autodoc-process-docstring", _list_functions, priority=600)
+
+
+def _list_functions(app: Sphinx, what: str, module: str, obj: Any, options: Any, lines: list[str]) -> None:
+    if what != "module":
+        return
+    names = [name for name in getattr(obj, "__all__", ()) if name not in (options.exclude_members or ())]
+    functions = {name: inspect.getdoc(getattr(obj, name)) for name in names if inspect.isroutine(getattr(obj, name))}
+    if len(functions) > 3:
+        lines += ["", ".. list-table::", ""]
+        for name, text in functions.items():
+            lines.append(f"   * - :py:func:`{_WRITTEN.get(module, module)}.{name} <{module}.{name}>`")
+            lines.append("     - " + " ".join((text or "").partition("\n\n")[0].split()).replace("|", "\\|"))
 
 
 def _show(app: Sphinx, doctree: nodes.document) -> None:
