@@ -15,7 +15,7 @@ from sphinx.application import Sphinx
 import nao_kin as nk
 
 # Module → how programs write it. `typed` is another name of `joints`.
-_WRITTEN = {"nao_kin": "nk", "nao_kin.rotations.rank_one": "nk.rotations.rank_one"} | {
+_WRITTEN = {f"nao_kin{name}": f"nk{name}" for name in ("", ".rotations.rank_one", ".viewer.figures")} | {
     room.__name__: f"nk.{name}"
     for name in nk.__all__
     if name != "typed" and isinstance(room := getattr(nk, name), ModuleType)
