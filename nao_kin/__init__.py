@@ -3,8 +3,8 @@
 Conventions: metres, radians, kilograms; rotations are active, R_ab maps coordinates in b to coordinates in a;
 quaternions are scalar first; every array function takes leading batch axes.
 
-The names below are loaded on first use, so that the mathematics works without Pinocchio and the command line can report
-an installation in which Pinocchio does not load.
+The names below are loaded on first use, so that the mathematics works without Pinocchio, and the command line handles
+signals at once and can report an installation in which Pinocchio does not load.
 """
 
 from __future__ import annotations
@@ -12,16 +12,14 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from nao_kin import errors
 from nao_kin._core import __version__ as __version__
-from nao_kin._core.extras import with_remedy
-from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
     from nao_kin import (
         calibration,
         cli,
         crosscheck,
+        errors,
         export,
         ik,
         imitation,
@@ -38,6 +36,7 @@ if TYPE_CHECKING:
         world,
     )
     from nao_kin._kernels import KernelState, cache_folder, warm_up
+    from nao_kin.errors import NaoKinError
     from nao_kin.motion import Motion
     from nao_kin.robot import (
         LimitViolation,
@@ -105,6 +104,7 @@ _HOME = {
     "KernelState": "nao_kin._kernels",
     "LimitViolation": "nao_kin.robot",
     "Motion": "nao_kin.motion",
+    "NaoKinError": "nao_kin.errors",
     "NaoModel": "nao_kin.robot",
     "RobotModel": "nao_kin.robot",
     "Viewer": "nao_kin.viewer",
@@ -124,6 +124,8 @@ def __getattr__(name: str) -> Any:
     try:
         module = importlib.import_module(_HOME.get(name) or _INSIDE.get(name, f"nao_kin.{name}"))
     except ImportError as error:
+        from nao_kin._core.extras import with_remedy
+
         remedy = with_remedy(str(error))
         if remedy != str(error):
             raise ImportError(remedy, name=error.name, path=error.path) from None

@@ -39,13 +39,17 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     end_on_signals()
     codes: list[int] = []
     atexit.register(_leave_qi, codes)  # registered first, and so called last
-    words = sys.argv[1:] if arguments is None else arguments
+    words = sys.argv[1:]
+    if arguments is not None:
+        from nao_kin._core.arrays import texts  # these imports take a while; signals are already handled
+
+        words = list(texts(arguments, "arguments"))
     if words and words[0] in _WITH_QI:
         with suppress(ImportError):
             importlib.import_module("qi")  # before Pinocchio, see nao_kin.naoqi._qi
-    from nao_kin.cli.app import run  # this import takes a while; signals are already handled
+    from nao_kin.cli.app import run
 
-    codes.append(run(arguments))
+    codes.append(run(words))
     sys.exit(codes[0])
 
 

@@ -57,6 +57,14 @@ def _program(*code: str, **options) -> subprocess.Popen:
     )
 
 
+def test_the_program_handles_signals_before_it_imports_what_takes_long() -> None:
+    code = "import sys, nao_kin.cli; print(*{'numpy', 'dataclasses', 'inspect', 'nao_kin.errors'} & {*sys.modules})"
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code], env=ENVIRONMENT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "\n"
+
+
 def _handles(process: subprocess.Popen, number: signal.Signals) -> bool:
     """Return whether the program has installed its own handler for the signal, according to Linux."""
     try:
