@@ -7,7 +7,7 @@ import numbers
 import operator
 import re
 from collections.abc import Iterable
-from typing import Any, Literal, SupportsIndex, cast, get_args
+from typing import Any, Literal, SupportsIndex, TypeGuard, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -21,6 +21,8 @@ Vector = tuple[float, float, float]
 
 # Below this size, setting up the error state of a sum costs more than the exact search.
 _SMALL = 2000
+# More numbers than these fit into no memory, 8 TiB.
+_MAX_ENTRIES = 2**40
 
 
 def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str, *, gaps: bool = False) -> Floats:
@@ -58,6 +60,8 @@ def all_finite(array: Floats) -> bool:
 
 def as_numbers(value: ArrayLike, what: str) -> Floats:
     """Return `value` as a float64 array of any shape; refuse ragged, textual and complex input and masked entries."""
+    if isinstance(value, np.ndarray) and value.size > _MAX_ENTRIES:  # a view that repeats its entries
+        raise BadArgument(f"{what} has more numbers than a memory has room for, shape {value.shape}")
     if type(value) is np.ndarray and value.dtype == np.float64:
         return value
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
@@ -66,8 +70,9 @@ def as_numbers(value: ArrayLike, what: str) -> Floats:
         array: NDArray[Any] = np.asarray(value)
         if array.dtype.kind not in "fiub":
             raise TypeError
-        return array.astype(np.float64)
-    except (TypeError, ValueError):
+        with np.errstate(over="ignore"):  # of long doubles, which become infinite
+            return array.astype(np.float64)
+    except (TypeError, ValueError, np.ma.MaskError):
         raise BadArgument(f"{what} must be real numbers, got {quoted(value, 60)}") from None
 
 
@@ -239,7 +244,7 @@ def float_dtype(dtype: DTypeLike | None) -> np.dtype[Any]:
     """Return the dtype, which must be float64 or float32."""
     try:
         kind = np.dtype(dtype)
-    except TypeError:
+    except (TypeError, ValueError):
         kind = np.dtype(object)
     if kind not in (np.float64, np.float32):
         raise BadArgument(f"dtype must be float64 or float32, got {quoted(dtype)}")
@@ -266,6 +271,30 @@ def whole_number(value: SupportsIndex, what: str, minimum: int, maximum: int | N
     )
 
 
+def single_number(value: ArrayLike, what: str) -> float:
+    """Return a number that is not NaN, or raise `BadArgument`."""
+    number = as_numbers(value, what)
+    if number.ndim or np.isnan(number):
+        raise BadArgument(f"{what} must be a number, got {quoted(value, 60)}")
+    return float(number)
+
+
+def batch_index(index: object, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the index of one entry of a batch as a tuple, or raise `BadArgument`."""
+    several: Any = index if isinstance(index, (tuple, list)) else (index,)
+    try:
+        found = tuple(map(operator.index, several))
+        if len(found) == len(shape) and all(-n <= i < n for i, n in zip(found, shape, strict=True)):
+            return found
+    except TypeError:
+        pass
+    raise BadArgument(f"index must be that of one entry of a batch of shape {shape}, got {quoted(index)}")
+
+
+# A longer list of seeds is a mistake.
+_MAX_SEEDS = 10_000
+
+
 def generator(rng: object) -> np.random.Generator:
     """Return NumPy's generator of random numbers for a generator, a seed (whole numbers), or None.
 
@@ -276,6 +305,8 @@ def generator(rng: object) -> np.random.Generator:
     try:
         if rng is not None and not isinstance(rng, taken):
             several = isinstance(rng, (list, tuple, range)) or (isinstance(rng, np.ndarray) and rng.ndim == 1)
+            if several and len(seed) > _MAX_SEEDS:
+                raise ValueError
             seed = list(map(operator.index, seed)) if several else operator.index(seed)
         return np.random.default_rng(seed)
     except (TypeError, ValueError):
@@ -286,7 +317,7 @@ def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
     """Raise `BadArgument` for anything but one number ≥ 0."""
     try:
         fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
-    except OverflowError:
+    except (TypeError, OverflowError):  # NumPy counts spans of time as whole numbers
         fine = False
     if not fine:
         raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(tolerance)}")
@@ -357,6 +388,13 @@ def limit_policy(limits: object, valid: Iterable[LimitPolicy] = _POLICIES) -> Li
     return cast(LimitPolicy, choice(limits, valid, "limits policy"))
 
 
+def check_kind(value: object, what: str, kind: type | tuple[type, ...]) -> None:
+    """Raise `BadArgument` unless the value is of a type, or of one of several."""
+    if not isinstance(value, kind):
+        kinds = kind if isinstance(kind, tuple) else (kind,)
+        raise BadArgument(f"{what} must be of the type {' or '.join(k.__name__ for k in kinds)}, got {quoted(value)}")
+
+
 def flag(value: object, what: str) -> bool:
     """Return a boolean unchanged, or raise `BadArgument`; Python would take any non-empty text as true."""
     if not isinstance(value, (bool, np.bool_)):
@@ -364,9 +402,14 @@ def flag(value: object, what: str) -> bool:
     return bool(value)
 
 
+def is_several(values: object) -> TypeGuard[Iterable[Any]]:
+    """Return whether a value can be iterated over; texts are one value, and arrays without axes have no entries."""
+    return isinstance(values, Iterable) and not isinstance(values, str) and getattr(values, "ndim", 1) != 0
+
+
 def texts(values: object, what: str) -> tuple[str, ...]:
     """Return the texts of a list or another sequence as a tuple, or raise `BadArgument`."""
-    if isinstance(values, str) or not isinstance(values, Iterable) or getattr(values, "ndim", 1) == 0:
+    if not is_several(values):
         raise BadArgument(f"{what} must be a list of texts, got {quoted(values)}")
     found = tuple(values)
     for value in found:

@@ -27,7 +27,7 @@ from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, is_several
 from nao_kin._core.extras import command
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
@@ -416,7 +416,7 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
         >>> [state.name for state in nk.warm_up(["ik kernel, heads"])]
         ['ik kernel, heads']
     """
-    if names is not None and (isinstance(names, str) or not isinstance(names, Iterable)):
+    if names is not None and not is_several(names):
         raise BadArgument(f"names must be names of kernels, got {quoted(names)}")
     if not has_numba():
         return ()

@@ -66,6 +66,10 @@ class Outlier:
         return f"observation {self.observation} ({self.kind}), {self.item}: {self.sigmas:.1f} σ"
 
 
+# Beyond this standard deviation [rad] a reading says nothing.
+_LARGEST_NOISE = 100.0
+
+
 class Problem:
     """Checked observations and the unknowns that explain them."""
 
@@ -118,6 +122,8 @@ class Problem:
         self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
         self._last: tuple[bytes, list[Seen]] | None = None
         check_tolerance(joint_noise, "joint_noise")
+        if joint_noise > _LARGEST_NOISE:
+            raise BadArgument(f"joint_noise must be at most {_LARGEST_NOISE:g} rad, got {joint_noise:g}")
         self._again, self._joint_noise = (dict(start), prior, joint_noise), joint_noise
         self._readings: Readings | None = None
 

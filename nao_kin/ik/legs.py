@@ -10,7 +10,7 @@ from typing import Any, Literal, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, LimitPolicy, choice, rigid_inverse
+from nao_kin._core.arrays import Floats, LimitPolicy, batch_index, choice, rigid_inverse
 from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
@@ -142,6 +142,7 @@ class LegsResult(IKResult):
             >>> nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"])).describe()
             'reached, 1 solution'
         """
+        index = batch_index(index, self.reasons.shape)
         reason = Reason(int(self.reasons[index]))
         if reason in (Reason.REACHED, Reason.COLLISION):
             return super().describe(index, degrees=degrees)

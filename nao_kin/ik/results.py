@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, first_index
+from nao_kin._core.arrays import Floats, batch_index, first_index
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import RESULT_REFERENCE
 from nao_kin.robot import CollisionRule, RobotModel
@@ -247,6 +247,7 @@ class IKResult(Outcome):
             >>> nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0]).describe()
             'out of reach by 789.3 mm; the nearest pose is off by 789.3 mm'
         """
+        index = batch_index(index, self.reasons.shape)
         reason = Reason(int(self.reasons[index]))
         needed, limit = float(self.obstacles.needed[index]), float(self.obstacles.limit[index])
         away, turned = (float(error) for error in self.residual[index])

@@ -9,7 +9,16 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, as_numbers, check_tolerance, choice, common_batch
+from nao_kin._core.arrays import (
+    LIMIT_TOLERANCE,
+    Floats,
+    as_floats,
+    as_numbers,
+    batch_index,
+    check_tolerance,
+    choice,
+    common_batch,
+)
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import LIMITS_REDISTRIBUTE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
@@ -93,6 +102,7 @@ class TwistMap:
             >>> int(result.map.rank()), len(result.map.lost_twists()), result.map.idle_joints()
             (5, 1, ())
         """
+        index = batch_index(index, self.singular_values.shape[:-1])
         rank = int(self.rank(singular)[index])
         return _named(self.twists[index][:, rank:], TWIST_NAMES)
 
@@ -103,6 +113,7 @@ class TwistMap:
             index: index of the configuration in a batch.
             singular: as in `rank`.
         """
+        index = batch_index(index, self.singular_values.shape[:-1])
         rank = int(self.rank(singular)[index])
         return _named(self.velocities[index][:, rank:], self.joints)
 
@@ -261,7 +272,7 @@ def velocity(
         check_tolerance(damping, "damping")
     for value, name in ((dt, "dt"), (length, "length")):
         check_tolerance(value, name)
-        if not 0.0 < value < np.inf:
+        if not 1e-100 < value < np.inf:
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
     motion = cached_limb(robot, FrameMotion, frame)
     start, shape = robot.checked(q), as_numbers(twist, "twist").shape

@@ -15,6 +15,7 @@ from nao_kin._core.arrays import (
     Floats,
     LimitPolicy,
     as_vectors,
+    batch_index,
     check_tolerance,
     common_batch,
     whole_number,
@@ -135,6 +136,7 @@ class WholeBodyResult(Outcome):
             >>> result.describe()
             'reached; centre of mass 35.72 mm inside the support polygon'
         """
+        index = batch_index(index, self.reasons.shape)
         reason = Reason(int(self.reasons[index]))
         beyond = float(self.beyond[index])
         if np.isnan(self.q[index]).any():

@@ -134,9 +134,10 @@ def read_skeleton(
 
 @contextmanager
 def _errors_of(name: str) -> Iterator[None]:
-    """Name the file in errors about its points."""
+    """Name the file in errors about its points; numbers that become too large are refused as infinite ones."""
     try:
-        yield
+        with np.errstate(over="ignore", invalid="ignore"):
+            yield
     except (BadArgument, DegeneratePoints, NotFinite, WrongShape) as error:
         raise BadInputFile(name, str(error)) from None
 

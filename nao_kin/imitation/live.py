@@ -8,12 +8,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, check_tolerance, choice, flag
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, single_number
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.imitation.imitate import CONFIDENCE, start_of
 from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
 from nao_kin.imitation.skeleton import POINTS, UP_AXES, axis_matrix, check_points, ordered_naming
 from nao_kin.robot import RobotModel
+
+# After a pause of this length [s] every joint may be anywhere.
+_LONGEST = 1e6
 
 
 class Imitator:
@@ -110,12 +113,12 @@ class Imitator:
             >>> round(float(end[nao.joint_names.index("LShoulderRoll")]), 2)  # of an arm out to the side, 76° at most
             1.33
         """
-        now = float(as_numbers(time, "time"))
+        now = single_number(time, "time")
         if not self._time < now < math.inf:
             raise BadArgument(f"time must be later than {self._time:g} s, that of the last frame, got {now:g}")
         points = self._named(frame) if isinstance(frame, Mapping) else self._of_source(frame)
         # The first frame moves nothing, for there is no time to do so.
-        passed, self._time = (now - self._time if self._time > -math.inf else 0.0), now
+        passed, self._time = (min(now - self._time, _LONGEST) if self._time > -math.inf else 0.0), now
         if self._points is None:
             self._points = points
         else:

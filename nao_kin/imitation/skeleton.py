@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, texts
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, single_number, texts
 from nao_kin._core.files import read_toml
 from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, nearest_names
@@ -154,7 +154,7 @@ class Skeleton:
             (65, 21)
         """
         low, high = (
-            ends if limit is None else float(as_numbers(limit, what))
+            ends if limit is None else single_number(limit, what)
             for limit, what, ends in ((start, "start", self.times[0]), (end, "end", self.times[-1]))
         )
         rows = (self.times >= low) & (self.times <= high)
@@ -224,7 +224,7 @@ class Skeleton:
             array = array[None]
         k = len(naming.order)
         if array.ndim != 3 or array.shape[1] != k or array.shape[2] not in (3, 4) or not len(array):
-            flat = "; two coordinates give no directions" if array.shape[-1] == 2 else ""
+            flat = "; two coordinates give no directions" if array.shape[-1:] == (2,) else ""
             raise WrongShape("landmarks", f"(n, {k}, 3 or 4) for {source}{flat}", array.shape)
         found = dict(zip(naming.order, np.moveaxis(array[..., :3], 1, 0), strict=True))
         refuse_plane(found)

@@ -19,6 +19,7 @@ from nao_kin._core.arrays import (
     Floats,
     choice,
     finite_or_none,
+    flag,
     runs,
 )
 from nao_kin._core.warn import need_extra
@@ -540,6 +541,7 @@ def plot(
     from matplotlib.figure import Figure
 
     check_both(robot, motion)
+    flag(balance, "balance")
     names = motion.joint_names if joints is None else checked_names(joints)
     for name in names:
         if name not in motion.joint_names:

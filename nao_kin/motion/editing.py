@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, eased, shaped, whole_number
+from nao_kin._core.arrays import Floats, as_floats, eased, is_several, shaped, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion.curves import slowest
@@ -122,7 +122,7 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
         >>> nk.motion.concatenate([nod, nod], gap=0.5).end
         2.5
     """
-    parts = () if isinstance(motions, Motion) or not isinstance(motions, Iterable) else tuple(motions)
+    parts: tuple[Motion, ...] = () if isinstance(motions, Motion) or not is_several(motions) else tuple(motions)
     if not parts or not all(isinstance(motion, Motion) for motion in parts):
         raise BadArgument("concatenate needs a list of motions, at least one")
     pause, overlap = _number(gap, "gap"), _number(blend, "blend")

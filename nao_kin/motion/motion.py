@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, shaped
+from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, is_several, shaped
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import quoted
@@ -31,7 +31,7 @@ Columns = tuple[Floats, ...]
 
 def checked_names(names: Any) -> tuple[str, ...]:
     """Return the joint names of a motion as texts, each given once."""
-    if isinstance(names, str) or not isinstance(names, Iterable):
+    if not is_several(names):
         raise BadArgument(f"joint_names must be a list of names, got {quoted(names)}")
     result = tuple(names)
     if not result:
@@ -533,7 +533,7 @@ class Motion(Guessing):
 
     def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
         wanted = as_floats(t, (), "t")
-        flat = wanted.reshape(-1)
+        flat = np.clip(wanted.reshape(-1), self.start - 1.0, self.end + 1.0)  # outside, nothing moves
         shared = self._shared
         if shared is not None:
             rows = shared.speed(flat) if speed else shared.sample(flat)

@@ -15,7 +15,7 @@ import numpy as np
 import umsgpack
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, is_several
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, NaoKinError, NotFinite, WrongShape
 from nao_kin.motion import Motion
@@ -467,7 +467,7 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
         0.08
     """
     check_robot(robot)
-    rows = list(found) if isinstance(found, Iterable) else [found]
+    rows: list[Any] = list(found) if is_several(found) else [found]
     if not all(isinstance(row, JointReading) for row in rows):
         raise BadArgument(f"found must be readings of joints, got {quoted(found)}")
     if not rows:

@@ -92,7 +92,8 @@ class _Votes:
         origin = np.full(3, 0.5 * self._voxel)
         if self._heights is not None:
             origin[2] = self._heights[0]
-        cells = np.floor((self._targets @ R - origin) / self._voxel)
+        with np.errstate(over="ignore"):
+            cells = np.floor((self._targets @ R - origin) / self._voxel)
         if np.abs(cells).max() >= 2**40:
             raise BadArgument("targets are too far away for voxels of this size")
         # The start of the mirrored map after it is moved to each target.
@@ -292,7 +293,7 @@ class ReachMap:
             raise WrongShape("targets", "(m, 3) with m ≥ 1", points.shape)
         if len(self.count) == 0:
             raise BadArgument("the map is empty: nothing is within reach")
-        headings = whole_number(yaws, "yaws", 1)
+        headings = whole_number(yaws, "yaws", 1, 1_000_000)
         votes = _Votes(self, points, _heights(height))
         best, position, yaw = -1, np.zeros(3), 0.0
         for heading in np.arange(headings) * (2.0 * math.pi / headings):

@@ -17,7 +17,10 @@ from nao_kin._core.arrays import (
     Floats,
     LimitPolicy,
     as_floats,
+    as_numbers,
+    check_kind,
     choice,
+    common_batch,
     first_index,
     generator,
     limit_policy,
@@ -25,7 +28,14 @@ from nao_kin._core.arrays import (
 from nao_kin._core.sides import Hips, joints_of_side
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
+from nao_kin.errors import (
+    BadArgument,
+    CouplingViolated,
+    DegreesWarning,
+    NotFinite,
+    OutsideLimits,
+    UnknownName,
+)
 from nao_kin.robot.limits import JointLimits, OutsideRows
 from nao_kin.robot.semantics import Mimic, Posture
 
@@ -405,7 +415,15 @@ def motor_values(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips
             mimics[name].driver_value(values[name]) if name in mimics else values[name]
             for name in joints_of_side(joints, hips)
         ]
-        found[motor] = columns[0] if len(columns) == 1 else np.mean(columns, axis=0)
+        found[motor] = columns[0] if len(columns) == 1 else np.mean(np.broadcast_arrays(*columns), axis=0)
+    return found
+
+
+def values_by_name(values: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+    """Return joint → values as arrays whose shapes broadcast; NaN is accepted."""
+    check_kind(values, "values", Mapping)
+    found = {name: as_numbers(value, f"values of {name}") for name, value in values.items()}
+    common_batch("values of joints", (), *(value.shape for value in found.values()))
     return found
 
 
@@ -417,6 +435,7 @@ def without_gaps(
     A gap is filled with the value of another joint of the same motor, or else with that of the driving joint in `rest`,
     which also has the values of the joints that are absent.
     """
+    values = values_by_name(values)
     found = dict(rest)
     couplings = {name: mimics.get(name) or Mimic(name) for name in values}
     measured: dict[str, Floats] = {}

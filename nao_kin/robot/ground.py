@@ -105,6 +105,7 @@ def set_down(
     floor = _floor_of(robot)
     names = named_soles(robot, soles)
     check_tolerance(tolerance)
+    tolerance = float(tolerance)  # unsigned numbers have no negative ones
     feet = Feet.of(robot, names, or_origin=True)
     if not names and not len(floor.points):
         raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
@@ -151,7 +152,7 @@ def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, toleranc
     """Return the vertices of the shapes, feet included, that touch the floor in one configuration, shape (k, 3) [m]."""
     floor = _floor_of(robot)
     T_links = T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root)
-    near = np.flatnonzero(floor._deepest(T_links[None], -_UPRIGHT[None])[0] >= -tolerance)
+    near = np.flatnonzero(floor._deepest(T_links[None], -_UPRIGHT[None])[0] + tolerance >= 0.0)
     placed = [floor.vertices[k] @ T_links[k, :3, :3].T + T_links[k, :3, 3] for k in near]
     points = np.concatenate([*placed, np.empty((0, 3))])
     return points[points[:, 2] <= tolerance]

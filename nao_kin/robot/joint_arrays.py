@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, whole_number
 from nao_kin._core.text import one_line_repr
-from nao_kin.errors import UnknownName
+from nao_kin.errors import UnknownName, WrongShape
 from nao_kin.robot.urdf import UrdfTree
 
 ROOT = -1
@@ -119,7 +119,7 @@ class JointArrays:
             >>> [joints.names[k] for k in joints.path(joints.row("LKneePitch"))]
             ['LHipYawPitch', 'LHipRoll', 'LHipPitch', 'LKneePitch']
         """
-        path = []
+        path, row = [], whole_number(row, "row", ROOT, len(self.names) - 1)
         while row != ROOT:
             path.append(row)
             row = int(self.parents[row])
@@ -147,7 +147,10 @@ class JointArrays:
             >>> nao.joints.values(nao.posture("Stand")).shape
             (42,)
         """
-        return np.asarray(as_floats(q, (), "q")[..., self.coordinates] * self.multipliers + self.offsets)
+        q = as_floats(q, (), "q")
+        if q.shape[-1:] <= (self.coordinates.max(initial=0),):
+            raise WrongShape("q", "(..., nq)", q.shape)
+        return np.asarray(q[..., self.coordinates] * self.multipliers + self.offsets)
 
 
 def joint_arrays(model: pin.Model, tree: UrdfTree) -> JointArrays:

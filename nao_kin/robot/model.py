@@ -17,6 +17,7 @@ from nao_kin._core.arrays import (
     Floats,
     LimitPolicy,
     as_floats,
+    check_kind,
     choice,
     flag,
     limit_policy,
@@ -38,6 +39,7 @@ from nao_kin.robot.configurations import (
     DataFrame,
     joints_by_motor,
     motor_values,
+    values_by_name,
     with_shared_motors,
     without_gaps,
 )
@@ -124,6 +126,8 @@ class RobotModel(Guessing):
         Raises:
             BadModel: more joints than Pinocchio can take, or semantics that name missing parts.
         """
+        check_kind(tree, "tree", UrdfTree)
+        check_kind(semantics, "semantics", (Semantics, type(None)))
         self.model = model = build_model(tree, base)
         self.tree, self.urdf_path, self.load_notes = tree, tree.path, tree.notes
         self.base: Base = base
@@ -662,9 +666,8 @@ class RobotModel(Guessing):
             [-0.2, -0.35]
         """
         check_hips(hips)
-        if not isinstance(values, Mapping):
-            raise BadArgument(f"values must map joints to values, got {quoted(values)}")
-        return motor_values(self.mimics, {name: as_floats(each, (), name) for name, each in values.items()}, hips)
+        values = {name: as_floats(each, (), name) for name, each in values_by_name(values).items()}
+        return motor_values(self.mimics, values, hips)
 
     def checked(self, q: ArrayLike) -> Floats:
         """Return `q` as an array of configurations of this robot; limits are not checked.

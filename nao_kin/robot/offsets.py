@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_vectors, first_index, join_poses
+from nao_kin._core.arrays import Floats, as_floats, as_vectors, check_kind, first_index, join_poses
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index, nearest_names
@@ -130,6 +130,8 @@ def write_offsets(
         {'LKneePitch': 0.01}
     """
     lines, tables = [], read_offsets(offsets)
+    for value, what in ((about, "about"), (remarks, "remarks")):
+        check_kind(value, what, (Mapping, type(None)))
     remarks = dict(remarks or {})
     if about:
         lines += _table(_ABOUT, about)

@@ -53,6 +53,7 @@ They may be written in a small TOML file beside the URDF:
 from __future__ import annotations
 
 import math
+import numbers
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -62,7 +63,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers
+from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers, check_kind, is_several, shaped
 from nao_kin._core.files import read_toml
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import one_line_repr, quoted
@@ -95,6 +96,9 @@ class Mimic:
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_kind(self.joint, "the driving joint", str)
 
     def value(self, driver: Floats | float) -> Floats:
         """Return values of the mimic joint for values of the driving joint, any shape."""
@@ -166,13 +170,16 @@ class CoupledLimit:
 
     def __post_init__(self) -> None:
         for name in ("joint", "of"):
-            _check_kind(getattr(self, name), f"{name!r} of a coupled limit", str)
+            check_kind(getattr(self, name), f"{name!r} of a coupled limit", str)
         what = f"the coupled limit of {self.joint}"
         if self.joint == self.of:
             raise BadArgument(f"{what} depends on that joint itself")
         for name in ("at", "lower", "upper"):
             try:
-                object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+                values = tuple(getattr(self, name))
+                if not all(isinstance(value, numbers.Real) for value in values):
+                    raise TypeError
+                object.__setattr__(self, name, tuple(map(float, values)))
             except (TypeError, ValueError, OverflowError):
                 raise BadArgument(f"{what} must have numbers in {name}, got {quoted(getattr(self, name))}") from None
         if not (len(self.at) == len(self.lower) == len(self.upper) > 0):
@@ -205,6 +212,8 @@ class Posture:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "angles", _mapping(self.angles, "angles of a posture"))
+        if self.up is not None:
+            shaped(self.up, (3,), "up of a posture")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Posture, (dict(self.angles), self.up)  # mapping proxies do not pickle
@@ -221,6 +230,10 @@ class View:
 
     direction: Vector
     joints: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        shaped(self.direction, (3,), "direction of a view")
+        object.__setattr__(self, "joints", _several(self.joints, "joints of a view", str))
 
 
 @one_line_repr
@@ -306,7 +319,7 @@ class Semantics:
         outlines = _mapping(self.outlines, "outlines", Iterable)
         object.__setattr__(self, "outlines", MappingProxyType({k: _corners(v, k) for k, v in outlines.items()}))
         for name in ("start", "version", "root"):
-            _check_kind(getattr(self, name), name, str)
+            check_kind(getattr(self, name), name, str)
         for joint, unit in self.units.items():
             if unit not in UNITS:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
@@ -350,20 +363,17 @@ def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any
     if not isinstance(values, Mapping):
         raise BadArgument(f"{what} must be a mapping of names, got {quoted(values)}")
     for name, value in values.items():
-        _check_kind(value, f"{what}: {name}", kind)
+        check_kind(value, f"{what}: {name}", kind)
     return MappingProxyType(dict(values))
 
 
 def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[Any, ...]:
     """Return a tuple of values of one type; a string is one value, not several letters."""
-    if isinstance(values, str) or not isinstance(values, Iterable):
+    if not is_several(values):
         raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}")
-    try:
-        found = tuple(values)
-    except TypeError:  # an array without axes
-        raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}") from None
+    found = tuple(values)
     for value in found:
-        _check_kind(value, what, kind)
+        check_kind(value, what, kind)
     return found
 
 
@@ -386,12 +396,6 @@ def _corners(values: Iterable[Any], sole: str) -> tuple[tuple[float, ...], ...]:
             f"the outline of {sole} must be three or more pairs or triples of finite numbers, got {quoted(values)}"
         )
     return points
-
-
-def _check_kind(value: object, what: str, kind: type | tuple[type, ...]) -> None:
-    if not isinstance(value, kind):
-        kinds = kind if isinstance(kind, tuple) else (kind,)
-        raise BadArgument(f"{what} must be of the type {' or '.join(k.__name__ for k in kinds)}, got {quoted(value)}")
 
 
 # --- Semantics from a TOML file, often beside a URDF.

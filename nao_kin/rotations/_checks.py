@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_batch, as_numbers, check_tolerance, first_index, refuse_non_finite
 from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluate
-from nao_kin._core.text import one_line_repr
+from nao_kin._core.text import one_line, one_line_repr
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
@@ -81,7 +81,7 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE, *, name: str = ""
         index = first_index(bad)
         error = NotARotation(index, float(defects.determinant[index]), float(defects.orthogonality[index]))
         if name:
-            error.args = (f"{name}: {error}",)
+            error.args = (one_line(f"{name}: {error}"),)
         raise error
     return defects
 

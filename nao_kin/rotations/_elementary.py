@@ -177,9 +177,10 @@ def vee(W: ArrayLike) -> Floats:
     symmetric = np.abs(half + np.swapaxes(half, -1, -2)).max(axis=(-2, -1))
     if (symmetric > TOLERANCE * largest).any():
         index = first_index(np.asarray(symmetric > TOLERANCE * largest))
+        sizes = 2.0 * float(symmetric[index]), 2.0 * float(largest[index])
         raise BadArgument(
-            f"matrix{at_index(index)} is not skew-symmetric: largest entry of W + Wᵀ is {2.0 * symmetric[index]:.3g}, "
-            f"of W {2.0 * largest[index]:.3g}"
+            f"matrix{at_index(index)} is not skew-symmetric: largest entry of W + Wᵀ is {sizes[0]:.3g}, "
+            f"of W {sizes[1]:.3g}"
         )
     return np.stack(
         [half[..., 2, 1] - half[..., 1, 2], half[..., 0, 2] - half[..., 2, 0], half[..., 1, 0] - half[..., 0, 1]],

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_batch, generator, unit
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._exponential import exp
@@ -17,6 +18,9 @@ from nao_kin.rotations._quaternions import matrix_from_quat, quat_canonical
 
 Random: TypeAlias = "np.random.Generator | int | None"  # as text, because NumPy takes 15 ms to load its generators
 Shape = SupportsIndex | Iterable[SupportsIndex]
+
+# A larger size of one axis is a mistake; NumPy has no arrays of 2^63 entries.
+_MOST = 10**15
 
 
 def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
@@ -100,7 +104,7 @@ def _sizes(shape: Shape) -> tuple[int, ...]:
     try:
         sizes = tuple(map(operator.index, shape if isinstance(shape, Iterable) else (shape,)))
     except TypeError:
-        raise BadArgument(f"shape must be a whole number or several, got {shape!r}") from None
-    if any(size < 0 for size in sizes):
-        raise BadArgument(f"shape must not be negative, got {sizes}")
+        raise BadArgument(f"shape must be a whole number or several, got {quoted(shape)}") from None
+    if not all(0 <= size < _MOST for size in sizes):
+        raise BadArgument(f"shape must have sizes from 0 to {_MOST:g}, got {quoted(sizes)}")
     return sizes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, cross, dot, first_index
+from nao_kin._core.arrays import Floats, as_batch, as_vectors, cross, dot, first_index
 from nao_kin._core.kernels import evaluate, jacobian_derivatives
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.rotations._checks import as_rotations
@@ -243,7 +243,7 @@ class RotationSpline:
 def _end(value: ArrayLike | None, mean: Floats, what: str) -> Floats:
     if value is None:
         return mean
-    velocity = as_batch(value, (3,), what)
+    velocity = as_vectors(value, what)
     try:
         return np.broadcast_to(velocity, mean.shape)
     except ValueError:

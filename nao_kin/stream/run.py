@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import __version__, files as atomic
-from nao_kin._core.arrays import Floats, LimitPolicy, choice, float_dtype, limit_policy
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, float_dtype, limit_policy, single_number, texts
 from nao_kin._core.headings import TIME_UNITS
 from nao_kin._core.process import usable_cores
 from nao_kin._core.sides import Hips, check_hips
@@ -168,7 +168,7 @@ def fk(
         check_hips(hips)
     limits = limit_policy(limits)
     choice(on_error, get_args(ErrorPolicy), "policy for bad rows")
-    names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
+    names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else texts(frames, "frames")
     if not names:
         raise BadArgument("no frames; expected at least one name, or None for all links")
     numbers = PoseColumns(as_, degrees)
@@ -180,6 +180,8 @@ def fk(
     sink_kind = sink_class(sink)
     # Unknown frames are refused before anything is read.
     robot.frame_ids(names if reference is None else (*names, reference))
+    if not (missing is None or isinstance(missing, str)):
+        missing = single_number(missing, "missing")
     with closing(open_source(files, robot, TableOptions(degrees, columns, ignore_other, missing))) as opened:
         joints = [JointColumns(robot, file.table, limits, hips, file.whole, missing) for file in opened.files]
         writer = sink_kind(names, numbers.names, shape, kind, opened.table.timed)

@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, flag, join_poses, texts
+from nao_kin._core.arrays import Floats, as_floats, flag, join_poses, texts, whole_number
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, numpy_errors, read_json, read_table_text
 from nao_kin._core.text import abbreviated, one_line_repr, quoted
@@ -95,7 +95,8 @@ class Targets:
         if rows.ndim != 2:
             raise WrongShape("numbers", "(n, k)", rows.shape)
         n, count = rows.shape
-        if frames > 1:
+        flag(degrees, "degrees")
+        if whole_number(frames, "frames", 1, 10_000) > 1:
             if count % frames or _READ.get(count // frames, ("",))[0] != "pose":
                 expected = f"{6 * frames}, {7 * frames} or {16 * frames} for the poses of {frames} frames"
                 raise BadArgument(f"{count} numbers; expected {expected}, one after another")
@@ -157,6 +158,8 @@ def read_targets(robot: RobotModel, path: Path | str, frame: str | Sequence[str]
     check_robot(robot)
     flag(degrees, "degrees")
     frames = tuple(texts([frame] if isinstance(frame, str) else frame, "frame"))
+    if not frames:
+        raise BadArgument("no frames; expected at least one name")
     robot.frame_ids(frames)
     name = str(path)
     if not name:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, join_poses, shaped
+from nao_kin._core.arrays import Floats, check_kind, join_poses, shaped
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
@@ -218,6 +218,8 @@ class Recording:
             >>> recording.plots["battery", "charge"].shape
             (1, 2)
         """
+        check_kind(name, "name", str)
+        check_kind(values, "values", Mapping)
         with self._lock:
             if self._end is None:
                 now = time.monotonic() - self._begin
@@ -232,9 +234,10 @@ class Recording:
             >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
             >>> recording.show(nao.posture("Stand"))
         """
+        q = self.robot.checked(q).copy()
         with self._lock:
             if self._end is None:
-                self._note(time.monotonic() - self._begin, np.array(q))
+                self._note(time.monotonic() - self._begin, q)
 
     def finish(self) -> None:
         """Record that the last configuration was shown until now, and stop; does nothing the second time.

@@ -251,7 +251,10 @@ def _jpeg_size(data: bytes) -> tuple[int, int] | None:
 
 def png_file(image: NDArray[np.uint8]) -> bytes:
     """Return an array (h, w, 3) or (h, w) as a PNG file, packed fast rather than small."""
-    array = np.asarray(image) if isinstance(image, (np.ndarray, list, tuple)) else None
+    try:
+        array = np.asarray(image) if isinstance(image, (np.ndarray, list, tuple)) else None
+    except ValueError:  # rows of different lengths
+        array = None
     if array is None or array.dtype.kind not in "uifb":
         raise BadArgument(f"image must be an array, or the bytes of a PNG or JPEG file, got {quoted(image, 60)}")
     if not (array.ndim == 2 or (array.ndim == 3 and array.shape[2] == 3)):

@@ -137,6 +137,7 @@ def project(
     """
     p = as_floats(points, (3,), "points")
     check_tolerance(row_time, "row_time")
+    check_camera(camera)
     row = np.full(p.shape[:-1], 0.5 * (camera.height - 1))
     for _ in range(_MOST_STEPS):
         rows_q = q(row_time * row) if callable(q) else q
@@ -374,7 +375,7 @@ def configurations_at(
     after = np.clip(np.searchsorted(moments, t), 0, len(rows) - 1)
     before = np.where(moments[after] == t, after, np.maximum(after - 1, 0))
     width = moments[after] - moments[before]
-    share = (t - moments[before]) / np.where(width > 0.0, width, 1.0)
+    share = (np.clip(t, moments[0], moments[-1]) - moments[before]) / np.where(width > 0.0, width, 1.0)
     found = np.asarray(rows[before] + share[..., None] * (rows[after] - rows[before]))
     if robot.nq_base:
         found[..., 3:7] = slerp(rows[before, 3:7], rows[after, 3:7], share)
@@ -388,13 +389,18 @@ def configurations_at(
 # --- Poses, rays and Jacobians.
 
 
+def check_camera(camera: object) -> None:
+    """Raise `BadArgument` unless `camera` is a camera."""
+    if not isinstance(camera, Camera):
+        raise BadArgument(f"camera must be a Camera, as from nk.world.camera, got {quoted(camera)}")
+
+
 def placed(
     robot: RobotModel, q: ArrayLike, camera: Camera, T_world_base: ArrayLike | None
 ) -> tuple[Floats, SetDown | None]:
     """Return T_world_camera, and how the robot was set down, if it was."""
     check_robot(robot)
-    if not isinstance(camera, Camera):
-        raise BadArgument(f"camera must be a Camera, as from nk.world.camera, got {quoted(camera)}")
+    check_camera(camera)
     T_base_camera = robot.fk(q, camera.frame, reference=robot.tree.root)
     T_optical_camera = pose_of_body(robot, camera.frame)
     if T_optical_camera is not None:
@@ -467,8 +473,8 @@ def _base_variances(noise: ArrayLike) -> Floats:
 
 
 def _variances(deviations: Floats, what: str) -> Floats:
-    if (deviations < 0.0).any():
-        raise BadArgument(f"{what} must be standard deviations ≥ 0")
+    if not ((deviations >= 0.0) & (deviations <= LARGEST)).all():
+        raise BadArgument(f"{what} must be standard deviations ≥ 0, and at most {LARGEST}")
     return np.square(deviations)
 
 

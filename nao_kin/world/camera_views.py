@@ -25,7 +25,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, SupportPolygon
+from nao_kin.robot import RobotModel, SupportPolygon, check_robot
 from nao_kin.world.camera_ground import ImagePoints, placed
 from nao_kin.world.cameras import LARGEST, Camera, pixel_name, positive, tangent_circle
 
@@ -192,11 +192,11 @@ def project_lines(
     count, ends = whole_number(n, "n", 2, LARGEST), as_floats(lines, (2, 3), "lines")
     T, _ = placed(robot, q, camera, T_world_base)
     common_batch("configurations and lines", T.shape[:-2], ends.shape[:-2])
-    p = np.einsum("...ji,...kj->...ki", T[..., :3, :3], ends - T[..., None, :3, 3])
-    normal = np.cross(p[..., 0, :], p[..., 1, :])
-    edge, visible = _ends(camera, normal)
-    # Planes through the camera and each end of the visible part of the whole line; the other end is inside.
     with np.errstate(all="ignore"):
+        p = np.einsum("...ji,...kj->...ki", T[..., :3, :3], ends - T[..., None, :3, 3])
+        normal = np.cross(p[..., 0, :], p[..., 1, :])
+        edge, visible = _ends(camera, normal)
+        # Planes through the camera and each end of the visible part of the whole line; the other end is inside.
         planes = np.cross(normal[..., None, :], edge)
         planes *= np.sign((planes * edge[..., ::-1, :]).sum(axis=-1, keepdims=True))
         inside = np.einsum("...wi,...ki->...kw", planes, p)
@@ -235,6 +235,7 @@ def own_body(
         >>> nk.world.own_body(nao, q, [[230, 470], [320, 470]], bottom).tolist()  # the left foot, and the floor
         [True, False]
     """
+    check_robot(robot)
     row, uv = robot.checked(q), as_pixels(pixels)
     if row.ndim != 1:
         raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)

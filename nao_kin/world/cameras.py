@@ -275,11 +275,12 @@ class Camera:
         """
         p = as_floats(points, (3,), "points")
         x = np.where(p[..., 0] > 0.0, p[..., 0], np.nan)
-        ab = -p[..., 1:] / x[..., None]
         J = np.zeros((*x.shape, 2, 3))
-        J[..., :, 0] = -ab / x[..., None]
-        J[..., 0, 1] = J[..., 1, 2] = -1.0 / x
-        return np.asarray(self.lens_jacobian(ab) @ J)
+        with np.errstate(all="ignore"):  # very near the camera they are infinite
+            ab = -p[..., 1:] / x[..., None]
+            J[..., :, 0] = -ab / x[..., None]
+            J[..., 0, 1] = J[..., 1, 2] = -1.0 / x
+            return np.asarray(self.lens_jacobian(ab) @ J)
 
     def lens_jacobian(self, normalised: Floats) -> Floats:
         """Return ∂(u, v)/∂(a, b) at normalised coordinates, shape (..., 2, 2) [pixel].
@@ -534,7 +535,7 @@ def _size(size: Any, names: tuple[str, str] = ("width", "height"), least: int = 
         one, other = size
     except (TypeError, ValueError):
         raise BadArgument(f"expected {' and '.join(names)} of an image, got {quoted(size)}") from None
-    return whole_number(one, names[0], least), whole_number(other, names[1], least)
+    return whole_number(one, names[0], least, LARGEST), whole_number(other, names[1], least, LARGEST)
 
 
 def outside_image(robot: RobotModel, camera: Camera, pixels: Floats) -> str:

@@ -17,7 +17,7 @@ from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, named_soles
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, check_robot, named_soles
 from nao_kin.world.balance import balance
 from nao_kin.world.odometry import checked_times
 
@@ -114,6 +114,7 @@ def dynamic_balance(
         >>> bool(found.margin.min() < found.com_margin.min())
         True
     """
+    check_robot(robot)
     named_soles(robot, soles, needed=True)
     rows = robot.checked(q)
     moments = checked_times(times, len(rows))

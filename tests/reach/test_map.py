@@ -12,6 +12,7 @@ import threading
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -476,3 +477,20 @@ def test_a_map_is_the_same_in_any_folder(whole: ReachMap, tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     shutil.copy("a.npz", "b.npz")
     assert nk.reach.load("b.npz") == whole
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "kind"),
+    [("count", (1 << 27,), np.int8), ("settings", (), f"U{1 << 23}"), ("more", (1, 1 << 27), np.int8)],
+)
+def test_a_reach_map_that_would_unpack_to_gigabytes_is_refused_before(
+    tmp_path: Path, nao: nk.NaoModel, name: str, shape: tuple[int, ...], kind: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = nk.reach.workspace(nao, "LArm", 500, voxel=0.05).save(tmp_path / "map.npz")
+    assert nk.reach.load(path).samples == 500
+    with np.load(path) as archive:
+        parts = dict(archive)
+    np.savez_compressed(path, **{**parts, name: np.zeros(shape, kind)})
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("unpacked"))
+    with pytest.raises(nk.errors.BadInputFile, match="no reach map"):
+        nk.reach.load(path)

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from nao_kin._core.arrays import choice
 from nao_kin._core.files import check_replaceable, read_bytes, write_bytes
 from nao_kin._core.text import abbreviated
@@ -82,7 +84,8 @@ def read_motion(
     if which is not None and known not in _OF_SEVERAL:
         listed = ", ".join(other.name for other in _OF_SEVERAL)
         raise source.error(f"one motion, and timeline= or --timeline chooses one of several, in files of {listed}")
-    return known.read(source)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+        return known.read(source)
 
 
 def formats_of_suffix(name: str) -> list[Format]:

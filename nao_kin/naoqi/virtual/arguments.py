@@ -24,6 +24,8 @@ def number(value: object, what: str) -> float:
         result = float(value)
     except OverflowError:
         raise BadArgument(f"{what} is too large a number: {quoted(value, 60)}") from None
+    except TypeError:  # NumPy counts spans of time as whole numbers
+        raise BadArgument(f"{what} must be a number, got {quoted(value, 60)}") from None
     if not math.isfinite(result):
         raise NotFinite(what, (), result)
     return result

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from nao_kin._core.text import quoted
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import compiles, warm_up
 from nao_kin.errors import BadArgument, NaoKinError, nearest_names
 from nao_kin.naoqi.names import joint_names
@@ -106,7 +106,7 @@ class Service:
         return joints
 
     def _no_method(self, name: str) -> NaoqiError:
-        methods = f"it has: {', '.join(self.method_names)}"
+        methods = abbreviated(f"it has: {', '.join(self.method_names)}", 600)
         if name in self.absent:
             return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO; {methods}")
         near = nearest_names(name, (*self._methods, *self.absent))

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
-from nao_kin._core.arrays import decimal
+from nao_kin._core.arrays import decimal, is_several
 from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, BadModel
@@ -301,7 +301,7 @@ class Packages:
 
 def checked_folders(folders: object) -> tuple[Path, ...]:
     """Return folders to search for packages as absolute paths; raise `BadArgument` if one does not exist."""
-    if isinstance(folders, (str, bytes, os.PathLike)) or not isinstance(folders, Iterable):
+    if isinstance(folders, (bytes, os.PathLike)) or not is_several(folders):
         raise BadArgument(f"package_dirs must be several folders, as in a list, got {quoted(folders)}")
     found = []
     for folder in folders:

@@ -315,10 +315,10 @@ def geometric_jacobian(
     seen = axes.transfer_to(point[..., None, :])
     count = axes.batch_shape[-1]
     slides = np.asarray(sliding, dtype=object)
-    if not all(isinstance(answer, (bool, np.bool_)) for answer in slides.flat):
-        raise BadArgument(f"sliding must be true or false for each joint, got {quoted(sliding)}")
     if slides.shape not in ((), (count,)):
         raise WrongShape("sliding", f"({count},)", slides.shape)
+    if not all(isinstance(answer, (bool, np.bool_)) for answer in slides.flat):
+        raise BadArgument(f"sliding must be true or false for each joint, got {quoted(sliding)}")
     slides = np.broadcast_to(slides.astype(np.bool_), (count,))[:, None]
     turning = np.concatenate([seen.moment, seen.direction], axis=-1)
     shifting = np.concatenate([seen.direction, np.zeros_like(seen.direction)], axis=-1)
