@@ -21,6 +21,7 @@ from nao_kin._core.arrays import (
     as_vectors,
     choice,
     flag,
+    is_several,
     norm,
     shaped,
     unit,
@@ -178,7 +179,7 @@ def check_size(robot: RobotModel, qs: Floats) -> None:
 
 def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
     """Return the frames to draw."""
-    if not isinstance(names, Iterable):
+    if not isinstance(names, str) and not is_several(names):
         raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
     chosen = [names] if isinstance(names, str) else list(names)
     return [choice(name, robot.frame_names, "frame") for name in chosen]
