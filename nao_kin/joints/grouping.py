@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, get_args
@@ -11,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, check_tolerance, choice, dot, norm, rigid_inverse
+from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
@@ -145,8 +146,8 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
     choice(rule, RULES, "rule")
     value: Any = tolerance
     smallest, largest = _TOLERANCES
-    check_tolerance(value)
-    if not smallest <= value <= largest:
+    span = isinstance(value, np.timedelta64)  # which NumPy counts as whole numbers
+    if span or not (isinstance(value, numbers.Real) and smallest <= value <= largest):  # type: ignore[operator]
         raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {abbreviated(value)}")
     nodes = read_joint_tree(robot)
     return _grouped(nodes, _cut(nodes, rule, float(value)), rule, float(value))
