@@ -421,7 +421,10 @@ def opened(name: str, *, unpack: bool = True) -> BinaryIO:
         if sys.stdin is None:
             raise BadInputFile(name, "closed; there is nothing to read")
         return sys.stdin.buffer
-    return cast(BinaryIO, gzip.open(name)) if unpack and name.lower().endswith(".gz") else Path(name).open("rb")
+    try:
+        return cast(BinaryIO, gzip.open(name)) if unpack and name.lower().endswith(".gz") else Path(name).open("rb")
+    except ValueError as error:  # a name that no file can have, such as one with a NUL
+        raise BadInputFile(abbreviated(name), f"cannot be read: {error}") from None
 
 
 def read_bytes(name: str, *, unpack: bool = True) -> bytes:
@@ -434,8 +437,6 @@ def read_bytes(name: str, *, unpack: bool = True) -> bytes:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     except (EOFError, zlib.error) as error:
         raise BadInputFile(name, f"not a complete gzip file: {error}") from None
-    except ValueError as error:  # a NUL in its name
-        raise BadInputFile(abbreviated(name), f"cannot be read: {error}") from None
 
 
 def read_text(name: str, advice: str = "") -> str:

@@ -56,6 +56,7 @@ REFUSED = (
     "nk.rotations.rot_z(np.longdouble('1e4000'))",
     "nk.stream.Targets.of(np.zeros((1, 6)), frames=10**400)",
     "nk.stream.fk(NAO, 'no_such.csv', 3, 'out.csv')",
+    "nk.stream.fk(NAO, ['\\ud800', 'walk.csv'], 'LArm', 'out.csv')",
     "nk.stream.read_targets(NAO, 'no_such.csv', [])",
     "nk.Viewer(NAO).show_image('CameraTop', [[0, 1], [2]])",
     "nk.warm_up(np.array(1.0))",
