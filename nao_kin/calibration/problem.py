@@ -318,7 +318,7 @@ class Readings:
     """
 
     def __init__(self, postures: Floats, J: Floats, kept: Floats) -> None:
-        from scipy.sparse import block_diag, csr_array
+        from scipy.sparse import block_diag, coo_array, csr_array
 
         group = np.unique(postures, axis=0, return_inverse=True)[1].ravel()
         order = np.argsort(group, kind="stable")
@@ -331,8 +331,8 @@ class Readings:
         back = np.argsort(order)
         self._kept, self._group = kept, group
         self._owner = np.repeat(np.arange(len(gains)), [len(gain) for gain in gains])
-        self._effects = csr_array(block_diag(parts, format="csr")[back])
-        self._gains = csr_array(block_diag(gains, format="csr")[:, back])
+        self._effects = csr_array(block_diag([*map(coo_array, parts)], format="csr")[back])
+        self._gains = csr_array(block_diag([*map(coo_array, gains)], format="csr")[:, back])
 
     def taken_out(self, r: Floats) -> Floats:
         """Return residuals of kept items, or derivatives, without the effects of the errors, and then the errors."""

@@ -18,6 +18,7 @@ from viewer_pages import PATIENCE
 _FORKING = """
 import json, os, struct, sys, traceback
 {imports}
+sys.stdout.flush()  # or each program would print it again
 for line in sys.stdin:
     cwd, environment, code, words = json.loads(line)
     if program := os.fork():

@@ -128,8 +128,9 @@ def test_it_listens_on_this_machine_only_and_serves_the_page(viewer: Viewer) -> 
 
 def test_other_paths_are_not_found_and_nothing_is_logged(viewer: Viewer, caplog: pytest.LogCaptureFixture) -> None:
     for path in ("static/", "../../etc/passwd", "live/x", "favicon.ico"):
-        with pytest.raises(urllib.error.HTTPError, match="404"):
+        with pytest.raises(urllib.error.HTTPError, match="404") as refused:
             urllib.request.urlopen(viewer.url + path, timeout=PATIENCE)
+        refused.value.close()
     assert caplog.records == []
 
 
