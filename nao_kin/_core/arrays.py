@@ -316,8 +316,9 @@ def generator(rng: object) -> np.random.Generator:
 def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
     """Raise `BadArgument` for anything but one number ≥ 0."""
     try:
-        fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
-    except (TypeError, OverflowError):  # NumPy counts spans of time as whole numbers
+        span = isinstance(tolerance, np.timedelta64)  # which NumPy counts among whole numbers
+        fine = isinstance(tolerance, numbers.Real) and not span and float(tolerance) >= 0.0
+    except (TypeError, OverflowError):
         fine = False
     if not fine:
         raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(tolerance)}")

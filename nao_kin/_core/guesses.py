@@ -55,6 +55,7 @@ GUESSES: dict[str, dict[str, str]] = {
     "Viewer": {
         "play": "viewer.animate",
         "save": "viewer.save_html, viewer.save_png",
+        "show_ghost": "viewer.show_ghosts",
     },
     "nao_kin": {
         "deg2rad": "np.radians",
@@ -70,7 +71,10 @@ GUESSES: dict[str, dict[str, str]] = {
         "topology": "nk.robot.topology",
         "transforms": "nk.rotations, nk.screws",
     },
-    "nao_kin.crosscheck": dict.fromkeys(("Place", "Row", "Step"), "nk.crosscheck.Report"),
+    "nao_kin.crosscheck": {
+        **dict.fromkeys(("Place", "Row", "Step"), "nk.crosscheck.Report"),
+        "steps_of": "nk.crosscheck.steps_of_nao",
+    },
     "nao_kin.ik": {
         **dict.fromkeys(("FollowedLimb", "Jump", "Stretch"), "nk.ik.FollowedPath"),
         "solve": _CLOSED,
@@ -97,7 +101,17 @@ GUESSES: dict[str, dict[str, str]] = {
     "nao_kin.robot": {"UnreadableShape": "nk.urdf.UnreadableShape"},
     "nao_kin.robot.nao": dict.fromkeys(
         (
-            *("CameraRow", "CoupledLimitRow", "Finger", "Frame", "InertialRow", "Joint", "LimitRow", "Offset"),
+            *(
+                "COLOURS",
+                "CameraRow",
+                "CoupledLimitRow",
+                "Finger",
+                "Frame",
+                "InertialRow",
+                "Joint",
+                "LimitRow",
+                "Offset",
+            ),
             *("OffsetRow", "ShapeRow", "VisualRow"),
         ),
         "nk.parameters.NaoParameters",

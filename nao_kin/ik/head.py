@@ -85,11 +85,12 @@ def head(
         At most one solution for an orientation, to within 1e-10 rad. Two joints cannot meet an orientation that is
         rounded, for instance to float32: its reason is `NOT_ENOUGH_JOINTS`, and `q` are the nearest joint values, some
         1e-8 rad off. For a position up to two solutions, to within 1e-10 m, the second with the head turned backwards;
-        off the sphere the reason is `OUT_OF_REACH`. The neck itself has no nearest position: `best` is nan.
+        off the sphere the reason is `OUT_OF_REACH`. At the centre of the neck all positions are equally near: `best` is
+        nan.
 
     Raises:
-        BadArgument: the robot has no such neck; the message says what is missing. Or not one of `R_torso_head` and
-            `position` is given, a position is beyond ±1e150, or the frame is in the neck, which has one position.
+        BadArgument: the robot has no such neck; the message says what is missing. Or not exactly one of `R_torso_head`
+            and `position` is given, a position is beyond ±1e150, or the frame is in the neck, which has one position.
         NotARotation: a target is not a rotation; the error has the argument, its index and its defect.
 
     Examples:
@@ -109,7 +110,7 @@ def head(
         options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
         return without_collisions(robot, _at_position(limb, points, options), collisions)
     if R_torso_head is None or position is not None:
-        raise BadArgument("give R_torso_head or position, and not both")
+        raise BadArgument("give one of R_torso_head and position")
     R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
     batch = R.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any, Protocol
 
@@ -18,7 +19,6 @@ from nao_kin._core.arrays import (
     LimitPolicy,
     as_floats,
     as_numbers,
-    check_kind,
     choice,
     common_batch,
     first_index,
@@ -157,9 +157,14 @@ def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
     """Return `angles`, or the columns of a data frame; raise `BadArgument` unless it is a mapping or a data frame."""
     if isinstance(angles, Mapping):
         return angles
-    names = getattr(angles, "columns", None)  # of pandas and polars
-    if names is None or not all(isinstance(name, str) for name in names):
-        raise BadArgument(f"joint values must be a mapping name → value, or a data frame, got {type(angles).__name__}")
+    lazy = hasattr(angles, "collect")
+    names = None if lazy else getattr(angles, "columns", None)  # of pandas and polars
+    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
+        got = type(angles).__name__ + ("; collect() makes a data frame of it" if lazy else "")
+        raise BadArgument(f"joint values must be a mapping name → value, or a data frame, got {got}")
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise BadArgument(f"column {quoted(twice[0])} of the data frame occurs twice")
     return {name: angles[name] for name in names}  # type: ignore[index]
 
 
@@ -419,9 +424,12 @@ def motor_values(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips
     return found
 
 
-def values_by_name(values: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+def values_by_name(values: Mapping[str, ArrayLike], coordinates: Coordinates) -> dict[str, Floats]:
     """Return joint → values as arrays whose shapes broadcast; NaN is accepted."""
-    check_kind(values, "values", Mapping)
+    values = checked_mapping(values)
+    for name in values:
+        if name not in coordinates.column and name not in coordinates.mimics:
+            raise coordinates.unknown(name)
     found = {name: as_numbers(value, f"values of {name}") for name, value in values.items()}
     common_batch("values of joints", (), *(value.shape for value in found.values()))
     return found
@@ -435,7 +443,6 @@ def without_gaps(
     A gap is filled with the value of another joint of the same motor, or else with that of the driving joint in `rest`,
     which also has the values of the joints that are absent.
     """
-    values = values_by_name(values)
     found = dict(rest)
     couplings = {name: mimics.get(name) or Mimic(name) for name in values}
     measured: dict[str, Floats] = {}

@@ -148,7 +148,7 @@ class JointArrays:
             (42,)
         """
         q = as_floats(q, (), "q")
-        if q.shape[-1:] <= (self.coordinates.max(initial=0),):
+        if q.ndim == 0 or q.shape[-1] <= self.coordinates.max(initial=-1):
             raise WrongShape("q", "(..., nq)", q.shape)
         return np.asarray(q[..., self.coordinates] * self.multipliers + self.offsets)
 

@@ -14,8 +14,9 @@ from nao_kin.robot.semantics import Mimic
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
-# Largest sine of the angle between an axis and the mirror image of the axis on the other side.
-_PARALLEL = 1e-3
+# Largest sine of the angle between an axis and the mirror image of the axis on the other side, and largest distance
+# between them [m]: more than calibration finds.
+_PARALLEL, _APART = 0.05, 0.02
 _MIRROR = np.array([1.0, -1.0, 1.0])
 # Signs of a floating base: its position, and its quaternion (x, y, z, w), whose vector turns as an axis does.
 _BASE = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
@@ -44,12 +45,14 @@ def mirror_image(robot: RobotModel, name: str) -> Mimic:
     if robot.unit(name) == "1":
         return Mimic(other)
     kinds = {joint.name: joint for joint in robot.tree.moving_joints}
-    axes = []
-    for joint in (kinds[name], kinds[other]):
-        R_root_link = robot.rotation(robot.neutral(), joint.child)
-        axis = R_root_link @ np.asarray(joint.axis)
-        axes.append(axis / np.linalg.norm(axis))
-    image = _MIRROR * axes[0] * (1.0 if kinds[name].kind == "prismatic" else -1.0)
-    if np.linalg.norm(np.cross(image, axes[1])) > _PARALLEL:
+    T_one, T_two = robot.fk(robot.neutral(), [kinds[joint].child for joint in (name, other)])
+    one, two = (
+        T[:3, :3] @ joint.axis / np.linalg.norm(joint.axis)
+        for T, joint in ((T_one, kinds[name]), (T_two, kinds[other]))
+    )
+    slides = kinds[name].kind == "prismatic"
+    image = _MIRROR * one * (1.0 if slides else -1.0)
+    apart = 0.0 if slides else np.linalg.norm(np.cross(_MIRROR * T_one[:3, 3] - T_two[:3, 3], two))
+    if np.linalg.norm(np.cross(image, two)) > _PARALLEL or apart > _APART:
         raise BadArgument(f"{name} and {other} are not mirror images: their axes are not")
-    return Mimic(other, float(np.sign(image @ axes[1])))
+    return Mimic(other, float(np.sign(image @ two)))

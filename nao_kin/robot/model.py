@@ -330,14 +330,21 @@ class RobotModel(Guessing):
 
         Raises:
             UnknownName: a link that does not exist.
+            BadArgument: the frame at the end of a chain in place of the chain's links.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> round(nao.mass_of(["Neck", "Head"]), 3)
             0.738
         """
-        named = (self.model.frames[index].name for index in self._frames.link_ids(links))
+        named = [self.model.frames[index].name for index in self._frames.link_ids(links)]
+        for link in named:
+            if link in self.chains and link not in self.tree.inertials:
+                raise BadArgument(f"{link} is a frame without mass; its chain moves the links {self._moved_by(link)}")
         return float(sum(self.tree.inertials[link].mass for link in named if link in self.tree.inertials))
+
+    def _moved_by(self, chain: str) -> str:
+        return ", ".join(self.joints.links[self.joints.row(joint)] for joint in self.chains[chain])
 
     def frame_ids(self, frames: Sequence[str] | None) -> FrameIds:
         """Return the indices of frames in Pinocchio's list; those of all links for None.
@@ -584,7 +591,8 @@ class RobotModel(Guessing):
             >>> hands["LHand"].tolist(), len(hands)
             ([0.1, 0.5], 25)
         """
-        return without_gaps(self.mimics, values, self._configurations.joints_for(missing))
+        given = values_by_name(values, self._coordinates)
+        return without_gaps(self.mimics, given, self._configurations.joints_for(missing))
 
     def angles(self, q: ArrayLike, *, degrees: bool = False) -> dict[str, Floats | float]:
         """Return the values of the independent joints by name: the inverse of `configuration`.
@@ -666,7 +674,7 @@ class RobotModel(Guessing):
             [-0.2, -0.35]
         """
         check_hips(hips)
-        values = {name: as_floats(each, (), name) for name, each in values_by_name(values).items()}
+        values = {name: as_floats(each, (), name) for name, each in values_by_name(values, self._coordinates).items()}
         return motor_values(self.mimics, values, hips)
 
     def checked(self, q: ArrayLike) -> Floats:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, is_several, split_poses
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, is_several, shaped, split_poses
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
@@ -72,7 +72,7 @@ class SupportPolygon:
         for sole in soles:
             if not isinstance(sole, (tuple, list)) or len(sole) != 2:
                 raise BadArgument(f"each of the soles must be a pose and its corners, got {quoted(sole)}")
-            R, t = split_poses(sole[0], "the pose of a sole")
+            R, t = split_poses(shaped(sole[0], (4, 4), "the pose of a sole"), "the pose of a sole")
             corners.append(as_floats(sole[1], (3,), "corners of a sole").reshape(-1, 3) @ R.T + t)
         return SupportPolygon.around(np.concatenate(corners) if corners else np.empty((0, 3)))
 

@@ -349,6 +349,10 @@ def test_a_data_frame_gives_the_values_of_its_columns(nao: nk.NaoModel) -> None:
     assert np.array_equal(nao.posture("Stand", Frame(table)), nao.posture("Stand", table))
     with pytest.raises(UnknownName, match="HeadYow"):
         nao.configuration(Frame({"HeadYow": [0.0]}))
+    twice = Frame(table)
+    twice.columns.append("HeadYaw")
+    with pytest.raises(BadArgument, match="column 'HeadYaw' of the data frame occurs twice"):
+        nao.configuration(twice)
     numbered = Frame({0: [0.0]})  # type: ignore[dict-item]
     with pytest.raises(BadArgument, match="must be a mapping name → value, or a data frame, got Frame"):
         nao.configuration(numbered)

@@ -48,3 +48,25 @@ def test_what_is_no_configuration_is_refused() -> None:
         nao.mirror(np.zeros(24))
     with pytest.raises(nk.errors.NotFinite, match="HeadYaw"):
         nao.mirror(np.full(25, np.nan))
+
+
+def test_a_calibrated_robot_is_mirrored_by_its_reported_values() -> None:
+    nao = nk.load_nao()
+    rng = np.random.default_rng(1)
+    offsets = {name: float(value) for name, value in zip(nao.joint_names, rng.normal(0.0, 0.01, 25), strict=True)}
+    hands = ("LHand", "RHand")
+    calibrated = nao.with_offsets(joints={name: value for name, value in offsets.items() if name not in hands})
+    for name in nao.posture_names:
+        assert np.array_equal(calibrated.mirror(nao.posture(name)), nao.mirror(nao.posture(name)))
+
+
+def test_joints_that_are_no_mirror_images_are_refused() -> None:
+    try:
+        solo = nk.load_robot("solo12")  # its names say front and hind, left and right in no way that is known
+    except nk.errors.MissingExtra:
+        pytest.skip("example-robot-data is not installed")
+    with pytest.raises(nk.errors.BadArgument, match="FL_HAA and FL_HAA are not mirror images"):
+        solo.mirror(solo.neutral())
+    arm = nk.load_robot("ur5_robot")
+    with pytest.raises(nk.errors.BadArgument, match="are not mirror images"):
+        arm.mirror(arm.neutral())
