@@ -338,13 +338,10 @@ class RobotModel(Guessing):
             0.738
         """
         named = [self.model.frames[index].name for index in self._frames.link_ids(links)]
-        for link in named:
-            if link in self.chains and link not in self.tree.inertials:
-                raise BadArgument(f"{link} is a frame without mass; its chain moves the links {self._moved_by(link)}")
+        if len(named) == 1 and named[0] in self.chains and named[0] not in self.tree.inertials:
+            moved = ", ".join(self.joints.links[self.joints.row(joint)] for joint in self.chains[named[0]])
+            raise BadArgument(f"{named[0]} is a frame without mass; its chain moves the links {moved}")
         return float(sum(self.tree.inertials[link].mass for link in named if link in self.tree.inertials))
-
-    def _moved_by(self, chain: str) -> str:
-        return ", ".join(self.joints.links[self.joints.row(joint)] for joint in self.chains[chain])
 
     def frame_ids(self, frames: Sequence[str] | None) -> FrameIds:
         """Return the indices of frames in Pinocchio's list; those of all links for None.
