@@ -101,18 +101,8 @@ GUESSES: dict[str, dict[str, str]] = {
     "nao_kin.robot": {"UnreadableShape": "nk.urdf.UnreadableShape"},
     "nao_kin.robot.nao": dict.fromkeys(
         (
-            *(
-                "COLOURS",
-                "CameraRow",
-                "CoupledLimitRow",
-                "Finger",
-                "Frame",
-                "InertialRow",
-                "Joint",
-                "LimitRow",
-                "Offset",
-            ),
-            *("OffsetRow", "ShapeRow", "VisualRow"),
+            *("COLOURS", "CameraRow", "CoupledLimitRow", "Finger", "Frame", "InertialRow", "Joint", "LimitRow"),
+            *("Offset", "OffsetRow", "ShapeRow", "VisualRow"),
         ),
         "nk.parameters.NaoParameters",
     ),

@@ -28,14 +28,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.sides import Hips, joints_of_side
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import (
-    BadArgument,
-    CouplingViolated,
-    DegreesWarning,
-    NotFinite,
-    OutsideLimits,
-    UnknownName,
-)
+from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.limits import JointLimits, OutsideRows
 from nao_kin.robot.semantics import Mimic, Posture
 
@@ -219,11 +212,7 @@ class ConfigurationSpace:
         return np.tile(self._neutral, (*shape, 1)) if shape else np.array(self._neutral)
 
     def posture(
-        self,
-        name: str,
-        angles: JointValues | None,
-        joints: Mapping[str, ArrayLike],
-        limits: LimitPolicy,
+        self, name: str, angles: JointValues | None, joints: Mapping[str, ArrayLike], limits: LimitPolicy
     ) -> Floats:
         """Return a posture, with other values for the joints that `angles` and `joints` name."""
         choice(name, self._postures, "posture")
@@ -253,12 +242,7 @@ class ConfigurationSpace:
         return q
 
     def by_joint(
-        self,
-        angles: JointValues,
-        degrees: bool,
-        *,
-        ignore_other: bool = False,
-        gaps: bool = False,
+        self, angles: JointValues, degrees: bool, *, ignore_other: bool = False, gaps: bool = False
     ) -> dict[str, Floats]:
         """Return joint → values [rad, m or ratio] from values by joint or chain, as in `Coordinates.arrays`."""
         given = self._coordinates.arrays(angles, ignore_other=ignore_other, gaps=gaps)
