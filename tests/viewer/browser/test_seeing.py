@@ -161,6 +161,17 @@ def test_a_movement_is_drawn_fast_and_then_once_at_its_best(page: Page) -> None:
     assert page.run("() => [pictures.fine, pictures.fast]") == [best, page.run("() => pictures.fast")]
 
 
+def test_the_picture_at_rest_is_drawn_once_though_something_else_asked_for_it(page: Page) -> None:
+    _rest(page)
+    _orbit(page, 3)
+    # The first frame after the movement comes from what does not move, such as the mark on a link, and is at its best.
+    page.run("() => { naoKin.studio.quality.changedAt -= 200; naoKin.viewer.set_dirty(); }")
+    _rest(page)
+    drawn = page.run("() => naoKin.drawn")
+    page.tab.wait_for_timeout(400)
+    assert page.run("() => naoKin.drawn") == drawn
+
+
 @pytest.mark.full
 def test_a_tap_on_the_view_or_on_a_posture_is_never_drawn_fast(page: Page) -> None:
     _rest(page)

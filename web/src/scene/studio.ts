@@ -206,6 +206,8 @@ export class Studio {
     if (this.robotMoved) this.shadowsOld += 1;
     this.robotMoved = false;
     const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
+    // This is the picture at rest, for which `resting` waits.
+    if (!quality.moving) clearTimeout(this.resting);
     const fine = level.fine || this.robots.length === 0;
     const texels = this.alwaysFine ? 4096 : fine ? 2048 : 1024;
     if (this.shadowsOld >= level.shadows || texels !== this.key.shadow.mapSize.x) this.castShadows(texels);
