@@ -309,20 +309,13 @@ def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str, referen
         joints += [(joint, -1.0) for joint in tree.chain(reference.joint)[shared:]]
     for joint, direction in joints:
         row, origin = tree.joints[joint], posed.frame(joint).origin
-        lever = builder.difference(point, origin)
+        ends = (origin, point) if direction > 0.0 else (point, origin)
+        _add_motion(posed, joint, direction, builder.difference(ends[1], ends[0]), linear)
         if row.kind == "free":
-            for k, axis in enumerate(posed.frame(joint).columns):
-                linear[row.velocity + k] = axis
-                angular[row.velocity + 3 + k] = axis
-                linear[row.velocity + 3 + k] = builder.cross(axis, lever)
-            continue
-        axis, speed = posed.axis(joint)
-        weight, v = direction * speed, row.velocity
-        if row.kind == "prismatic":
-            linear[v] = builder.combination(linear[v], [(axis, weight)])
-        else:
-            angular[v] = builder.combination(angular[v], [(axis, weight)])
-            linear[v] = builder.cross(axis, lever, weight, linear[v])
+            angular[row.velocity + 3 : row.velocity + 6] = posed.frame(joint).columns
+        elif row.kind == "revolute":
+            axis, speed = posed.axis(joint)
+            angular[row.velocity] = builder.combination(angular[row.velocity], [(axis, direction * speed)])
     linear, angular = ([_projected(builder, axes, column) for column in part] for part in (linear, angular))
     return builder.build([*_rows(linear), *_rows(angular)])
 
@@ -341,8 +334,11 @@ def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
     return builder.build(components(centre))
 
 
-def com_jacobian_program(tree: JointTree) -> Program:
-    """Return the program of the Jacobian of the centre of mass in the root's axes, shape (3, nv)."""
+def com_jacobian_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
+    """Return the program of the Jacobian of the centre of mass in the root or in a reference frame, shape (3, nv).
+
+    Joints between the root and the reference move the centre, as seen from the reference, in the opposite direction.
+    """
     builder = Builder(tree.nq, tree.nv)
     posed = PosedTree(builder, tree)
     moments: list[Register] = []
@@ -354,19 +350,16 @@ def com_jacobian_program(tree: JointTree) -> Program:
         if (parent := tree.joints[k].parent) >= 0:
             moments[parent] = builder.combination(moments[parent], [(moments[k], 1.0)])
     columns = [builder.zero] * tree.nv
-    for k, joint in enumerate(tree.joints):
-        share, frame, v = tree.carried_masses[k] / tree.total_mass, posed.frame(k), joint.velocity
-        lever = builder.combination(moments[k], [(frame.origin, -share)])
-        if joint.kind == "free":
-            for i, axis in enumerate(frame.columns):
-                columns[v + i] = builder.combination(builder.zero, [(axis, share)])
-                columns[v + 3 + i] = builder.cross(axis, lever)
-            continue
-        axis, weight = posed.axis(k)
-        if joint.kind == "prismatic":
-            columns[v] = builder.combination(columns[v], [(axis, weight * share)])
-        else:
-            columns[v] = builder.cross(axis, lever, weight, columns[v])
+    for k in range(len(tree.joints)):
+        share = tree.carried_masses[k] / tree.total_mass
+        _add_motion(posed, k, share, builder.combination(moments[k], [(posed.frame(k).origin, -share)]), columns)
+    if reference is not None:
+        at = posed.placed(reference)
+        first = [(moments[k], 1.0) for k, joint in enumerate(tree.joints) if joint.parent < 0]
+        centre = builder.combination(_moment(builder, tree, -1), first)
+        for k in tree.chain(reference.joint):
+            _add_motion(posed, k, -1.0, builder.difference(posed.frame(k).origin, centre), columns)
+        columns = [_projected(builder, at.columns, column) for column in columns]
     return builder.build(_rows(columns))
 
 
@@ -408,6 +401,31 @@ def _form(builder: Builder, frame: FrameRegisters, form: str) -> list[Component]
 
 
 # --- Jacobians --------------------------------------------------------------------------------------------------------
+
+
+def _add_motion(posed: PosedTree, joint: int, share: float, lever: Register, columns: list[Register]) -> None:
+    """Add what the rates of one joint contribute to the velocity of a point, as columns of its Jacobian.
+
+    Args:
+        posed: the frames of the joints.
+        joint: the joint.
+        share: the part of the point that the joint moves, such as its share of the mass; negative in the opposite
+            direction.
+        lever: the share times the vector from the joint's origin to the point.
+        columns: a column for each number of the velocity; changed in place.
+    """
+    builder, row = posed.builder, posed.tree.joints[joint]
+    v = row.velocity
+    if row.kind == "free":
+        for k, axis in enumerate(posed.frame(joint).columns):
+            columns[v + k] = builder.combination(columns[v + k], [(axis, share)])
+            columns[v + 3 + k] = builder.cross(axis, lever, 1.0, columns[v + 3 + k])
+        return
+    axis, weight = posed.axis(joint)
+    if row.kind == "prismatic":
+        columns[v] = builder.combination(columns[v], [(axis, weight * share)])
+    else:
+        columns[v] = builder.cross(axis, lever, weight, columns[v])
 
 
 def _projected(builder: Builder, axes: Columns, vector: Register) -> Register:

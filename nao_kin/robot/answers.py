@@ -217,7 +217,7 @@ class Answers:
         if kind == "com":
             return kernels.com_program(joints, reference)
         if kind == "com_jacobian":
-            return kernels.com_jacobian_program(joints)
+            return kernels.com_jacobian_program(joints, reference)
         return kernels.motion_program(joints, frames, form, 1 if kind == "velocity" else 2)
 
     def _arrays(self, inputs: Sequence[ArrayLike]) -> list[NDArray[Any]]:

@@ -91,7 +91,7 @@ class Kinematics:
         if question.kind == "jacobian":
             return self.jacobians(q, question.frame_ids[0], question.form, question.reference_id)
         if question.kind == "com_jacobian":
-            return self.com_jacobians(q)
+            return self.com_jacobians(q, question.reference_id)
         if question.kind in ("velocity", "acceleration"):
             return self.motions(question.frame_ids, question.form, q, *rates)
         centres = self.centres_of_mass(q)
@@ -182,15 +182,21 @@ class Kinematics:
                 centre[...] = pin.centerOfMass(model, data, row)
         return np.asarray(share * centres + rest * held.lever)
 
-    def com_jacobians(self, q: Floats) -> Floats:
-        """Return the Jacobians of the centres of mass, shape (..., 3, nv)."""
+    def com_jacobians(self, q: Floats, reference_id: int | None = None) -> Floats:
+        """Return the Jacobians of the centres of mass in the root or in a reference frame, shape (..., 3, nv)."""
         model, data = self.model, self._workspace().data
         share = pin.computeTotalMass(model) / self.check_mass()
         jacobians = np.zeros((*q.shape[:-1], 3, model.nv))
         if share > 0.0:
             for row, J in _rows(q, jacobians, 2):
                 J[...] = share * pin.jacobianCenterOfMass(model, data, row).reshape(3, model.nv)
-        return jacobians
+        if reference_id is None:
+            return jacobians
+        T = self.poses(q, (reference_id,))[..., 0, :, :]
+        lever = self.centres_of_mass(q) - T[..., :3, 3]
+        carried = self.jacobians(q, reference_id, "mixed")  # the point of the reference at the centre of mass moves too
+        swing = np.cross(carried[..., 3:, :], lever[..., None], axis=-2)
+        return np.asarray(T[..., :3, :3].swapaxes(-1, -2) @ (jacobians - carried[..., :3, :] - swing))
 
     def motions(self, frame_ids: FrameIds, form: str, q: Floats, v: Floats, a: Floats | None = None) -> Floats:
         """Return the twists of frames, or with accelerations their time derivatives, shape (..., frames, 6)."""

@@ -1023,11 +1023,12 @@ class RobotModel(Guessing):
         q: ArrayLike,
         *,
         links: str | Sequence[str] | None = None,
+        reference: str | None = None,
         dtype: DTypeLike | None = None,
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Return Jacobians of the centre of mass in the root's axes: J(q) · v is the velocity of that point.
+        """Return Jacobians of the centre of mass: J(q) · v is the derivative of `com` with the same arguments.
 
         Returns:
             Shape (..., 3, nv); columns as in `jacobian` [m/s per unit of joint speed], arguments as in `com`.
@@ -1040,8 +1041,12 @@ class RobotModel(Guessing):
             >>> nao = nk.load_nao()
             >>> nao.com_jacobian(nao.neutral()).shape
             (3, 25)
+            >>> J = nao.com_jacobian(nao.posture("Stand"), reference="LFoot")
+            >>> J[:, nao.joint_names.index("LAnklePitch")].round(3).tolist()
+            [-0.242, 0.001, -0.011]
         """
-        return self._answers_for(links).answer(Question("com_jacobian"), (q,), Output(dtype, out, threads))
+        question = Question("com_jacobian", reference_id=self._frames.reference_id(reference))
+        return self._answers_for(links).answer(question, (q,), Output(dtype, out, threads))
 
     def support_polygon(
         self, q: ArrayLike, soles: Sequence[str] | None = None, *, reference: str | None = None

@@ -308,7 +308,7 @@ def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTy
     return _mapped(robot, "com", q, dtype=dtype, reference=reference)
 
 
-def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None) -> Array:
+def com_jacobian(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
     """Return Jacobians of the centre of mass, lazily, shape (..., 3, nv); the arguments are those of `fk`.
 
     Examples:
@@ -318,7 +318,7 @@ def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None)
         >>> nk.distributed.com_jacobian(nao, q).shape
         (6, 3, 25)
     """
-    return _mapped(robot, "com_jacobian", q, dtype=dtype)
+    return _mapped(robot, "com_jacobian", q, dtype=dtype, reference=reference)
 
 
 def _mapped(

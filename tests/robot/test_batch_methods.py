@@ -345,11 +345,13 @@ def test_the_centre_of_mass_of_links_and_its_jacobian_are_those_of_pinocchio(nam
                 pin.centerOfMass(model, data, row)
                 np.testing.assert_allclose(found, data.oMi[joint].act(data.com[joint]), rtol=0, atol=1e-12)
             v, h = rng.normal(size=model.nv), 1e-6
-            ahead, behind = (
-                robot.com([pin.integrate(model, row, step * v) for row in q], links=links) for step in (h, -h)
-            )
-            J = robot.com_jacobian(q, links=links, threads=threads)
-            np.testing.assert_allclose(J @ v, (ahead - behind) / (2 * h), rtol=0, atol=1e-8)
+            for reference in (None, links[0], robot.link_names[-1], *(["world"] if base == "floating" else [])):
+                ahead, behind = (
+                    robot.com([pin.integrate(model, row, step * v) for row in q], links=links, reference=reference)
+                    for step in (h, -h)
+                )
+                J = robot.com_jacobian(q, links=links, reference=reference, threads=threads)
+                np.testing.assert_allclose(J @ v, (ahead - behind) / (2 * h), rtol=0, atol=1e-7)
 
 
 def test_the_centre_of_mass_of_chosen_links_is_the_mean_of_theirs(each_nao: nk.NaoModel) -> None:

@@ -34,7 +34,7 @@ QUESTIONS: dict[str, tuple[str, tuple[Any, ...], dict[str, Any]]] = {
     "positions": ("position", (("LArm", "RArm"),), {}),
     "Jacobian": ("jacobian", ("LArm", "frame"), {}),
     "quaternions": ("fk", (["LArm", "Head"],), {"as_": "position_quaternion"}),
-    "Jacobian of the centre of mass": ("com_jacobian", (), {}),
+    "Jacobian of the centre of mass": ("com_jacobian", (), {"reference": "LFoot"}),
     "centre of mass": ("com", (), {"reference": "LFoot"}),
 }
 BATCHES = {
