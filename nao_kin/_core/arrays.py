@@ -293,6 +293,7 @@ def batch_index(index: object, shape: tuple[int, ...]) -> tuple[int, ...]:
 
 # A longer list of seeds is a mistake.
 _MAX_SEEDS = 10_000
+_MAX_TEXTS = 100_000  # more names than any robot has
 
 
 def generator(rng: object) -> np.random.Generator:
@@ -412,11 +413,14 @@ def texts(values: object, what: str) -> tuple[str, ...]:
     """Return the texts of a list or another sequence as a tuple, or raise `BadArgument`."""
     if not is_several(values):
         raise BadArgument(f"{what} must be a list of texts, got {quoted(values)}")
-    found = tuple(values)
-    for value in found:
+    found: list[str] = []
+    for value in values:
         if not isinstance(value, str):
             raise BadArgument(f"{what} must be texts, got {quoted(value)}")
-    return found
+        if len(found) == _MAX_TEXTS:
+            raise BadArgument(f"{what} must be at most {_MAX_TEXTS} texts")
+        found.append(value)
+    return tuple(found)
 
 
 def rows_with_gravity(q: Floats, gravity: ArrayLike | None) -> tuple[tuple[int, ...], Floats, Floats | None]:

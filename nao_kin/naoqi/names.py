@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, is_several
+from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, texts
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.warn import HIPS_AGREE, NEAR, hides_former
 from nao_kin.errors import BadArgument, WrongShape
@@ -96,11 +96,7 @@ def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body")
 
 def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
     """Return one name or several as a tuple of strings."""
-    result = tuple(names) if is_several(names) else (names,)
-    for name in result:
-        if not isinstance(name, str):
-            raise BadArgument(f"names must be a name or several, got {type(name).__name__}")
-    return result
+    return (names,) if isinstance(names, str) else texts(names, "names")
 
 
 def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
