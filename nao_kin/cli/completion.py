@@ -1,4 +1,4 @@
-"""Completion of the command line by a shell: of commands, options, choices, and the robot's names."""
+"""Completion of the command line by a shell: of commands, options, choices and names."""
 
 from __future__ import annotations
 
@@ -12,18 +12,86 @@ from typer.completion import completion_init  # type: ignore[attr-defined]  # im
 if TYPE_CHECKING:
     import typer
 
-    from nao_kin.robot import RobotModel
+    from nao_kin.cli.options import RobotOptions
 
 # The environment variable with which a shell asks, by typer's rule for the program's name.
 VARIABLE = "_NAO_KIN_COMPLETE"
 
-# Parameter of commands → the names that complete its value, of the robot that the other options name.
-_NAMES: dict[str, Callable[[RobotModel], Iterable[str]]] = {
-    "posture": lambda robot: robot.posture_names,
-    "near": lambda robot: robot.posture_names,
-    "frame": lambda robot: robot.frame_names,
-    "reference": lambda robot: robot.frame_names,
+# Shell → the line that sets its completion up, once.
+SETUP = {
+    "bash": f"{VARIABLE}=source_bash nao-kin >> ~/.bashrc",
+    "zsh": f"{VARIABLE}=source_zsh nao-kin >> ~/.zshrc",
+    "fish": "mkdir -p ~/.config/fish/completions; "
+    f"{VARIABLE}=source_fish nao-kin > ~/.config/fish/completions/nao-kin.fish",
 }
+
+
+def _postures(robot: RobotOptions) -> Iterable[str]:
+    return robot.load().posture_names
+
+
+def _frames(robot: RobotOptions) -> Iterable[str]:
+    return robot.load().frame_names
+
+
+def _joints(robot: RobotOptions) -> Iterable[str]:
+    return robot.load().joint_names
+
+
+def _versions(robot: RobotOptions) -> Iterable[str]:
+    from nao_kin.robot.nao import VERSIONS
+
+    return VERSIONS
+
+
+def _robots(robot: RobotOptions) -> Iterable[str]:
+    from nao_kin.robot import robot_names
+
+    return ("nao", *robot_names())
+
+
+def _exports(robot: RobotOptions) -> Iterable[str]:
+    from nao_kin.export import FORMATS
+
+    return FORMATS
+
+
+def _read_formats(robot: RobotOptions) -> Iterable[str]:
+    from nao_kin.motion import FORMATS
+
+    return FORMATS
+
+
+def _written_formats(robot: RobotOptions) -> Iterable[str]:
+    from nao_kin.motion import FORMATS
+
+    return [name for name, known in FORMATS.items() if known.write is not None]
+
+
+def _samples(robot: RobotOptions) -> Iterable[str]:
+    from nao_kin.cli.sample import NAMES
+
+    return NAMES
+
+
+# Parameter of commands → the names that complete its value, given the robot's options. Each is the table that also
+# checks the value; a parameter of a type with choices is completed by typer.
+_NAMES: dict[str, Callable[[RobotOptions], Iterable[str]]] = {
+    "posture": _postures,
+    "near": _postures,
+    "missing": _postures,
+    "frame": _frames,
+    "reference": _frames,
+    "joints": _joints,
+    "nao": _versions,
+    "robot": _robots,
+    "format_": _exports,
+    "from_": _read_formats,
+    "to": _written_formats,
+    "sample_names": _samples,
+}
+# Parameters that may have several names with commas.
+_WITH_COMMAS = ("frame",)
 
 
 def complete(app: typer.Typer) -> int:
@@ -52,6 +120,7 @@ def names_for(parameter: str) -> Callable[[Any, str], list[str]] | None:
         from nao_kin.cli.options import RobotOptions
 
         given = {name: value for name, value in ctx.params.items() if name in RobotOptions.__dataclass_fields__}
-        return list(names(RobotOptions(**given).load()))
+        before = incomplete[: incomplete.rfind(",") + 1] if parameter in _WITH_COMMAS else ""
+        return [before + name for name in names(RobotOptions(**given))]
 
     return completed

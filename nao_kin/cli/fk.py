@@ -269,7 +269,7 @@ def _stream(
         columns=given.renamed,
         ignore_other=given.ignore_other,
         missing=given.value_of_missing,
-        hips=hips,  # type: ignore[arg-type]
+        hips=hips,
         progress=True,
         overwrite=True,  # checked before, where a continued file is recognised
     )

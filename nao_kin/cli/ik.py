@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.sides import Hips
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import (
     COLUMNS,
@@ -85,7 +86,7 @@ class Request:
     )
     columns: list[str] | None = COLUMNS
     ignore_other: bool = IGNORE_OTHER
-    hips: str | None = HIPS
+    hips: Hips | None = HIPS
     every: bool = flag("Print every solution.", "--all")
     limits: Literal["enforce", "ignore"] = LIMITS
     numeric: bool = flag("Use the numeric solver even if there is a closed form.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from nao_kin._core import files as atomic
+from nao_kin._core.sides import Hips
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import (
     ALLOW,
@@ -63,7 +64,7 @@ def convert(
     source: MotionFile,
     target: OutOptions,
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
-    hips: str | None = HIPS,
+    hips: Hips | None = HIPS,
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
     mirror: bool = flag("Exchange left and right."),
     reverse: bool = flag("Play the motion backwards."),
@@ -105,7 +106,7 @@ def convert(
         return motion
 
     if hips is not None:
-        motion = mended(motions.share_motors(model, motion, hips))  # type: ignore[arg-type]
+        motion = mended(motions.share_motors(model, motion, hips))
     if posture is not None:
         motion = motions.complete(model, motion, posture)
     motion = motions.mirror(model, motion) if mirror else motion
@@ -137,7 +138,7 @@ def check(
         None, "measured: accept joints past their limits by the noise of sensors.", default="enforce"
     ),
     columns: list[str] | None = COLUMNS,
-    hips: str | None = HIPS,
+    hips: Hips | None = HIPS,
     missing: str | None = MISSING,
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,

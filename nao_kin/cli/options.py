@@ -18,7 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import FORMER_NAMES
-from nao_kin.cli.completion import names_for
+from nao_kin.cli.completion import SETUP, names_for
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
 
 if TYPE_CHECKING:
@@ -146,6 +146,16 @@ _MEANT_OPTIONS = {
 class Group(TyperGroup):
     """A group of commands that makes the options of a command when it is called, and names the nearest commands."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the options before the command; the error for an unknown one says what was meant."""
+        try:
+            return list(super().parse_args(ctx, args))
+        except UsageError as error:
+            if not hasattr(error, "possibilities"):
+                raise
+            known = [name for parameter in self.get_params(ctx) for name in parameter.opts]
+            raise _no_such_option(ctx, getattr(error, "option_name", ""), known) from None
+
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names; its options are made now, those of the others never."""
         if args[0] not in self.commands:
@@ -217,6 +227,9 @@ def _no_such_option(ctx: Any, name: str, known: Sequence[str]) -> BadArgument:
     names = [option.lstrip("-") for option in known if option.startswith("--")]
     near = nearest_names(name.lstrip("-"), names, similar=0.6)
     advice = f"nearest: {', '.join(f'--{option}' for option in near)}" if near else f"see {ctx.command_path} --help"
+    if name.endswith("-completion"):  # what other programs with typer have
+        shell = os.path.basename(os.environ.get("SHELL", ""))
+        advice = f"to set up completion: {SETUP.get(shell, SETUP['bash'])}"
     return BadArgument(f"no such option: {abbreviated(name)} ({_MEANT_OPTIONS.get((ctx.info_name, name), advice)})")
 
 
@@ -324,7 +337,7 @@ COLUMNS = option(
     "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
 )
 IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
-HIPS = option("RULE", "For two HipYawPitch joints that differ: average (default of a motion), left or right.")
+HIPS = option(None, "For two HipYawPitch joints that differ. Default of a motion: average.")
 MISSING = option("VALUE", "Values of joints without a column, empty cells and NaN: a posture, or a number.")
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
 TOLERANCE = option("M", "Overlap of links that is accepted [m].", default=0.0)

@@ -13,7 +13,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
 from nao_kin.cli.options import OUTPUT, OutputOptions, argument, command, option
 from nao_kin.cli.output import csv_text, print_json, print_table, print_written
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 
 if TYPE_CHECKING:
     from nao_kin.robot import NaoModel
@@ -25,22 +25,31 @@ _ALL = "all"
 @command("sample", "Example: nao-kin sample walk.csv wave.xar; nao-kin sample all -o samples")
 def sample(
     *,
-    names: list[str] | None = argument("NAME", "A sample; several, or all. Default: list them.", None),
-    folder: str = option("FOLDER", "Write the files into this folder; it is made if needed.", *OUTPUT, default="."),
+    sample_names: list[str] | None = argument(
+        "NAME", "A sample; several, or all. Default: list them, or with -o write all.", None
+    ),
+    folder: str | None = option(
+        "FOLDER", "Write the files into this folder; it is made if needed. Default: the current one.", *OUTPUT
+    ),
     written: OutputOptions,
 ) -> None:
     """Write small files to try the other commands with, or list them."""
-    if not names:
+    if folder == "-":
+        raise BadArgument("--output is the folder for the samples, and - is not one; leave it out for this folder")
+    if not sample_names and folder is None:
         rows = [(name, one.purpose) for name, one in SAMPLES.items()]
         if written.json:
             print_json({"samples": [{"name": name, "purpose": purpose} for name, purpose in rows]})
         else:
             print_table(("name", "what it is"), rows)
         return
-    chosen = list(dict.fromkeys(part for name in names for part in (SAMPLES if name == _ALL else [name])))
+    chosen = list(
+        dict.fromkeys(part for name in sample_names or [_ALL] for part in (SAMPLES if name == _ALL else [name]))
+    )
     for name in chosen:
         if name not in SAMPLES:
-            raise UnknownName("sample", name, (*SAMPLES, _ALL))
+            raise UnknownName("sample", name, NAMES)
+    folder = "." if folder is None else folder
     with atomic.errors_naming(folder):
         Path(folder).mkdir(parents=True, exist_ok=True)
     paths = {name: Path(folder, name) for name in chosen}
@@ -314,3 +323,5 @@ SAMPLES = {
     "photos": _Sample("folder with photos of this chessboard, for calibrate", _write_photos),
     "head.csv": _Sample("log of the head's joints while these photos were taken", _write_head),
 }
+# What the command takes.
+NAMES = (*SAMPLES, _ALL)

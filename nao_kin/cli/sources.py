@@ -15,6 +15,7 @@ from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
 from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
+from nao_kin._core.sides import Hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import (
     COLUMNS,
@@ -202,14 +203,14 @@ class MotionFile:
 
 
 def recorded(
-    source: MotionFile, model: RobotModel, *, columns: list[str] | None, hips: str | None, missing: str | None
+    source: MotionFile, model: RobotModel, *, columns: list[str] | None, hips: Hips | None, missing: str | None
 ) -> Motion:
     """Return a motion; with columns or missing values from a table, as a robot records one."""
     from nao_kin import motion as motions
 
     if not (columns or missing):
         motion = source.read(model)
-        return motion if hips is None else motions.share_motors(model, motion, hips).motion  # type: ignore[arg-type]
+        return motion if hips is None else motions.share_motors(model, motion, hips).motion
     if source.from_ is not None or source.timeline is not None:
         raise BadArgument("--columns and --missing are for a table; leave out --from and --timeline")
     options = FileOptions(
@@ -246,7 +247,7 @@ class FileOptions(JointOptions):
     columns: list[str] | None = COLUMNS
     ignore_other: bool = IGNORE_OTHER
     rate: float | None = option("N", "For a motion: configurations per second.")
-    hips: str | None = HIPS
+    hips: Hips | None = HIPS
     missing: str | None = MISSING
     timeline: str | None = TIMELINE
 
@@ -323,7 +324,7 @@ class FileOptions(JointOptions):
 
     def motion(
         self, model: RobotModel, file: str, *, moves: bool, limits: LimitPolicy, sampling: float | None = None
-    ) -> tuple[Trajectory | None, str | None]:
+    ) -> tuple[Trajectory | None, Hips | None]:
         """Return the configurations of a motion; for another file None, and the rule for its hips.
 
         A motion is a file that `check` calls one, except a table of whole configurations without options of motions.
@@ -347,7 +348,7 @@ class FileOptions(JointOptions):
             model,
             rate=sampling if self.rate is None else self.rate,
             fill="hold" if rest is None else rest,
-            hips="average" if self.hips is None else self.hips,  # type: ignore[arg-type]
+            hips="average" if self.hips is None else self.hips,
         )
         return replace(path, q=self._within_limits(model, file, path, limits)), None
 
@@ -389,11 +390,10 @@ class FileOptions(JointOptions):
             skipped |= dict.fromkeys(f"{name}=" for name in used)
         return replace(self, columns=[*(self.columns or ()), *skipped]), arrays
 
-    def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: str | None = None) -> Any:
+    def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: Hips | None = None) -> Any:
         """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
         from nao_kin.stream import read_log
 
-        rule: Any = hips
         return read_log(
             model,
             file,
@@ -401,7 +401,7 @@ class FileOptions(JointOptions):
             degrees=self.deg,
             columns=self.renamed,
             ignore_other=self.ignore_other,
-            hips=rule,
+            hips=hips,
             missing=self.value_of_missing,
         )
 

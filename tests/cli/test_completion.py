@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+import select
 import shlex
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from nao_kin.cli.completion import VARIABLE
+from nao_kin.cli.app import run
+from nao_kin.cli.completion import SETUP, VARIABLE
 
 ROOT = Path(__file__).resolve().parents[2]
 NAO_KIN = [sys.executable, "-m", "nao_kin"]
@@ -20,6 +23,16 @@ NAO_KIN = [sys.executable, "-m", "nao_kin"]
 def _asked(shell: str, **words: str) -> subprocess.CompletedProcess[str]:
     env = {**os.environ, "PYTHONPATH": str(ROOT), VARIABLE: shell, **words}
     return subprocess.run(NAO_KIN, capture_output=True, text=True, env=env)
+
+
+@pytest.fixture
+def env(tmp_path: Path) -> dict[str, str]:
+    """The environment of a user with an empty home, who has the program."""
+    program = tmp_path / "nao-kin"
+    program.write_text(f'#!/bin/sh\nexec {shlex.join(NAO_KIN)} "$@"\n')
+    program.chmod(0o755)
+    home = {"HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path / ".config"), "TERM": "xterm"}
+    return {**os.environ, **home, "PYTHONPATH": str(ROOT), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
@@ -34,15 +47,22 @@ def _asked(shell: str, **words: str) -> subprocess.CompletedProcess[str]:
         ("fk --posture Stand --frame CameraTop_", ["CameraTop_frame", "CameraTop_optical_frame"]),
         ("ik LLe", ["LLeg"]),
         ("fk --nao v3.2 --posture Crouch --posture Lying", ["LyingBelly", "LyingBack"]),
+        ("fk --frame LArm,CameraTop_o", ["LArm,CameraTop_optical_frame"]),
+        ("fk walk.csv --missing StandI", ["StandInit"]),
+        ("fk walk.csv --hips ", ["average", "left", "right"]),
+        ("fk --nao v3", ["v3.2", "v3.3"]),
+        ("fk --robot na", ["nao"]),
+        ("export --format s", ["srdf", "sdf"]),
+        ("motion convert --to bhu", []),  # which is only read
+        ("motion convert --from bhu", ["bhuman"]),
+        ("motion plot --joint LHipY", ["LHipYawPitch"]),
+        ("sample wa", ["walk.csv", "wave.xar"]),
         ("fk wal", []),  # bash then completes names of files
         ("nothing ", []),
         ("--version ", None),
     ],
 )
-def test_bash_completes(line: str, expected: list[str] | None, tmp_path: Path) -> None:
-    program = tmp_path / "nao-kin"
-    program.write_text(f'#!/bin/sh\nexec {shlex.join(NAO_KIN)} "$@"\n')
-    program.chmod(0o755)
+def test_bash_completes(line: str, expected: list[str] | None, env: dict[str, str]) -> None:
     words = ["nao-kin", *line.split(" ")]
     script = f"""
         eval "$({VARIABLE}=source_bash nao-kin)"
@@ -51,7 +71,6 @@ def test_bash_completes(line: str, expected: list[str] | None, tmp_path: Path) -
         printf '%s\\n' "${{COMPREPLY[@]}}"
         complete -p nao-kin
     """
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, env=env)
     assert done.stderr == ""
     *found, declared = done.stdout.splitlines()
@@ -81,3 +100,57 @@ def test_fish_completes_files_where_there_are_no_names(line: str, code: int) -> 
 def test_a_robot_that_does_not_load_completes_nothing_and_says_nothing() -> None:
     done = _asked("complete_bash", COMP_WORDS="nao-kin fk --urdf none.urdf --frame L", COMP_CWORD="5")
     assert (done.stdout.strip(), done.stderr) == ("", "")
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
+def test_fish_completes_after_the_line_of_the_page(env: dict[str, str]) -> None:
+    page = (ROOT / "docs/command_line.md").read_text(encoding="utf-8")
+    assert all(line in page.splitlines() for line in SETUP.values())
+    subprocess.run(["sh", "-c", SETUP["fish"]], env=env, check=True)
+    for typed, found in (
+        ("fk --frame LArm,CameraTop_o", ["LArm,CameraTop_optical_frame"]),
+        ("sample wal", ["walk.csv"]),
+    ):
+        done = subprocess.run(
+            ["fish", "-c", f"complete --do-complete 'nao-kin {typed}'"], capture_output=True, text=True, env=env
+        )
+        assert (done.stdout.split(), done.stderr) == (found, "")
+
+
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="zsh is not installed")
+def test_zsh_completes_after_the_line_of_the_page(env: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / ".zshrc").write_text("PROMPT='ready> '; autoload -Uz compinit; compinit -u\n")
+    subprocess.run(["sh", "-c", SETUP["zsh"]], env=env, check=True)
+    import pty
+
+    terminal, inside = pty.openpty()
+    with subprocess.Popen(
+        ["zsh", "-i"], stdin=inside, stdout=inside, stderr=inside, env=env, start_new_session=True
+    ) as shell:
+        os.close(inside)
+        try:
+            assert _shown(terminal, "ready> ")
+            os.write(terminal, b"nao-kin fk --frame LArm,CameraTop_o\t")
+            assert _shown(terminal, "optical_frame")
+        finally:
+            shell.kill()
+            os.close(terminal)
+
+
+def _shown(terminal: int, text: str) -> bool:
+    """Return whether a text is printed in a terminal, at last after a minute."""
+    printed, end = "", time.monotonic() + 60.0
+    while text not in printed and time.monotonic() < end:
+        if select.select([terminal], [], [], 1.0)[0]:
+            printed += os.read(terminal, 4096).decode(errors="replace")
+    return text in printed
+
+
+def test_install_completion_names_the_line_for_the_shell(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for shell, line in (*SETUP.items(), ("dash", SETUP["bash"])):
+        monkeypatch.setenv("SHELL", f"/usr/bin/{shell}")
+        for words in (["--install-completion"], ["fk", "--show-completion", "zsh"]):
+            assert run(words) == 2
+            assert capsys.readouterr().err.endswith(f"-completion (to set up completion: {line})\n")

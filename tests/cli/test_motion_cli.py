@@ -288,7 +288,7 @@ def test_without_matplotlib_the_extra_is_named(
         (("convert", "{nod}", "{folder}/x.csv", "--loop", "0"), "--loop must be at least 1, got 0"),
         (("convert", "{nod}", "{folder}/x.csv", "--loop", "2"), "would jump"),
         (("convert", "{nod}", "{folder}/x.csv", "--stretch", "-1"), "--stretch must be a positive number, got -1"),
-        (("convert", "{nod}", "{folder}/x.csv", "--hips", "both"), "valid: average, left, right"),
+        (("convert", "{nod}", "{folder}/x.csv", "--hips", "both"), "not one of 'average', 'left', 'right'"),
         (("convert", "{nod}", "/dev/stdout", "--to", "csv", "--json"), "both write to standard output"),
         (("convert", "{nod}"), "as OUT or with --output"),
         (
@@ -403,7 +403,7 @@ def test_a_file_in_degrees_is_read_so(capsys: pytest.CaptureFixture, tmp_path: P
         (("--rate", "10"), "--rate is for a motion; name its FILE"),
         (("{nod}", "--posture", "Stood"), "unknown posture 'Stood'"),
         (("{nod}", "--rate", "-1"), "rate must be a number above zero"),
-        (("{nod}", "--hips", "both"), "valid: average, left, right"),
+        (("{nod}", "--hips", "both"), "not one of 'average', 'left', 'right'"),
     ],
 )
 def test_options_of_motions_are_for_motions(

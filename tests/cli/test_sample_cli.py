@@ -40,7 +40,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_the_samples_are_small_and_the_same_each_time(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = contents(folder)
     assert sum(map(len, found.values())) < 300_000
-    printed = said("sample", capsys, "all", "--output", "again/and")
+    printed = said("sample", capsys, "--output", "again/and")
     assert printed.splitlines() == [f"again/and/{name}" for name in SAMPLES]
     assert contents(Path("again/and")) == found
 
@@ -65,6 +65,9 @@ def test_files_are_replaced_with_force_alone_and_otherwise_none_is_written(capsy
     }
     assert Path("wave.xar").read_bytes() != b"mine"
     assert "unknown sample 'walk' (nearest: walk.csv" in refused("sample", capsys, "walk")
+    assert "--output is the folder for the samples, and - is not one" in refused(
+        "sample", capsys, "walk.csv", "-o", "-"
+    )
     assert "cannot write wave.xar: File exists" in refused("sample", capsys, "head.csv", "-o", "wave.xar")
 
 
