@@ -48,7 +48,13 @@ class LogOptions:
     ) -> tuple[Input, Floats, dict[str, Any]]:
         """Return the log, its times, and the arguments of `odometry`, with those of more `sensors`."""
         read, measured = given.measured(file, contacts=self.contacts, forces=self.forces, gyro=self.gyro, **sensors)
-        log = read.recording(robot, file, self.sole)
+        try:
+            log = read.recording(robot, file, self.sole)
+        except BadInputFile as error:
+            if "--ignore-other" not in error.reason:
+                raise
+            advice = "; options name the columns of sensors, as in --forces LFsr,RFsr --ignore-other"
+            raise BadInputFile(error.path, error.reason + advice, error.line, error.column) from None
         if log.times is None:
             raise BadInputFile(file, "no column of times, which odometry needs")
         return log, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}

@@ -230,6 +230,9 @@ def test_wrong_words_of_state_are_refused_in_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
+    # A log without any word on its sensors.
+    for command in ("state", "odometry"):
+        assert "--forces LFsr,RFsr --ignore-other" in command_line.refused(command, capsys, path)
     assert "unknown column 'AngleZ'" in state_refused(capsys, path, "--angles", "AngleX,AngleZ")
     assert "the ending names the format" in state_refused(capsys, path, *ALL, "-o", str(tmp_path / "state.txt"))
     assert not (tmp_path / "state.txt").exists()
