@@ -40,7 +40,10 @@ ROWS = (
 # meets but as a value.
 nitpick_ignore_regex = [
     ("py:class", r"(?!nao_kin\.).*"),
-    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|DataFrame|IsoTimes|CachedKernel|Made|Question|Segments|Subscription)"),
+    (
+        "py:class",
+        r"nao_kin\.(?:\w+\.)+(?:Call|DataFrame|Series|IsoTimes|CachedKernel|Made|Question|Segments|Subscription)",
+    ),
     ("py:class", rf"nao_kin\.(?:\w+\.)+(?:{ROWS})"),
     ("py:class", r"nao_kin\.(?:\w+\.)+(?:TableColumns|Tables|Task|_\w+)"),
 ]

@@ -50,7 +50,17 @@ class DataFrame(Protocol):
         """Return a column."""
 
 
-JointValues = Mapping[str, ArrayLike] | DataFrame
+class Series(Protocol):
+    """A row of a data frame of pandas, with a value for each name."""
+
+    def keys(self) -> Any:
+        """Return the names."""
+
+    def __getitem__(self, name: Any, /) -> Any:
+        """Return a value."""
+
+
+JointValues = Mapping[str, ArrayLike] | DataFrame | Series
 
 
 class Coordinates:
@@ -147,17 +157,23 @@ class Coordinates:
 
 
 def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
-    """Return `angles`, or the columns of a data frame; raise `BadArgument` unless it is a mapping or a data frame."""
+    """Return `angles`, or the values by name of a data frame or a series; raise `BadArgument` for anything else."""
     if isinstance(angles, Mapping):
         return angles
     lazy = hasattr(angles, "collect")
     names = None if lazy else getattr(angles, "columns", None)  # of pandas and polars
+    if names is None and callable(keys := getattr(angles, "keys", None)):  # of a series of pandas
+        names = keys()
     if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
         got = type(angles).__name__ + ("; collect() makes a data frame of it" if lazy else "")
-        raise BadArgument(f"joint values must be a mapping name → value, or a data frame, got {got}")
+        raise BadArgument(
+            f"joint values must be a mapping name → value, a data frame, or a series with names, got {got}"
+        )
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise BadArgument(f"column {quoted(twice[0])} of the data frame occurs twice")
+        raise BadArgument(
+            f"column {quoted(twice[0])} of the {'data frame' if hasattr(angles, 'columns') else 'series'} occurs twice"
+        )
     return {name: angles[name] for name in names}  # type: ignore[index]
 
 

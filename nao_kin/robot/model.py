@@ -37,6 +37,7 @@ from nao_kin.robot.configurations import (
     ConfigurationSpace,
     Coordinates,
     DataFrame,
+    Series,
     joints_by_motor,
     motor_values,
     values_by_name,
@@ -453,7 +454,7 @@ class RobotModel(Guessing):
     def posture(
         self,
         name: str,
-        angles: Mapping[str, ArrayLike] | DataFrame | None = None,
+        angles: Mapping[str, ArrayLike] | DataFrame | Series | None = None,
         /,
         *,
         limits: LimitPolicy = "enforce",
@@ -520,7 +521,7 @@ class RobotModel(Guessing):
 
     def configuration(
         self,
-        angles: Mapping[str, ArrayLike] | DataFrame,
+        angles: Mapping[str, ArrayLike] | DataFrame | Series,
         *,
         limits: LimitPolicy = "enforce",
         degrees: bool = False,
@@ -535,7 +536,8 @@ class RobotModel(Guessing):
 
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
-                the values of its joints, shape (..., number of joints). Or a data frame of pandas or polars.
+                the values of its joints, shape (..., number of joints). Or a data frame of pandas or
+                polars, or a row of one of pandas.
             limits: what to do with a named joint outside its limits: "enforce", "clamp", "ignore" or "measured".
             degrees: whether the values of turning joints are in degrees.
             hips: value of a motor whose two joints differ, such as the two HipYawPitch as a NAO's sensors measure them:
@@ -611,9 +613,9 @@ class RobotModel(Guessing):
     def mirror(self, q: ArrayLike) -> Floats:
         """Return configurations mirrored at the plane between left and right, y = 0, which may be outside the limits.
 
-        A joint that turns about the axis a turns about −M a in the mirror image, with M = diag(1, −1, 1): its value
-        changes its sign if that is opposite to the axis of the joint on the other side. A floating base is mirrored
-        too: T becomes M T M. `nk.motion.mirror` does the same with motions.
+        The mirror image of a point p is M p, with M = diag(1, −1, 1). The image of a joint that turns about the axis a
+        turns about −M a: its value changes its sign if the joint on the other side has the opposite axis. A floating
+        base at the position p with the rotation R goes to M p and M R M. `nk.motion.mirror` does the same with motions.
 
         Args:
             q: configurations, shape (..., nq).

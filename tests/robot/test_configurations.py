@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -330,7 +331,9 @@ def test_chains_that_contradict_are_refused(nao: nk.NaoModel) -> None:
         nao.configuration({"LLeg": [-0.1, 0, 0, 0, 0, 0], "RLeg": [-0.2, 0, 0, 0, 0, 0]})
     with pytest.raises(UnknownName, match=r"nearest: LArm"):
         nao.configuration({"LArn": arm})
-    with pytest.raises(BadArgument, match="must be a mapping name → value, or a data frame, got int"):
+    with pytest.raises(
+        BadArgument, match="must be a mapping name → value, a data frame, or a series with names, got int"
+    ):
         nao.posture("Stand", 3, HeadYaw=0.1)  # type: ignore[arg-type]
 
 
@@ -353,8 +356,22 @@ def test_a_data_frame_gives_the_values_of_its_columns(nao: nk.NaoModel) -> None:
     twice.columns.append("HeadYaw")
     with pytest.raises(BadArgument, match="column 'HeadYaw' of the data frame occurs twice"):
         nao.configuration(twice)
+
+    class Row:  # a series of pandas
+        def __init__(self, values: dict[Any, float]) -> None:
+            self._values, self.keys = values, values.keys
+
+        def __getitem__(self, name: str) -> float:
+            return self._values[name]
+
+    row = {name: values[0] for name, values in table.items()}
+    assert np.array_equal(nao.configuration(Row(row)), expected[0])
+    with pytest.raises(BadArgument, match="a series with names, got Row"):
+        nao.configuration(Row({0: 0.1}))
     numbered = Frame({0: [0.0]})  # type: ignore[dict-item]
-    with pytest.raises(BadArgument, match="must be a mapping name → value, or a data frame, got Frame"):
+    with pytest.raises(
+        BadArgument, match="must be a mapping name → value, a data frame, or a series with names, got Frame"
+    ):
         nao.configuration(numbered)
 
 
