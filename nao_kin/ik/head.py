@@ -66,7 +66,8 @@ def head(
     """Compute the joint values that give the head an orientation, or a frame of it a position, or the nearest one.
 
     Two joints allow only two of the three rotations: they cannot tilt the head sideways. They move a frame on a sphere
-    about the neck, so that a measured position, of a marker for instance, is never met exactly. If the target is not
+    about the neck, which has a hole about the axis of HeadYaw, above and below, as wide as the frame is beside the
+    head's middle. A measured position, of a marker for instance, is never exactly on it. If the target is not
     met, `best` and `q` are the joint values with the smallest angle to it, or distance from it, inside the limits if
     these are enforced.
 

@@ -241,6 +241,30 @@ def test_the_nearest_position_is_as_good_as_a_fine_scan_finds(nao: nk.NaoModel, 
     np.testing.assert_allclose(at_most, distances, rtol=0, atol=1e-15)
 
 
+def test_positions_are_met_on_a_sphere_without_caps_and_else_the_nearest_is_found(nao: nk.NaoModel) -> None:
+    neck = nao.position(nao.neutral(), "Head")
+    o = nao.position(nao.neutral(), "SpeakerLeft") - neck
+    radius, beside = np.linalg.norm(o), abs(o[1])
+    assert beside > 0.03
+    directions = np.random.default_rng(4).normal(size=(2000, 3)) * np.repeat(
+        [[0.5, 0.5, 1.0], [1.0, 1.0, 0.3]], 1000, axis=0
+    )
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    across = np.linalg.norm(directions[:, :2], axis=1)
+    outside_caps = radius * across >= beside
+    assert 0.1 < outside_caps.mean() < 0.9
+    height = np.copysign(np.sqrt(radius**2 - beside**2), directions[:, 2])
+    edge = np.column_stack([beside * directions[:, :2] / across[:, None], height])
+    nearest = np.where(outside_caps[:, None], radius * directions, edge)
+    for scale in (1.0, 0.5, 1.5):
+        wanted = scale * radius * directions
+        found = nk.ik.head(nao, position=neck + wanted, frame="SpeakerLeft", limits="ignore")
+        assert np.array_equal(found.success, outside_caps & (scale == 1.0))
+        assert np.array_equal(found.count, 2 * found.success)
+        np.testing.assert_allclose(nao.position(found.q, "SpeakerLeft") - neck, nearest, atol=1e-7)
+        np.testing.assert_allclose(found.residual[:, 0], np.linalg.norm(nearest - wanted, axis=1), atol=1e-12)
+
+
 def test_a_position_on_the_sphere_outside_the_limits_names_the_joint(nao: nk.NaoModel) -> None:
     q = nao.configuration({"HeadYaw": [2.6, 0.3, 0.0], "HeadPitch": [0.1, 1.0, 0.4]}, limits="ignore")
     found = nk.ik.head(nao, position=nao.position(q, "CameraTop"), frame="CameraTop")
