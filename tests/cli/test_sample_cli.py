@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import refused, said
-from doc_commands import check, run_line, why_skipped
+from doc_commands import Ran, check, run_line, why_skipped
 from doc_pages import DOCS
 
 import nao_kin as nk
@@ -69,6 +69,17 @@ def test_files_are_replaced_with_force_alone_and_otherwise_none_is_written(capsy
         "sample", capsys, "walk.csv", "-o", "-"
     )
     assert "cannot write wave.xar: File exists" in refused("sample", capsys, "head.csv", "-o", "wave.xar")
+
+
+def test_lines_that_do_not_need_a_missing_extra_are_checked_all_the_same() -> None:
+    lacks = Ran("nao-kin fk walk.csv -o feet.parquet", 2, "nao-kin: pip install 'nao-kin[stream]'")
+    needs_it = Ran("nao-kin view feet.parquet", 2, "feet.parquet: cannot be read")
+    Path("walk.csv").touch()  # it has been there for all lines
+    with pytest.raises(pytest.skip.Exception, match=r"feet\.parquet: nao-kin: pip install .*; nao-kin view"):
+        check([lacks, needs_it, Ran("nao-kin fk walk.csv", 0, "")])
+    with pytest.raises(AssertionError):
+        check([lacks, Ran("nao-kin fk walk.csv", 2, "wrong")])
+    check([Ran("nao-kin info", 0, "")])
 
 
 EXAMPLES = [line for _, text, _ in COMMANDS.values() for line in text.removeprefix("Example: ").split("; ")]
