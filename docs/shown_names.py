@@ -1,4 +1,4 @@
-"""The reference shows names as programs write them: nk.ik.leg, nk.lines.angle for nao_kin.screws.lines.angle."""
+"""Short names in the reference, as programs write them: nk.lines.angle instead of nao_kin.screws.lines.angle."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ _NAME = re.compile(r"\b(nao_kin(?:\.\w+)*)\.(\w*)")
 
 
 def setup_names(app: Sphinx) -> None:
-    """Show them so in all entries; links, anchors and the search keep the whole names.
+    """Show short names in all entries, and a table of the functions of each module.
 
-    Below what a module is about, a table leads to its functions, which otherwise come after all classes.
+    Links, anchors and the search keep the full names. The table stands below the module's description, because the
+    entries of the functions come after those of all classes.
     """
     app.connect("doctree-read", _show)
     app.connect("autodoc-process-docstring", _list_functions, priority=600)
@@ -51,7 +52,7 @@ def _show(app: Sphinx, doctree: nodes.document) -> None:
 
 
 def _written(name: re.Match[str]) -> str:
-    """Return the name in its room, or alone if its module is internal."""
+    """Return a name as programs write it, or without its module if the module is internal."""
     module, last = name.groups()
     if module in _WRITTEN:
         return f"{_WRITTEN[module]}.{last}"
