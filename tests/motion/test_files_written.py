@@ -15,7 +15,7 @@ from loops import full
 
 from nao_kin import load_nao
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
-from nao_kin.motion import FORMATS, Motion, MotionFileWarning, read_motion, resample, write_motion
+from nao_kin.motion import FORMATS, Motion, MotionFileWarning, read_motion, resample, time_warp, write_motion
 from nao_kin.robot.nao import BODY_ORDER
 
 DATA = Path(__file__).parents[1] / "data" / "motions"
@@ -55,6 +55,18 @@ def whole_body() -> Motion:
     return Motion([0.0, 0.25, 1.5, 2.004], BODY_ORDER, keys)
 
 
+@pytest.mark.parametrize("name", ["python", "naoqi"])
+@pytest.mark.parametrize("interpolation", ["linear", "bezier"])
+def test_keys_that_naoqi_refuses_are_warned_of(tmp_path: Path, name: str, interpolation: Any) -> None:
+    path = tmp_path / f"a{FORMATS[name].suffixes[0]}"
+    motion = Motion([[0.5, 1.0], [0.0, 1.0]], ["HeadYaw", "HeadPitch"], [[0.1, 0.2]] * 2, interpolation)
+    with pytest.warns(MotionFileWarning, match="refuses keys at 0 s; nk.motion.time_warp"):
+        write_motion(motion, path, format=name)
+    write_motion(time_warp(motion, lambda t: t + 1.0), path, format=name, overwrite=True)
+    assert read_motion(path).times[1].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.filterwarnings("ignore:NAOqi refuses keys at 0 s")
 @pytest.mark.parametrize("name", WRITTEN)
 def test_a_linear_motion_comes_back(whole_body: Motion, tmp_path: Path, name: str) -> None:
     path = tmp_path / f"a{FORMATS[name].suffixes[0]}"
@@ -79,6 +91,7 @@ def test_every_file_goes_through_the_lossless_formats_unchanged(tmp_path: Path, 
     assert read_motion(tmp_path / "a") == motion
 
 
+@pytest.mark.filterwarnings("ignore:NAOqi refuses keys at 0 s")
 @pytest.mark.parametrize(
     ("file", "name", "options"),
     [

@@ -146,7 +146,8 @@ def write_motion(
 ) -> None:
     """Write a motion to a file.
 
-    Joints that a format does not support raise an error; a linear format loses curves, with a `MotionFileWarning`.
+    Joints that a format does not support raise an error; a linear format loses curves, and NAOqi refuses keys at
+    0 s, both with a `MotionFileWarning`.
 
     Args:
         motion: the motion to write.

@@ -15,9 +15,19 @@ import numpy as np
 
 from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
+from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
-from nao_kin.motion.files.source import FilePosition, FilePositionOf, Format, MotionSource, chosen, has_line, in_json
+from nao_kin.motion.files.source import (
+    FilePosition,
+    FilePositionOf,
+    Format,
+    MotionFileWarning,
+    MotionSource,
+    chosen,
+    has_line,
+    in_json,
+)
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
@@ -287,6 +297,7 @@ def _number(source: MotionSource, node: ast.expr, place: FilePosition) -> float:
 
 def _write_python(motion: Motion, _: Motion) -> bytes:
     """Write an export: plain keys for a linear motion, otherwise Bezier control points."""
+    _warn_of_zero(motion)
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
         "angleInterpolation(names, keys, times, True)"
@@ -298,6 +309,14 @@ def _write_python(motion: Motion, _: Motion) -> bytes:
     for joint, times, keys in zip(motion.joint_names, motion.times, points(motion), strict=True):
         lines += ["", f"names.append({json.dumps(joint)})", f"times.append({times.tolist()})", f"keys.append({keys})"]
     return ("\n".join(lines) + "\n").encode()
+
+
+def _warn_of_zero(motion: Motion) -> None:
+    if any(times[0] <= 0.0 for times in motion.times):
+        warn_caller(
+            "NAOqi refuses keys at 0 s; nk.motion.time_warp(motion, lambda t: t + 1.0) begins a second later",
+            MotionFileWarning,
+        )
 
 
 PYTHON = Format("python", (".py",), "Choregraphe's Python export", has_line(_MENTION), _read_python, _write_python)
@@ -412,6 +431,7 @@ def _is_points(rows: list[Any]) -> bool:
 
 def _write_naoqi(motion: Motion, _: Motion) -> bytes:
     """Write the arguments of angleInterpolation for a linear motion, otherwise of angleInterpolationBezier."""
+    _warn_of_zero(motion)
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))
     rows = [_rows(stamps), _rows(keys)] if motion.interpolation != "linear" else [_rows(keys), _rows(stamps), "true"]
