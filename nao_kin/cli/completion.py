@@ -12,7 +12,7 @@ from typer.completion import completion_init  # type: ignore[attr-defined]  # im
 if TYPE_CHECKING:
     import typer
 
-    from nao_kin.cli.options import RobotOptions
+    from nao_kin.robot import RobotModel
 
 # The environment variable with which a shell asks, by typer's rule for the program's name.
 VARIABLE = "_NAO_KIN_COMPLETE"
@@ -26,57 +26,57 @@ SETUP = {
 }
 
 
-def _postures(robot: RobotOptions) -> Iterable[str]:
-    return robot.load().posture_names
+def _postures(load: Callable[[], RobotModel]) -> Iterable[str]:
+    return load().posture_names
 
 
-def _frames(robot: RobotOptions) -> Iterable[str]:
-    return robot.load().frame_names
+def _frames(load: Callable[[], RobotModel]) -> Iterable[str]:
+    return load().frame_names
 
 
-def _joints(robot: RobotOptions) -> Iterable[str]:
-    return robot.load().joint_names
+def _joints(load: Callable[[], RobotModel]) -> Iterable[str]:
+    return load().joint_names
 
 
-def _versions(robot: RobotOptions) -> Iterable[str]:
+def _versions(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.robot.nao import VERSIONS
 
     return VERSIONS
 
 
-def _robots(robot: RobotOptions) -> Iterable[str]:
+def _robots(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.robot import robot_names
 
     return ("nao", *robot_names())
 
 
-def _exports(robot: RobotOptions) -> Iterable[str]:
+def _exports(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.export import FORMATS
 
     return FORMATS
 
 
-def _read_formats(robot: RobotOptions) -> Iterable[str]:
+def _read_formats(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.motion import FORMATS
 
     return FORMATS
 
 
-def _written_formats(robot: RobotOptions) -> Iterable[str]:
+def _written_formats(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.motion import FORMATS
 
     return [name for name, known in FORMATS.items() if known.write is not None]
 
 
-def _samples(robot: RobotOptions) -> Iterable[str]:
+def _samples(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.cli.sample import NAMES
 
     return NAMES
 
 
-# Parameter of commands → the names that complete its value, given the robot's options. Each is the table that also
-# checks the value; a parameter of a type with choices is completed by typer.
-_NAMES: dict[str, Callable[[RobotOptions], Iterable[str]]] = {
+# Parameter of commands → the names that complete its value, given a function that loads the robot of the command line.
+# Each is the table that also checks the value; a parameter of a type with choices is completed by typer.
+_NAMES: dict[str, Callable[[Callable[[], RobotModel]], Iterable[str]]] = {
     "posture": _postures,
     "near": _postures,
     "missing": _postures,
@@ -110,17 +110,17 @@ def complete(app: typer.Typer) -> int:
     return 0
 
 
-def names_for(parameter: str) -> Callable[[Any, str], list[str]] | None:
-    """Return typer's function for the names that complete the value of a parameter; None if there are none."""
+def names_for(parameter: str, load: Callable[[dict[str, Any]], RobotModel]) -> Callable[[Any, str], list[str]] | None:
+    """Return typer's function for the names that complete the value of a parameter; None if there are none.
+
+    `load` returns the robot that the values of the other parameters name.
+    """
     names = _NAMES.get(parameter)
     if names is None:
         return None
 
     def completed(ctx: Any, incomplete: str) -> list[str]:
-        from nao_kin.cli.options import RobotOptions
-
-        given = {name: value for name, value in ctx.params.items() if name in RobotOptions.__dataclass_fields__}
         before = incomplete[: incomplete.rfind(",") + 1] if parameter in _WITH_COMMAS else ""
-        return [before + name for name in names(RobotOptions(**given))]
+        return [before + name for name in names(lambda: load(ctx.params))]
 
     return completed

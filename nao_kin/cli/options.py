@@ -45,7 +45,7 @@ def option(metavar: str | None, help: str, *names: str, default: Any = None) -> 
 
     def info(name: str) -> Any:
         flags = names or [f"--{name.strip('_').replace('_', '-')}"]
-        return typer.Option(*flags, metavar=metavar, help=help, autocompletion=names_for(name))
+        return typer.Option(*flags, metavar=metavar, help=help, autocompletion=names_for(name, _robot))
 
     return field(default=default, metadata={"info": info})
 
@@ -59,7 +59,7 @@ def argument(metavar: str, help: str, default: Any = REQUIRED) -> Any:
     """Return a positional argument, as in `option`."""
 
     def info(name: str) -> Any:
-        return typer.Argument(metavar=metavar, help=help, autocompletion=names_for(name))
+        return typer.Argument(metavar=metavar, help=help, autocompletion=names_for(name, _robot))
 
     return field(default=default, metadata={"info": info})
 
@@ -316,6 +316,12 @@ class RobotOptions:
             return robot.with_offsets(**offsets)
         except NaoKinError as error:
             raise BadInputFile(str(self.offsets), str(error)) from None
+
+
+def _robot(parameters: dict[str, Any]) -> RobotModel:
+    """Return the robot that the values of a command's parameters name."""
+    given = {name: value for name, value in parameters.items() if name in RobotOptions.__dataclass_fields__}
+    return RobotOptions(**given).load()
 
 
 # Options that are missing in commands for the NAO only.
