@@ -322,6 +322,7 @@ def test_a_format_that_is_only_read_is_not_written(whole_body: Motion, tmp_path:
         assert not (tmp_path / name).exists()
 
 
+@pytest.mark.filterwarnings("ignore:NAOqi refuses keys at 0 s")
 @pytest.mark.parametrize("name", [WRITTEN[0], *full(*WRITTEN[1:])])
 def test_a_hundred_thousand_keys_come_back(tmp_path: Path, name: str) -> None:
     rows = 3847

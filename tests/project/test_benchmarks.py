@@ -15,6 +15,7 @@ pytestmark = pytest.mark.full
 # The smallest arguments of each benchmark.
 LITTLE = {
     "bench_batch": "--counts 40 --questions links --robots nao --rounds 1",
+    "bench_calibration": "--robots 1",
     "bench_collisions": "--configurations 200 --verdicts 20 --rounds 1",
     "bench_fk": "--rounds 1",
     "bench_ik": "--targets 50 --rounds 1",
