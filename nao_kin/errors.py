@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import copyreg
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from nao_kin._core.extras import missing
-from nao_kin._core.text import MAX_ECHOED, abbreviated, one_line, quoted
+from nao_kin._core.guesses import public_attributes as _public_attributes
+from nao_kin._core.text import abbreviated, nearest_names, one_line, quoted
 
 __all__ = [
     "BadArgument",
@@ -44,9 +45,7 @@ __all__ = [
     "ZeroNorm",
 ]
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+globals().update(_public_attributes(__name__))
 
 
 class NaoKinWarning(UserWarning):
@@ -111,25 +110,6 @@ class NaoKinError(Exception):
 def at_index(index: Sequence[int]) -> str:
     """Return " at index [2, 0]" for an index in a batch, to end a message, and "" for no batch."""
     return f" at index {list(index)}" if index else ""
-
-
-def nearest_names(name: str, valid: Iterable[str], count: int = 3, similar: float = 0.5) -> tuple[str, ...]:
-    """Return the valid names most similar to `name`, best first, whatever their letter case.
-
-    `similar` is the least ratio of equal letters, from 0 to 1.
-
-    Examples:
-        >>> nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
-        ('LHand', 'RHand')
-    """
-    import difflib  # imported late, as other modules that few calls need: together they take 25 ms
-
-    name = name[:MAX_ECHOED]
-    by_lower: dict[str, list[str]] = {}
-    for candidate in valid:
-        by_lower.setdefault(candidate.lower(), []).append(candidate)
-    close = difflib.get_close_matches(name.lower(), list(by_lower), n=count, cutoff=similar)
-    return tuple(candidate for lower in close for candidate in by_lower[lower])[:count]
 
 
 _FEW = 3

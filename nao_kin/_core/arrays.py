@@ -307,7 +307,7 @@ def generator(rng: object) -> np.random.Generator:
         if rng is not None and not isinstance(rng, taken):
             several = isinstance(rng, (list, tuple, range)) or (isinstance(rng, np.ndarray) and rng.ndim == 1)
             if several and len(seed) > _MAX_SEEDS:
-                raise ValueError
+                raise BadArgument(f"rng must have at most {_MAX_SEEDS} numbers as a seed, got {len(seed)}")
             seed = list(map(operator.index, seed)) if several else operator.index(seed)
         return np.random.default_rng(seed)
     except (TypeError, ValueError):

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from nao_kin.errors import nearest_names
+from nao_kin._core.text import nearest_names
 
 # Class or module → a name that people try, or a former name that no longer warns → expressions that give what it
 # promises. In these, `robot`, `motion` and `viewer` are objects of the classes.

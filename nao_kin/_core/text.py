@@ -24,6 +24,25 @@ _MAX_WORD, _MAX_LINE = 2 * MAX_ECHOED, 2000
 _LONG_WORD = re.compile(rf"\S{{{_MAX_WORD + 1},}}")
 
 
+def nearest_names(name: str, valid: Iterable[str], count: int = 3, similar: float = 0.5) -> tuple[str, ...]:
+    """Return the valid names most similar to `name`, best first, whatever their letter case.
+
+    `similar` is the least ratio of equal letters, from 0 to 1.
+
+    Examples:
+        >>> nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
+        ('LHand', 'RHand')
+    """
+    import difflib  # imported late, as other modules that few calls need: together they take 25 ms
+
+    name = name[:MAX_ECHOED]
+    by_lower: dict[str, list[str]] = {}
+    for candidate in valid:
+        by_lower.setdefault(candidate.lower(), []).append(candidate)
+    close = difflib.get_close_matches(name.lower(), list(by_lower), n=count, cutoff=similar)
+    return tuple(candidate for lower in close for candidate in by_lower[lower])[:count]
+
+
 def abbreviated(value: object, max_length: int = MAX_ECHOED) -> str:
     """Return `str(value)` on one line of at most `max_length` characters, shortened with … at the end."""
     text = str(value)

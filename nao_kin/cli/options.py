@@ -16,10 +16,10 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from nao_kin._core import files as atomic
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated, nearest_names, quoted
 from nao_kin._core.warn import FORMER_NAMES
 from nao_kin.cli.completion import SETUP, names_for
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, nearest_names
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel

@@ -9,7 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 from nao_kin._core.arrays import choice
-from nao_kin.errors import BadArgument, nearest_names
+from nao_kin._core.text import nearest_names
+from nao_kin.errors import BadArgument
 from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
 from nao_kin.export.pipeline import Exported

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
+    LARGEST,
     LIMIT_TOLERANCE,
     Floats,
-    as_floats,
     as_numbers,
+    as_vectors,
     batch_index,
     check_tolerance,
     choice,
@@ -248,7 +249,8 @@ def velocity(
 
     Raises:
         UnknownName: a frame that does not exist.
-        BadArgument: a frame that no joint moves, or `dt` or `length` not positive.
+        BadArgument: a frame that no joint moves, `dt` or `length` outside 1e-100 to 1e100, or `twist`, `twist / length`
+            or `damping` beyond 1e150.
 
     Source: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through kinematically
     singular configurations, J. Robotic Systems 1988; Angeles, Fundamentals of Robotic Mechanical Systems, 5.8, for the
@@ -270,15 +272,17 @@ def velocity(
     choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")
+        if damping > LARGEST:
+            raise BadArgument(f"damping must not exceed {LARGEST:.0e}, got {damping:.3g}")
     for value, name in ((dt, "dt"), (length, "length")):
         check_tolerance(value, name)
-        if not 1e-100 < value < np.inf:
-            raise BadArgument(f"{name} must be a finite number above 0, got {value}")
+        if not 1e-100 <= value <= 1e100:
+            raise BadArgument(f"{name} must be from 1e-100 to 1e100, got {value:.3g}")
     motion = cached_limb(robot, FrameMotion, frame)
     start, shape = robot.checked(q), as_numbers(twist, "twist").shape
     if shape[-1:] not in ((3,), (6,)):
         raise WrongShape("twist", "(..., 6), or (..., 3) for a linear velocity", shape)
-    twists, rows = as_floats(twist, shape[-1:], "twist"), shape[-1]
+    twists, rows = as_vectors(twist, "twist", shape[-1]), shape[-1]
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
     q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
     twist_rows = np.array(np.broadcast_to(twists, (*batch, rows)).reshape(-1, rows))
@@ -286,7 +290,7 @@ def velocity(
     unit = np.array([1.0 / length] * 3 + [1.0] * 3)[:rows]
     scaled = J[:, :rows] * unit[:, None]
     U, sigma, Vt = np.linalg.svd(scaled, full_matrices=True)
-    dampings, wanted = _dampings(sigma, damping), twist_rows * unit
+    dampings, wanted = _dampings(sigma, damping), as_vectors(twist_rows * unit, "twist / length", rows)
     speeds = unlimited = _solved(U, sigma, Vt, dampings, wanted)
     if limits == "scale":
         speeds = _Bounds(motion, q_rows, dt).scaled(unlimited)

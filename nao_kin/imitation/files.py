@@ -28,8 +28,8 @@ from nao_kin._core.arrays import Floats, choice, cross, finite_decimal, norm
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, plain_floats, read_csv
 from nao_kin._core.files import described, is_finite_number, numpy_errors, read_bytes, read_json
 from nao_kin._core.headings import TIME_UNITS, time_unit_of
-from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape, nearest_names
+from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
+from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape
 from nao_kin.imitation.skeleton import (
     NAMINGS,
     SIDES,

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, single_number
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, shaped, single_number
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.imitation.imitate import CONFIDENCE, start_of
 from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
@@ -153,7 +153,7 @@ class Imitator:
     def _named(self, frame: Mapping[str, ArrayLike]) -> Floats:
         for name in frame:
             choice(name, POINTS, "point")
-        points = {name: as_floats(value, (3,), name, gaps=True) for name, value in frame.items()}
+        points = {name: shaped(value, (3,), name, gaps=True) for name, value in frame.items()}
         check_points({name: point[None] for name, point in points.items()})
         if tuple(points) != self._names:
             self._names, self._points = tuple(points), None

@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, single_number, texts
 from nao_kin._core.files import read_toml
-from nao_kin._core.text import abbreviated, one_line_repr
-from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, nearest_names
+from nao_kin._core.text import abbreviated, nearest_names, one_line_repr
+from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
 
 SIDES = ("left_", "right_")
 _TRUNK = ("pelvis", "chest", "neck", "head", "nose")

@@ -13,7 +13,15 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin import _kernels as kernels
-from nao_kin._core.arrays import CROSSOVER, MAX_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
+from nao_kin._core.arrays import (
+    CROSSOVER,
+    LARGEST,
+    MAX_THREADS,
+    as_numbers,
+    as_vectors,
+    refuse_non_finite,
+    whole_number,
+)
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
@@ -137,7 +145,7 @@ class Answers:
             slow = count >= CROSSOVER
             started = time.thread_time() if slow else 0.0  # a call into the system, as long as a single answer
             q, nv = self._checks.posed(arrays[0]), self._nv
-            rates = [as_floats(array, (nv,), name) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
+            rates = [as_vectors(array, name, nv) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
             few = self._kinematics.answer(question, q, *rates).reshape(shape)
             if slow:
                 note_slowness(time.thread_time() - started)
@@ -167,6 +175,9 @@ class Answers:
             with np.errstate(over="ignore"):
                 answers[...] = double
         if not peak <= TURN:
+            if peak > LARGEST:
+                for values, name in zip(arrays[1:], _NAMES[1:], strict=False):
+                    as_vectors(values, name, self._nv)
             self._checks.warn_of_degrees(arrays[0])
 
     def joints(self) -> JointArrays:

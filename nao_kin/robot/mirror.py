@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import COUPLING_TOLERANCE, Floats, choice
 from nao_kin._core.sides import other_side
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.semantics import Mimic
@@ -28,14 +28,35 @@ def mirrored(robot: RobotModel, q: Floats) -> Floats:
     image[..., : robot.nq_base] = _BASE[: robot.nq_base] * q[..., : robot.nq_base]
     column = {name: robot.nq_base + index for index, name in enumerate(robot.joint_names)}
     for name in robot.joint_names:
-        of = mirror_image(robot, name)
-        of = of.through(robot.mimics[of.joint]) if of.joint in robot.mimics else of
+        of = _of_motor(robot, mirror_image(robot, name))
         image[..., column[name]] = of.value(q[..., column[of.joint]])
     return image + 0.0  # takes the sign off a negative zero
 
 
 def mirror_image(robot: RobotModel, name: str) -> Mimic:
-    """Return how a joint of the mirror image follows the joint on the other side."""
+    """Return how a joint of the mirror image follows the joint on the other side; both must fit to their motors."""
+    image = _image(robot, name)
+    for one in (name, image.joint):
+        if one in robot.mimics:
+            mimic = robot.mimics[one]
+            found = _of_motor(robot, _image(robot, one))
+            wanted = mimic.through(_of_motor(robot, _image(robot, mimic.joint)))
+            apart = abs(found.multiplier - wanted.multiplier), abs(found.offset - wanted.offset)
+            if found.joint != wanted.joint or max(apart) > COUPLING_TOLERANCE:
+                how = f"{mimic.multiplier:g} {mimic.joint} {mimic.offset:+g}"
+                raise BadArgument(
+                    f"{one} has no mirror image: it follows as {how}, and the joint on the other side not"
+                )
+    return image
+
+
+def _of_motor(robot: RobotModel, of: Mimic) -> Mimic:
+    """Return how the value follows the driving joint, if the joint that it follows has one."""
+    return of.through(robot.mimics[of.joint]) if of.joint in robot.mimics else of
+
+
+def _image(robot: RobotModel, name: str) -> Mimic:
+    """Return the same by the axes of the two joints alone."""
     joints = (*robot.joint_names, *robot.mimics)
     other = other_side(choice(name, joints, "joint"))
     if other not in joints:

@@ -625,7 +625,7 @@ class RobotModel(Guessing):
 
         Raises:
             UnknownName: a joint has no other side.
-            BadArgument: the joint on the other side is not its mirror image.
+            BadArgument: the joint on the other side is not its mirror image, or a mimic joint does not follow as that.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -640,7 +640,7 @@ class RobotModel(Guessing):
 
         Raises:
             UnknownName: the joint has no other side.
-            BadArgument: the joint on the other side is not its mirror image.
+            BadArgument: the joint on the other side is not its mirror image, or a mimic joint does not follow as that.
 
         Examples:
             >>> nk.load_nao().mirror_image("LShoulderRoll")
@@ -1261,7 +1261,12 @@ class RobotModel(Guessing):
     # --- internal -------------------------------------------------------------------------------------------------
 
     def _answers_for(self, links: str | Sequence[str] | None) -> Answers:
-        return self._answers if links is None else self._answers.of_links(self._frames.link_ids(links))
+        if links is None:
+            return self._answers
+        ids = self._frames.link_ids(links)
+        if not ids:
+            raise BadArgument("links must name at least one link; None means the whole robot")
+        return self._answers.of_links(ids)
 
     def _within(self, q: ArrayLike, limits: str) -> Floats:
         return self._configurations.within(self._configurations.checked(q), limits)

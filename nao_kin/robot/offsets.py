@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, as_vectors, check_kind, first_index, join_poses
 from nao_kin._core.files import read_toml, write_document
-from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index, nearest_names
+from nao_kin._core.text import nearest_names, quoted
+from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index
 from nao_kin.robot.semantics_files import camera_of
 from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import (

@@ -66,8 +66,8 @@ import numpy as np
 from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers, check_kind, is_several, shaped
 from nao_kin._core.files import read_toml
 from nao_kin._core.guesses import public_attributes as _public_attributes
-from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.errors import BadArgument, BadInputFile, nearest_names
+from nao_kin._core.text import nearest_names, one_line_repr, quoted
+from nao_kin.errors import BadArgument, BadInputFile
 
 __all__ = ["CoupledLimit", "Mimic", "Posture", "Semantics", "View", "read_semantics"]
 
@@ -102,14 +102,19 @@ class Mimic:
 
     def value(self, driver: Floats | float) -> Floats:
         """Return values of the mimic joint for values of the driving joint, any shape."""
-        return np.asarray(self.multiplier * driver + self.offset)
+        values = as_numbers(driver, f"values of {quoted(self.joint)}")
+        with np.errstate(over="ignore", invalid="ignore"):  # they may be infinite
+            return np.asarray(self.multiplier * values + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
         """Return values of the driving joint for values of the mimic joint; the multiplier must not be zero."""
-        return np.asarray((value - self.offset) / self.multiplier)
+        values = as_numbers(value, f"values of the joint that follows {quoted(self.joint)}")
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray((values - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
         """Return how this joint follows the driver of its driving joint; `driver` is the mimic of the driving joint."""
+        check_kind(driver, "driver", Mimic)
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:

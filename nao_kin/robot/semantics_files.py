@@ -15,8 +15,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
+from nao_kin._core.text import abbreviated, nearest_names, quoted
+from nao_kin.errors import BadArgument, BadModel, NaoKinError
 from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.semantics import Posture, Semantics, read_semantics
 from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document

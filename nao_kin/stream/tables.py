@@ -33,8 +33,8 @@ from nao_kin._core.headings import (
     read_heading,
 )
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
+from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
 from nao_kin.robot import OutsideRows, RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.stream.results import clamp

@@ -79,3 +79,8 @@ def test_a_configuration_is_not_drawn_with_anything_else(nao: nk.NaoModel) -> No
     for n in ("two", b"x", bytearray(b"x")):
         with pytest.raises(BadArgument, match="n must be a whole number or a shape, got "):
             nao.random(0, n)  # type: ignore[arg-type]
+
+
+def test_a_seed_of_too_many_numbers_is_refused_by_its_length() -> None:
+    with pytest.raises(BadArgument, match="rng must have at most 10000 numbers as a seed, got 10001"):
+        generator([1] * 10001)

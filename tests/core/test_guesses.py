@@ -42,6 +42,10 @@ def test_other_names_are_answered_with_the_nearest() -> None:
         nao.frame_name  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"module 'nao_kin.rotations' has no attribute 'rotx'; nearest: rot_x"):
         nk.rotations.rotx  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(
+        AttributeError, match=r"module 'nao_kin.errors' has no attribute 'WrongSize'; nearest: WrongShape"
+    ):
+        nk.errors.WrongSize  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"'NaoModel' object has no attribute 'qqqqqqqqq'$"):
         nao.qqqqqqqqq  # type: ignore[attr-defined]  # noqa: B018
     assert not hasattr(nao, "__array__")

@@ -382,6 +382,8 @@ def test_links_without_mass_and_links_that_do_not_exist_are_refused(nao: nk.NaoM
         for threads in (None, 1):
             with pytest.raises(BadArgument, match="nao_v6 with only LHand_link has no mass, so no centre of mass"):
                 ask(q, links="LHand_link", threads=threads)
+            with pytest.raises(BadArgument, match="links must name at least one link"):
+                ask(q, links=[], threads=threads)
             with pytest.raises(UnknownName, match="unknown link 'Hed' \\(nearest: Head\\)"):
                 ask(q, links=["Hed", "Neck"], threads=threads)
             with pytest.raises(NotFinite):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -70,3 +71,27 @@ def test_joints_that_are_no_mirror_images_are_refused() -> None:
     arm = nk.load_robot("ur5_robot")
     with pytest.raises(nk.errors.BadArgument, match="are not mirror images"):
         arm.mirror(arm.neutral())
+
+
+@pytest.mark.parametrize(("multiplier", "offset", "fits"), [(-1.0, 0.0, True), (-2.0, 0.0, False), (-1.0, 0.1, False)])
+def test_a_mimic_joint_that_does_not_follow_as_the_mirror_image_is_refused(
+    multiplier: float, offset: float, fits: bool, tmp_path: Path
+) -> None:
+    def joint(side: str, y: float, mimic: str = "") -> str:
+        return (
+            f'<link name="{side}"/><joint name="{side}J" type="revolute"><parent link="b"/><child link="{side}"/>'
+            f'<origin xyz="0 {y} 0"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+            f"{mimic}</joint>"
+        )
+
+    follows = f'<mimic joint="LJ" multiplier="{multiplier}" offset="{offset}"/>'
+    path = tmp_path / "r.urdf"
+    path.write_text(f'<robot name="r"><link name="b"/>{joint("L", 0.1)}{joint("R", -0.1, follows)}</robot>')
+    robot = nk.RobotModel.from_urdf(path)
+    if fits:
+        assert robot.mirror([0.3]).tolist() == [0.3]
+        assert robot.mirror_image("RJ") == nk.semantics.Mimic("LJ", -1.0)
+        return
+    for call in (lambda: robot.mirror([0.3]), lambda: robot.mirror_image("RJ"), lambda: robot.mirror_image("LJ")):
+        with pytest.raises(nk.errors.BadArgument, match="RJ has no mirror image: it follows as"):
+            call()

@@ -38,8 +38,7 @@ from typing import cast
 import numpy as np
 
 from nao_kin._core.arrays import finite_decimal
-from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.errors import nearest_names
+from nao_kin._core.text import MAX_SHOWN, nearest_names, quoted
 from nao_kin.motion.files.key_frames import (
     ConfigStream,
     Ease,

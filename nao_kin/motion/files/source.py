@@ -17,8 +17,8 @@ from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin._core.headings import is_joint_state
-from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
+from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning
 from nao_kin.motion.motion import Motion
 
 _PLAIN = re.compile(r"[A-Za-z_]\w{0,39}", re.ASCII)

@@ -243,9 +243,9 @@ class GeneralTools(Service):
 
     def getBodyNames(self, name: Any) -> list[str]:
         """Names of the joints of a chain or group; of all chains for "Chains"."""
-        if name == "Chains":
+        if arguments.text(name, "name") == "Chains":
             return list(language.chain_names(self.nao.robot))
-        return list(language.joint_names(self.nao.robot, arguments.text(name, "name")))
+        return list(language.joint_names(self.nao.robot, name))
 
     getJointNames = getBodyNames  # the name before NAOqi 1.14
 
