@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import TOUCHING, Floats, rigid_inverse
+from nao_kin._core.arrays import TOUCHING, Floats, as_vectors, rigid_inverse
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
@@ -117,7 +117,7 @@ def dynamic_balance(
     check_robot(robot)
     named_soles(robot, soles, needed=True)
     rows = robot.checked(q)
-    moments = checked_times(times, len(rows))
+    moments = as_vectors(checked_times(times, len(rows)), "times", len(rows))
     steps = np.diff(moments)
     if len(steps) < 4 or np.abs(steps - steps.mean()).max() > 1e-6 + 1e-3 * steps.mean():
         raise BadArgument(

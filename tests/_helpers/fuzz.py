@@ -44,44 +44,76 @@ import nao_kin as nk
 MOTIONS = Path(__file__).parents[1] / "data" / "motions"
 SECONDS, MEMORY, LONGEST = 20, 4 << 30, 1000
 
-# A wait for 2⁶³ s is no hang, and what a wrong script prints is its own.
-LEFT_OUT = ("viewer.Viewer.wait", "naoqi.run_script")
+# What is not called, and why.
+LEFT_OUT = {
+    "distributed.connect": "starts processes",
+    "naoqi.JointSource.read": "is abstract",
+    "naoqi.LolaSource.read": "needs a robot",
+    "naoqi.NaoqiSource.read": "needs a robot",
+    "naoqi.VirtualNao.start_task": "a former name",
+    "naoqi.run_script": "what a wrong script prints is its own",
+    "viewer.Viewer.save_png": "needs a browser",
+    "viewer.Viewer.save_video": "needs a browser",
+    "viewer.Viewer.wait": "a wait for 2⁶³ s is no hang",
+}
 # Arguments that are true or false, or callbacks: there Python's and NumPy's own errors say what is wrong.
 OWN_WORDS = ("truth value of a", "object is not callable", "takes no arguments")
 
-# Calls that no example makes. The first name that is called is meant.
+# Calls that no example makes. The outermost is meant, of `NAO` and `POSES` that were seen.
 CALLS = """
-    nk.calibration.Calibration(joints={}, frames={}, covariance=np.eye(1), names=("a",))
-    nk.calibration.Contacts(np.zeros((1, 25)), ["LFoot"])
-    nk.calibration.from_photos(nk.load_nao(), "photos", "log.csv", board=(9, 6), square=0.03)
+    nk.calibration.Calibration.save(nk.calibration.calibrate(NAO, POSES, joints=["LElbowYaw"]), "found.toml")
+    nk.calibration.Contacts(np.zeros((1, 25)), "LFoot", "RFoot")
+    nk.calibration.from_photos(NAO, "photos", "log.csv", board=(9, 6), square=0.03)
     nk.calibration.Pixels(np.zeros(25), "CameraTop", np.zeros((4, 2)), np.eye(4)[:, :3], "LArm", noise=0.5)
     nk.calibration.Poses(np.zeros((1, 25)), "LArm", np.eye(4)[None])
     nk.load_nao(offsets="offsets.toml")
+    nk.ik.IKResult.describe(nk.ik.arm(NAO, "L", NAO.fk(np.zeros(25), "LArm")), ())
+    nk.ik.Obstacles.none((2,))
+    nk.ik.TwistMap.idle_joints(nk.ik.velocity(NAO, np.zeros(25), np.zeros(6), "LArm").map, (), 1e-6)
+    nk.ik.TwistMap.rank(nk.ik.velocity(NAO, np.zeros(25), np.zeros(6), "LArm").map, 1e-6)
     nk.lines.PluckerLine((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    nk.naoqi.readings(nk.naoqi.LolaSource("no_such"), rate=10.0)
+    next(nk.naoqi.readings(Still(), NAO, rate=1000.0, wanted=lambda: True))
     nk.naoqi.NaoqiSource("tcp://127.0.0.1:9")
-    nk.naoqi.QiServer(nk.naoqi.VirtualNao(nk.load_nao(), stepped=True))
+    nk.naoqi.QiServer(nk.naoqi.VirtualNao(NAO, stepped=True))
     nk.reach.load("reach.npz")
-    nk.RobotModel(nk.load_nao().tree, nk.load_nao().semantics)
-    nk.RobotModel.from_mjcf("nao.xml")
+    nk.reach.ReachMap.best_at(nk.reach.load("reach.npz"), np.zeros((2, 3)))
+    nk.reach.ReachMap.save_ply(nk.reach.load("reach.npz"), "reach.ply", overwrite=True)
+    nk.reach.ReachMap.save_vtk(nk.reach.load("reach.npz"), "reach.vtk", overwrite=True)
+    nk.motion.MendedMotion.describe(nk.motion.clamp(NAO, nk.motion.read_motion("walk.csv")), degrees=True)
+    nk.parameters.NaoParameters.frame(NAO.parameters, "LArm")
+    nk.parameters.NaoParameters.joint(NAO.parameters, "HeadYaw")
+    nk.robot.CollisionRule.of(True)
+    nk.robot.Obstacle.mesh("mesh", "mesh.stl", np.eye(4))
+    nk.robot.Obstacle.ball("ball", 0.1, np.eye(4))
+    nk.robot.Obstacle.box("box", (0.1, 0.1, 0.1), np.eye(4))
+    nk.rotations.RotationSpline([0.0, 1.0], [np.eye(3)] * 2).angular_acceleration(0.5, expressed_in="fixed")
+    nk.rotations.RotationSpline([0.0, 1.0], [np.eye(3)] * 2).angular_velocity(0.5, expressed_in="fixed")
+    nk.RobotModel(NAO.tree, NAO.semantics)
+    nk.RobotModel.from_mjcf("nao_v6.xml")
     nk.RobotModel.from_urdf("nao.urdf", semantics="nao.toml")
     nk.semantics.CoupledLimit("HeadPitch", "HeadYaw", (0.0, 1.0), (-0.1, -0.2), (0.1, 0.2)).range(0.5)
     nk.semantics.Mimic("LHand", 0.5, 0.1)
     nk.semantics.Mimic("LHand", 0.5, 0.1).driver_range(0.0, 1.0)
+    nk.semantics.Mimic("LHand", 0.5, 0.1).driver_value(0.5)
+    nk.semantics.Mimic("LHand", 0.5, 0.1).inverted("RHand")
+    nk.semantics.Mimic("LHand", 0.5, 0.1).range(0.0, 1.0)
+    nk.semantics.Mimic("LHand", 0.5, 0.1).through(nk.semantics.Mimic("RHand"))
+    nk.semantics.Mimic("LHand", 0.5, 0.1).value(0.5)
     nk.semantics.Posture({"HeadYaw": 0.1}, (0.0, 0.0, 1.0))
     nk.semantics.read_semantics("nao.toml")
     nk.semantics.Semantics({}, ("a",), ("b",), ("c",), {"d": nk.semantics.Posture({"e": 0.1})}, "d")
     nk.semantics.View((1.0, 0.0, 0.0), ("HeadYaw",))
-    nk.stream.fk(nk.load_nao(), "walk.csv", ["LArm"], "fk.csv")
-    nk.stream.fk(nk.load_nao(), "walk.npy", ["LArm"], "fk.npy")
-    nk.stream.fk(nk.load_nao(), "walk.parquet", ["LArm"], "fk.parquet")
-    nk.stream.read_configurations(nk.load_nao(), "walk.json")
-    nk.stream.read_targets("targets.json")
+    nk.stream.fk(NAO, "walk.csv", ["LArm"], "fk.csv")
+    nk.stream.fk(NAO, "walk.npy", ["LArm"], "fk.npy")
+    nk.stream.fk(NAO, "walk.parquet", ["LArm"], "fk.parquet")
+    nk.stream.read_configurations(NAO, "walk.json")
+    nk.stream.read_targets(NAO, "targets.json", "LArm")
+    nk.imitation.Imitation.figure(nk.imitation.imitate(NAO, nk.imitation.read_skeleton("wave.bvh")), [0.0])
     nk.imitation.read_skeleton(nk.imitation.SAMPLES["bow"])
-    nk.viewer.MeshcatRobot(nk.load_nao(), Unconnected())
-    nk.viewer.MeshcatRobot(nk.load_nao(), Unconnected()).animate(np.zeros((2, 25)))
-    nk.viewer.MeshcatRobot(nk.load_nao(), Unconnected()).display(np.zeros(25))
-    nk.viewer.MeshcatRobot(nk.load_nao(), Unconnected()).show_frames(["LArm"])
+    nk.viewer.MeshcatRobot(NAO, Unconnected())
+    nk.viewer.MeshcatRobot(NAO, Unconnected()).animate(np.zeros((2, 25)))
+    nk.viewer.MeshcatRobot(NAO, Unconnected()).display(np.zeros(25))
+    nk.viewer.MeshcatRobot(NAO, Unconnected()).show_frames(["LArm"])
 """
 # Commands for files of `write_files`, of which one is damaged.
 COMMANDS = """
@@ -90,7 +122,7 @@ COMMANDS = """
     camera CameraTop pixels.csv --posture StandInit
     check --urdf nao.urdf --samples 5
     collisions walk.csv --offsets offsets.toml
-    export out.urdf --urdf nao.urdf --semantics nao.toml
+    export out.urdf --urdf nao.urdf
     export out.glb --urdf nao.urdf
     export out --format ros2 --urdf nao.urdf
     fk walk.csv -o poses.csv
@@ -99,12 +131,12 @@ COMMANDS = """
     ik LArm targets.json
     imitate wave.bvh -o out.xar
     info --urdf nao.urdf
-    info --urdf nao.xml
+    info --urdf nao_v6.xml
     motion check walk.csv
-    motion convert timelines.xar out.csv
-    motion info library.xap
-    odometry log.csv
-    state log.csv
+    motion convert timelines.xar out.csv --timeline 1
+    motion info library.xap --timeline 1
+    odometry log.csv --forces LFsr,RFsr --ignore-other
+    state log.csv --forces LFsr,RFsr --ignore-other
     view walk.csv --html out.html
 """
 
@@ -114,6 +146,21 @@ class Unconnected(meshcat.Visualizer):
 
     def __init__(self) -> None:
         self.window, self.path = SimpleNamespace(send=lambda command: None), meshcat.path.Path(("meshcat",))
+
+
+class Still(nk.naoqi.JointSource):
+    """A robot that stands still."""
+
+    address = "still"
+
+    def connect(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+    def read(self, robot: nk.RobotModel) -> tuple[Any, None]:
+        return robot.neutral(), None
 
 
 class Case(NamedTuple):
@@ -136,9 +183,13 @@ def cases() -> dict[str, Case]:
             found[name] = Case(function, examples, names)
     motions = [f"nk.motion.read_motion({path.name!r})" for path in sorted(MOTIONS.iterdir())]
     commands = [f"nk.cli.main({line.split()})" for line in COMMANDS.strip().splitlines()]
+    nao = nk.load_nao()
+    given = {"NAO": nao, "POSES": [nk.calibration.Poses(q := nao.random(1, 8), "LArm", nao.fk(q, "LArm"))]}
     for call in (*map(str.strip, CALLS.strip().splitlines()), *motions, *commands):
-        names = {"nk": nk, "np": np, "Unconnected": Unconnected}
-        function = eval(ast.unparse(ast.parse(call, mode="eval").body.func), names)  # type: ignore[attr-defined]
+        names = {"nk": nk, "np": np, **given, "Unconnected": Unconnected, "Still": Still}
+        made: Any = ast.parse(call, mode="eval").body
+        made = made.args[0] if ast.unparse(made.func) == "next" else made
+        function = eval(ast.unparse(made.func), names)
         found[call] = Case(getattr(function, "__func__", function), [call], names)
     return found
 
@@ -153,7 +204,8 @@ def write_files(folder: Path) -> None:
     shutil.copytree(MOTIONS, folder, dirs_exist_ok=True)
     shutil.copy(nk.imitation.SAMPLES["wave"], folder)
     nk.export.urdf(nao, folder / "nao.urdf")
-    nk.export.mjcf(nao, folder / "nao.xml")
+    nk.export.mjcf(nao, folder / "mjcf")
+    shutil.copytree(folder / "mjcf", folder, dirs_exist_ok=True)
     (folder / "nao.toml").write_text('soles = ["LFoot"]\n[postures.up]\nangles = { HeadYaw = 0.4 }\nup = [0, 0, 1]\n')
     (folder / "offsets.toml").write_text("[joints]\nHeadYaw = 0.01\n")
     motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, nao.random(rng, 3))
@@ -163,6 +215,8 @@ def write_files(folder: Path) -> None:
         f"time,{','.join(nao.joint_names)},LFsr,RFsr,GyroX,GyroY,GyroZ\n"
         + "".join(f"{k / 10},{','.join(map(str, nao.posture('Stand')))},20,30,0,0,0\n" for k in range(3))
     )
+    corners = "".join(f"vertex {corner}\n" for corner in ("0 0 0", "1 0 0", "0 1 0"))
+    (folder / "mesh.stl").write_text(f"solid\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid\n")
     (folder / "pixels.csv").write_text("u,v\n320,240\n100,200\n")
     (folder / "targets.json").write_text(json.dumps([[0.15, 0.12, 0.05], [0.1, 0.1, 0.1]]))
     seen = [{"joints": {"HeadYaw": 0.3}, "pose": [0.0, 0.0, 0.1265, 0.0, 0.0, 0.31]}]
@@ -184,33 +238,37 @@ def wrong_calls(given: dict[str, Any], rng: random.Random, count: int) -> Iterat
     """Yield descriptions of wrong calls, and their arguments."""
     choices = []
     for name in given.keys() - {"self", "cls"}:
-        for key, value in (("", given[name]), *entries(given[name])):
-            choices += [(name, key, value, text) for text in VALUES]
+        for label, value, put in places(given[name]):
+            choices += [(name, label, value, put, text) for text in VALUES]
             if isinstance(value, (str, Path)) and len(str(value)) < 200 and os.path.isfile(value):
-                choices += [(name, key, value, damage) for damage in DAMAGES] * 15
-    choices.sort(key=lambda choice: (choice[0], str(choice[1]), choice[3]))
-    for name, key, value, text in rng.sample(choices, min(count, len(choices))):
+                choices += [(name, label, value, put, damage) for damage in DAMAGES] * 15
+    choices.sort(key=lambda choice: (choice[0], choice[1], choice[4]))
+    for name, label, value, put, text in rng.sample(choices, min(count, len(choices))):
         try:
-            wrong = damaged(Path(value), text, rng) if text in DAMAGES else evaluated(text, value)
-        except Exception:  # a change that has no meaning for this value
+            wrong = put(damaged(Path(value), text, rng) if text in DAMAGES else evaluated(text, value))
+        except Exception:  # a change that has no meaning for this value, or a key that is none
             continue
-        label = f"[{key!r}]" if key != "" else ""
-        yield f"{name}{label} = {text}", given | {name: wrong if key == "" else changed(given[name], key, wrong)}
+        yield f"{name}{label} = {text}", given | {name: wrong}
 
 
-def entries(value: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield the keys and values of all texts of a list, or else of its first entry, and of a dictionary's."""
+def places(value: Any) -> Iterator[tuple[str, Any, Callable[[Any], Any]]]:
+    """Yield what of an argument is exchanged, and a function that returns the argument with another value there.
+
+    That is the whole, all texts of a list and its first entry, and a dictionary's first value, last value and key.
+    """
+    yield "", value, lambda wrong: wrong
     if isinstance(value, (list, tuple)):
-        yield from [(k, one) for k, one in enumerate(value) if k == 0 or isinstance(one, str)][:10]
-    elif isinstance(value, dict):
-        yield from list(value.items())[:1]
+        for k, one in [(k, one) for k, one in enumerate(value) if k == 0 or isinstance(one, str)][:10]:
+            yield f"[{k}]", one, lambda wrong, k=k: plain(value)([*value[:k], wrong, *value[k + 1 :]])
+    elif isinstance(value, dict) and value:
+        *others, (last, one) = value.items()
+        for key, old in [*others[:1], (last, one)]:
+            yield f"[{key!r}]", old, lambda wrong, key=key: {**value, key: wrong}
+        yield f" key {last!r}", last, lambda wrong: {**dict(others), wrong: one}
 
 
-def changed(value: Any, key: Any, entry: Any) -> Any:
-    if isinstance(value, dict):
-        return {**value, key: entry}
-    several = [*value[:key], entry, *value[key + 1 :]]
-    return tuple(several) if isinstance(value, tuple) else several
+def plain(value: Any) -> type[Any]:
+    return tuple if isinstance(value, tuple) else list
 
 
 def evaluated(text: str, given: Any) -> Any:
@@ -229,11 +287,12 @@ def damaged(path: Path, damage: str, rng: random.Random) -> str:
 
 def complaint(case: Case, given: dict[str, Any], printed: TextIO) -> str:
     """Make a call, and return what is wrong with its end; an empty text if nothing is."""
-    arguments, said, start = dict(given), "", printed.seek(0, os.SEEK_END)
-    kinds = inspect.signature(case.function).parameters
-    first = [arguments.pop(name) for name in given if name in kinds and kinds[name].kind is kinds[name].POSITIONAL_ONLY]
+    said, start, signature = "", printed.seek(0, os.SEEK_END), inspect.signature(case.function)
+    several = [name for name, one in signature.parameters.items() if one.kind is one.VAR_POSITIONAL]
+    given |= {name: (given[name],) for name in several if not isinstance(given[name], tuple)}
+    call = inspect.BoundArguments(signature, given)  # type: ignore[arg-type]
     try:
-        result = case.function(*first, **arguments)
+        result = case.function(*call.args, **call.kwargs)
         if inspect.isgenerator(result):
             next(result, None)
         with result if hasattr(result, "__exit__") else nullcontext():  # it starts, and ends
@@ -282,8 +341,10 @@ def child(case: Case, rng: random.Random, count: int, skip: int, report: Path) -
         if event != "call" or frame.f_code is not code or frame.f_back.f_code.co_filename != "<example>":
             return
         sys.setprofile(None)
-        arguments = frame.f_code.co_argcount + frame.f_code.co_kwonlyargcount
-        names = frame.f_code.co_varnames[inspect.isclass(case.function) : arguments]
+        report.with_name("reached").touch()
+        # Not the arguments of what decorates a function, for they have other names.
+        kinds = inspect.signature(case.function).parameters.items()
+        names = [name for name, one in kinds if name in frame.f_locals and one.kind is not one.VAR_KEYWORD]
         given = {name: frame.f_locals[name] for name in names}
         for k, (text, wrong) in enumerate(wrong_calls(given, rng, count)):
             if k < skip:
@@ -326,6 +387,9 @@ def fuzz(name: str, case: Case, seed: int, count: int, files: Path) -> tuple[int
                     print(f"ended the process with {status}: {' '.join(tail.split())}", file=written)
             done = len(report.read_text().splitlines())
         lines = [line.split("\t", 1) for line in report.read_text().splitlines()]
+        # A class that no example makes is the result of a function.
+        if not Path(folder, "reached").exists() and (name == case.examples[0] or not inspect.isclass(case.function)):
+            lines.append(["no call", "no example and no line of CALLS gets as far as calling it"])
     return done, [f"{name}: {text}: {said}" for text, said in lines if said]
 
 
