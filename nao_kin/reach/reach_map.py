@@ -330,7 +330,7 @@ class ReachMap:
             >>> reach.coarser(2).settings.voxel
             0.1
         """
-        factor = whole_number(factor, "factor", 1, 10**100)
+        factor = whole_number(factor, "factor", 1, 10**18)
         settings = replace(self.settings, voxel=self.voxel * factor)
         rows = {name: getattr(self, name) for name in _COUNTED}
         # A factor larger than all indices leaves only their signs.

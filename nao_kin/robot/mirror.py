@@ -43,10 +43,8 @@ def mirror_image(robot: RobotModel, name: str) -> Mimic:
             wanted = mimic.through(_of_motor(robot, _image(robot, mimic.joint)))
             apart = abs(found.multiplier - wanted.multiplier), abs(found.offset - wanted.offset)
             if found.joint != wanted.joint or max(apart) > COUPLING_TOLERANCE:
-                how = f"{mimic.multiplier:g} {mimic.joint} {mimic.offset:+g}"
-                raise BadArgument(
-                    f"{one} has no mirror image: it follows as {how}, and the joint on the other side not"
-                )
+                how = f"{one} = {mimic.multiplier:g} {mimic.joint} {mimic.offset:+g}"
+                raise BadArgument(f"no mirror image: {how} of the mimic joint would not hold in it")
     return image
 
 

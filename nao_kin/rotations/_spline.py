@@ -20,6 +20,7 @@ _MAX_STEPS = 60
 _SHORT_STEP = 1e-9
 
 
+@np.errstate(over="ignore", invalid="ignore")  # where Newton's method diverges
 def key_velocities(steps: Floats, arcs: Floats, first: Floats, last: Floats) -> Floats:
     """Angular velocities at the keys in the moving frame, shape (..., n, 3), from those of the first and last key.
 
@@ -55,6 +56,8 @@ def key_velocities(steps: Floats, arcs: Floats, first: Floats, last: Floats) -> 
         found[..., 1:-1, :] -= change
         if (np.abs(change) <= _SHORT_STEP * scale).all():
             return found
+        if not np.isfinite(change).all():
+            break
     raise BadArgument("no smooth path through the keys was found: some are too far apart in too little time")
 
 

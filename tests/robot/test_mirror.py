@@ -93,5 +93,8 @@ def test_a_mimic_joint_that_does_not_follow_as_the_mirror_image_is_refused(
         assert robot.mirror_image("RJ") == nk.semantics.Mimic("LJ", -1.0)
         return
     for call in (lambda: robot.mirror([0.3]), lambda: robot.mirror_image("RJ"), lambda: robot.mirror_image("LJ")):
-        with pytest.raises(nk.errors.BadArgument, match="RJ has no mirror image: it follows as"):
+        with pytest.raises(
+            nk.errors.BadArgument,
+            match=r"no mirror image: RJ = (-2 LJ \+0|-1 LJ \+0.1) of the mimic joint would not hold in it",
+        ):
             call()
