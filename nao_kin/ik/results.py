@@ -115,11 +115,6 @@ class Obstacles:
     links: Integers | None = None
     pairs: tuple[tuple[str, str], ...] = ()
 
-    @staticmethod
-    def none(shape: tuple[int, ...]) -> Obstacles:
-        """Return no obstacles, for targets of this batch shape."""
-        return Obstacles(np.full(shape, -1, dtype=np.int64), np.zeros(shape), np.zeros(shape))
-
 
 class Outcome:
     """The reason for each target of a batch shape (...), as a number, as a sentence, and as whether it is reached."""

@@ -9,9 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm, single_number
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
 from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
 from nao_kin.imitation.skeleton import POINTS, Skeleton, left_and_trunk
@@ -121,7 +121,10 @@ class Imitation:
         Returns:
             Both ends of each bone in the world, shape (k, bones, 2, 3) [m].
         """
-        at = np.interp(as_floats(times, (), "times"), self.played, self.times)
+        at = as_floats(times, (), "times")
+        if at.ndim != 1:
+            raise WrongShape("times", "(k,)", at.shape)
+        at, aside = np.interp(at, self.played, self.times), single_number(aside, "aside")
         bones = self.skeleton.bones
         left, trunk = left_and_trunk(self.skeleton.points)
         scale = _TRUNK / float(np.nanmedian(norm(trunk)))

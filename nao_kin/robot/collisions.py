@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     Floats,
     as_floats,
+    check_kind,
     check_tolerance,
     finite_or_none,
     flag,
@@ -85,6 +86,7 @@ class Obstacle:
             BadInputFile: the file is missing, or holds no mesh.
         """
         factor = float(_lengths(scale, (), f"scale of {quoted(name)}"))
+        check_kind(path, "path", (str, Path))
         file = Path(path).resolve()
         try:
             read_mesh(file, lambda _: None)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, check_kind, join_poses, shaped
+from nao_kin._core.arrays import Floats, as_floats, check_kind, join_poses, shaped
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
@@ -178,7 +178,7 @@ class Recording:
         self.robot, self.fps = robot, fps
         self._begin = time.monotonic()
         self._end: float | None = None
-        self._times, self._rows = [0.0], [np.array(q)]
+        self._times, self._rows = [0.0], [np.array(as_floats(q, (), "q"))]
         self._plots: dict[tuple[str, str], deque[tuple[float, float]]] = defaultdict(lambda: deque(maxlen=MAX_POINTS))
         self._lock = threading.Lock()
 

@@ -68,7 +68,6 @@ CALLS = """
     nk.calibration.Poses(np.zeros((1, 25)), "LArm", np.eye(4)[None])
     nk.load_nao(offsets="offsets.toml")
     nk.ik.IKResult.describe(nk.ik.arm(NAO, "L", NAO.fk(np.zeros(25), "LArm")), ())
-    nk.ik.Obstacles.none((2,))
     nk.ik.TwistMap.idle_joints(nk.ik.velocity(NAO, np.zeros(25), np.zeros(6), "LArm").map, (), 1e-6)
     nk.ik.TwistMap.rank(nk.ik.velocity(NAO, np.zeros(25), np.zeros(6), "LArm").map, 1e-6)
     nk.lines.PluckerLine((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))

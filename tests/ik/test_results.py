@@ -69,7 +69,7 @@ def result(reasons: list[int] | int, **others: object) -> IKResult:
         "count": reached.astype(np.int64),
         "reasons": codes,
         "residual": np.where(reached[..., None], 0.0, np.full(2, np.nan)),
-        "obstacles": Obstacles.none(shape),
+        "obstacles": Obstacles(np.full(shape, -1), np.zeros(shape), np.zeros(shape)),
     }
     return IKResult(**{**arguments, **others})  # type: ignore[arg-type]
 

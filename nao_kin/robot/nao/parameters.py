@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeVar
 
-from nao_kin._core.arrays import Vector
+from nao_kin._core.arrays import Vector, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
@@ -233,10 +233,8 @@ _Named = TypeVar("_Named", Joint, Frame)
 
 
 def _named(kind: str, rows: Sequence[_Named], name: str) -> _Named:
-    for row in rows:
-        if row.name == name:
-            return row
-    raise UnknownName(kind, name, [row.name for row in rows])
+    by_name = {row.name: row for row in rows}
+    return by_name[choice(name, by_name, kind)]
 
 
 def version_named(name: str) -> Version:
