@@ -301,8 +301,8 @@ class Page:
         )
 
     def draw(self, on: bool) -> None:
-        """Switch drawing on or off."""
-        self.run("(on) => { window.draws = on; naoKin.viewer.set_dirty(); }", on)
+        """Switch drawing on or off; shadows that were cast without drawing are cast again."""
+        self.run("(on) => { window.draws = on; naoKin.studio.shadowsOld = Infinity; naoKin.viewer.set_dirty(); }", on)
 
     def picture(self) -> np.ndarray:
         return read_png(self.tab.locator("#pane").screenshot())
