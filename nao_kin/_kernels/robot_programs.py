@@ -309,8 +309,8 @@ def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str, referen
         joints += [(joint, -1.0) for joint in tree.chain(reference.joint)[shared:]]
     for joint, direction in joints:
         row, origin = tree.joints[joint], posed.frame(joint).origin
-        ends = (origin, point) if direction > 0.0 else (point, origin)
-        _add_motion(posed, joint, direction, builder.difference(ends[1], ends[0]), linear)
+        lever = builder.difference(point, origin) if direction > 0.0 else builder.difference(origin, point)
+        _add_motion(posed, joint, direction, lever, linear)
         if row.kind == "free":
             angular[row.velocity + 3 : row.velocity + 6] = posed.frame(joint).columns
         elif row.kind == "revolute":

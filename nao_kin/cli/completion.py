@@ -26,18 +26,6 @@ SETUP = {
 }
 
 
-def _postures(load: Callable[[], RobotModel]) -> Iterable[str]:
-    return load().posture_names
-
-
-def _frames(load: Callable[[], RobotModel]) -> Iterable[str]:
-    return load().frame_names
-
-
-def _joints(load: Callable[[], RobotModel]) -> Iterable[str]:
-    return load().joint_names
-
-
 def _versions(load: Callable[[], RobotModel]) -> Iterable[str]:
     from nao_kin.robot.nao import VERSIONS
 
@@ -77,12 +65,12 @@ def _samples(load: Callable[[], RobotModel]) -> Iterable[str]:
 # Parameter of commands → the names that complete its value, given a function that loads the robot of the command line.
 # Each is the table that also checks the value; a parameter of a type with choices is completed by typer.
 _NAMES: dict[str, Callable[[Callable[[], RobotModel]], Iterable[str]]] = {
-    "posture": _postures,
-    "near": _postures,
-    "missing": _postures,
-    "frame": _frames,
-    "reference": _frames,
-    "joints": _joints,
+    "posture": lambda load: load().posture_names,
+    "near": lambda load: load().posture_names,
+    "missing": lambda load: load().posture_names,
+    "frame": lambda load: load().frame_names,
+    "reference": lambda load: load().frame_names,
+    "joints": lambda load: load().joint_names,
     "nao": _versions,
     "robot": _robots,
     "format_": _exports,

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, choice
 from nao_kin.cli.options import OUTPUT, OutputOptions, argument, command, option
 from nao_kin.cli.output import csv_text, print_json, print_table, print_written
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import NaoModel
@@ -47,8 +47,7 @@ def sample(
         dict.fromkeys(part for name in sample_names or [_ALL] for part in (SAMPLES if name == _ALL else [name]))
     )
     for name in chosen:
-        if name not in SAMPLES:
-            raise UnknownName("sample", name, NAMES)
+        choice(name, NAMES, "sample")
     folder = "." if folder is None else folder
     with atomic.errors_naming(folder):
         Path(folder).mkdir(parents=True, exist_ok=True)

@@ -131,7 +131,9 @@ class Coordinates:
     def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
         """Return values (..., len(names)) of any joints, mimic joints included."""
         couplings = [self.mimics.get(name) or Mimic(name) for name in names]
-        return np.stack([coupling.value(joints[..., self.column[coupling.joint]]) for coupling in couplings], axis=-1)
+        drivers = joints[..., [self.column[coupling.joint] for coupling in couplings]]
+        multipliers, offsets = np.array([(coupling.multiplier, coupling.offset) for coupling in couplings]).T
+        return np.asarray(multipliers * drivers + offsets)
 
     def arrays(self, angles: JointValues, *, ignore_other: bool = False, gaps: bool = False) -> dict[str, Floats]:
         """Return joint → values as an array; the name of a chain is replaced by its joints.

@@ -78,6 +78,13 @@ UNITS = ("rad", "m", "1")
 FRAME_FIELDS = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
+def _values(values: Floats | float, joint: str, of: str = "") -> Floats | float:
+    """Return values of a joint as numbers; doubles, which kinematics asks for in its inner loops, as they are."""
+    if type(values) is float or (isinstance(values, np.ndarray) and values.dtype == np.float64):
+        return values
+    return as_numbers(values, f"values of {of}{quoted(joint)}")
+
+
 @dataclass(frozen=True)
 class Mimic:
     """A joint that follows another: value = multiplier · value of the driving joint + offset.
@@ -102,13 +109,13 @@ class Mimic:
 
     def value(self, driver: Floats | float) -> Floats:
         """Return values of the mimic joint for values of the driving joint, any shape."""
-        values = as_numbers(driver, f"values of {quoted(self.joint)}")
+        values = _values(driver, self.joint)
         with np.errstate(over="ignore", invalid="ignore"):  # they may be infinite
             return np.asarray(self.multiplier * values + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
         """Return values of the driving joint for values of the mimic joint; the multiplier must not be zero."""
-        values = as_numbers(value, f"values of the joint that follows {quoted(self.joint)}")
+        values = _values(value, self.joint, "the joint that follows ")
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray((values - self.offset) / self.multiplier)
 
