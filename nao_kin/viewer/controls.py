@@ -11,7 +11,7 @@ from typing import Any
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.viewer.messages import RetainedMessages, packed, panel_message
+from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, program_source
 from nao_kin.viewer.overlays import checked_name, number
 from nao_kin.viewer.shown_scene import Changes
 
@@ -46,7 +46,7 @@ class Control:
     ) -> None:
         self.name = name
         self._value: Any = value
-        self._row, self._checked, self._source = row, checked, ""
+        self._row, self._checked, self._source = row, checked, program_source()
         self._callback, self._controls = callback, controls
 
     @property
@@ -71,7 +71,7 @@ class Control:
     def value(self, value: Value) -> None:
         if self._row["kind"] == "button":
             raise BadArgument(f"{abbreviated(self.name)} is a button: its value counts its presses and cannot be set")
-        self._controls.set(self, self._checked(value))
+        self._controls.set(self, self._checked(value), program_source())
 
     def remove(self) -> None:
         """Remove the control from the page; does nothing the second time.
@@ -151,8 +151,8 @@ class Controls:
         """Return whether a control was neither removed nor replaced."""
         return self._controls.get(control.name) is control
 
-    def set(self, control: Control, value: Value, source: str = "") -> None:
-        """Set a value for the program, or for the page `source`."""
+    def set(self, control: Control, value: Value, source: str) -> None:
+        """Set a value; `source` names the change."""
         with self._lock:
             if not self.has(control):
                 raise BadArgument(f"{abbreviated(control.name)} was removed from the viewer")

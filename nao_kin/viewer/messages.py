@@ -7,6 +7,7 @@ panel. Arrays are sent as typed arrays, numbers as doubles.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 import threading
 import uuid
@@ -36,7 +37,16 @@ _TYPED_ARRAYS = {
 }
 # A command of meshcat, or a message for the panel, before it is packed.
 Command = Mapping[str, Any]
+_changes = itertools.count(1)
 _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
+
+
+def program_source() -> str:
+    """Return the source of a change that the program makes; no other change has it, also of another viewer.
+
+    A page thereby finds what has changed in a list that is sent whole.
+    """
+    return f"program {next(_changes)}"
 
 
 class RetainedMessages:

@@ -18,7 +18,7 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
-from nao_kin.viewer.messages import RetainedMessages, panel_message
+from nao_kin.viewer.messages import RetainedMessages, panel_message, program_source
 from nao_kin.viewer.overlays import LARGEST, checked_name
 
 # --- The page whose playback is followed.
@@ -246,7 +246,8 @@ class Target:
 
     def __init__(self, name: str, T: Floats, callbacks: Mapping[str, MoveCallback | None], targets: Targets) -> None:
         self.name = name
-        self._T, self._callbacks, self._targets, self._source = T, callbacks, targets, ""
+        self._T, self._callbacks, self._targets = T, callbacks, targets
+        self._source = program_source()
 
     @property
     def T(self) -> Floats:
@@ -326,7 +327,7 @@ class Targets:
         with self._lock:
             if not self.has(target):
                 raise BadArgument(f"{target.name} was removed from the viewer")
-            target._T, target._source = T, ""
+            target._T, target._source = T, program_source()
             self._send(self._marks, self._added)
 
     def remove(self, target: Target) -> None:
@@ -394,7 +395,7 @@ def checked_target(target: ArrayLike, what: str) -> Floats:
 
 
 def _row(name: str, T: Floats) -> dict[str, Any]:
-    """Return a target for the page; those that can be dragged also get a `source`: the page that moved them last."""
+    """Return a target for the page; those that can be dragged also get a `source`, which names their last change."""
     matrix = np.eye(4)
     matrix[:3, 3 if T.ndim == 1 else slice(None)] = T if T.ndim == 1 else T[:3]
     return {"name": name, "matrix": matrix.T.reshape(-1).tolist(), "point": T.ndim == 1}

@@ -1,7 +1,7 @@
 import type { PageWith } from "./app.ts";
 import { button } from "./panel/element.ts";
 
-type Page = PageWith<"complete" | "notice" | "viewer">;
+type Page = PageWith<"complete" | "notice" | "reports" | "viewer">;
 
 /** The wait before the first attempt to reconnect, and the longest wait, from the sixth attempt on [ms]. */
 const FIRST = 500;
@@ -70,6 +70,7 @@ export class Connection {
     socket.onopen = () => {
       this.failures = 0;
       document.body.dataset.live = "live";
+      this.page.reports.heard.clear();
       this.page.notice();
     };
     socket.onmessage = ({ data }) => this.page.viewer.handle_command_bytearray(new Uint8Array(data));
@@ -137,6 +138,7 @@ export class Connection {
         else this.page.viewer.handle_command_bytearray(message);
       };
       document.body.dataset.live = "live";
+      this.page.reports.heard.clear();
       this.send({ kind: "open" });
     });
   }

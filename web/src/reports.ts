@@ -9,7 +9,7 @@ type Page = PageWith<"cameraPose" | "role" | "send" | "stance">;
  * the robot would jump back during a drag. If it ignored all its own reports, it would keep a configuration that another
  * page, whose report arrived in between, does not have.
  *
- * @param source the name of the page that reported it, a space, and an increasing number
+ * @param source the name of the page that reported it, or of the program, a space, and an increasing number
  * @param mine the name of this page
  * @param newest number of its newest report
  * @param plays whether this page plays a motion, which its own reports must not stop
@@ -37,7 +37,22 @@ export class Reports {
   looking = 0;
   looked = "";
 
+  /** The source of the last change of each target and control that the program has sent on this connection. */
+  heard = new Map<string, string>();
+
   constructor(readonly page: Page) {}
+
+  /**
+   * Whether a target or control is sent because it has changed, and not with another one that has: the program sends its
+   * lists whole, and what it has not changed must not replace what the user has changed in the meantime.
+   *
+   * @param newest number of the newest change in this page
+   */
+  isNews(key: string, source: string, newest: number) {
+    const isNew = this.heard.get(key) !== source && !isOutdated(source, this.source, newest);
+    this.heard.set(key, source);
+    return isNew;
+  }
 
   /** Report a configuration that the user made in this page. */
   joints() {

@@ -92,7 +92,7 @@ interface Posture {
   up: Vector | null;
 }
 
-/** A control of the program in the panel; `source` is the page that set its value last, or empty. */
+/** A control of the program in the panel; `source` names the last change of its value. */
 export type Control = { name: string; source: string } & (
   | { kind: "button"; value: number }
   | { kind: "slider"; value: number; low: number; high: number; unit: string }

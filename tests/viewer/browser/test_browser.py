@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, made_of, opened, processes, read_png
+from viewer_pages import Page, made_of, opened, processes, read_png, until
 
 import nao_kin as nk
 from nao_kin.errors import NoBrowser
@@ -507,7 +507,7 @@ def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> No
             one.tab.wait_for_function("() => naoKin.player.loaded")
             viewer.display(q)
             one.tab.wait_for_function("() => !naoKin.player.loaded")
-            assert np.array_equal(one.q, q)
+            assert until(lambda: np.array_equal(one.q, q))
             one.run("() => { naoKin.set(naoKin.robot.about.neutral); naoKin.receive({kind: 'still'}); }")
             assert np.array_equal(one.q, nao.neutral())  # whichever of the two messages comes first
             with pytest.warns(OutsideLimitsWarning, match="HeadYaw"):

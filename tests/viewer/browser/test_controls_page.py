@@ -90,7 +90,7 @@ def test_a_user_works_the_controls_of_a_program(live: nk.Viewer, page: Page) -> 
     calls: list[Any] = []
     depth = live.add_slider("depth", -1.0, 1.0, 0.0, calls.append, unit="m")
     side = live.add_select("side", ["left", "right"], on_change=calls.append)
-    live.add_button("go", lambda: calls.append("go"))
+    go = live.add_button("go", lambda: calls.append("go"))
     name = live.add_text("name", "NAO", calls.append)
     state = live.add_text("state", "ready")
     slider = page.tab.get_by_role("slider", name="depth")
@@ -137,6 +137,58 @@ def test_a_user_works_the_controls_of_a_program(live: nk.Viewer, page: Page) -> 
     for control in (depth, side, name):
         control.remove()
     assert until(lambda: page.tab.locator(".control").count() == 2)
+    go.remove()
+    state.remove()
+
+
+def test_a_change_stays_while_the_program_sends_others(live: nk.Viewer, page: Page) -> None:
+    calls: list[Any] = []
+    name = live.add_text("name", "NAO", calls.append)
+    depth = live.add_slider("depth", 0.0, 1.0, 0.5, calls.append)
+    ball = live.add_target("ball", [0.2, 0.1, 0.1], on_move=lambda T: calls.append("ball"))
+    assert until(lambda: page.run("() => naoKin.targets.list.length === 1 && naoKin.controls.rows.length === 2"))
+    # The program has sent its lists for another reason before it knows of the changes: they wait, and are on their way.
+    moved = page.run(
+        """() => {
+            const { controls, targets } = naoKin;
+            const [rows, [target]] = [controls.rows.map(({ control }) => control), targets.list];
+            const again = () => {
+                controls.show(rows);
+                targets.show([target.row]);
+            };
+            controls.rows[0].change("Ada");
+            targets.move(target, target.node.matrix.clone().setPosition(0.3, 0, 0));
+            again();
+            controls.report();
+            targets.report();
+            again();
+            return [controls.rows[0].value, target.node.matrix.elements[12]];
+        }"""
+    )
+    assert moved == ["Ada", 0.3]
+    assert until(lambda: name.value == "Ada" and ball.T[0] == 0.3)
+    assert until(lambda: sorted(map(str, calls)) == ["Ada", "ball"])
+    # What the program changes afterwards is shown, also if it is what it was at first.
+    name.value, depth.value = "NAO", 0.75
+    ball.place([0.2, 0.1, 0.1])
+    shown = "() => [...naoKin.controls.rows.map((row) => row.value), naoKin.targets.list[0].node.matrix.elements[12]]"
+    assert until(lambda: page.run(shown) == ["NAO", 0.75, 0.2])
+    # A change that the program has not received yet replaces the program's own, in the page as in the program.
+    moved = page.run(
+        """() => {
+            const { controls, targets } = naoKin;
+            const [rows, [target]] = [controls.rows.map(({ control }) => control), targets.list];
+            controls.rows[1].change(0.9);
+            targets.move(target, target.node.matrix.clone().setPosition(0.4, 0, 0));
+            controls.show([rows[0], { ...rows[1], value: 0.1, source: "program 0" }]);
+            targets.show([{ ...target.row, source: "program 0" }]);
+            return [controls.rows[1].value, target.node.matrix.elements[12]];
+        }"""
+    )
+    assert moved == [0.9, 0.4]
+    assert until(lambda: depth.value == 0.9 and ball.T[0] == 0.4)
+    for one in (name, depth, ball):
+        one.remove()
 
 
 def test_collision_shapes_and_boxes_of_inertia_are_at_their_links(

@@ -2,7 +2,6 @@ import type { PageWith } from "../app.ts";
 import type { Vector } from "../math/rotations.ts";
 import type { Viewport } from "../pick/pick.ts";
 import type { Received } from "../received.ts";
-import { isOutdated } from "../reports.ts";
 import { AXES, makeArrow, makeTriad, turnAlong, type Axis } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
@@ -128,12 +127,13 @@ export class Targets {
   show(rows: Row[]) {
     const keyOf = ({ name, point, source }: Row) => `${point} ${source !== undefined} ${name}`;
     const known = new Map(this.list.map((target) => [keyOf(target.row), target]));
-    const { source: mine } = this.page.reports;
     const list = rows.map((row) => {
       const old = known.get(keyOf(row));
       const target = old ?? new Target(this.page, row);
       known.delete(keyOf(row));
-      if (!old || !isOutdated(row.source ?? "", mine, target.count)) target.node.matrix.fromArray(row.matrix);
+      const { name, source, matrix } = row;
+      const isNews = source === undefined || this.page.reports.isNews(`target ${name}`, source, target.count);
+      if (!old || (isNews && !this.waiting.has(target))) target.node.matrix.fromArray(matrix);
       return target;
     });
     const isSame = known.size === 0 && list.length === this.list.length && list.every((one, i) => one === this.list[i]);

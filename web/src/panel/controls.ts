@@ -1,7 +1,6 @@
 import "./controls.css";
 import type { PageWith } from "../app.ts";
 import { clamp } from "../math/numbers.ts";
-import { isOutdated } from "../reports.ts";
 import type { Control } from "../types.ts";
 import { format, parse, spoken, stepped, stepsOfKey, type Unit } from "../values/units.ts";
 import { button, element } from "./element.ts";
@@ -192,8 +191,9 @@ export class Controls {
     const known = new Map(this.rows.map((row) => [likeness(row.control), row]));
     const rows = controls.map((control) => {
       const row = known.get(likeness(control)) ?? new Row(this, control);
-      const { source } = this.page.reports;
-      if (row.value !== control.value && !isOutdated(control.source, source, row.count)) row.show(control.value);
+      const isNews = this.page.reports.isNews(`control ${control.name}`, control.source, row.count);
+      // The program gets what the user has just changed, and thus sends it back.
+      if (isNews && row.value !== control.value && !this.waiting.has(row)) row.show(control.value);
       return row;
     });
     const isSame = rows.length === this.rows.length && rows.every((row, i) => row === this.rows[i]);
