@@ -5,7 +5,8 @@ browser are installed, the page is measured too: the time until it is ready, the
 accepts, its memory before and after (--seconds 30 shows a leak), and the frames per second that it draws in software
 while the robot moves and while the camera moves around it, at 1400 × 900. With --beside FILE, a page of the same robot
 saved by another version of this library, both pages are measured in turns and the ratio is printed. The time from
-opening a saved page to the first picture of the robot is compared with meshcat's own page. The output is JSON.
+opening a live page to the first picture of the robot, and the pictures per second while a pointer turns the camera, are
+compared with those of meshcat's page, and of viser's if it is installed. The output is JSON.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import contextlib
 import http.client
 import io
 import json
+import math
 import statistics
 import tempfile
 import time
@@ -22,6 +24,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
+
+import numpy as np
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
@@ -47,14 +51,18 @@ _MOVE = """([joints, seconds]) => new Promise((done) => {
     };
     requestAnimationFrame(step);
 })"""
-# Notes the time since the navigation at which twenty shapes of the robot, and all before them, have been drawn.
-_FIRST_PICTURE = """
+# Notes the time since the navigation at which twenty shapes of the robot, and all before them, have been drawn; counts
+# the pictures.
+_PICTURES = """
     let shapes = 0;
+    window.pictures = 0;
+    let draws = false;
     for (const { prototype } of [WebGLRenderingContext, WebGL2RenderingContext]) {
         for (const [name, at] of [["drawElements", 1], ["drawArrays", 2]]) {
             const own = prototype[name];
             prototype[name] = function (...values) {
                 own.apply(this, values);
+                draws = true;
                 if (values[at] < 300 || (shapes += 1) !== 20) return;
                 setTimeout(() => {
                     this.readPixels(0, 0, 1, 1, this.RGBA, this.UNSIGNED_BYTE, new Uint8Array(4));
@@ -63,6 +71,12 @@ _FIRST_PICTURE = """
             };
         }
     }
+    const count = () => {
+        window.pictures += draws ? 1 : 0;
+        draws = false;
+        requestAnimationFrame(count);
+    };
+    requestAnimationFrame(count);
 """
 # Sets the robot down on the floor at each configuration; returns the milliseconds that each takes.
 _SET_DOWN = """(qs) => qs.map((q) => {
@@ -170,7 +184,7 @@ def _page(viewer: Viewer, qs: Floats, arguments: argparse.Namespace) -> dict[str
             return {
                 "at_60_per_second": _watched(tab, viewer, qs, seconds, 60.0),
                 "as_fast_as_possible": _watched(tab, viewer, qs, seconds, None),
-                "first_picture_s": _first_pictures(browser, viewer),
+                "beside_others": _beside_others(browser, viewer, seconds),
                 "drawn_at_1400x900": _drawn(browser, viewer, arguments.beside, max(seconds, 4.0)),
             }
         finally:
@@ -199,25 +213,64 @@ def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float |
     }
 
 
-def _first_pictures(browser: Any, viewer: Viewer) -> dict[str, float]:
-    """Return the seconds from opening a saved page to its first picture, the median of five turns, beside meshcat's."""
-    with _meshcat() as client:
+@contextlib.contextmanager
+def _viser(robot: nk.RobotModel, q: Floats) -> Iterator[str | None]:
+    """Yield the address of viser's page with a robot, or None if viser is not installed."""
+    try:
+        import viser
+        import viser.extras
+    except ImportError:
+        yield None
+        return
+    import yourdfpy
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        shown = viser.extras.ViserUrdf(server, yourdfpy.URDF.load(str(robot.urdf_path)))
+        server.scene.add_grid("/grid")
+        angles = robot.angles(q)
+        shown.update_cfg(np.array([angles[name] for name in shown.get_actuated_joint_names()]))
+        yield f"http://127.0.0.1:{server.get_port()}"
+    finally:
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()
+
+
+def _beside_others(browser: Any, viewer: Viewer, seconds: float) -> dict[str, dict[str, float]]:
+    """Return the medians of five turns: the seconds to the first picture of live pages, and pictures per second."""
+    with _meshcat() as client, _viser(viewer.robot, viewer.q) as viser:
         MeshcatRobot(viewer.robot, client).display(viewer.q)
-        theirs = client.static_html()
-    with tempfile.TemporaryDirectory() as folder:
-        pages = {"this": viewer.save_html(Path(folder) / "this.html"), "meshcat": Path(folder) / "meshcat.html"}
-        pages["meshcat"].write_text(theirs, encoding="utf-8")
-        found: dict[str, list[float]] = {name: [] for name in pages}
+        pages = {"this": viewer.url, "meshcat": client.url(), **({} if viser is None else {"viser": viser})}
+        found: dict[str, list[tuple[float, float]]] = {name: [] for name in pages}
         for _ in range(5):
-            for name, path in pages.items():
+            for name, address in pages.items():
                 tab = browser.new_page(viewport={"width": 1400, "height": 900})
-                tab.add_init_script(_FIRST_PICTURE)
-                tab.goto(path.as_uri())
+                tab.add_init_script(_PICTURES)
+                tab.goto(address)
                 tab.wait_for_function("() => window.firstPicture")
-                found[name].append(tab.evaluate("() => window.firstPicture / 1000"))
+                first: float = tab.evaluate("() => window.firstPicture / 1000")
+                tab.wait_for_timeout(4000)  # what a page draws after its first picture
+                found[name].append((first, _turned(tab, seconds)))
                 tab.close()
-    seconds = {name: round(statistics.median(times), 2) for name, times in found.items()}
-    return {**seconds, "ratio": round(seconds["this"] / seconds["meshcat"], 2)}
+    medians = {name: [statistics.median(row) for row in zip(*rows, strict=True)] for name, rows in found.items()}
+    report = {name: {"first_picture_s": round(s, 2), "pictures_per_s": round(n, 1)} for name, (s, n) in medians.items()}
+    first, often = medians.pop("this")
+    for name, (s, n) in medians.items():
+        report[f"ratio to {name}"] = {"first_picture": round(first / s, 2), "pictures": round(often / n, 2)}
+    return report
+
+
+def _turned(tab: Any, seconds: float) -> float:
+    """Return the pictures per second while a pointer turns the camera."""
+    tab.mouse.move(480, 450)
+    tab.mouse.down()
+    before, start, step = tab.evaluate("() => window.pictures"), time.perf_counter(), 0
+    while (took := time.perf_counter() - start) < seconds:
+        step += 1
+        tab.mouse.move(480 + 200 * math.sin(step / 15), 450 + 60 * math.sin(step / 22))
+    tab.mouse.up()
+    return float(tab.evaluate("() => window.pictures") - before) / took
 
 
 def _drawn(browser: Any, viewer: Viewer, beside: Path | None, seconds: float) -> dict[str, Any]:

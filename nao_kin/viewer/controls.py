@@ -11,7 +11,7 @@ from typing import Any
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, program_source
+from nao_kin.viewer.messages import RetainedMessages, packed, panel_message
 from nao_kin.viewer.overlays import checked_name, number
 from nao_kin.viewer.shown_scene import Changes
 
@@ -46,7 +46,7 @@ class Control:
     ) -> None:
         self.name = name
         self._value: Any = value
-        self._row, self._checked, self._source = row, checked, program_source()
+        self._row, self._checked, self._source = row, checked, controls.source()
         self._callback, self._controls = callback, controls
 
     @property
@@ -71,7 +71,7 @@ class Control:
     def value(self, value: Value) -> None:
         if self._row["kind"] == "button":
             raise BadArgument(f"{abbreviated(self.name)} is a button: its value counts its presses and cannot be set")
-        self._controls.set(self, self._checked(value), program_source())
+        self._controls.set(self, self._checked(value), self._controls.source())
 
     def remove(self) -> None:
         """Remove the control from the page; does nothing the second time.
@@ -91,6 +91,7 @@ class Controls:
     def __init__(self, messages: RetainedMessages, lock: threading.RLock, changes: Changes) -> None:
         self._messages, self._lock, self._changes = messages, lock, changes
         self._controls: dict[str, Control] = {}
+        self.source = messages.source
 
     def button(self, name: str, on_click: Callable[[], object] | None) -> Control:
         """Add a button."""

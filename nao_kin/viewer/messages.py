@@ -37,16 +37,7 @@ _TYPED_ARRAYS = {
 }
 # A command of meshcat, or a message for the panel, before it is packed.
 Command = Mapping[str, Any]
-_changes = itertools.count(1)
 _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
-
-
-def program_source() -> str:
-    """Return the source of a change that the program makes; no other change has it, also of another viewer.
-
-    A page thereby finds what has changed in a list that is sent whole.
-    """
-    return f"program {next(_changes)}"
 
 
 class RetainedMessages:
@@ -58,6 +49,14 @@ class RetainedMessages:
         self._messages: dict[str, bytes] = {}
         self._lock = threading.Lock()
         self._watchers: list[Callable[[str], None]] = []
+        self._changes = itertools.count(1)
+
+    def source(self) -> str:
+        """Return the source of a change that the program makes; no other change in these messages has it.
+
+        A page thereby finds what has changed in a list that is sent whole.
+        """
+        return f"program {next(self._changes)}"
 
     def put(self, key: str, message: bytes) -> None:
         """Replace the message of a key; the key keeps its first place in the order."""

@@ -18,7 +18,7 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
-from nao_kin.viewer.messages import RetainedMessages, panel_message, program_source
+from nao_kin.viewer.messages import RetainedMessages, panel_message
 from nao_kin.viewer.overlays import LARGEST, checked_name
 
 # --- The page whose playback is followed.
@@ -247,7 +247,7 @@ class Target:
     def __init__(self, name: str, T: Floats, callbacks: Mapping[str, MoveCallback | None], targets: Targets) -> None:
         self.name = name
         self._T, self._callbacks, self._targets = T, callbacks, targets
-        self._source = program_source()
+        self._source = targets.source()
 
     @property
     def T(self) -> Floats:
@@ -294,6 +294,7 @@ class Targets:
         self._messages, self._lock, self._changes = messages, lock, changes
         self._marks: dict[str, Floats] = {}
         self._added: dict[str, Target] = {}
+        self.source = messages.source
 
     def show(self, poses: Mapping[str, ArrayLike]) -> None:
         """Mark positions or poses, instead of the previous ones."""
@@ -327,7 +328,7 @@ class Targets:
         with self._lock:
             if not self.has(target):
                 raise BadArgument(f"{target.name} was removed from the viewer")
-            target._T, target._source = T, program_source()
+            target._T, target._source = T, self.source()
             self._send(self._marks, self._added)
 
     def remove(self, target: Target) -> None:

@@ -37,7 +37,7 @@ export class Reports {
   looking = 0;
   looked = "";
 
-  /** The source of the last change of each target and control that the program has sent on this connection. */
+  /** The targets and controls as the program sent them last on this connection. */
   heard = new Map<string, string>();
 
   constructor(readonly page: Page) {}
@@ -46,11 +46,13 @@ export class Reports {
    * Whether a target or control is sent because it has changed, and not with another one that has: the program sends its
    * lists whole, and what it has not changed must not replace what the user has changed in the meantime.
    *
-   * @param newest number of the newest change in this page
+   * @param key of the list and the row
+   * @param newest number of the newest change of the row in this page
    */
-  isNews(key: string, source: string, newest: number) {
-    const isNew = this.heard.get(key) !== source && !isOutdated(source, this.source, newest);
-    this.heard.set(key, source);
+  isNews(key: string, row: { source?: string }, newest: number) {
+    const text = JSON.stringify(row);
+    const isNew = this.heard.get(key) !== text && !isOutdated(row.source ?? "", this.source, newest);
+    this.heard.set(key, text);
     return isNew;
   }
 

@@ -131,9 +131,8 @@ export class Targets {
       const old = known.get(keyOf(row));
       const target = old ?? new Target(this.page, row);
       known.delete(keyOf(row));
-      const { name, source, matrix } = row;
-      const isNews = source === undefined || this.page.reports.isNews(`target ${name}`, source, target.count);
-      if (!old || (isNews && !this.waiting.has(target))) target.node.matrix.fromArray(matrix);
+      const isNews = this.page.reports.isNews(`target ${keyOf(row)}`, row, target.count);
+      if (!old || (isNews && !this.waiting.has(target))) target.node.matrix.fromArray(row.matrix);
       return target;
     });
     const isSame = known.size === 0 && list.length === this.list.length && list.every((one, i) => one === this.list[i]);

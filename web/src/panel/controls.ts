@@ -191,7 +191,7 @@ export class Controls {
     const known = new Map(this.rows.map((row) => [likeness(row.control), row]));
     const rows = controls.map((control) => {
       const row = known.get(likeness(control)) ?? new Row(this, control);
-      const isNews = this.page.reports.isNews(`control ${control.name}`, control.source, row.count);
+      const isNews = this.page.reports.isNews(`control ${control.name}`, control, row.count);
       // The program gets what the user has just changed, and thus sends it back.
       if (isNews && row.value !== control.value && !this.waiting.has(row)) row.show(control.value);
       return row;
