@@ -306,12 +306,12 @@ def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
 @for_all("beside", [0.0, 1e-8, 1e-6])
 def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None:
     romeo = nk.load_robot("romeo")
-    q = romeo.random(1, 5)
+    q = romeo.random(1, 40)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T = romeo.fk(q, "LWristPitch", reference="torso")
     found = analytic(romeo, "LWristPitch", T, reference="torso", locked={"LShoulderPitch": 0.1})
-    # Between 1e-7 and 1e-6 rad a few searches fail.
-    assert found.success.all() or (beside == 1e-6 and found.success.sum() >= 4)
+    # Between 1e-7 and 1e-6 rad a few searches fail; for a fifth, only a search has the member that is inside.
+    assert found.success.all() or (beside == 1e-6 and found.success.mean() >= 0.95)
     assert (found.family == Family.SINGULAR).all() or beside == 1e-6  # where EAIK has some of the branches
     assert romeo.within_limits(found.q).all()
     assert found.residual[found.success].max() < 1e-8
