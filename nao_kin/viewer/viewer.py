@@ -503,7 +503,7 @@ class Viewer(Guessing):
         """Draw the convex hull of the contacts with the floor: green if the centre of mass is above it, red otherwise.
 
         Dots mark its corners, and a line shows the margin, from the centre of mass to the nearest edge. The contacts
-        are all vertices at most 5 mm above the floor; `world.balance` returns the margin for the outlines of the soles.
+        are all vertices at most 2 mm above the floor; `world.balance` returns the margin for the outlines of the soles.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())

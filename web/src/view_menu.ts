@@ -10,6 +10,11 @@ import { chainColours, EDITIONS } from "./scene/link_colours.ts";
 /** The View menu: frames, transparency, colours, ghosts, pictures and videos. */
 export class ViewMenu {
   edition = element("select");
+  /** Length of the arrows, as the power of two by which the usual one is multiplied. */
+  size = slider(-2, 2, 0, (power) => {
+    const { names, usual } = this.page.frames;
+    this.page.chooseFrames({ names, size: usual * 2 ** power });
+  });
   boxes: Map<string, HTMLInputElement> = new Map();
   sheet: HTMLDivElement;
   summary = element("summary", {}, "View");
@@ -49,6 +54,7 @@ export class ViewMenu {
     const names = new Set(toggles.shown.frames ? frames.names : []);
     for (const [name, box] of this.boxes) box.checked = names.has(name);
     this.edition.value = this.page.colours.edition;
+    if (frames.size !== null) this.size.show(Math.log2(frames.size / frames.usual));
   }
 
   frames() {
@@ -72,6 +78,7 @@ export class ViewMenu {
         button("None", () => this.choose([])),
       ),
       list,
+      field("Size", this.size.input),
     );
   }
 
@@ -81,12 +88,7 @@ export class ViewMenu {
 
   robot() {
     const { page } = this;
-    const opacity = element("input", { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
-    opacity.style.setProperty("--to", "100%");
-    opacity.oninput = () => {
-      page.studio.setOpacity(Number(opacity.value));
-      opacity.style.setProperty("--to", `${((Number(opacity.value) - 0.1) / 0.9) * 100}%`);
-    };
+    const opacity = slider(0.1, 1, 1, (share) => page.studio.setOpacity(share));
     const keep = button("Keep as ghost", () => keepGhost(page));
     const remove = button("Remove ghost", () => {
       clearGhosts(page);
@@ -100,7 +102,7 @@ export class ViewMenu {
     this.edition.onchange = () => page.setEdition(this.edition.value);
     const edition = field("Edition", this.edition);
     edition.hidden = !page.robot.meshes.some(({ accent }) => accent);
-    return section("Robot", field("Opacity", opacity), edition, row(keep, remove));
+    return section("Robot", field("Opacity", opacity.input), edition, row(keep, remove));
   }
 
   pictures() {
@@ -124,6 +126,22 @@ function section(title: string, ...children: Node[]) {
 
 function row(...children: Node[]) {
   return element("div", { className: "row" }, ...children);
+}
+
+/** A slider with a number, filled up to it; `then` is called when the user moves it. */
+function slider(low: number, high: number, value: number, then: (value: number) => void) {
+  const step = String((high - low) / 40);
+  const input = element("input", { type: "range", min: String(low), max: String(high), step });
+  const show = (to: number) => {
+    input.value = String(to);
+    input.style.setProperty("--to", `${(100 * (Number(input.value) - low)) / (high - low)}%`);
+  };
+  input.oninput = () => {
+    show(Number(input.value));
+    then(Number(input.value));
+  };
+  show(value);
+  return { input, show };
 }
 
 function field(text: string, control: HTMLElement) {

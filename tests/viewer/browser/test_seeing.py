@@ -269,6 +269,34 @@ def test_frames_are_chosen_one_by_one_or_all_at_once(page: Page, nao: nk.NaoMode
     _close_menu(page)
 
 
+def test_a_slider_sets_the_length_of_the_triads(page: Page) -> None:
+    lengths = """() => naoKin.frames.triads.map((triad) =>
+        new MeshCat.THREE.Box3().setFromObject(triad).getSize(new MeshCat.THREE.Vector3()).length())"""
+    _open_menu(page)
+    _click(page, "None")
+    size = page.tab.get_by_role("slider", name="Size", exact=True)
+    size.scroll_into_view_if_needed()
+    box = size.bounding_box()
+    page.tab.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    assert page.run("() => naoKin.frames.triads.length") == 0  # none is chosen
+    page.tab.get_by_role("checkbox", name="torso", exact=True).check()
+    (usual,) = page.run(lengths)
+    size.press("ArrowRight")
+    (longer,) = page.run(lengths)
+    assert longer == pytest.approx(usual * 2**0.1, rel=1e-3)
+    size.press("End")
+    assert page.run(lengths) == pytest.approx([4.0 * usual], rel=1e-3)
+    # The program's length, also beyond the slider's; a chosen frame keeps it.
+    page.run("() => naoKin.chooseFrames({ names: ['torso'], size: naoKin.frames.usual / 2 })")
+    assert page.run(lengths) == pytest.approx([0.5 * usual], rel=1e-3)
+    assert float(size.input_value()) == -1.0
+    page.tab.get_by_role("checkbox", name="base_link", exact=True).check()
+    assert page.run(lengths) == pytest.approx([0.5 * usual] * 2, rel=1e-3)
+    _click(page, "None")
+    page.run("() => { naoKin.frames.size = null; naoKin.menu.size.show(0); }")
+    _close_menu(page)
+
+
 def test_no_label_covers_another(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandInit"))
     page.run("(names) => naoKin.chooseFrames({ names, size: null })", list(nao.frame_names))
