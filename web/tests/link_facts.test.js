@@ -3,6 +3,7 @@ import test from "node:test";
 import { frameOf, jointOf, joints, pairOf } from "../src/pick/facts.ts";
 
 const about = {
+  places: [],
   links: [
     { name: "base", path: ["robot", "base"] },
     { name: "arm", path: ["robot", "base", "arm"] },

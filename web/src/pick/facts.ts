@@ -1,3 +1,4 @@
+import { carrierOf, Chain } from "../ik/chain.ts";
 import { quaternionOf, rollPitchYaw } from "../math/rotations.ts";
 import type { About, JointAbout } from "../types.ts";
 import { spoken, unitOf, type Choice } from "../values/units.ts";
@@ -13,16 +14,10 @@ export function unitText(value: number, kind: string, choice: Choice) {
 }
 
 /** The joints that carry a link, from the root outwards. */
-export function joints(about: About, link: number) {
-  const { path } = about.links[link];
-  const pathOf = (joint: JointAbout) => about.links[joint.link].path;
-  return about.joints
-    .filter((joint) => pathOf(joint).every((name, i) => name === path[i]))
-    .sort((a, b) => pathOf(a).length - pathOf(b).length);
-}
+export const joints = (about: About, link: number) => new Chain(about, link).joints;
 
 /** The last joint that carries a link; null for a link that is fixed to the root. */
-export const jointOf = (about: About, link: number): JointAbout | null => joints(about, link).at(-1) ?? null;
+export const jointOf = (about: About, link: number) => carrierOf(about, about.links[link].path) ?? null;
 
 /** Whether two links belong to one limb, that is, joints of the same chain move them. */
 export function isOneLimb(about: About, link: number, other: number) {
