@@ -332,7 +332,8 @@ class _Bounds:
         for _ in range(_MAX_PROJECTIONS):
             ahead = values.copy()
             ahead[:, self._motion.joints] += allowed * self._dt
-            moved = (self._region.project(ahead) - values)[:, self._motion.joints] / self._dt
+            way = (self._region.project(ahead) - values)[:, self._motion.joints]
+            moved = np.clip(way, -LARGEST, LARGEST) / self._dt
             # Ignore rounding of the division.
             moved = np.where(np.abs(moved - allowed) <= _ROUNDING, allowed, moved)
             # Motion back into a range, or along the edge of a coupled limit, may be too fast.

@@ -307,7 +307,7 @@ class JointGroups:
     def __getitem__(self, name: str) -> MultiDofJoint:
         """Return the joint with this name, or the joint of which this joint of the URDF is a part."""
         for joint in self.joints:
-            if name == joint.name or name in joint.joints:
+            if isinstance(name, str) and name in (joint.name, *joint.joints):
                 return joint
         raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
 

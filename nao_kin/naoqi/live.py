@@ -181,7 +181,7 @@ def _numbers(name: str, values: object) -> Floats:
         return np.array(as_floats(np.asarray(values, dtype=object).tolist(), (count,), what, gaps=True))
     try:
         array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.zeros(0)
     if array.shape != (count,):
         raise BadArgument(f"{what} must be {count} numbers, got {quoted(values)}")

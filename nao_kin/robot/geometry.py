@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
@@ -27,6 +28,9 @@ from nao_kin.robot.urdf import (
     UrdfTree,
     Visual,
 )
+
+# trimesh logs errors in parts of a file that it can do without, which Python prints if nobody handles them.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]

@@ -42,6 +42,7 @@ from urllib.parse import urlsplit
 import tornado.httputil
 import tornado.web
 
+from nao_kin._core.arrays import is_several
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 
@@ -136,7 +137,7 @@ class Access:
 
 def checked_names(names: Iterable[str]) -> tuple[str, ...]:
     """Return names and addresses in canonical spelling; refuse any text but names, addresses and "*"."""
-    if not isinstance(names, Iterable):
+    if not (isinstance(names, str) or is_several(names)):
         raise BadArgument(f"allow_hosts must be names, got {quoted(names)}")
     found = []
     for name in [names] if isinstance(names, str) else names:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -280,6 +281,17 @@ def test_configurations_and_twists_broadcast(nao: nk.NaoModel) -> None:
     one = velocity(nao, q[2, 0], twist[1], "LLeg")
     np.testing.assert_allclose(found.v[2, 1], one.v, atol=1e-9)
     assert velocity(nao, np.zeros((0, 25)), twist[0], "LLeg").v.shape == (0, 25)
+
+
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
+@pytest.mark.parametrize("limits", ["enforce", "scale"])
+def test_joints_absurdly_far_outside_their_limits_turn_back_at_full_speed(nao: nk.NaoModel, limits: Any) -> None:
+    q = np.stack([nao.posture("StandInit"), 1e308 * nao.posture("StandInit")])
+    found = nk.ik.velocity(nao, q, [0.05, 0.0, 0.0, 0.0, 0.0, 0.0], "LArm", limits=limits)
+    assert np.isfinite(found.v).all()
+    assert (np.abs(found.v) <= nao.velocity_limits + 1e-9).all()
+    alone = nk.ik.velocity(nao, q[0], [0.05, 0.0, 0.0, 0.0, 0.0, 0.0], "LArm", limits=limits)
+    np.testing.assert_allclose(found.v[0], alone.v, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from people import walker
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.imitation import Imitation, Skeleton, imitate
-from nao_kin.imitation.stance import slowly
+from nao_kin.imitation.stance import _walked, slowly
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,18 @@ def test_a_foot_on_the_floor_does_not_slip(nao: nk.NaoModel, walked: Imitation) 
     assert moved[~both].max() > 1e-3
 
 
+def test_feet_that_carry_stay_where_they_are_while_the_hips_move() -> None:
+    """A walk in a quarter of a circle, of which only the feet as seen from the hips are known."""
+    t = np.linspace(0.0, 1.0, 41)
+    R = nk.rotations.rot_z(0.5 * np.pi * t)
+    hips = np.stack([np.sin(0.5 * np.pi * t), 1.0 - np.cos(0.5 * np.pi * t)], axis=1)
+    carries = np.stack([t < 0.6, t > 0.5], axis=1)  # the right foot lands before the left one leaves
+    feet = np.stack([np.tile([0.3, 0.1], (41, 1)), np.tile([0.5, 0.4], (41, 1))], axis=1)
+    feet[~carries] += np.stack([t, -t], axis=1)[:, None].repeat(2, axis=1)[~carries]
+    beside = (feet - hips[:, None]) @ R[:, :2, :2]
+    np.testing.assert_allclose(_walked(R, beside, carries), feet, atol=1e-12)
+
+
 def test_steps_of_a_person_elsewhere_and_of_another_size_are_the_same(nao: nk.NaoModel, walked: Imitation) -> None:
     R, seen = nk.rotations.rot_z(2.0), walker()
     points = {name: 1.2 * p @ R.T + (5.0, -3.0, 0.4) for name, p in seen.points.items()}
@@ -137,6 +149,18 @@ def test_hands_that_clap_meet_by_their_places(nao: nk.NaoModel) -> None:
     assert apart["mixed"][0] < 0.05
     assert apart["direction"][0] > apart["place"][0] + 0.02
     assert abs(apart["mixed"].max() - apart["direction"].max()) < 0.02
+
+
+def test_hands_are_at_the_person_s_places_times_the_ratio_of_the_spans(nao: nk.NaoModel) -> None:
+    seen = clapper()
+    made = imitate(nao, seen, target="place", cutoff=0.0, slack=0.0, legs="ignore", collisions=False)
+    hands = nao.fk(made.q, ["LArm", "RArm"])[..., :3, 3]
+    shoulders = nao.fk(nao.neutral(), ["LShoulder", "RShoulder"])[:, :3, 3]
+    # From the middle of the body to the fingertips: the person 0.19 + 0.28 + 0.34 m, a NAO as published.
+    scale = (0.098 + 0.105 + 0.05595 + 0.05775) / (0.19 + 0.28 + 0.34)
+    places = np.stack([seen.points["left_hand"], seen.points["right_hand"]], axis=1) - (0.0, 0.0, 0.5)
+    # The elbow's offset of 15 mm is not a person's.
+    assert np.linalg.norm(hands - shoulders.mean(axis=0) - scale * places, axis=-1).max() < 0.016
 
 
 def test_arms_make_room_for_the_body_and_each_other(nao: nk.NaoModel) -> None:

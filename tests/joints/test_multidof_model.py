@@ -417,6 +417,11 @@ def test_unknown_names_are_refused_with_the_nearest(nao) -> None:
         typed.to_q(typed.neutral(), couplings="neares")
     with pytest.raises(UnknownName, match="LHip"):
         typed.ball_angles(typed.neutral(), "LKneePitch")
+    for name in (np.zeros(2, dtype=[("x", float)]), np.zeros(2), None):
+        with pytest.raises(UnknownName, match="spherical joint"):
+            typed.ball_angles(typed.neutral(), name)  # type: ignore[arg-type]
+        with pytest.raises(UnknownName, match="joint"):
+            typed.groups[name]  # type: ignore[index]
     with pytest.raises(UnknownName, match="rule"):
         TypedModel(nao, rule="none")
     with pytest.raises(BadArgument, match="tolerance"):

@@ -79,6 +79,11 @@ def test_what_is_no_frame_is_refused_in_one_line(content: bytes, message: str) -
     assert "\n" not in str(error.value)
 
 
+def test_a_number_beyond_every_float_is_no_frame_to_encode() -> None:
+    with pytest.raises(BadArgument, match="Touch must be 14 numbers"):
+        encode_lola({**_frame(), "Touch": 10**400})  # type: ignore[dict-item]
+
+
 def test_a_stream_that_claims_endless_frames_is_not_read_to_its_end() -> None:
     class Endless(io.RawIOBase):
         read_bytes = 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -212,3 +214,13 @@ def test_what_is_no_obstacle_is_refused(make: Any, error: type[Exception], messa
 def _clearance(*obstacles: Obstacle, **options: Any) -> Any:
     nao = nk.load_nao()
     return nao.clearance(nao.posture("Stand"), obstacles=obstacles, **options)
+
+
+def test_a_mesh_with_a_wrong_normal_is_read_without_a_word(tmp_path: Path) -> None:
+    corners = "vertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\n"
+    facet = f"facet normal 0 0 x\nouter loop\n{corners}endloop\nendfacet\n"
+    (tmp_path / "mesh.stl").write_text(f"solid\n{facet}endsolid\n", encoding="utf-8")
+    # In a process of its own, because pytest handles what is logged.
+    code = "import nao_kin as nk; nk.robot.Obstacle.mesh('mesh', 'mesh.stl', [0.0, 0.0, 0.0])"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("", "")

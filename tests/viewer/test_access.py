@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+import numpy as np
 import pytest
 from free_ports import free_port
 
@@ -258,6 +259,7 @@ def test_an_address_open_to_others_answers_to_numbers_and_to_the_machines_name(p
         ({"allow_hosts": ["a b", ""]}, "without scheme"),
         ({"allow_hosts": ["x; script-src *"]}, "without scheme"),
         ({"allow_hosts": 7}, "must be names"),
+        ({"allow_hosts": np.array(1.0)}, "must be names"),
         ({"allow_hosts": [None]}, "without scheme"),
     ],
 )
