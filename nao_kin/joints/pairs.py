@@ -177,7 +177,7 @@ def mobility(
     if not isinstance(pairs, Iterable):
         raise BadArgument(f"pairs must be a list of joints, got {quoted(pairs)}")
     known = [pair if isinstance(pair, KinematicPair) else kinematic_pair(pair) for pair in pairs]
-    if space not in (3, 6):
+    if whole_number(space, "space", 3) not in (3, 6):
         raise BadArgument(f"space must be 3 or 6, got {quoted(space)}")
     freest = max((pair.freedoms for pair in known), default=0)
     if freest > space:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import math
+import zipfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
@@ -259,11 +260,11 @@ class NpySource(TableSource):
             yield Block(values, (end,), times, last=end == self.size)
 
     def _rows(self) -> np.ndarray[Any, Any]:
+        # Not by np.load, which leaves a file open that begins like an archive and is none.
         with numpy_errors(self.path, "not a whole NumPy array"):
-            rows = np.load(self.path, mmap_mode="r", allow_pickle=False)
-        if not isinstance(rows, np.ndarray):
-            raise BadInputFile(self.path, "an archive of arrays, expected one array")
-        return rows
+            if zipfile.is_zipfile(self.path):
+                raise BadInputFile(self.path, "an archive of arrays, expected one array")
+            return np.lib.format.open_memmap(self.path, mode="r")
 
 
 @one_line_repr

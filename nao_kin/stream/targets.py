@@ -180,8 +180,8 @@ def read_targets(robot: RobotModel, path: Path | str, frame: str | Sequence[str]
 
 def _from_npy(name: str) -> Floats:
     try:
-        with numpy_errors(name, "not a .npy file"):
-            array = np.load(name, allow_pickle=False)
+        with numpy_errors(name, "not a .npy file"), open(name, "rb") as file:
+            array = np.load(file, allow_pickle=False)
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:

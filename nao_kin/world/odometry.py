@@ -402,7 +402,7 @@ class LegLog:
         feet = Feet.of(robot, names, or_origin=True)
         T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
         ground = Ground.of(robot, feet, moments, contacts, forces, longest_gap)
-        return LegLog(feet, moments, rows, T_base_soles, ground, known & ground.known, lower, longest_gap)
+        return LegLog(feet, moments, rows, T_base_soles, ground, known & ground.known, float(lower), longest_gap)
 
     def followed(self, gyro: ArrayLike | None, start: ArrayLike | None, valid: ArrayLike | None) -> Odometry:
         """Return the trajectory, with the arguments of `odometry`."""

@@ -175,7 +175,21 @@ def test_mobility_of_known_mechanisms(names, options, expected) -> None:
     assert mobility([kinematic_pair(name) for name in names], **options) == expected
 
 
-@for_all("options", [{"links": 0}, {"links": 1.5}, {"links": 4}, {"couplings": -1}, {"couplings": "1"}, {"space": 4}])
+STRUCTURED = np.zeros(2, dtype=[("x", float)])
+
+
+@for_all(
+    "options",
+    [
+        {"links": 0},
+        {"links": 1.5},
+        {"links": 4},
+        {"couplings": -1},
+        {"couplings": "1"},
+        {"space": 4},
+        {"space": STRUCTURED},
+    ],
+)
 def test_counts_that_are_none_are_refused(options) -> None:
     with pytest.raises(BadArgument):
         mobility(["revolute", "revolute"], **options)

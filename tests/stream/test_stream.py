@@ -491,6 +491,7 @@ def _columns(**columns: object) -> Callable[[Path], Path]:
         (_text("q.npy", "HeadYaw"), "not a whole NumPy array"),
         (_text("q.npy", _BROKEN_NPY), "not a whole NumPy array: .*EOF in multi-line statement"),
         (_text("q.npy", ""), "not a whole NumPy array"),
+        (_text("q.npy", "PK\3\4 no archive"), "not a whole NumPy array: the magic string"),
         (_text("q.parquet", "HeadYaw"), "not a Parquet file"),
         (_text("q.arrow", "HeadYaw"), "not an Arrow IPC file"),
         (_text("q.json", "{}"), "JSON is read whole"),
