@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import logging
+import functools
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
@@ -28,9 +28,6 @@ from nao_kin.robot.urdf import (
     UrdfTree,
     Visual,
 )
-
-# trimesh logs errors in parts of a file that it can do without, which Python prints if nobody handles them.
-logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]
@@ -89,6 +86,7 @@ def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Mad
     """Return `convert(scene)` for the triangles of a mesh file, read by `trimesh.load_scene(path, **options)`."""
     import trimesh
 
+    _leave_log_to_others()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -98,6 +96,14 @@ def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Mad
             return convert(scene)
     except Exception as error:  # trimesh's readers raise errors of many types for a bad file
         raise UnreadableShape(abbreviated(error) or type(error).__name__) from None
+
+
+@functools.cache
+def _leave_log_to_others() -> None:
+    """Keep Python from printing what trimesh logs about parts of a file that it can do without."""
+    import logging
+
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind) -> pin.GeometryModel:
