@@ -319,7 +319,7 @@ class _Bounds:
 
     def __init__(self, motion: FrameMotion, q: Floats, dt: float) -> None:
         self._motion, self._region, self._dt = motion, motion.limited, dt
-        self._values = motion.joint_values(q)
+        self._values = np.clip(motion.joint_values(q), -LARGEST, LARGEST)
         # Whether the configurations are inside the limits.
         off = np.abs(self._region.project(self._values) - self._values)
         self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)
@@ -332,8 +332,7 @@ class _Bounds:
         for _ in range(_MAX_PROJECTIONS):
             ahead = values.copy()
             ahead[:, self._motion.joints] += allowed * self._dt
-            way = (self._region.project(ahead) - values)[:, self._motion.joints]
-            moved = np.clip(way, -LARGEST, LARGEST) / self._dt
+            moved = (self._region.project(ahead) - values)[:, self._motion.joints] / self._dt
             # Ignore rounding of the division.
             moved = np.where(np.abs(moved - allowed) <= _ROUNDING, allowed, moved)
             # Motion back into a range, or along the edge of a coupled limit, may be too fast.

@@ -244,6 +244,8 @@ class NpySource(TableSource):
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path, self.start = path, (0,)
         self.table = _table_of_q(robot, options.degrees)
+        if zipfile.is_zipfile(path):
+            raise BadInputFile(path, "an archive of arrays, expected one array")
         rows = self._rows()
         if rows.ndim != 2 or rows.shape[1] != robot.nq:
             raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
@@ -262,8 +264,6 @@ class NpySource(TableSource):
     def _rows(self) -> np.ndarray[Any, Any]:
         # Not by np.load, which leaves a file open that begins like an archive and is none.
         with numpy_errors(self.path, "not a whole NumPy array"):
-            if zipfile.is_zipfile(self.path):
-                raise BadInputFile(self.path, "an archive of arrays, expected one array")
             return np.lib.format.open_memmap(self.path, mode="r")
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
+from bad_values import structured
 from hypothesis import given, strategies as st
 from loops import for_all
 
@@ -175,9 +176,6 @@ def test_mobility_of_known_mechanisms(names, options, expected) -> None:
     assert mobility([kinematic_pair(name) for name in names], **options) == expected
 
 
-STRUCTURED = np.zeros(2, dtype=[("x", float)])
-
-
 @for_all(
     "options",
     [
@@ -187,7 +185,7 @@ STRUCTURED = np.zeros(2, dtype=[("x", float)])
         {"couplings": -1},
         {"couplings": "1"},
         {"space": 4},
-        {"space": STRUCTURED},
+        {"space": structured()},
     ],
 )
 def test_counts_that_are_none_are_refused(options) -> None:

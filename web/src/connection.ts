@@ -69,12 +69,17 @@ export class Connection {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.failures = 0;
-      document.body.dataset.live = "live";
-      this.page.reports.heard.clear();
+      this.begin();
       this.page.notice();
     };
     socket.onmessage = ({ data }) => this.page.viewer.handle_command_bytearray(new Uint8Array(data));
     socket.onclose = () => this.wait();
+  }
+
+  /** Expect the whole scene of a program; what an earlier connection sent no longer counts. */
+  begin() {
+    document.body.dataset.live = "live";
+    this.page.reports.heard.clear();
   }
 
   /** Reload the page if the program has another page or robot than before. */
@@ -137,8 +142,7 @@ export class Connection {
         if (message === "ended") document.body.dataset.live = "ended";
         else this.page.viewer.handle_command_bytearray(message);
       };
-      document.body.dataset.live = "live";
-      this.page.reports.heard.clear();
+      this.begin();
       this.send({ kind: "open" });
     });
   }

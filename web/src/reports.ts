@@ -49,7 +49,7 @@ export class Reports {
    * @param key of the list and the row
    * @param newest number of the newest change of the row in this page
    */
-  isNews(key: string, row: { source?: string }, newest: number) {
+  isNews(key: string, row: { source?: string; [part: string]: unknown }, newest: number) {
     const text = JSON.stringify(row);
     const isNew = this.heard.get(key) !== text && !isOutdated(row.source ?? "", this.source, newest);
     this.heard.set(key, text);

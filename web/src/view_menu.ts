@@ -11,7 +11,7 @@ import { chainColours, EDITIONS } from "./scene/link_colours.ts";
 export class ViewMenu {
   edition = element("select");
   /** Length of the arrows, as the power of two by which the usual one is multiplied. */
-  size = slider(-2, 2, 0, (power) => {
+  size = slider([-2, 2, 0.1], 0, (power) => {
     const { names, usual } = this.page.frames;
     this.page.chooseFrames({ names, size: usual * 2 ** power });
   });
@@ -54,7 +54,7 @@ export class ViewMenu {
     const names = new Set(toggles.shown.frames ? frames.names : []);
     for (const [name, box] of this.boxes) box.checked = names.has(name);
     this.edition.value = this.page.colours.edition;
-    if (frames.size !== null) this.size.show(Math.log2(frames.size / frames.usual));
+    this.size.show(Math.log2((frames.size ?? frames.usual) / frames.usual));
   }
 
   frames() {
@@ -88,7 +88,7 @@ export class ViewMenu {
 
   robot() {
     const { page } = this;
-    const opacity = slider(0.1, 1, 1, (share) => page.studio.setOpacity(share));
+    const opacity = slider([0.1, 1, 0.05], 1, (share) => page.studio.setOpacity(share));
     const keep = button("Keep as ghost", () => keepGhost(page));
     const remove = button("Remove ghost", () => {
       clearGhosts(page);
@@ -129,9 +129,8 @@ function row(...children: Node[]) {
 }
 
 /** A slider with a number, filled up to it; `then` is called when the user moves it. */
-function slider(low: number, high: number, value: number, then: (value: number) => void) {
-  const step = String((high - low) / 40);
-  const input = element("input", { type: "range", min: String(low), max: String(high), step });
+function slider([low, high, step]: number[], value: number, then: (value: number) => void) {
+  const input = element("input", { type: "range", min: String(low), max: String(high), step: String(step) });
   const show = (to: number) => {
     input.value = String(to);
     input.style.setProperty("--to", `${(100 * (Number(input.value) - low)) / (high - low)}%`);

@@ -292,8 +292,9 @@ def test_a_slider_sets_the_length_of_the_triads(page: Page) -> None:
     assert float(size.input_value()) == -1.0
     page.tab.get_by_role("checkbox", name="base_link", exact=True).check()
     assert page.run(lengths) == pytest.approx([0.5 * usual] * 2, rel=1e-3)
+    page.run("() => (naoKin.frames.size = null)")
     _click(page, "None")
-    page.run("() => { naoKin.frames.size = null; naoKin.menu.size.show(0); }")
+    assert float(size.input_value()) == 0.0
     _close_menu(page)
 
 

@@ -191,9 +191,10 @@ export class Controls {
     const known = new Map(this.rows.map((row) => [likeness(row.control), row]));
     const rows = controls.map((control) => {
       const row = known.get(likeness(control)) ?? new Row(this, control);
-      const isNews = this.page.reports.isNews(`control ${control.name}`, control, row.count);
+      const { name, value, source } = control;
+      const isNews = this.page.reports.isNews(`control ${name}`, { value, source }, row.count);
       // The program gets what the user has just changed, and thus sends it back.
-      if (isNews && row.value !== control.value && !this.waiting.has(row)) row.show(control.value);
+      if (isNews && row.value !== value && !this.waiting.has(row)) row.show(value);
       return row;
     });
     const isSame = rows.length === this.rows.length && rows.every((row, i) => row === this.rows[i]);
