@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import re
 import sys
 import warnings
 import zipfile
@@ -130,6 +131,18 @@ $ 0.3 1 -1 -1 -1 -1 0 0 1 1 1 1 1 1 1 1 1 1 1 -1 -1 -1 -1 0 0
 
   0   5  90  10    0   0  0 0    0 0 -28 50 -25 0   0 -28 50 -25  0  90 -10   0   0    0  0.5  500
 """
+
+
+@pytest.mark.parametrize("text", [(DATA / "poses.pos").read_text(), OLD_POS], ids=["marked", "old"])
+@pytest.mark.parametrize("name", ["a.pos", "a.dat"])
+def test_runswift_numbers_may_touch_where_a_sign_parts_them(tmp_path: Path, text: str, name: str) -> None:
+    closer = re.sub(r"(?<=\d)[ \t]+(?=-\d)", "", text)
+    assert closer != text
+    whole, read = _motion(tmp_path, text, name), _motion(tmp_path, closer, name)
+    assert [_column(read, joint) for joint in read.joint_names] == [
+        _column(whole, joint) for joint in whole.joint_names
+    ]
+    _refused(tmp_path, closer.replace("-21", "--21", 1), name)
 
 
 @pytest.mark.parametrize("name", ["a.pos", "a.dat"])
