@@ -379,7 +379,7 @@ def _outside(times: Floats, moments: Floats) -> Floats:
 
 def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
     """Return the configurations at the times of photos."""
-    if (np.diff(moments) <= 0.0).any():
+    if (np.diff(moments) < 0.0).any():
         raise BadArgument("the times of the log must ascend")
     early = _outside(times, moments)
     if early.max() > 0.0:
