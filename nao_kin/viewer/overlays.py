@@ -164,7 +164,9 @@ def margins(
     times = (found.times - motion.start).round(9)
     during = (times >= 0.0) & (times <= round(motion.duration, 9))
     lines = {"margin": found.margin, "centre-of-mass margin": found.com_margin}
-    return times[during], {name: 1e3 * line[during] for name, line in lines.items()}
+    return times[during], {
+        name: np.where(np.isfinite(line), 1e3 * line, np.nan)[during] for name, line in lines.items()
+    }
 
 
 def check_size(robot: RobotModel, qs: Floats) -> None:
