@@ -158,6 +158,7 @@ def test_the_accelerometers_sign_and_unit_do_not_matter(
     found = found_in(nao, log, accelerometer=sign * unit * log.accelerometer)
     assert Errors.of(found, life).tilt < 0.4
     assert any("as LoLA has it" in note for note in found.notes) == (sign < 0.0)
+    assert not any("not used" in note for note in found.notes)
 
 
 def test_a_robot_that_only_lies_gets_a_note_on_the_sign(nao: nk.NaoModel) -> None:
