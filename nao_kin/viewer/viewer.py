@@ -502,8 +502,7 @@ class Viewer(Guessing):
     def show_support_polygon(self, on: bool = True) -> None:
         """Draw the convex hull of the contacts with the floor: green if the centre of mass is above it, red otherwise.
 
-        Dots mark its corners, and a line shows the margin, from the centre of mass to the nearest edge. The contacts
-        are all vertices at most 2 mm above the floor; `world.balance` returns the margin for the outlines of the soles.
+        A line shows the margin, from the centre of mass to the nearest edge. The contacts are those of `world.balance`.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
