@@ -160,7 +160,7 @@ def margins(
     motion = qs
     if not isinstance(motion, Motion):
         motion = Motion(np.arange(len(motion)) / fps, robot.joint_names, motion[:, robot.nq_base :])
-    found = balanced(robot, motion, fill)
+    _, found = balanced(robot, motion, fill)
     times = (found.times - motion.start).round(9)
     during = (times >= 0.0) & (times <= round(motion.duration, 9))
     lines = {"margin": found.margin, "centre-of-mass margin": found.com_margin}

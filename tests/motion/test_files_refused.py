@@ -623,9 +623,7 @@ def test_input_without_an_end_is_refused(
         os.mkfifo(name)
         writer = threading.Thread(target=_write_on, args=(name,), daemon=True)
         writer.start()
-    with pytest.raises(
-        (BadInputFile, BadModel), match="more than 1048576 bytes"
-    ):
+    with pytest.raises((BadInputFile, BadModel), match="more than 1048576 bytes"):
         READERS[reads](name)
     if writer is not None:
         writer.join(300.0)
