@@ -21,7 +21,7 @@ from nao_kin.cli.options import (
     option,
 )
 from nao_kin.cli.output import print_json, print_written, progress
-from nao_kin.cli.sources import pairs_of
+from nao_kin.cli.sources import check_motion_file, pairs_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ def imitate(
 
     sink = target.path
     written.check({"": sink, "--html": html})
+    check_motion_file(sink, to)
     model = robot.load()
     skeleton = imitation.read_skeleton(file, source=source, names=_pairs(names), rate=rate, units=units, up=up).between(
         start, end

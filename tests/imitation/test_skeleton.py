@@ -520,7 +520,7 @@ def test_every_table_of_names_is_complete() -> None:
                 for name, alternatives in naming.points.items()
                 for alternative in alternatives
                 for part in alternative.split("+")
-                if part.strip() not in naming.order
+                if not any(part.strip() in order for order in naming.orders)
             }
             assert not missing, naming.name
     for one, other in itertools.combinations(NAMINGS.values(), 2):
