@@ -40,6 +40,7 @@ from nao_kin.imitation.skeleton import (
     Skeleton,
     assembled,
     by_joint,
+    check_points,
     frame_times,
     key_of,
     landmark_array,
@@ -279,8 +280,8 @@ class _Bvh:
             elif word == "JOINT":
                 at = self._open(at)
             elif word == "End Site":
-                if not self._take().lower().startswith("site"):  # some number them: End Site-7
-                    raise self._error("expected Site after End")
+                if not (site := self._take()).lower().startswith("site"):  # some number them: End Site-7
+                    raise self._error(f"{quoted(site, MAX_SHOWN)}, expected Site")
                 at = self._open(at, end=True)
             else:
                 if joint.channels is None or np.isnan(joint.offset).any():
@@ -528,9 +529,11 @@ class _Ordered(NamedTuple):
     def doubt(self) -> str:
         """Return why these points are not those of a person; empty if nothing speaks against it."""
         try:
-            return doubt_of(*named_points(self.joints, self.naming, self.confidence))
+            points, sure = named_points(self.joints, self.naming, self.confidence)
+            check_points(points)
         except BadArgument as error:
             return str(error)
+        return doubt_of(points, sure)
 
 
 def _person_among(what: str, orders: Mapping[str, _Ordered], advice: str) -> tuple[_Ordered, str]:

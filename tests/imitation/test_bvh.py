@@ -145,6 +145,7 @@ def test_every_naming_is_recognised_by_its_names(tmp_path: Path, naming: str) ->
     truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     skeleton = nk.imitation.read_skeleton(file)
     assert skeleton.source == naming
+    assert skeleton.notes[0] == f"names of {naming}"
     assert {"left_wrist", "right_elbow", "pelvis", "chest", "neck", "head", "left_ankle"} <= skeleton.points.keys()
     for name in skeleton.points.keys() - {"left_hand", "right_hand", "left_toe", "right_toe"}:
         np.testing.assert_allclose(skeleton.points[name], truth.points[name], atol=1e-12)
@@ -300,6 +301,33 @@ def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
         file.write_bytes(data[:end])
         with pytest.raises(nk.errors.BadInputFile):
             nk.imitation.read_skeleton(file)
+
+
+def test_ends_may_have_numbers_and_names(tmp_path: Path) -> None:
+    file = tmp_path / "person.bvh"
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    for end in ("End Site-7", "End Site left tip", "end site"):
+        file.write_text(WAVE.replace("End Site", end))
+        found = nk.imitation.read_skeleton(file)
+        np.testing.assert_allclose(found.points["left_toe"], truth.points["left_toe"], atol=1e-12)
+    file.write_text(WAVE.replace("End Site", "End Sight", 1))
+    with pytest.raises(nk.errors.BadInputFile, match="'Sight', expected Site") as caught:
+        nk.imitation.read_skeleton(file)
+    assert caught.value.line == WAVE[: WAVE.index("End Site")].count("\n") + 1
+
+
+def test_names_of_point_sources_do_not_compete_for_bvh_files(tmp_path: Path) -> None:
+    """MakeHuman's names share shoulders, elbows and hips with those of Human3.6M, but not the wrists."""
+    text = WAVE
+    for own, theirs in (("Arm", "Shoulder"), ("ForeArm", "Elbow"), ("Hand", "Hand"), ("UpLeg", "Hip"), ("Leg", "Knee")):
+        for side in ("Left", "Right"):
+            text = re.sub(rf"JOINT {side}{own}\n", f"JOINT @{side[0].lower()}{theirs}\n", text)
+    file = tmp_path / "person.bvh"
+    file.write_text(text.replace("@", "").replace("JOINT LeftShoulder", "JOINT LeftCollar"))
+    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
+        nk.imitation.read_skeleton(file)
+    stated = nk.imitation.read_skeleton(file, source="h36m17")
+    assert "no left_wrist, right_wrist: forearms keep StandInit" in stated.notes
 
 
 def test_deep_hierarchies_need_no_recursion(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
+import time
 from pathlib import Path
 from typing import Any
 
@@ -449,6 +450,41 @@ def test_bad_tables_are_refused(tmp_path: Path, fault: str) -> None:
     file = tmp_path / "bodies.csv"
     file.write_text(text)
     with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)):
+        nk.imitation.read_skeleton(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "what"),
+    [
+        ("walk.c3d", b"\x02\x50" + bytes(600), "C3D"),
+        ("walk.fbx", b"Kaydara FBX Binary  \x00\x1a\x00" + bytes(50), "FBX"),
+        ("walk.fbx", b"; FBX 7.4.0 project file\n", "FBX"),
+        ("walk.trc", b"PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\n100\t100\n", "TRC"),
+    ],
+)
+def test_other_files_of_motion_capture_are_called_by_their_names(
+    tmp_path: Path, name: str, data: bytes, what: str
+) -> None:
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(nk.errors.BadInputFile, match=f"an? {what} file of motion capture.*; expected BVH"):
+        nk.imitation.read_skeleton(tmp_path / name)
+
+
+def test_a_long_heading_takes_no_longer_than_its_length(tmp_path: Path) -> None:
+    file = tmp_path / "long.csv"
+    for blank in ("_", "-.", "_x"):
+        file.write_text(f"time,a{blank * 50_000}b\n0,1\n")
+        began = time.process_time()
+        with pytest.raises(nk.errors.BadInputFile):
+            nk.imitation.read_skeleton(file)
+        assert time.process_time() - began < 5.0  # it took minutes
+
+
+def test_a_large_table_without_points_is_refused(tmp_path: Path) -> None:
+    """Above 1 MiB, tables are read by another program, which takes no columns for all columns."""
+    file = tmp_path / "large.csv"
+    file.write_text("a,b\n" + "".join(f"{k},{k}\n" for k in range(100_000)))
+    with pytest.raises(nk.errors.BadInputFile, match="no columns such as left_wrist_x"):
         nk.imitation.read_skeleton(file)
 
 
