@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice, cross, finite_decimal, norm
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, plain_floats, read_csv
 from nao_kin._core.files import described, is_finite_number, numpy_errors, read_bytes, read_json
-from nao_kin._core.headings import TIME_UNITS, time_unit_of
+from nao_kin._core.headings import TIME_UNITS, guessed_time_unit
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape
 from nao_kin.imitation.skeleton import (
@@ -538,7 +538,7 @@ def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
     stated = {unit for unit in table.units if unit}
     if len(stated) > 1:
         raise BadInputFile(name, f"columns in different units: {', '.join(sorted(stated))}")
-    seconds = None if times is None else times / TIME_UNITS[table.time_unit or time_unit_of(times)]
+    seconds = None if times is None else times / TIME_UNITS[table.time_unit or guessed_time_unit(times, frames=True)[0]]
     return assembled(
         frame_times(seconds, options.rate if times is None else None, len(rows)),
         joints,
