@@ -11,7 +11,6 @@ Source: Meredith and Maddock, Motion Capture File Formats Explained, University 
 
 from __future__ import annotations
 
-import io
 import itertools
 import math
 import re
@@ -25,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice, cross, finite_decimal, norm
+from nao_kin._core.arrays import Floats, choice, cross, finite_decimal, norm, shaped
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, plain_floats, read_csv
-from nao_kin._core.files import described, is_finite_number, numpy_errors, read_bytes, read_json
-from nao_kin._core.headings import TIME_UNITS, time_unit_of
+from nao_kin._core.files import described, is_finite_number, read_arrays, read_bytes, read_json
+from nao_kin._core.headings import seconds_of
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape
 from nao_kin.imitation.bones import doubt_of
@@ -118,7 +117,7 @@ def read_skeleton(
             "h36m17", "h36m32", "smpl"; "mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "points" (`POINTS`).
             None finds it by names, or by the number of points and the lengths of bones; a note says what was found.
         names: name of `POINTS` → joint of the file, where its naming is another; "a + b" for the mean of two joints.
-        rate: frames per second of a file without times.
+        rate: frames per second, 1 to 1000, of a file without times, or instead of its times.
         units: as in `Skeleton.from_landmarks`.
         up: as in `Skeleton.from_landmarks`.
 
@@ -151,6 +150,17 @@ def read_skeleton(
         if start[:1] in ("{", "["):
             return _of_json(name, text, options)
         return _of_csv(name, text.encode(), options)
+
+
+def _seconds(
+    name: str, options: _Options, count: int, times: Any = None, unit: str | None = None
+) -> tuple[Floats, tuple[str, ...]]:
+    """Return the times of a file's frames [s], or those of the caller's rate, and a note if their unit is guessed."""
+    stated = times is None or options.rate is not None
+    given = frame_times(None, options.rate, count) if stated else shaped(times, (count,), "times")
+    advice = "rate= (--rate) states it instead" + (", or a heading such as time [s]" if unit is None else "")
+    seconds, note = seconds_of(name, given, "s" if stated else unit, frames=True, advice=advice)
+    return seconds, (note,) if note else ()
 
 
 @contextmanager
@@ -339,7 +349,8 @@ def _of_bvh(file: _Bvh, options: _Options) -> Skeleton:
     joints = file.joints
     local = [file.local(joint) for joint in joints]
     rest = [(joint.offset[None], np.eye(3)[None]) for joint in joints]
-    times = np.linspace(0.0, (len(file.values) - 1) * file.frame_time, len(file.values))
+    count = len(file.values)
+    times, _ = _seconds(file.name, options, count, np.linspace(0.0, (count - 1) * file.frame_time, count), "s")
     return _of_tree(times, [joint.name for joint in joints], [joint.parent for joint in joints], local, rest, options)
 
 
@@ -426,11 +437,17 @@ def _of_amass(name: str, arrays: Mapping[str, NDArray[Any]], options: _Options) 
     if poses.ndim != 2 or poses.shape[1] < 3 * turning or poses.dtype.kind != "f" or not np.isfinite(poses).all():
         raise BadInputFile(name, f"poses must be finite numbers (n, {3 * turning} or more), got {poses.shape}")
     n = len(poses)
+    if not n:
+        raise BadInputFile(name, "poses has no frames")
     trans = arrays.get("trans", np.zeros((n, 3)))
     if trans.shape != (n, 3) or trans.dtype.kind != "f" or not np.isfinite(trans).all():
         raise BadInputFile(name, f"trans must be finite numbers ({n}, 3), got {trans.shape}")
     rates = [arrays[key] for key in ("mocap_framerate", "mocap_frame_rate") if key in arrays]
-    times = frame_times(None, options.rate if options.rate or not rates else float(rates[0]), n)
+    if rates and (rates[0].size != 1 or rates[0].dtype.kind not in "fiu"):
+        raise BadInputFile(name, f"mocap_framerate must be one number, got {rates[0].dtype} of shape {rates[0].shape}")
+    if rates and options.rate is None:
+        options = replace(options, rate=float(rates[0].item()))
+    times, _ = _seconds(name, options, n)
     rotations = exp(poses[:, : 3 * turning].astype(np.float64).reshape(n, turning, 3))
     still = np.tile(np.eye(3), (n, 1, 1))
     local, rest = [], []
@@ -464,7 +481,7 @@ def _of_json(name: str, text: str, options: _Options) -> Skeleton:
             raise BadInputFile(name, f"landmarks[{n}] has {len(frame)} points, another frame has {count}")
         for k, entry in enumerate(frame or ()):
             rows[n, k] = _landmark(name, entry, f"landmarks[{n}][{k}]")
-    return _of_array(rows, document.get("times"), options)
+    return _of_array(name, rows, document.get("times"), options)
 
 
 def _landmark(name: str, entry: Any, where: str) -> list[float]:
@@ -482,23 +499,21 @@ def _landmark(name: str, entry: Any, where: str) -> list[float]:
 
 def _of_arrays(name: str, data: bytes, options: _Options) -> Skeleton:
     """Return the skeleton in a .npy or .npz file, without unpickling anything."""
-    with numpy_errors(name, "not a readable file of NumPy"):
-        loaded = np.load(io.BytesIO(data), allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return _of_array(loaded, None, options)
-        if "poses" in loaded.files:
-            keys = ("poses", "trans", "mocap_framerate", "mocap_frame_rate")
-            return _of_amass(name, {key: loaded[key] for key in keys if key in loaded.files}, options)
-        arrays = {key: loaded[key] for key in loaded.files}
+    if not data.startswith(b"PK"):
+        return _of_array(name, read_arrays(name, data)[""], None, options)
+    amass = read_arrays(name, data, ("poses", "trans", "mocap_framerate", "mocap_frame_rate"))
+    if "poses" in amass:
+        return _of_amass(name, amass, options)
+    arrays = read_arrays(name, data)
     times = arrays.pop("times", None)
     points = [key for key, array in arrays.items() if array.ndim == 3]
     if len(points) != 1:
         listed = abbreviated(", ".join(f"{key} {array.shape}" for key, array in arrays.items()) or "none")
         raise BadInputFile(name, f"expected one array of points (n, k, 3 or 4), or poses of AMASS; arrays: {listed}")
-    return _of_array(arrays[points[0]], times, options)
+    return _of_array(name, arrays[points[0]], times, options)
 
 
-def _of_array(array: Any, times: Any, options: _Options) -> Skeleton:
+def _of_array(name: str, array: Any, times: Any, options: _Options) -> Skeleton:
     """Return the skeleton of points in the order of a source, which their number and their bones show."""
     count = array.shape[-2] if array.ndim > 1 else 0
     fitting = [naming for naming in NAMINGS.values() if naming.order_of(count)]
@@ -514,9 +529,9 @@ def _of_array(array: Any, times: Any, options: _Options) -> Skeleton:
         raise BadArgument(f"{count} points: no source has as many; points of each: {known}; state source= (--source)")
     if options.names is not None:
         raise BadArgument(f"names= is for joints with names; an array has the order of {naming.name}")
-    return of_landmarks(
-        array, naming, times=times, rate=options.rate, units=options.units, up=options.up, notes=tuple(notes)
-    )
+    array = landmark_array(array, naming)
+    seconds, noted = _seconds(name, options, len(array), times)
+    return of_landmarks(array, naming, times=seconds, units=options.units, up=options.up, notes=(*noted, *notes))
 
 
 class _Ordered(NamedTuple):
@@ -636,7 +651,7 @@ def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
     stated = {unit for unit in table.units if unit}
     if len(stated) > 1:
         raise BadInputFile(name, f"columns in different units: {', '.join(sorted(stated))}")
-    seconds = None if times is None else times / TIME_UNITS[table.time_unit or time_unit_of(times)]
+    seconds, noted = _seconds(name, options, len(rows), times, table.time_unit)
     confidence = {joint: columns[joint]["v"] for joint in joints if "v" in columns[joint]}
     numbered = _numbered(joints, confidence, options)
     if numbered is None:
@@ -646,11 +661,11 @@ def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
         joints, confidence = {**ordered.joints}, {**ordered.confidence}
         naming = with_names(ordered.naming, options.names, list(joints))
     return assembled(
-        frame_times(seconds, options.rate if times is None else None, len(rows)),
+        seconds,
         joints,
         naming,
         confidence,
         units=options.units or next(iter(stated), None),
         up=options.up,
-        notes=tuple(notes),
+        notes=(*noted, *notes),
     )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm, single_number
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
 from nao_kin.imitation.bones import CONFIDENCE
 from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
@@ -192,6 +192,7 @@ def imitate(
         BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or the slack is below zero;
             frames are more than 5 s apart, so that nobody knows what the person did: `Skeleton.between` takes a part;
             hips or ankles are unknown, which legs="follow" needs.
+        DegeneratePoints: no frame shows where the shoulders or hips are.
         MissingExtra: SciPy is not installed, which filters; a cut-off of 0 needs none.
 
     Examples:
@@ -213,6 +214,8 @@ def imitate(
         points, turned = mirrored(points, turned)
     person = Directions.of(points, turned)
     torso = person.torso
+    if not np.isfinite(torso).all():
+        raise DegeneratePoints(f"no frame has shoulders or hips that are known with a confidence of {CONFIDENCE:g}")
     if target != "direction":
         person = to_places(solver, points, person, mixed=target == "mixed")
     lacking = lacking_notes(skeleton.points, skeleton.orientations)

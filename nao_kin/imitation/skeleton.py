@@ -63,6 +63,8 @@ UP_AXES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
 _FACES = (("nose",), ("left_eye", "right_eye"))
 # The distance from the middle of the hips to the middle of the shoulders of an adult [m].
 _TRUNK_LENGTH = 0.5
+# A trunk that is shorter than this [m] has no direction.
+_SMALLEST = 1e-6
 # Of landmarks in an image, x and y are between 0 and 1, and the hips are farther than this from the origin.
 _IMAGE_HIPS = 0.1
 # In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this.
@@ -229,7 +231,7 @@ def of_landmarks(
     naming: Naming,
     *,
     times: ArrayLike | None,
-    rate: float | None,
+    rate: float | None = None,
     units: str | None,
     up: str | None,
     notes: tuple[str, ...] = (),
@@ -419,6 +421,8 @@ def assembled(
         found.append(
             f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
         )
+    if size * UNITS[units] < _SMALLEST:
+        raise DegeneratePoints("shoulders and hips coincide in most frames, which show no trunk")
     if naming.name == "mediapipe":
         found += _image_landmarks(mean)
     if doubt:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName
 from nao_kin.imitation import Skeleton, imitate
 
 FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
@@ -181,3 +183,11 @@ def test_notes_say_for_how_long_points_are_unknown(nao: nk.NaoModel) -> None:
     assert "left wrist is unknown in 40 of 65 frames, for up to 2 s" in made.notes
     assert "left elbow is unknown in 2 of 65 frames" in made.notes
     assert "right wrist is unknown in 25 of 65 frames, for up to 1.2 s" in made.notes
+
+
+@pytest.mark.parametrize("legs", ["stand", "ignore"])
+def test_a_person_whom_nothing_shows_is_refused(nao: nk.NaoModel, legs: Literal["stand", "ignore"]) -> None:
+    wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    unsure = {name: np.full(len(wave), 0.1) for name in wave.names}
+    with pytest.raises(DegeneratePoints, match="no frame has shoulders or hips"):
+        imitate(nao, Skeleton(wave.times, wave.points, confidence=unsure), legs=legs)
