@@ -114,8 +114,8 @@ def read_skeleton(
     Args:
         path: the file, unpacked if its name ends in .gz, or "-" for standard input.
         source: the naming, or the order of points: "mediapipe", "kinect_v2", "azure_kinect", "coco17", "body25",
-            "h36m17", "h36m32", "smpl"; "mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "points" (`POINTS`).
-            None finds it by names, or by the number of points and the lengths of bones; a note says what was found.
+            "h36m17", "h36m32", "smpl"; "mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "daz", "points"
+            (`POINTS`). None finds it by names, or by the number of points and the lengths of bones, and notes it.
         names: name of `POINTS` → joint of the file, where its naming is another; "a + b" for the mean of two joints.
         rate: frames per second, 1 to 1000, of a file without times, or instead of its times.
         units: as in `Skeleton.from_landmarks`.
@@ -153,12 +153,16 @@ def read_skeleton(
 
 
 def _seconds(
-    name: str, options: _Options, count: int, times: Any = None, unit: str | None = None
+    name: str,
+    options: _Options,
+    count: int,
+    times: Any = None,
+    unit: str | None = None,
+    advice: str = "rate= (--rate) says otherwise",
 ) -> tuple[Floats, tuple[str, ...]]:
     """Return the times of a file's frames [s], or those of the caller's rate, and a note if their unit is guessed."""
     stated = times is None or options.rate is not None
     given = frame_times(None, options.rate, count) if stated else shaped(times, (count,), "times")
-    advice = "rate= (--rate) states it instead" + (", or a heading such as time [s]" if unit is None else "")
     seconds, note = seconds_of(name, given, "s" if stated else unit, frames=True, advice=advice)
     return seconds, (note,) if note else ()
 
@@ -651,7 +655,8 @@ def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
     stated = {unit for unit in table.units if unit}
     if len(stated) > 1:
         raise BadInputFile(name, f"columns in different units: {', '.join(sorted(stated))}")
-    seconds, noted = _seconds(name, options, len(rows), times, table.time_unit)
+    advice = "a heading such as time [s], or rate= (--rate), says otherwise"
+    seconds, noted = _seconds(name, options, len(rows), times, table.time_unit, advice)
     confidence = {joint: columns[joint]["v"] for joint in joints if "v" in columns[joint]}
     numbered = _numbered(joints, confidence, options)
     if numbered is None:

@@ -67,8 +67,9 @@ _TRUNK_LENGTH = 0.5
 _SMALLEST = 1e-6
 # Of landmarks in an image, x and y are between 0 and 1, and the hips are farther than this from the origin.
 _IMAGE_HIPS = 0.1
-# In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this.
-_BACKWARDS = -0.5
+# In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this, by as much more in
+# a single frame: there, errors of 3 cm in all points may give -1.3.
+_BACKWARDS, _BACKWARDS_OF_A_FRAME = -0.5, -0.8
 
 
 @one_line_repr
@@ -430,7 +431,7 @@ def assembled(
     points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
     turned = {name: A @ R for name, R in orientations.items()}
     # Points that are not those of a person show no handedness.
-    if not doubt and _backwards(points) < _BACKWARDS:
+    if not doubt and _backwards(points):
         points = {name: values * (1.0, -1.0, 1.0) for name, values in points.items()}
         turned = {}
         found.append(
@@ -532,11 +533,12 @@ def _image_landmarks(points: Mapping[str, Floats]) -> list[str]:
     return []
 
 
-def _backwards(points: Mapping[str, Floats]) -> float:
-    """Return the sum of cosines, positive if face, toes and knees point where left and up say that ahead is.
+def _backwards(points: Mapping[str, Floats]) -> bool:
+    """Return whether face, toes and knees point away from where left and up say that ahead is, as in a mirror.
 
-    It is the median over the frames in which such points are known. Up is along the trunk for the face, along the
-    shank for its toes, and along the leg for its knee: someone who kneels has toes that point back.
+    The median of the sum of their cosines decides, over the frames in which such points are known. Up is along the
+    trunk for the face, along the shank for its toes, and along the leg for its knee: someone who kneels has toes that
+    point back.
     """
     left, trunk = left_and_trunk(points)
     hips = points["left_hip"] - points["right_hip"] if {"left_hip", "right_hip"} <= points.keys() else left
@@ -565,4 +567,5 @@ def _backwards(points: Mapping[str, Floats]) -> float:
     for side in SIDES:
         add((side + "knee", side + "ankle", side + "toe"), hips, lambda knee, a, b: step(a, b, knee - a))
         add((side + "hip", side + "knee", side + "ankle"), hips, bend)
-    return float(np.median(total[total != 0.0])) if total.any() else 0.0
+    known = total[total != 0.0]
+    return bool(len(known) and np.median(known) < _BACKWARDS + _BACKWARDS_OF_A_FRAME / len(known))

@@ -138,7 +138,7 @@ def renamed(text: str, naming: str) -> str:
     return text.replace("@", "")
 
 
-@pytest.mark.parametrize("naming", ["mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "points"])
+@pytest.mark.parametrize("naming", ["mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "daz", "points"])
 def test_every_naming_is_recognised_by_its_names(tmp_path: Path, naming: str) -> None:
     file = tmp_path / "person.bvh"
     file.write_text(renamed(WAVE, naming))
@@ -324,15 +324,19 @@ def test_ends_may_have_numbers_and_names(tmp_path: Path) -> None:
 def test_names_of_point_sources_do_not_compete_for_bvh_files(tmp_path: Path) -> None:
     """MakeHuman's names share shoulders, elbows and hips with those of Human3.6M, but not the wrists."""
     text = WAVE
-    for own, theirs in (("Arm", "Shoulder"), ("ForeArm", "Elbow"), ("Hand", "Hand"), ("UpLeg", "Hip"), ("Leg", "Knee")):
+    for own, theirs in (("Arm", "shoulder"), ("ForeArm", "elbow"), ("Hand", "hand"), ("UpLeg", "hip"), ("Leg", "knee")):
         for side in ("Left", "Right"):
             text = re.sub(rf"JOINT {side}{own}\n", f"JOINT @{side[0].lower()}{theirs}\n", text)
     file = tmp_path / "person.bvh"
-    file.write_text(text.replace("@", "").replace("JOINT LeftShoulder", "JOINT LeftCollar"))
-    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
-        nk.imitation.read_skeleton(file)
+    file.write_text(text.replace("@", "").replace("JOINT LeftShoulder", "JOINT LeftCollar").replace("Hips", "Hip"))
+    found, truth = nk.imitation.read_skeleton(file), nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    assert found.source == "daz"
+    np.testing.assert_allclose(found.points["left_wrist"], truth.points["left_wrist"], atol=1e-12)
     stated = nk.imitation.read_skeleton(file, source="h36m17")
     assert "no left_wrist, right_wrist: forearms keep StandInit" in stated.notes
+    file.write_text(file.read_text(encoding="utf-8").replace("shoulder", "Schulter").replace("elbow", "Ellbogen"))
+    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
+        nk.imitation.read_skeleton(file)
 
 
 def test_deep_hierarchies_need_no_recursion(tmp_path: Path) -> None:
