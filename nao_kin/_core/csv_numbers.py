@@ -113,7 +113,7 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
 
 def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
     """Return the numbers of whole lines (n, places) by pyarrow; None if the csv module must read them (quotes)."""
-    if b'"' in block:
+    if b'"' in block or not table.places:  # of which pyarrow would return all columns
         return None
     import pyarrow as pa
     from pyarrow import csv as pyarrow_csv

@@ -29,6 +29,8 @@ SENSOR_UNITS = {"gyro": ("rad/s", "deg/s", "°/s"), "angles": ("rad", "deg", "°
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
 _TIME_NAMES = ("time", "timestamp", "t", "stamp")
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
+# A longer text is no heading; matching it would take the square of its length.
+_LONGEST_HEADING = 200
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
 # Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
@@ -68,7 +70,7 @@ class Heading:
 def read_heading(text: str) -> Heading:
     """Return the name and the unit of a heading; for a key of NAOqi's devices, the joint."""
     text = text.strip()
-    match = _HEADING.fullmatch(text)
+    match = _HEADING.fullmatch(text) if len(text) <= _LONGEST_HEADING else None
     name, unit = (text, None) if match is None else (match["name"], match["unit"])
     device = _DEVICE.fullmatch(name)
     return Heading(name if device is None else device["joint"], unit)

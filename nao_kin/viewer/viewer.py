@@ -1198,9 +1198,8 @@ class Viewer(Guessing):
             >>> viewer.static_html().startswith("<!DOCTYPE html>")
             True
         """
-        self._streams.flush()
         self._send_known_hulls()
-        return static_page(self.robot.name, self._messages.messages())
+        return static_page(self.robot.name, self._streams.saved())
 
     def save_html(self, path: Path | str, *, overwrite: bool = False) -> Path:
         """Write `static_html` to a file, completely or not at all.

@@ -30,6 +30,8 @@ _OVER = 0.1
 _EVEN, _GAP = (1e-3, 1e-6), 2.5
 # Samples that have an acceleration.
 _FEWEST = 5
+# Rows whose momentum is computed at once, which takes 20 KB a row.
+_AT_ONCE = 4096
 # Directions of edges, seen by the robot.
 EDGES = ("front", "left", "back", "right")
 
@@ -235,6 +237,21 @@ def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float, a
     """Return the acceleration of the centre of mass, and the rate of the angular momentum about it, shapes (m, 3).
 
     `at` are m places among the n rows, which are a step apart.
+    """
+    n, blocks = len(rows), []
+    for first in range(0, n, _AT_ONCE):
+        # Differences in time need one row more on both sides.
+        part = slice(max(first - 1, 0), min(first + _AT_ONCE + 1, n))
+        kept = slice(first - part.start, first - part.start + _AT_ONCE)
+        blocks.append([array[kept] for array in _moments(robot, rows[part], T_world_base[part], step)])
+    com, about_origin = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
+    momentum = about_origin - robot.mass * np.cross(com, np.gradient(com, step, axis=0))
+    window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
+    return _derivative(com, 2, window, step, at), _derivative(momentum, 1, window, step, at)
+
+
+def _moments(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -> tuple[Floats, Floats]:
+    """Return the centre of mass, and the angular momentum about the origin, shapes (n, 3).
 
     With the second moments J = Σ m p pᵀ of the points p = (x, y, z, 1) of a body, Ṫ J Tᵀ has the sums Σ m v_i p_j over
     these points in the world. Their differences are the angular momentum about the origin.
@@ -249,17 +266,13 @@ def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float, a
     J[:, :3, :3] = 0.5 * np.trace(inertias, axis1=1, axis2=2)[:, None, None] * np.eye(3) - inertias
     J += masses[:, None, None] * np.einsum("li,lj->lij", *[np.column_stack([levers, np.ones(len(levers))])] * 2)
     moments = T @ J
-    com = moments[..., 3].sum(axis=1) / masses.sum()
 
     def across(array: Floats) -> Floats:
         return array.swapaxes(1, 2).reshape(n, 3, -1)
 
     second = across(np.gradient(T, step, axis=0)) @ across(moments).swapaxes(1, 2)
     about_origin = second[:, (2, 0, 1), (1, 2, 0)] - second[:, (1, 2, 0), (2, 0, 1)]
-    momentum = about_origin - masses.sum() * np.cross(com, np.gradient(com, step, axis=0))
-    window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
-
-    return _derivative(com, 2, window, step, at), _derivative(momentum, 1, window, step, at)
+    return moments[..., 3].sum(axis=1) / masses.sum(), about_origin
 
 
 def _derivative(values: Floats, order: int, window: int, step: float, at: Floats) -> Floats:
