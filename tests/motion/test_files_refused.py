@@ -298,8 +298,8 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.pos",
         f"! 0 -3.5-4 {'0 ' * 23}5\n",
-        "HP is '-3.5-4'",
-        (1, 5),
+        "27 numbers, expected 25 values and a duration",
+        (1, 0),
     ),
     (
         "a.pos",
