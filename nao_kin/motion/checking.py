@@ -64,7 +64,8 @@ class MotionViolation:
         upper: largest value allowed then.
         unit: unit of value, lower and upper.
         of: the other joint, for a coupled limit and a motor; the other link for "collision"; for "balance" the edge
-            over which the robot tips, "front", "left", "back" or "right"; else None.
+            over which the robot tips, "front", "left", "back" or "right", or "" if only an edge or a corner of a sole
+            is on the floor; else None.
         of_value: its value at that time; 0 for a link; for "balance" how many times as long the motion has to take,
             infinite if the robot falls at any speed.
     """
@@ -99,7 +100,9 @@ class MotionViolation:
             overlap = f"overlap by {self.excess * 1e3:.3g} mm at {self.time:.6g} s"
             return f"{self.joint} and {self.of} {overlap} ({interval(self.start, self.end)})"
         if self.kind == "balance":
-            outside = f"{self.excess * 1e3:.3g} mm outside"
+            if not self.of:
+                return f"{self.joint}: only an edge or a corner is on the floor ({interval(self.start, self.end)})"
+            outside = f"{self.excess * 1e3:.3g} mm outside" if self.excess < math.inf else "it leaves the floor"
             at = (
                 "at any speed"
                 if self.of_value == math.inf
@@ -142,7 +145,8 @@ class BalanceInterval:
             positive inside [m]: the margin of a robot that moves slowly.
         margin: least signed distance of the zero-moment point from that edge [m].
         time: when it is least [s].
-        edge: the nearest edge then, as the robot sees it: "front", "left", "back" or "right".
+        edge: the nearest edge then, as the robot sees it: "front", "left", "back" or "right"; "" if only an edge or a
+            corner of the soles is on the floor, and both margins are −∞.
         slower: how many times as long the motion has to take for the zero-moment point to stay inside in this interval;
             below 1 it may be faster, infinite if the robot falls at any speed.
     """
@@ -161,8 +165,12 @@ class BalanceInterval:
         span = interval(self.start, self.end)
         if not self.soles:
             return f"{span}: not on its soles"
-        margins = f"margin {self.com_margin * 1e3:.3g} mm at rest, {self.margin * 1e3:.3g} mm moving"
-        return f"{span}: on {' and '.join(self.soles)}, {margins} ({self.edge} edge at {self.time:.6g} s)"
+        soles = " and ".join(self.soles)
+        if not self.edge:
+            return f"{span}: only an edge or a corner of {soles} on the floor at {self.time:.6g} s"
+        moving = f"{self.margin * 1e3:.3g} mm moving" if self.margin > -math.inf else "leaves the floor moving"
+        margins = f"margin {self.com_margin * 1e3:.3g} mm at rest, {moving}"
+        return f"{span}: on {soles}, {margins} ({self.edge} edge at {self.time:.6g} s)"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields for JSON; what is not known is None, and so is an infinite factor."""
@@ -391,6 +399,10 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
     return kept, len(rows) - len(kept)
 
 
+# −1 stands for no edge.
+_EDGES = (*EDGES, "")
+
+
 class Margins(NamedTuple):
     """The balance in n samples of a motion, as in `DynamicBalance`; `on_floor` (n, soles) only where it stands."""
 
@@ -431,13 +443,13 @@ def _balance(soles: tuple[str, ...], found: Margins) -> tuple[list[BalanceInterv
             continue
         worst = part.start + int(margin[part].argmin())
         least = float(com_margin[part].min()), float(margin[worst]), float(times[worst])
-        intervals.append(BalanceInterval(*span, names, *least, EDGES[edge[worst]], float(slower[part].max())))
+        intervals.append(BalanceInterval(*span, names, *least, _EDGES[edge[worst]], float(slower[part].max())))
         for run in runs(margin[part] < 0.0):
             own = slice(part.start + run.start, part.start + run.stop)
             worst = own.start + int(margin[own].argmin())
             at = float(times[own.start]), float(times[own.stop - 1]), float(times[worst]), float(margin[worst])
             name, factor = " and ".join(names), float(slower[own].max())
-            tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", EDGES[edge[worst]], factor))
+            tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", _EDGES[edge[worst]], factor))
     return intervals, tips
 
 

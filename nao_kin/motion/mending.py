@@ -351,8 +351,11 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
         falls = np.flatnonzero(found.slower == np.inf)
         if len(falls):
             worst = falls[found.com_margin[falls].argmin()]
-            outside, at = f"{-1e3 * found.com_margin[worst]:.3g} mm outside its support", f"{found.times[worst]:.4g} s"
-            raise BadArgument(f"{robot.name} tips at any speed: at {at} its centre of mass is {outside}")
+            outside = -1e3 * found.com_margin[worst]
+            where = f"its centre of mass is {outside:.3g} mm outside its support"
+            if outside == np.inf:
+                where = "only an edge or a corner of its soles is on the floor"
+            raise BadArgument(f"{robot.name} tips at any speed: at {found.times[worst]:.4g} s {where}")
         factor = _RESERVE * max(1.0, float(found.slower[tips].max()))
         motion, total = time_warp(motion, factor), total * factor
     else:

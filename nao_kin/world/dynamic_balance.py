@@ -44,7 +44,8 @@ class DynamicBalance:
     Samples in which the robot does not stand on its soles, as when it sits or lies, have NaN, and −1 as `edge`; so
     have those in a part of less than five samples between gaps. Where the robot would leave the floor, because the
     motion needs a force that pulls at it (F_z ≤ 0), no zero-moment point exists: `margin` is −∞, so that it is the
-    least one, and `edge` the one about which the robot turns most.
+    least one, and `edge` the one about which the robot turns most. Where the robot stands on an edge or a corner of its
+    soles alone, it falls at any speed: both margins are −∞, and `edge` is −1.
 
     Attributes:
         times: shape (n,) [s].
@@ -150,11 +151,12 @@ def dynamic_balance(
     # Where the floor would have to pull, the line without moment is that of the whole force, but no point of the floor.
     weight = np.where(np.abs(weight) > 1e-9 * mass * GRAVITY, weight, -1e-9 * mass * GRAVITY)
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
-    stands = np.asarray(rest.down.touching.any(axis=1) & np.isfinite(rest.margin) & np.isfinite(zmp).all(axis=1))
+    stands = np.asarray(rest.down.touching.any(axis=1) & rest.down.stands & np.isfinite(zmp).all(axis=1))
     stands &= ~Feet.of(robot, rest.down.soles, outline).others(robot, rest.down.links).any(axis=1)
     stands &= (ground.known & ground.stands)[given]
+    lost = stands & np.isnan(rest.margin)  # on an edge or a corner of its soles
     vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
-    zmp[~stands | flies] = np.nan
+    zmp[~stands | flies | lost] = np.nan
     moments_about = np.where(np.isfinite(distances), weight[:, None] * distances, np.inf)
     nearest = np.where(flies, moments_about.argmin(axis=1), nearest)
     # The moment about an edge is that of the weight and a share 1 / s² of the rest: F_z d_zmp = m g d_com + rest.
@@ -170,11 +172,11 @@ def dynamic_balance(
         times=moments,
         down=rest.down,
         com=rest.com,
-        com_margin=np.where(stands, rest.margin, np.nan),
+        com_margin=np.where(stands, np.where(lost, -np.inf, rest.margin), np.nan),
         zmp=zmp,
-        margin=np.where(stands, np.where(flies, -np.inf, margin), np.nan),
-        edge=np.where(stands, quarter, -1),
-        slower=np.where(stands, slower, np.nan),
+        margin=np.where(stands, np.where(flies | lost, -np.inf, margin), np.nan),
+        edge=np.where(stands & ~lost, quarter, -1),
+        slower=np.where(stands, np.where(lost, np.inf, slower), np.nan),
         notes=tuple(log.notes),
     )
 

@@ -17,7 +17,7 @@ from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin._core.arrays import COUPLING_TOLERANCE, Floats
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion import MotionReport, check, share_motors, slow_down
 from nao_kin.motion.interpolation import INTERPOLATIONS
 
@@ -389,3 +389,26 @@ def test_only_limits_are_accepted_as_measured(nao: nk.NaoModel) -> None:
         assert {row.kind for row in check(nao, still, limits="measured").violations} == kinds
     with pytest.raises(UnknownName, match="unknown limits .ignore."):
         check(nao, fast, limits="ignore")  # type: ignore[arg-type]
+
+
+def test_a_motion_that_stands_on_an_edge_of_a_sole_falls_at_any_speed(nao: nk.NaoModel) -> None:
+    t = 0.01 * np.arange(200)
+    bent = nao.angles(nao.posture("Stand"))["LKneePitch"] - 0.2 * np.sin(0.5 * np.pi * t) ** 2
+    q = nao.posture("Stand", LKneePitch=bent, limits="ignore")
+    found = nk.world.dynamic_balance(nao, t, q)
+    static = nk.world.balance(nao, q)
+    lost = np.isnan(static.margin)
+    assert 5 < lost.sum() < 50
+    assert static.down.stands.all()
+    assert (found.margin[lost] == -np.inf).all()
+    assert (found.com_margin[lost] == -np.inf).all()
+    assert (found.edge[lost] == -1).all()
+    assert np.isfinite(found.margin[~lost]).all()
+    motion = nk.Motion(t, nao.joint_names, q)
+    report = nk.motion.check(nao, motion, balance=True)
+    (fall,) = (row for row in report.violations if row.kind == "balance")
+    assert (fall.start, fall.end) == pytest.approx((t[lost][0], t[lost][-1]), abs=0.02)
+    assert "edge or a corner" in fall.describe()
+    assert any("edge or a corner" in row.describe() for row in report.balance)
+    with pytest.raises(BadArgument, match="at any speed"):
+        nk.motion.slow_down(nao, motion, balance=True)
