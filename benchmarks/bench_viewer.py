@@ -29,9 +29,9 @@ import numpy as np
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
+from nao_kin._core.browsers import find_browsers
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import MeshcatRobot, Viewer
-from nao_kin.viewer.browser import find_browser
 
 TRANSFORMS = 30
 # Moves the robot's joints, or the camera, in every frame for some seconds; returns the frames drawn per second.
@@ -172,7 +172,7 @@ def _page(viewer: Viewer, qs: Floats, arguments: argparse.Namespace) -> dict[str
     try:
         from playwright.sync_api import sync_playwright
 
-        program = find_browser()
+        program = find_browsers()[0]
     except (ImportError, NoBrowser) as error:
         return f"not measured: {error}"
     with sync_playwright() as playwright:

@@ -21,7 +21,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import nao_kin as nk
-from nao_kin.viewer.browser import find_browser
+from nao_kin._core.browsers import find_browsers
 
 HERE = Path(__file__).resolve().parent
 IMAGES = HERE.parent / "docs" / "images"
@@ -63,7 +63,7 @@ def draw_pages() -> None:
     """Draw pictures of the whole page with its panel."""
     nao = nk.load_nao()
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as temporary:
-        browser = playwright.chromium.launch(executable_path=str(find_browser()), args=OPTIONS)
+        browser = playwright.chromium.launch(executable_path=str(find_browsers()[0]), args=OPTIONS)
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, device_scale_factor=SCALE)
         page.add_init_script("localStorage.setItem('nao-kin.hint', 'seen')")
         for name, make in PAGES.items():

@@ -19,8 +19,8 @@ import tempfile
 from html import escape
 from pathlib import Path
 
+from nao_kin._core.browsers import find_browsers
 from nao_kin._core.files import write_bytes
-from nao_kin.viewer.browser import find_browser
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 SOURCE, TARGET = DOCS / "cheat_sheet.md", DOCS / "_static" / "cheat_sheet.pdf"
@@ -118,7 +118,7 @@ def _printed(html: str) -> bytes:
         page.write_text(html, encoding="utf-8")
         options = ["--headless", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer", f"--print-to-pdf={pdf}"]
         subprocess.run(
-            [find_browser(), *options, f"--user-data-dir={folder}/profile", page.as_uri()],
+            [find_browsers()[0], *options, f"--user-data-dir={folder}/profile", page.as_uri()],
             check=True,
             capture_output=True,
             timeout=120,

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import gc
+import re
 import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,19 @@ from viewer_pages import chromium
 
 import nao_kin as nk
 
+# Without one of its packages the default installation is tested: what needs more is skipped.
+_WITHOUT_TEST = any(find_spec(name) is None for name in ("mpmath", "numba", "pyarrow", "sympy"))
+
 settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=20)
 settings.register_profile("thorough", settings.get_profile("nao_kin"), max_examples=60)  # once a week
 settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=4)
 settings.load_profile("nao_kin")
+
+
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
+    """Know the setting of pytest-timeout without it too: the default installation has pytest alone."""
+    if not pluginmanager.has_plugin("timeout"):
+        parser.addini("timeout", "seconds after which a test fails, by pytest-timeout")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -26,7 +37,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: -item.path.stat().st_size)
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
+    if find_spec("numba") is None:
+        config.addinivalue_line("filterwarnings", "ignore::nao_kin.errors.NotCompiledWarning")
     # A tenth of the time went into looking for garbage in what is imported and collected.
     gc.set_threshold(100_000, 20, 100)
     # Programs that tests start end on SIGINT also if the tests run in the background, where it is ignored.
@@ -43,8 +56,34 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         return
     nk.warm_up([])
     nk.warm_up([name for name in nk._kernels.KERNELS if not name.startswith("ik")])
-    for name in ("ik kernel, bodies", "ik kernel, both legs"):
+    for name in {"ik kernel, bodies", "ik kernel, both legs"} & set(nk._kernels.KERNELS):  # none without Numba
         nk._kernels.KERNELS[name]._started = True  # half a minute in the background, of no use to a test that is short
+
+
+def _skipped(report: Any, error: BaseException | str, path: Path) -> None:
+    """Skip what needs a package of the extra [test], and say which, if that extra is not installed."""
+    missing = re.search(r"No module named '([^']*)'|pip install", str(error))
+    if _WITHOUT_TEST and missing:
+        reason = f"needs {missing[1]}, of the extra [test]" if missing[1] else str(error)
+        report.outcome, report.longrepr = "skipped", (str(path), 0, f"Skipped: {reason}")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[Any]:
+    report = yield
+    if report.outcome == "failed":
+        _skipped(report, report.longreprtext, collector.path)
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Iterator[Any]:
+    report = yield
+    if call.excinfo is not None:
+        for error in (call.excinfo.value, call.excinfo.value.__cause__):
+            if isinstance(error, ImportError):
+                _skipped(report, error, item.path)
+    return report
 
 
 class _Browser:

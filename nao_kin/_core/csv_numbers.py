@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_decimal
+from nao_kin._core.files import MAX_NUMBERS
 from nao_kin._core.headings import (
     TIME_UNITS,
     IsoTimes,
@@ -39,6 +40,8 @@ _LARGE = 1 << 20
 _PARSED_AT_ONCE = 1 << 20
 # Beginnings of comment lines above the header.
 _COMMENTS = ("#", "%", "//")
+# Longer headings would take long to understand.
+_LONGEST_HEADING = 200
 # Number of bytes of the first rows, which show the decimal mark and the form of times.
 _SHOWN_ROWS = 1 << 16
 _COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
@@ -100,6 +103,9 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
         first = next(records, (0, [], ""))[1]
         above += last
         size += sum(map(len, lines[above - last : above]))
+    longest = max(map(len, fields))
+    if longest > _LONGEST_HEADING:
+        raise BadInputFile(name, f"a heading of {longest} characters, expected at most {_LONGEST_HEADING}", line)
     rows = _SECONDS_FRACTION.sub(b"", block[size : size + _SHOWN_ROWS]) if delimiter != "," else b""
     commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
     return CsvHead(tuple(fields), line, delimiter, "," if commas else ".", above, size, tuple(first))
@@ -107,7 +113,7 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
 
 def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
     """Return the numbers of whole lines (n, places) by pyarrow; None if the csv module must read them (quotes)."""
-    if b'"' in block:
+    if b'"' in block or not table.places:  # of which pyarrow would return all columns
         return None
     import pyarrow as pa
     from pyarrow import csv as pyarrow_csv
@@ -333,6 +339,8 @@ def read_csv(
     head = csv_head(name, data, expected)
     body = data[head.size :]
     table = understood(head).of_csv(head, body)
+    if (line_ends(body) + 1) * len(table.places) > MAX_NUMBERS:
+        raise BadInputFile(name, f"more than {MAX_NUMBERS} numbers")
     if len(data) > _LARGE and has_pyarrow():
         numbers = quick_numbers(body, table)
         if numbers is not None and len(numbers):

@@ -7,18 +7,23 @@ directly. An existing file keeps its mode and its owner.
 from __future__ import annotations
 
 import gzip
+import io
 import json
 import math
 import os
 import re
 import stat
 import sys
+import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import IO, Any, BinaryIO, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
@@ -394,25 +399,20 @@ def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str,
             raise
 
 
-# --- The text of a file that a user names, or of standard input.
+# --- The content of a file that a user names, or of standard input.
 
-# Largest content read from a packed file, and from a pipe or device, which may have no end.
-MAX_BYTES = 1 << 30
+# Largest content of a file that is read whole, and of all arrays in one: unpacked, in bytes and in numbers.
+MAX_BYTES, MAX_NUMBERS = 1 << 30, 10**8
 
 
 def read_bounded(file: BinaryIO | gzip.GzipFile, name: str) -> bytes:
-    """Return the content of an open file; at most 2³⁰ bytes of a packed file, a pipe or a device."""
-    try:
-        regular = not isinstance(file, gzip.GzipFile) and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
-    except (OSError, ValueError):  # held in memory
-        regular = True
-    if regular:
-        return file.read()
-    data = file.read(MAX_BYTES + 1)
-    if len(data) > MAX_BYTES:
-        what = "unpacked" if isinstance(file, gzip.GzipFile) else "and not a regular file; it may have no end"
-        raise BadInputFile(name, f"more than {MAX_BYTES} bytes {what}")
-    return data
+    """Return the content of an open file, unpacked; at most 2³⁰ bytes: a pipe or a device may have no end."""
+    content = io.BytesIO()
+    while content.tell() <= MAX_BYTES and (block := file.read(_COPIED_AT_ONCE)):
+        content.write(block)
+    if content.tell() > MAX_BYTES:
+        raise BadInputFile(name, f"more than {MAX_BYTES} bytes{' unpacked' * isinstance(file, gzip.GzipFile)}")
+    return content.getvalue()
 
 
 def opened(name: str, *, unpack: bool = True) -> BinaryIO:
@@ -460,19 +460,59 @@ def read_table_text(name: str, what: str, advice: str = "") -> tuple[str, bool]:
 
 @contextmanager
 def numpy_errors(name: str, wrong: str) -> Iterator[None]:
-    """Turn errors inside the context, which reads a .npy or .npz file, into a `BadInputFile` that begins with `wrong`.
+    """Turn errors of NumPy's and zipfile's readers inside the context into a `BadInputFile` that begins with `wrong`.
 
-    Errors of the operating system pass: the file may be sound.
+    Errors of the operating system pass, and too little memory: the file may be sound.
     """
     try:
         yield
-    except NaoKinError:
+    except (NaoKinError, MemoryError):
         raise
     except Exception as error:  # NumPy and zipfile raise errors of a dozen types for a broken file, tokenize's too
         if isinstance(error, OSError) and error.errno is not None:
             raise
         text = error.args[0] if error.args and isinstance(error.args[0], str) else error
         raise BadInputFile(name, f"{wrong}: {abbreviated(text)}") from None
+
+
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
+def read_arrays(
+    name: str, data: bytes, wanted: Container[str] | None = None, *, wrong: str = "not a readable file of NumPy"
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays in the bytes of a .npz file, by name, or the one of a .npy file under the name "".
+
+    Nothing is unpickled. Only the `wanted` arrays of an archive are unpacked, and only after their stated sizes are
+    found to be at most `MAX_BYTES` and `MAX_NUMBERS` together. An error is a `BadInputFile` that begins with `wrong`.
+    """
+    with numpy_errors(name, wrong):
+        if not zipfile.is_zipfile(io.BytesIO(data)):
+            _check_sizes(name, [(io.BytesIO(data), len(data))])
+            return {"": np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)}
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            parts = {part.filename.removesuffix(".npy"): part for part in archive.infolist()}
+            parts = {key: part for key, part in parts.items() if wanted is None or key in wanted}
+            _check_sizes(name, ((archive.open(part), part.file_size) for part in parts.values()))
+            found = {}
+            for key, part in parts.items():
+                with archive.open(part) as file:
+                    found[key] = np.lib.format.read_array(file, allow_pickle=False)
+            return found
+
+
+def _check_sizes(name: str, files: Iterable[tuple[IO[bytes], int]]) -> None:
+    """Refuse .npy files, each with its size, that state more than is read, or than they have."""
+    size, count = 0, 0
+    for opened_file, stated in files:
+        with opened_file as file:
+            shape, _, kind = _HEADERS[np.lib.format.read_magic(file)](file)
+            if min(shape, default=0) < 0 or (math.prod(shape) * kind.itemsize > stated and not kind.hasobject):
+                raise ValueError(f"{stated} bytes, too few for an array {abbreviated(shape)} of {abbreviated(kind)}")
+            size, count = size + stated, count + math.prod(shape)
+    if size > MAX_BYTES or count > MAX_NUMBERS:
+        what = f"{size} bytes and {count} numbers unpacked"
+        raise BadInputFile(name, f"{what}; at most {MAX_BYTES} bytes and {MAX_NUMBERS} numbers are read")
 
 
 # --- TOML files.

@@ -19,6 +19,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.text import MAX_SHOWN, quoted
+from nao_kin.errors import BadInputFile
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
@@ -53,18 +54,26 @@ _TIME = re.compile(
 # Words in names that are probably those of times, too.
 _LIKE_TIME = re.compile(r"(?:^|[^a-z])(?:time|stamp|timestamp|clock)(?:$|[^a-z])", re.IGNORECASE)
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
+# A longer text is no heading; matching it would take the square of its length.
+_LONGEST_HEADING = 200
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
 DEVICE = "Device/SubDeviceList/"
 _SENSOR = re.compile(rf"(?:{DEVICE})?(?:InertialSensor/)?(?P<name>.+?)(?:/Sensor/Value)?")
 _PLOTTED = re.compile(r"(?P<topic>.*)/(?P<joint>[^/]+)/position")
 # Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
-# Seconds since 1970 have ten digits until the year 2286; larger numbers are in a smaller unit.
-_LARGEST_SECONDS = 1e11
-# Rows of a log follow each other faster than this [s].
+# Seconds since 1970 have ten digits from 2001 until 2286; larger numbers are in a smaller unit.
+_SINCE_1970 = 1e9, 1e11
+# Rows of a clock since 1970 follow each other faster than this [s].
 _LONGEST_STEP = 1e3
+# A time step [s] above this is in a smaller unit: of frames, and of a log or a motion, whose keys may be farther apart.
+_FRAME_STEP, _KEY_STEP = 1.0, 5.0
+# Fewer rows than these may be keys at any distance.
+_FEW_ROWS = 10
+# The longest motion or skeleton [s], and the rates of its frames [Hz].
+LONGEST, _RATES = 86_400.0, (1.0, 1000.0)
 # The first times show the unit, so that it does not depend on how much of a log is read at once.
-_FIRST_TIMES = 100
+FIRST_TIMES = 100
 _ISO_TIME = re.compile(
     r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<time>\d\d:\d\d(?::\d\d(?:[.,](?P<fraction>\d+))?)?) ?"
     r"(?P<zone>Z|(?P<sign>[+-])(?P<hours>[01]\d|2[0-3]):?(?P<minutes>[0-5]\d)?)?",
@@ -96,7 +105,7 @@ class Heading:
 def read_heading(text: str) -> Heading:
     """Return the name and the unit of a heading; for a key of NAOqi's devices, the joint."""
     text = text.strip()
-    match = _HEADING.fullmatch(text)
+    match = _HEADING.fullmatch(text) if len(text) <= _LONGEST_HEADING else None
     name, unit = (text, None) if match is None else (match["name"], match["unit"])
     device = _DEVICE.fullmatch(name)
     return Heading(name if device is None else device["joint"], unit)
@@ -182,29 +191,64 @@ def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
     return np.where(percent, values / 100.0, values)
 
 
-def time_unit_of(times: Floats) -> str:
-    """Return the unit that the size of times since 1970 implies; "s" for smaller ones, such as times since a start."""
-    first = _first(times)
+COLUMN_ADVICE = "a heading such as time [s], or columns= (--columns), says otherwise"
+
+
+def guessed_time_unit(times: Floats, *, frames: bool = False, advice: str = COLUMN_ADVICE) -> tuple[str, str]:
+    """Return the unit of times for which a file states none, and a note if it is not plain seconds.
+
+    The size of the first times decides if it is that of a clock since 1970; else their step, which is 1 ms to 1 s for
+    `frames` of a recording, and up to 5 s for rows that may also be the keys of a motion. `advice` ends the note.
+    """
+    first = times[np.isfinite(times)][:FIRST_TIMES]
     size = float(np.median(np.abs(first))) if first.size else 0.0
-    for unit in ("s", "ms", "us"):
-        if size < _LARGEST_SECONDS * TIME_UNITS[unit]:
-            return unit
-    return "ns"
-
-
-def guessed_time_unit(times: Floats) -> tuple[str, str]:
-    """Return the unit of times whose heading has none, by their size, and a note if it is not plain seconds."""
-    unit = time_unit_of(times)
-    advice = "a heading such as time [s], or columns= (--columns), says otherwise"
-    if unit != "s":
-        return unit, f"times are taken as {unit} since 1970, by their size; {advice}"
-    first = _first(times)
     step = float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0
-    return unit, f"times are taken as s, {step:.6g} s from row to row; {advice}" if step > _LONGEST_STEP else ""
+    units = ("s", "ms", "us", "ns")
+    low, high = _SINCE_1970
+    since = sum(size >= high * TIME_UNITS[unit] for unit in units[:-1])
+    if size >= low and step <= _LONGEST_STEP * TIME_UNITS[units[since]]:
+        unit, how = units[since], "since 1970, by their size"
+    elif frames or len(first) >= _FEW_ROWS:
+        longest = _FRAME_STEP if frames else _KEY_STEP
+        unit, how = units[sum(step > longest * TIME_UNITS[unit] for unit in units[:-1])], f"by their step of {step:.6g}"
+    else:
+        unit, how = "s", ""
+    if unit != "s":
+        return unit, f"times are taken as {unit} {how}; {advice}"
+    odd = step > _FRAME_STEP and not size >= low
+    return unit, f"times are taken as s, {step:.6g} s from row to row; {advice}" if odd else ""
 
 
-def _first(times: Floats) -> Floats:
-    return times[np.isfinite(times)][:_FIRST_TIMES]
+def seconds_of(
+    name: str, times: Floats, unit: str | None = None, *, frames: bool = False, advice: str = COLUMN_ADVICE
+) -> tuple[Floats, str]:
+    """Return the times of a file in seconds, and a note if their unit is guessed, as by `guessed_time_unit`.
+
+    Raises:
+        BadInputFile: times that do not ascend, or of more than a day; for `frames` also a rate outside 1 to 1000 Hz.
+    """
+    guessed, note = guessed_time_unit(times, frames=frames, advice=advice)
+    seconds = times / TIME_UNITS[unit or guessed]
+    steps = np.diff(seconds)
+    if not (steps > 0.0).all():
+        row = int(np.argmin(steps > 0.0)) + 1
+        raise BadInputFile(name, f"times must ascend, but {times[row]:.9g} follows {times[row - 1]:.9g} (time {row})")
+    refuse_long(name, seconds)
+    rate = 1.0 / float(np.median(steps)) if len(steps) else _RATES[0]
+    # A rate that is rounded to milliseconds may be somewhat beyond.
+    if frames and not 0.99 * _RATES[0] <= rate <= 1.01 * _RATES[1]:
+        raise BadInputFile(name, f"{rate:.6g} frames per second, expected 1 to 1000; {advice}")
+    return seconds, "" if unit else note
+
+
+def refuse_long(name: str, seconds: Floats) -> None:
+    """Refuse ascending times that last more than a day: what is done for each moment would not end."""
+    if len(seconds) and seconds[-1] - seconds[0] > LONGEST:
+        steps = np.diff(seconds)
+        row = int(steps.argmax())
+        step = f"{steps[row]:.6g} s of them from {seconds[row]:.9g} s to the next"
+        lasts = f"lasts {seconds[-1] - seconds[0]:.6g} s, {step}"
+        raise BadInputFile(name, f"{lasts}; expected at most a day, {LONGEST:g} s (is the unit of the times stated?)")
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import _thread
 import os
+import re
 import select
 import signal
 import sys
@@ -19,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
-from typing import TYPE_CHECKING, NoReturn
+from typing import IO, TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     import subprocess
@@ -120,7 +121,8 @@ def usable_cores() -> int:
 #
 # It ends the program and its process group, and removes FOLDER, in any of three cases: standard input has a byte or is
 # at its end, the supervisor's parent has changed, or the program has ended. It prints one line about how the program
-# ended. It also removes folders next to FOLDER whose names begin with PREFIX and whose supervisor has ended.
+# ended, and the last line that the program wrote to standard error. It also removes folders next to FOLDER whose names
+# begin with PREFIX and whose supervisor has ended.
 
 # This file is locked while the folder is in use; a lock ends with its process, and works across containers.
 _LOCK = "in_use"
@@ -128,6 +130,7 @@ _LOCK = "in_use"
 _YOUNG_SECONDS = 60.0
 _POLL_SECONDS = 0.02
 _KILL_SECONDS = _REMOVE_SECONDS = 0.3
+_TAIL_BYTES = 4096
 
 
 def main(folder: str, prefix: str, *command: str) -> None:
@@ -144,21 +147,48 @@ def main(folder: str, prefix: str, *command: str) -> None:
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             start_new_session=True,
+            bufsize=0,
         )
     except OSError as error:
         _say(f"does not start: {error.strerror or error}")
     else:
         _remove_orphans(os.path.dirname(folder), prefix)
+        errors = _Tail(program.stderr)
         while program.poll() is None and not asked and os.getppid() == parent:
-            if select.select([sys.stdin], [], [], _POLL_SECONDS)[0]:
+            if sys.stdin in errors.read(_POLL_SECONDS, sys.stdin):
                 break
         else:
-            _say(_end_of(program.poll()))
+            while errors.stream in errors.read(0.0):
+                pass
+            _say(f"{_end_of(program.poll())}\n{errors.last_line()}")
         kill_group(program)
     _remove(folder)
     del lock
+
+
+class _Tail:
+    """The end of what a program writes to its standard error."""
+
+    def __init__(self, stream: IO[bytes] | None) -> None:
+        self.stream, self._bytes = stream, b""
+
+    def read(self, seconds: float, *others: IO[Any]) -> list[Any]:
+        """Wait until the program has written, or one of other streams can be read; return the streams with news."""
+        ready = select.select([*others, *filter(None, [self.stream])], [], [], seconds)[0]
+        if self.stream is not None and self.stream in ready:
+            news = os.read(self.stream.fileno(), _TAIL_BYTES)
+            self._bytes = (self._bytes + news)[-_TAIL_BYTES:]
+            if not news:
+                self.stream = None
+        return ready
+
+    def last_line(self) -> str:
+        """Return the last fatal error of Chromium, or the last line, without the place in its source."""
+        lines = [line for line in self._bytes.decode("utf-8", "replace").splitlines() if line.strip()]
+        fatal = [line for line in lines if ":FATAL:" in line]
+        return re.sub(r"^\[[^\]]*\]\s*", "", (fatal or lines or [""])[-1]).strip()
 
 
 def _say(line: str) -> None:

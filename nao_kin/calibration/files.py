@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, finite_decimal, shaped, whole_number
 from nao_kin._core.csv_numbers import delimiter_of
-from nao_kin._core.files import described, read_json, read_text
-from nao_kin._core.text import quoted
+from nao_kin._core.files import MAX_NUMBERS, described, read_bytes, read_json, read_text
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
 from nao_kin.calibration.problem import AnyObservation
@@ -217,6 +217,8 @@ _UNITS = (1.0, 1e3, 1e6, 1e9)
 # Longest time between the rows of a log around a photo [s].
 _LONGEST_GAP = 0.5
 _MOST_CORNERS = 1000
+# A longer side would keep OpenCV busy for minutes, as a part of the other one.
+_LONGEST_SIDE = 10
 
 
 def from_photos(
@@ -342,6 +344,9 @@ def _photos(photos: Path | str | Iterable[Path | str]) -> list[Path]:
             raise BadArgument(f"photos must be a folder or paths of photos, got {quoted(photos)}") from None
         if not found:
             raise BadArgument("photos must have at least one path")
+    for path in found:
+        if not path.is_file():  # opening a named pipe would wait for ever
+            raise BadInputFile(str(path), "is no photo: there is no such regular file")
     return sorted(found)
 
 
@@ -383,7 +388,7 @@ def _outside(times: Floats, moments: Floats) -> Floats:
 
 def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
     """Return the configurations at the times of photos."""
-    if (np.diff(moments) <= 0.0).any():
+    if (np.diff(moments) < 0.0).any():
         raise BadArgument("the times of the log must ascend")
     early = _outside(times, moments)
     if early.max() > 0.0:
@@ -402,15 +407,21 @@ def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tu
 
     found, size, along = np.full((len(paths), columns * rows, 2), np.nan), None, np.ones(2)
     for number, path in enumerate(paths):
-        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        if image is None:
-            raise BadInputFile(str(path), "is no image that OpenCV reads")
-        own = image.shape[1], image.shape[0]
-        size = own if size is None else size
-        if own != size:
-            sizes = f"{own[0]} × {own[1]} pixels, the first one {size[0]} × {size[1]}"
-            raise BadArgument(f"photos must have one size: {path.name} has {sizes}")
-        seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY)
+        data = np.frombuffer(read_bytes(str(path), unpack=False), dtype=np.uint8)
+        try:
+            image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
+            if image is None:
+                raise BadInputFile(str(path), "is no image that OpenCV reads")
+            own = image.shape[1], image.shape[0]
+            size = own if size is None else size
+            pixels = f"{path.name} has {own[0]} × {own[1]} pixels"
+            if own != size:
+                raise BadArgument(f"photos must have one size: {pixels}, the first one {size[0]} × {size[1]}")
+            if image.size > MAX_NUMBERS or max(own) > _LONGEST_SIDE * min(own):
+                raise BadArgument(f"{pixels}; expected at most {MAX_NUMBERS}, and sides like those of a photo")
+            seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY)
+        except cv2.error as error:  # too many pixels, too little memory
+            raise BadInputFile(str(path), f"refused by OpenCV: {abbreviated(error)}") from None
         if not seen:
             continue
         corners = np.asarray(corners, dtype=np.float64).reshape(-1, 2)

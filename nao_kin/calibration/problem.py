@@ -100,8 +100,8 @@ class Problem:
         coordinates = {name: PLANAR if names[name].startswith(PLACE) else COORDINATES for name in names}
         self.unknowns = Unknowns(robot, joints, frames, coordinates, prior)
         self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
-        if not self.unknowns.offsets:
-            raise BadArgument("nothing to calibrate: name joints, or frames")
+        if not self.labels:
+            raise BadArgument("nothing to calibrate: name joints or frames, or unknown poses in the observations")
         known, self._scales = np.isfinite(self.unknowns.prior), self.unknowns.scales
         self._deviations = np.where(known, self.unknowns.prior, _WIDER * self._scales)
         self._limits = np.where(known, _DETERMINED * self.unknowns.prior, self._scales)

@@ -101,6 +101,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         # The reader of the output has closed it, and typer or rich exits. Let Python flush the output without an error.
         _discard_output()
         return 0
+    except MemoryError as error:
+        return _fail(f"not enough memory{f': {error}' if str(error) else ''}")
     except OSError as error:
         _discard_output()
         what = "write the output" if error.filename is None else f"use {abbreviated(error.filename)}"

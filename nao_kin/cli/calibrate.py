@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -66,6 +67,8 @@ class PhotoOptions:
         sides = re.fullmatch(r"(\d{1,4})\s*[xX×*]\s*(\d{1,4})", str(self.board))
         if sides is None:
             raise BadArgument(f"--board {self.board}: expected columns and rows of inner corners, as in 9x6")
+        # OpenCV reads it when it is loaded, and then decodes no picture with more pixels.
+        os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(atomic.MAX_NUMBERS))
         from nao_kin.calibration import from_photos
 
         place = None if self.place is None else np.array(numbers_of(self.place, "--place", 6))

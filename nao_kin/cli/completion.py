@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stderr
 from typing import TYPE_CHECKING, Any
 
 from typer.completion import completion_init  # type: ignore[attr-defined]  # imported there from a private module
+
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     import typer
@@ -80,6 +83,8 @@ _NAMES: dict[str, Callable[[Callable[[], RobotModel]], Iterable[str]]] = {
 }
 # Parameters that may have several names with commas.
 _WITH_COMMAS = ("frame",)
+# Parameters that name a file of the robot.
+_READ = ("urdf", "offsets")
 
 
 def complete(app: typer.Typer) -> int:
@@ -107,8 +112,15 @@ def names_for(parameter: str, load: Callable[[dict[str, Any]], RobotModel]) -> C
     if names is None:
         return None
 
+    def robot_of(parameters: dict[str, Any]) -> RobotModel:
+        # A key that is pressed neither waits for a named pipe nor runs the code of a xacro file.
+        given = [parameters[name] for name in _READ if parameters.get(name) is not None]
+        if parameters.get("xacro") or not all(map(os.path.isfile, given)):
+            raise BadArgument("no robot in a regular file of data")
+        return load(parameters)
+
     def completed(ctx: Any, incomplete: str) -> list[str]:
         before = incomplete[: incomplete.rfind(",") + 1] if parameter in _WITH_COMMAS else ""
-        return [before + name for name in names(lambda: load(ctx.params))]
+        return [before + name for name in names(lambda: robot_of(ctx.params))]
 
     return completed

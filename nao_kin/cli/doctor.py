@@ -7,7 +7,6 @@ import importlib.util
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from typing import Any
 
 import typer
 
+from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
@@ -25,6 +25,7 @@ from nao_kin._core.warn import need_extra
 from nao_kin._kernels.cache import warm_up
 from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
+from nao_kin.errors import NoBrowser
 
 # --- Libraries tried in a separate process, because incompatible binary libraries crash instead of raising.
 
@@ -92,7 +93,6 @@ _LIBRARIES = {"pin": "pinocchio"} | {
 }
 # These may be absent: Pinocchio includes them, or works without them.
 _OPTIONAL = ("eigenpy", "coal")
-_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
 
 @command("doctor", "Example: nao-kin doctor --json")
@@ -137,13 +137,19 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[s
     problems += [*_clashes(_version("pin"), _location("pinocchio"), variables), *model_problem(variables)]
     if _extra_version(EXTRAS["batch"]) is not None:
         problems += numba_problem(variables)
+    browser = None
+    try:
+        browser = str(find_browsers(variables)[0])
+    except NoBrowser as error:
+        if variables.get(VARIABLE):
+            problems.append(str(error))
     return {
         "python": platform.python_version(),
         "executable": sys.executable,
         "system": platform.platform(),
         "libraries": libraries,
         "extras": extras,
-        "browser": next((path for name in _BROWSERS if (path := shutil.which(name))), None),
+        "browser": browser,
         "problems": problems,
     }
 

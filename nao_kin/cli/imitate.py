@@ -21,7 +21,7 @@ from nao_kin.cli.options import (
     option,
 )
 from nao_kin.cli.output import print_json, print_written, progress
-from nao_kin.cli.sources import pairs_of
+from nao_kin.cli.sources import check_motion_file, pairs_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def imitate(
     html: str | None = option("PAGE", "Also write a page of the robot beside the person as a stick figure."),
     source: str | None = option("NAME", "Naming or order of points: mediapipe, mixamo, cmu … Default: found."),
     names: list[str] | None = option("POINT=JOINT", "The joint of FILE that is a point; repeatable."),
-    rate: float | None = option("HZ", "Frames per second of a file without times."),
+    rate: float | None = option("HZ", "Frames per second of a file without times, or instead of its times."),
     units: str | None = option("UNIT", "m, cm, mm, inch or cmu. Default: by the size of the trunk."),
     up: str | None = option("AXIS", "The axis that points up: z, y, -y … Default: that of the source."),
     start: float | None = option("S", "Leave out the frames before this time [s]."),
@@ -71,6 +71,7 @@ def imitate(
 
     sink = target.path
     written.check({"": sink, "--html": html})
+    check_motion_file(sink, to)
     model = robot.load()
     skeleton = imitation.read_skeleton(file, source=source, names=_pairs(names), rate=rate, units=units, up=up).between(
         start, end

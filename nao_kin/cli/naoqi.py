@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from json import dumps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -18,10 +17,9 @@ import typer
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
-from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import JSON, OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
-from nao_kin.cli.sources import posture_or_number
+from nao_kin.cli.sources import check_motion_file, posture_or_number
 from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
@@ -220,11 +218,7 @@ def live(
     if not view:
         page.refuse("leave out --no-view")
     if output is not None:
-        from nao_kin.motion import FORMATS
-
-        suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
-        if Path(output).suffix.lower() not in suffixes:  # refuse it now, not after the recording
-            raise BadArgument(f"no motion format for {abbreviated(output)}; end it in one of: {', '.join(suffixes)}")
+        check_motion_file(output)  # now, not after the recording
         atomic.check_replaceable(output, overwrite=written.force)
     model = robot.load()
     from nao_kin.naoqi import LolaSource, Lost, NaoqiSource, readings, recorded

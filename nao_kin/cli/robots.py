@@ -9,7 +9,7 @@ import typer
 
 from nao_kin._core.arrays import finite_or_none
 from nao_kin.cli.options import DEG, JSON, SEED, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import degrees_per, print_json, print_table, progress
+from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, progress
 
 if TYPE_CHECKING:
     from nao_kin.crosscheck import Report
@@ -153,11 +153,13 @@ def dh(
     from nao_kin.joints import dh_table
 
     table = dh_table(robot.load(), frame, "modified" if modified else "classic")
+    print_note(*table.notes)
     scale = degrees_per("rad", deg)
     if json:
         document = table.as_dict() | {"units": {"length": "m", "angle": "deg" if deg else "rad"}}
         for row in document["rows"]:
             row |= {"alpha": row["alpha"] * scale, "theta": row["theta"] * scale}
+        document["residual"]["rotation"] *= scale
         print_json(document | ({"symbolic": [str(entry) for entry in table.symbolic()]} if symbolic else {}))
         return
     angle = "°" if deg else "rad"

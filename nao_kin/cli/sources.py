@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import sys
 import zlib
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, finite_decimal
+from nao_kin._core.arrays import Floats, choice, finite_decimal
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
 from nao_kin._core.files import opened, read_bounded, read_table_text
 from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
@@ -107,6 +108,18 @@ def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
     if count not in (None, len(numbers)):
         raise BadArgument(f"{option} {quoted(text)}: {len(numbers)} numbers, expected {count}")
     return numbers
+
+
+def check_motion_file(path: str, to: str | None = None) -> None:
+    """Refuse a file to write whose suffix is no motion format, unless `to` names one, before any work for it."""
+    from nao_kin.motion import FORMATS
+
+    written = {name: known.suffixes for name, known in FORMATS.items() if known.write is not None}
+    suffixes = dict.fromkeys(itertools.chain(*written.values()))
+    if to is not None:
+        choice(to, written, "motion format")
+    elif Path(path).suffix.lower() not in suffixes:
+        raise BadArgument(f"no motion format for {abbreviated(path)}; end it in one of: {', '.join(suffixes)}")
 
 
 def pairs_of(allow: list[str] | None) -> list[tuple[str, str]]:

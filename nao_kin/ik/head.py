@@ -101,7 +101,7 @@ def head(
         0.5
         >>> marker = nao.position(nao.configuration({"HeadYaw": 0.5}), "HeadTouchFront_frame")
         >>> nk.ik.head(nao, position=1.01 * marker, frame="HeadTouchFront_frame").describe()
-        'out of reach by 2.271 mm; the nearest pose is off by 2.271 mm'
+        'out of reach; the nearest pose is off by 2.271 mm'
     """
     if _former:
         near = NEAR.argument(_former, near)

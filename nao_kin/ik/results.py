@@ -101,8 +101,8 @@ class Obstacles:
 
     Attributes:
         joint: which of the joints solved for is outside its limits, shape (...); −1 if none is.
-        needed: the value that this joint needs [rad, m]; without a joint, how far the target is out of reach [m] or by
-            how much the hips disagree [rad] or links overlap [m]; 0 if the target is reached; shape (...).
+        needed: the value that this joint needs [rad, m]; without a joint, how far the target is out of reach at least
+            [m], or by how much the hips disagree [rad] or links overlap [m]; 0 if the target is reached; shape (...).
         limit: the limit that the joint exceeds, shape (...) [rad, m]; 0 without a joint.
         links: which of `pairs` overlaps in the solution with the largest clearance, shape (...); −1 if none does. None
             if collisions were not checked.
@@ -240,7 +240,7 @@ class IKResult(Outcome):
 
         Examples:
             >>> nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0]).describe()
-            'out of reach by 789.3 mm; the nearest pose is off by 789.3 mm'
+            'out of reach; the nearest pose is off by 789.3 mm'
         """
         index = batch_index(index, self.reasons.shape)
         reason = Reason(int(self.reasons[index]))
@@ -256,7 +256,7 @@ class IKResult(Outcome):
             return f"reached, {count} {'solution' if count == 1 else 'solutions'}{named}"
         if reason is Reason.OUT_OF_REACH:
             hint = "; targets are in metres" if needed > MILLIMETRES_FROM else ""
-            return f"out of reach by {length_in_words(needed)}{nearest}{hint}"
+            return f"out of reach{nearest or f' by at least {length_in_words(needed)}'}{hint}"
         if reason is Reason.NOT_ENOUGH_JOINTS:
             return f"{len(self.joints)} joints do not make this pose{nearest}"
         if reason is Reason.HIPS_DISAGREE:

@@ -143,7 +143,7 @@ class WholeBodyResult(Outcome):
             if reason is not Reason.OUT_OF_REACH:
                 return "no pose found that stands on both feet: do their directions fit the shared hip motor?"
             hint = _METRES if beyond > MILLIMETRES_FROM else ""
-            return f"the feet cannot both be stood on: too far apart by {length_in_words(beyond)}{hint}"
+            return f"the feet cannot both be stood on: too far apart by at least {length_in_words(beyond)}{hint}"
         margin = float(self.margin[index])
         side = "inside" if margin >= 0.0 else "outside"
         where = f"centre of mass {length_in_words(abs(margin))} {side} the support polygon"

@@ -11,25 +11,26 @@ Source: Meredith and Maddock, Motion Capture File Formats Explained, University 
 
 from __future__ import annotations
 
-import io
+import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, choice, cross, finite_decimal, norm
+from nao_kin._core.arrays import Floats, choice, cross, finite_decimal, norm, shaped
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, plain_floats, read_csv
-from nao_kin._core.files import described, is_finite_number, numpy_errors, read_bytes, read_json
-from nao_kin._core.headings import TIME_UNITS, time_unit_of
+from nao_kin._core.files import described, is_finite_number, read_arrays, read_bytes, read_json
+from nao_kin._core.headings import seconds_of
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape
+from nao_kin.imitation.bones import doubt_of
 from nao_kin.imitation.skeleton import (
     NAMINGS,
     SIDES,
@@ -37,8 +38,13 @@ from nao_kin.imitation.skeleton import (
     Naming,
     Skeleton,
     assembled,
+    by_joint,
+    check_points,
     frame_times,
     key_of,
+    landmark_array,
+    named_points,
+    of_landmarks,
     refuse_plane,
     tables,
     with_names,
@@ -49,6 +55,12 @@ _SAMPLES = Path(__file__).with_name("samples")
 #: Small skeletons of our own making, to try things with: name → file.
 SAMPLES: Mapping[str, Path] = MappingProxyType(
     {name: _SAMPLES / file for name, file in (("wave", "wave.bvh"), ("bow", "bow.json"), ("circles", "circles.bvh"))}
+)
+# Other files of motion capture: their first bytes, and what they are.
+_OTHERS = (
+    (re.compile(rb"[\x01-\x08]\x50"), "a C3D file of motion capture: markers, not joints"),
+    (re.compile(rb"Kaydara FBX|\s*; FBX"), "an FBX file of motion capture, which Blender writes as BVH"),
+    (re.compile(rb"PathFileType"), "a TRC file of motion capture: markers, not joints"),
 )
 _CONTENTS = "BVH, JSON or CSV of points, a .npy or .npz array, or an .npz file of AMASS"
 
@@ -63,10 +75,15 @@ class _Options:
     units: str | None
     up: str | None
 
-    def naming(self, joints: Sequence[str]) -> Naming:
-        """Return the naming of the caller, or the one that gives the most points; then the one that they fill most."""
-        found = NAMINGS[self.source] if self.source else max(NAMINGS.values(), key=lambda naming: _fit(naming, joints))
-        return with_names(found, self.names, joints)
+    def naming(self, joints: Sequence[str], namings: Iterable[Naming] = NAMINGS.values()) -> tuple[Naming, list[str]]:
+        """Return the naming of the caller, or the one that gives the most points; then the one that they fill most.
+
+        A note names the one that was found.
+        """
+        if self.source:
+            return with_names(NAMINGS[self.source], self.names, joints), []
+        found = max(namings, key=lambda naming: _fit(naming, joints))
+        return with_names(found, self.names, joints), [f"names of {found.name}"]
 
 
 def _fit(naming: Naming, joints: Sequence[str]) -> tuple[int, float]:
@@ -96,11 +113,11 @@ def read_skeleton(
 
     Args:
         path: the file, unpacked if its name ends in .gz, or "-" for standard input.
-        source: the naming, or the order of points: "mediapipe", "kinect_v2", "azure_kinect", "coco17", "h36m17",
-            "smpl"; "mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "points" (`POINTS`). None finds it by
-            names, or by the number of points.
+        source: the naming, or the order of points: "mediapipe", "kinect_v2", "azure_kinect", "coco17", "body25",
+            "h36m17", "h36m32", "smpl"; "mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "daz", "points"
+            (`POINTS`). None finds it by names, or by the number of points and the lengths of bones, and notes it.
         names: name of `POINTS` → joint of the file, where its naming is another; "a + b" for the mean of two joints.
-        rate: frames per second of a file without times.
+        rate: frames per second, 1 to 1000, of a file without times, or instead of its times.
         units: as in `Skeleton.from_landmarks`.
         up: as in `Skeleton.from_landmarks`.
 
@@ -111,7 +128,7 @@ def read_skeleton(
 
     Examples:
         >>> wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
-        >>> wave.source, len(wave), wave.notes
+        >>> wave.source, len(wave), wave.notes[1:]
         ('mixamo', 65, ('y points up, by the direction of the trunk', 'unit cm, by the size of the trunk: 0.53 m'))
     """
     if not isinstance(path, (str, Path)) or not str(path):
@@ -121,6 +138,9 @@ def read_skeleton(
     name, options = str(path), _Options(source, names, rate, units, up)
     data = read_bytes(name)
     with _errors_of(name):
+        for first, what in _OTHERS:
+            if first.match(data):
+                raise BadInputFile(name, f"{what}; expected {_CONTENTS}")
         if data.startswith((b"\x93NUMPY", b"PK\x03\x04")):
             return _of_arrays(name, data, options)
         text = _text(name, data)
@@ -130,6 +150,21 @@ def read_skeleton(
         if start[:1] in ("{", "["):
             return _of_json(name, text, options)
         return _of_csv(name, text.encode(), options)
+
+
+def _seconds(
+    name: str,
+    options: _Options,
+    count: int,
+    times: Any = None,
+    unit: str | None = None,
+    advice: str = "rate= (--rate) says otherwise",
+) -> tuple[Floats, tuple[str, ...]]:
+    """Return the times of a file's frames [s], or those of the caller's rate, and a note if their unit is guessed."""
+    stated = times is None or options.rate is not None
+    given = frame_times(None, options.rate, count) if stated else shaped(times, (count,), "times")
+    seconds, note = seconds_of(name, given, "s" if stated else unit, frames=True, advice=advice)
+    return seconds, (note,) if note else ()
 
 
 @contextmanager
@@ -182,6 +217,7 @@ class _Bvh:
         )
         self._line = self._column = 1
         self.joints: list[_Joint] = []
+        self._names: set[str] = set()
         self._hierarchy()
         self.frame_time, self.values = self._motion()
 
@@ -231,8 +267,9 @@ class _Bvh:
         name = f"{self.joints[parent].name}_end" if end else " ".join(words)
         if not name:
             raise self._error("a joint without a name")
-        if not end and any(joint.name == name for joint in self.joints):
+        if not end and name in self._names:
             raise self._error(f"a second joint {quoted(name)}")
+        self._names.add(name)
         self.joints.append(_Joint(name, parent, channels=() if end else None))
         return len(self.joints) - 1
 
@@ -257,7 +294,8 @@ class _Bvh:
             elif word == "JOINT":
                 at = self._open(at)
             elif word == "End Site":
-                self._take("Site")
+                if not (site := self._take()).lower().startswith("site"):  # some number them: End Site-7
+                    raise self._error(f"{quoted(site, MAX_SHOWN)}, expected Site")
                 at = self._open(at, end=True)
             else:
                 if joint.channels is None or np.isnan(joint.offset).any():
@@ -315,7 +353,8 @@ def _of_bvh(file: _Bvh, options: _Options) -> Skeleton:
     joints = file.joints
     local = [file.local(joint) for joint in joints]
     rest = [(joint.offset[None], np.eye(3)[None]) for joint in joints]
-    times = np.linspace(0.0, (len(file.values) - 1) * file.frame_time, len(file.values))
+    count = len(file.values)
+    times, _ = _seconds(file.name, options, count, np.linspace(0.0, (count - 1) * file.frame_time, count), "s")
     return _of_tree(times, [joint.name for joint in joints], [joint.parent for joint in joints], local, rest, options)
 
 
@@ -331,7 +370,8 @@ def _of_tree(
     options: _Options,
 ) -> Skeleton:
     """Return the skeleton of joints that have positions and rotations relative to their parents, and a rest pose."""
-    naming = options.naming(names)
+    # The names of points in an order are those of other files.
+    naming, notes = options.naming(names, [naming for naming in NAMINGS.values() if not naming.orders])
     points, rotations = _forward(parents, local)
     resolved = naming.resolved(names)
     standing, _ = _forward(parents, rest)
@@ -342,9 +382,8 @@ def _of_tree(
         joint = resolved.get(part.replace("hand", "wrist"), ())
         if len(joint) == 1:
             turned[part] = rotations[at[joint[0]]] @ R_rest_part
-    return assembled(
-        times, dict(zip(names, points, strict=True)), naming, units=options.units, up=options.up, orientations=turned
-    )
+    joints = dict(zip(names, points, strict=True))
+    return assembled(times, joints, naming, units=options.units, up=options.up, orientations=turned, notes=tuple(notes))
 
 
 def _forward(parents: Sequence[int], local: Sequence[tuple[Floats, Floats]]) -> tuple[list[Floats], list[Floats]]:
@@ -396,17 +435,23 @@ def _nearest_axis(vector: Floats) -> Floats | None:
 def _of_amass(name: str, arrays: Mapping[str, NDArray[Any]], options: _Options) -> Skeleton:
     """Return the skeleton of the rotations of the joints of SMPL, SMPL-H or SMPL-X; those of fingers are left out."""
     table = tables()["smpl"]
-    joints, parents = table["order"], table["parents"]
+    joints, parents = NAMINGS["smpl"].order, table["parents"]
     turning = len(joints) - 2  # the hands of SMPL turn with the wrists in SMPL-H
     poses = arrays["poses"]
     if poses.ndim != 2 or poses.shape[1] < 3 * turning or poses.dtype.kind != "f" or not np.isfinite(poses).all():
         raise BadInputFile(name, f"poses must be finite numbers (n, {3 * turning} or more), got {poses.shape}")
     n = len(poses)
+    if not n:
+        raise BadInputFile(name, "poses has no frames")
     trans = arrays.get("trans", np.zeros((n, 3)))
     if trans.shape != (n, 3) or trans.dtype.kind != "f" or not np.isfinite(trans).all():
         raise BadInputFile(name, f"trans must be finite numbers ({n}, 3), got {trans.shape}")
     rates = [arrays[key] for key in ("mocap_framerate", "mocap_frame_rate") if key in arrays]
-    times = frame_times(None, options.rate if options.rate or not rates else float(rates[0]), n)
+    if rates and (rates[0].size != 1 or rates[0].dtype.kind not in "fiu"):
+        raise BadInputFile(name, f"mocap_framerate must be one number, got {rates[0].dtype} of shape {rates[0].shape}")
+    if rates and options.rate is None:
+        options = replace(options, rate=float(rates[0].item()))
+    times, _ = _seconds(name, options, n)
     rotations = exp(poses[:, : 3 * turning].astype(np.float64).reshape(n, turning, 3))
     still = np.tile(np.eye(3), (n, 1, 1))
     local, rest = [], []
@@ -440,7 +485,7 @@ def _of_json(name: str, text: str, options: _Options) -> Skeleton:
             raise BadInputFile(name, f"landmarks[{n}] has {len(frame)} points, another frame has {count}")
         for k, entry in enumerate(frame or ()):
             rows[n, k] = _landmark(name, entry, f"landmarks[{n}][{k}]")
-    return _of_array(rows, document.get("times"), options)
+    return _of_array(name, rows, document.get("times"), options)
 
 
 def _landmark(name: str, entry: Any, where: str) -> list[float]:
@@ -458,54 +503,125 @@ def _landmark(name: str, entry: Any, where: str) -> list[float]:
 
 def _of_arrays(name: str, data: bytes, options: _Options) -> Skeleton:
     """Return the skeleton in a .npy or .npz file, without unpickling anything."""
-    with numpy_errors(name, "not a readable file of NumPy"):
-        loaded = np.load(io.BytesIO(data), allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return _of_array(loaded, None, options)
-        if "poses" in loaded.files:
-            keys = ("poses", "trans", "mocap_framerate", "mocap_frame_rate")
-            return _of_amass(name, {key: loaded[key] for key in keys if key in loaded.files}, options)
-        arrays = {key: loaded[key] for key in loaded.files}
+    if not data.startswith(b"PK"):
+        return _of_array(name, read_arrays(name, data)[""], None, options)
+    amass = read_arrays(name, data, ("poses", "trans", "mocap_framerate", "mocap_frame_rate"))
+    if "poses" in amass:
+        return _of_amass(name, amass, options)
+    arrays = read_arrays(name, data)
     times = arrays.pop("times", None)
     points = [key for key, array in arrays.items() if array.ndim == 3]
     if len(points) != 1:
         listed = abbreviated(", ".join(f"{key} {array.shape}" for key, array in arrays.items()) or "none")
         raise BadInputFile(name, f"expected one array of points (n, k, 3 or 4), or poses of AMASS; arrays: {listed}")
-    return _of_array(arrays[points[0]], times, options)
+    return _of_array(name, arrays[points[0]], times, options)
 
 
-def _of_array(array: NDArray[Any], times: Any, options: _Options) -> Skeleton:
-    """Return the skeleton of points in the order of a source, which their number shows if it is not given."""
+def _of_array(name: str, array: Any, times: Any, options: _Options) -> Skeleton:
+    """Return the skeleton of points in the order of a source, which their number and their bones show."""
     count = array.shape[-2] if array.ndim > 1 else 0
-    fitting = [naming.name for naming in NAMINGS.values() if len(naming.order) == count and count]
-    if options.source is None and len(fitting) != 1:
-        known = ", ".join(f"{naming.name} ({len(naming.order)})" for naming in NAMINGS.values() if naming.order)
-        which = " or ".join(fitting) or f"no source has as many; points of each: {known}"
-        raise BadArgument(f"{count} points: {which}; state source= (--source)")
-    source = options.source or fitting[0]
+    fitting = [naming for naming in NAMINGS.values() if naming.order_of(count)]
+    if options.source is not None:
+        naming, notes = NAMINGS[options.source], list[str]()
+    elif fitting:
+        given = landmark_array(array, fitting[0])
+        refuse_plane(by_joint(given, fitting[0])[0])
+        orders = {naming.name: _Ordered(naming, *by_joint(given, naming)) for naming in fitting}
+        (naming, *_), *notes = _person_among(f"{count} points", orders, "source= (--source)")
+    else:
+        known = ", ".join(f"{naming.name} ({len(order)})" for naming in NAMINGS.values() for order in naming.orders)
+        raise BadArgument(f"{count} points: no source has as many; points of each: {known}; state source= (--source)")
     if options.names is not None:
-        raise BadArgument(f"names= is for joints with names; an array has the order of {source}")
-    return Skeleton.from_landmarks(array, source, times=times, rate=options.rate, units=options.units, up=options.up)
+        raise BadArgument(f"names= is for joints with names; an array has the order of {naming.name}")
+    array = landmark_array(array, naming)
+    seconds, noted = _seconds(name, options, len(array), times)
+    return of_landmarks(array, naming, times=seconds, units=options.units, up=options.up, notes=(*noted, *notes))
+
+
+class _Ordered(NamedTuple):
+    """Points without names, which have those of a source if they are in its order."""
+
+    naming: Naming
+    joints: Mapping[str, Floats]
+    confidence: Mapping[str, Floats]
+
+    def doubt(self) -> str:
+        """Return why these points are not those of a person; empty if nothing speaks against it."""
+        try:
+            points, sure = named_points(self.joints, self.naming, self.confidence)
+            check_points(points)
+        except BadArgument as error:
+            return str(error)
+        return doubt_of(points, sure)
+
+
+def _person_among(what: str, orders: Mapping[str, _Ordered], advice: str) -> tuple[_Ordered, str]:
+    """Return the only order in which points are those of a person, and a note on it.
+
+    Raises BadArgument if there is none, or more than one.
+    """
+    doubts = {label: order.doubt() for label, order in orders.items()}
+    fitting = [label for label, doubt in doubts.items() if not doubt]
+    if len(fitting) == 1:
+        others = [label for label in orders if label not in fitting]
+        shown = f"by the lengths of bones, not {' or '.join(others)}" if others else "by their number"
+        return orders[fitting[0]], f"{what} in the order of {fitting[0]}, {shown}"
+    why = f", but {next(iter(doubts.values()))}" if not fitting else ""
+    raise BadArgument(f"{what}: {' or '.join(fitting or orders)}{why}; state {advice}")
 
 
 # A column of a coordinate or a confidence: SpineBase_X, left_wrist.y, left_wrist_visibility; or z11, v_11.
-_CONFIDENCE = ("visibility", "confidence", "trackingstate", "state", "score", "v")
-_COLUMN = re.compile(rf"(?P<joint>.+?)[\s_.:-]*(?P<what>[xyz]|{'|'.join(_CONFIDENCE)})", re.IGNORECASE)
+_CONFIDENCE = ("trackingstate", "visibility", "confidence", "state", "score", "v")  # longer ones before their ends
 _NUMBERED = re.compile(rf"(?P<what>[xyz]|{'|'.join(_CONFIDENCE)})[\s_.:-]*(?P<joint>\d+)", re.IGNORECASE)
+_SIGNS = " \t_.:-"
 # Words around the name of a joint.
 _AROUND = re.compile(r"K4ABT_JOINT_|JointType_|landmark|[\s_.:-]position", re.IGNORECASE)
 
 
 def _column(heading: str) -> tuple[str, str]:
     """Return joint and "x", "y", "z" or "v" of a heading, or two empty texts."""
-    match = _NUMBERED.fullmatch(heading) or _COLUMN.fullmatch(heading)
-    if match is None:
-        return "", ""
-    joint, what = _AROUND.sub("", match["joint"]), match["what"].lower()
-    order = NAMINGS["mediapipe"].order
-    if key_of(joint).isdigit() and int(key_of(joint)) < len(order):
-        joint = order[int(key_of(joint))]
-    return joint, what if what in "xyz" else "v"
+    match = _NUMBERED.fullmatch(heading)
+    if match is not None:
+        joint, what = match["joint"], match["what"].lower()
+    else:
+        what = next((end for end in (*_CONFIDENCE, *"xyz") if heading.lower().endswith(end)), "")
+        joint = heading[: len(heading) - len(what)].rstrip(_SIGNS)
+        if not what or not joint:
+            return "", ""
+    return _AROUND.sub("", joint), what if what in "xyz" else "v"
+
+
+def _numbered(
+    joints: Mapping[str, Floats], confidence: Mapping[str, Floats], options: _Options
+) -> tuple[_Ordered, list[str]] | None:
+    """Return points with numbers in the order of a source, and a note on it; None unless there are some.
+
+    The order is that of a source with as many points, or of MediaPipe, counted from 0 or from 1. If the numbers allow
+    several, the lengths of bones decide.
+    """
+    at = {int(key_of(joint)): joint for joint in joints if re.fullmatch("[0-9]{1,3}", key_of(joint))}
+    if not at or any(key_of(part).isdecimal() for text in (options.names or {}).values() for part in text.split("+")):
+        return None
+    orders = {}
+    for naming in NAMINGS.values():
+        for order, first in itertools.product(naming.orders, (0, 1)):
+            whole = sorted(at) == [*range(first, first + len(order))]
+            part = naming.name == (options.source or "mediapipe") and first <= min(at) and max(at) < first + len(order)
+            if options.source in (None, naming.name) and (whole or part):
+                orders[f"{naming.name}, counted from {first}"] = _Ordered(
+                    naming,
+                    *(
+                        {order[k - first]: a[joint] for k, joint in at.items() if joint in a}
+                        for a in (joints, confidence)
+                    ),
+                )
+    if not orders:
+        return None
+    what, advice = f"{len(at)} numbered points", "source= (--source), or names= (--names) such as left_shoulder=11"
+    if options.source and len(orders) == 1:
+        return next(iter(orders.values())), [f"{what} in the order of {next(iter(orders))}"]
+    ordered, note = _person_among(what, orders, advice)
+    return ordered, [note]
 
 
 def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
@@ -519,6 +635,11 @@ def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
             return BadInputFile(name, reason, head.line, place + 1)
 
         table, _ = TableColumns.of(head.fields, (), units_of, error)
+        known = {_column(heading) for heading in table.names}
+        if not any({(joint, "y"), (joint, "z")} <= known for joint, what in known if what == "x"):
+            flat = any((joint, "y") in known for joint, what in known if what == "x")
+            reason = "only x and y: two coordinates give no directions" if flat else "no columns such as left_wrist_x"
+            raise BadInputFile(name, f"{reason}; expected columns x, y and z of each point")
         return replace(table, gaps=True)
 
     table, rows, _ = read_csv(name, data, understood, _CONTENTS)
@@ -528,22 +649,28 @@ def _of_csv(name: str, data: bytes, options: _Options) -> Skeleton:
         joint, what = _column(heading)
         columns.setdefault(joint, {})[what] = column
     joints = {joint: np.stack([c["x"], c["y"], c["z"]], 1) for joint, c in columns.items() if {*"xyz"} <= c.keys()}
-    if not joints:
-        flat = any({*"xy"} <= c.keys() for c in columns.values())
-        reason = "only x and y: two coordinates give no directions" if flat else "no columns such as left_wrist_x"
-        raise BadInputFile(name, f"{reason}; expected columns x, y and z of each point")
     if not len(rows):
         raise BadInputFile(name, "a header and no rows")
     refuse_plane(joints)
     stated = {unit for unit in table.units if unit}
     if len(stated) > 1:
         raise BadInputFile(name, f"columns in different units: {', '.join(sorted(stated))}")
-    seconds = None if times is None else times / TIME_UNITS[table.time_unit or time_unit_of(times)]
+    advice = "a heading such as time [s], or rate= (--rate), says otherwise"
+    seconds, noted = _seconds(name, options, len(rows), times, table.time_unit, advice)
+    confidence = {joint: columns[joint]["v"] for joint in joints if "v" in columns[joint]}
+    numbered = _numbered(joints, confidence, options)
+    if numbered is None:
+        naming, notes = options.naming(list(joints))
+    else:
+        ordered, notes = numbered
+        joints, confidence = {**ordered.joints}, {**ordered.confidence}
+        naming = with_names(ordered.naming, options.names, list(joints))
     return assembled(
-        frame_times(seconds, options.rate if times is None else None, len(rows)),
+        seconds,
         joints,
-        options.naming(list(joints)),
-        {joint: columns[joint]["v"] for joint in joints if "v" in columns[joint]},
+        naming,
+        confidence,
         units=options.units or next(iter(stated), None),
         up=options.up,
+        notes=(*noted, *notes),
     )

@@ -11,23 +11,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm, single_number
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
+from nao_kin.imitation.bones import CONFIDENCE
 from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
-from nao_kin.imitation.skeleton import POINTS, Skeleton, left_and_trunk
+from nao_kin.imitation.skeleton import POINTS, Skeleton, lacking_notes, left_and_trunk
 from nao_kin.imitation.stance import followed, in_place, stood
 from nao_kin.motion import Change, Motion, MotionReport, check, clamp, slow_down
 from nao_kin.robot import CollisionRule, RobotModel, check_robot
 from nao_kin.rotations import nearest_rotation, rot_z
 
-# Points with less confidence count as unknown.
-CONFIDENCE = 0.5
 # The points that nothing needs.
 _NEEDLESS = ("chest", "left_thumb", "right_thumb")
 # Length of a NAO's trunk, from the hips to the shoulders [m]: of the figure beside it.
 _TRUNK = 0.185
 # Samples per second of the check's collisions.
 _RATE = 200.0
+# Straight lines across longer gaps than this [s] are noted with their length.
+_NOTED = 1.0
+# In a longer pause between frames [s] nobody knows what the person did.
+_PAUSE = 5.0
 # Times that differ from evenly spaced ones by less than this share of a frame are evenly spaced.
 _EVEN = 0.01
 # Order of the low-pass filter, which runs forward and backward.
@@ -161,8 +164,8 @@ def imitate(
 
     Directions count, not places: each upper arm, forearm and hand, and the face, gets the direction in the torso that
     it has in the person's, or the nearest that the joints reach. Unknown points, and those with a confidence below 0.5,
-    are bridged in time by straight lines. Arms that overlap other links move outwards. Then time is stretched where a
-    joint would be too fast, and as a whole until the robot does not tip.
+    are bridged in time by straight lines; notes say in how many frames, and for how long. Arms that overlap other links
+    move outwards. Then time is stretched where a joint would be too fast, and as a whole until the robot does not tip.
 
     Args:
         robot: a NAO of any version, or another robot with arms, a neck and, unless they are ignored, legs of its
@@ -187,7 +190,9 @@ def imitate(
 
     Raises:
         BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or the slack is below zero;
+            frames are more than 5 s apart, so that nobody knows what the person did: `Skeleton.between` takes a part;
             hips or ankles are unknown, which legs="follow" needs.
+        DegeneratePoints: no frame shows where the shoulders or hips are.
         MissingExtra: SciPy is not installed, which filters; a cut-off of 0 needs none.
 
     Examples:
@@ -203,13 +208,17 @@ def imitate(
     choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
     choice(target, TARGETS, "target")
     rule, solver = CollisionRule.of(collisions), LimbMap(robot)
+    _refuse_pauses(skeleton.times)
     times, points, turned, notes = _filtered(skeleton, float(cutoff))
     if flag(mirror, "mirror"):
         points, turned = mirrored(points, turned)
     person = Directions.of(points, turned)
     torso = person.torso
+    if not np.isfinite(torso).all():
+        raise DegeneratePoints(f"no frame has shoulders or hips that are known with a confidence of {CONFIDENCE:g}")
     if target != "direction":
         person = to_places(solver, points, person, mixed=target == "mixed")
+    lacking = lacking_notes(skeleton.points, skeleton.orientations)
     wanted = person.only(arms=flag(arms, "arms"), head=flag(head, "head"))
     start = start_of(robot)
     solved = solver.solve(wanted, start, slack=slack)
@@ -248,7 +257,7 @@ def imitate(
         lean=lean,
         changes=changes,
         report=check(robot, motion, fill=start, rate=_RATE, collisions=rule or False, balance=stance is not None),
-        notes=(*skeleton.notes, *notes, *person.notes, *more),
+        notes=tuple(dict.fromkeys((*skeleton.notes, *lacking, *notes, *person.notes, *more))),
         skeleton=skeleton,
     )
 
@@ -286,6 +295,24 @@ def start_of(robot: RobotModel) -> Floats:
     return robot.clamp(robot.posture("StandInit") if "StandInit" in names else robot.neutral())
 
 
+def _refuse_pauses(times: Floats) -> None:
+    """Raise where frames are so far apart that filling the time between would be made up, and may have no end."""
+    steps = np.diff(times)
+    if len(steps) and steps.max() > _PAUSE:
+        k = int(steps.argmax())
+        raise BadArgument(
+            f"no frames between {times[k]:.6g} and {times[k + 1]:.6g} s; frames more than {_PAUSE:g} s apart are not "
+            "joined: take a part with between() (--start, --end), or mend the times, which are in seconds"
+        )
+
+
+def _longest_gap(times: Floats, known: NDArray[np.bool_]) -> float:
+    """Return the longest time between two known frames with unknown ones between, or to an end [s]."""
+    ends = np.concatenate([times[:1], times[known], times[-1:]])
+    unknown = np.concatenate([[not known[0]], np.diff(np.flatnonzero(known)) > 1, [not known[-1]]])
+    return float(np.max(np.diff(ends)[unknown], initial=0.0)) if known.any() else float(times[-1] - times[0])
+
+
 def _filtered(
     skeleton: Skeleton, cutoff: float
 ) -> tuple[Floats, dict[str, Floats], dict[str, Floats], tuple[str, ...]]:
@@ -302,12 +329,14 @@ def _filtered(
     for k, arrays in enumerate((needed, skeleton.orientations)):
         for name, array in arrays.items():
             columns = np.array(array).reshape(len(times), -1)
-            known = np.isfinite(columns).all(axis=1)
+            known: NDArray[np.bool_] = np.asarray(np.isfinite(columns).all(axis=1))
             if k == 0:
                 known &= skeleton.confidence.get(name, np.ones(len(times))) >= CONFIDENCE
             if not known.all():
                 label = name.replace("_", " ") + (" is unknown" if k == 0 else "'s orientation is unknown")
-                notes.append(f"{label} in {np.count_nonzero(~known)} of {len(times)} frames")
+                bridged = _longest_gap(times, known)
+                span = f", for up to {bridged:.2g} s" if bridged >= _NOTED else ""
+                notes.append(f"{label} in {np.count_nonzero(~known)} of {len(times)} frames{span}")
             if not known.any():
                 found[k][name] = np.full((len(even), *array.shape[1:]), np.nan)
                 continue

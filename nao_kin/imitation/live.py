@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, shaped, single_number
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.imitation.imitate import CONFIDENCE, start_of
+from nao_kin.imitation.bones import CONFIDENCE
+from nao_kin.imitation.imitate import start_of
 from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
 from nao_kin.imitation.skeleton import POINTS, UP_AXES, axis_matrix, check_points, ordered_naming
 from nao_kin.robot import RobotModel
@@ -39,7 +40,6 @@ class Imitator:
         slack: as in `imitate` [rad].
 
     Attributes:
-        q: the last configuration, shape (nq,); that of the posture "StandInit" at first.
         joints: the joints that move.
 
     Raises:
@@ -66,26 +66,27 @@ class Imitator:
         cutoff: float = 4.0,
         slack: float = 0.1,
     ) -> None:
-        naming = ordered_naming(source)
-        if up is None and naming.axes is None:
+        self._naming = ordered_naming(source)
+        if up is None and self._naming.axes is None:
             raise BadArgument(f'{source} has no fixed axes; state the one that points up, such as up="z"')
-        axes = naming.axes if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
+        axes = self._naming.axes if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
         check_tolerance(cutoff, "cutoff")
         check_tolerance(slack, "slack")
         self._map, self._slack, self._cutoff = LimbMap(robot), float(slack), float(cutoff)
         self._parts = {"arms": flag(arms, "arms"), "head": flag(head, "head")}
         self._mirror = flag(mirror, "mirror")
         self.joints = self._map.joints
-        self.q = start_of(robot)
-        resolved = naming.resolved(naming.order)
-        self._names = tuple(resolved)
-        at = {name: k for k, name in enumerate(naming.order)}
-        self._rows = np.array([[at[parts[0]], at[parts[-1]]] for parts in resolved.values()])
+        self._q = start_of(robot)
         self._turn = axis_matrix(axes or ())
-        self._levels, self._count = naming.levels, len(naming.order)
-        self._points: Floats | None = None
+        self._names: tuple[str, ...] = ()
+        self._points = np.empty((0, 3))
         self._time = -math.inf
         self._speeds = np.array([robot.joints.limits(name)[2] for name in self.joints])
+
+    @property
+    def q(self) -> Floats:
+        """The last configuration, shape (nq,); that of the posture "StandInit" at first."""
+        return self._q.copy()
 
     def step(self, frame: ArrayLike | Mapping[str, ArrayLike], time: float) -> Floats:
         """Return the configuration for a frame, no farther from the last one than the joints move in the time between.
@@ -95,7 +96,8 @@ class Imitator:
 
         Args:
             frame: points in the order of the source, shape (k, 3) or (k, 4), the fourth entry the confidence; or name
-                of `POINTS` → (3,), in a right-handed frame with z up. In any unit.
+                of `POINTS` → (3,), in a right-handed frame with z up. In any unit, which must not change. Other names
+                than those of the last frame begin anew: nothing is known of their last places.
             time: of the frame, later than that of the last one [s].
 
         Raises:
@@ -116,11 +118,11 @@ class Imitator:
         now = single_number(time, "time")
         if not self._time < now < math.inf:
             raise BadArgument(f"time must be later than {self._time:g} s, that of the last frame, got {now:g}")
-        points = self._named(frame) if isinstance(frame, Mapping) else self._of_source(frame)
+        names, points = self._named(frame)
         # The first frame moves nothing, for there is no time to do so.
         passed, self._time = (min(now - self._time, _LONGEST) if self._time > -math.inf else 0.0), now
-        if self._points is None:
-            self._points = points
+        if names != self._names:
+            self._names, self._points = names, points
         else:
             share = 1.0 - math.exp(-2.0 * math.pi * self._cutoff * passed) if self._cutoff > 0.0 else 1.0
             moved = self._points + share * (points - self._points)
@@ -130,31 +132,32 @@ class Imitator:
         named = {name: self._points[None, k] for k, name in enumerate(self._names)}
         if self._mirror:
             named, _ = mirrored(named, {})
-        found = self._map.solve(Directions.of(named).only(**self._parts), self.q, slack=self._slack).q[0]
+        found = self._map.solve(Directions.of(named).only(**self._parts), self._q, slack=self._slack).q[0]
         columns, most = self._map.columns, self._speeds * passed
-        step = found[columns] - self.q[columns]
+        step = found[columns] - self._q[columns]
         # All joints slow down alike, which keeps the way to the goal straight.
         slower = float(np.max(np.abs(step) / np.maximum(most, 1e-12), initial=1.0))
-        self.q = np.array(self.q)
-        self.q[columns] += step / slower
+        self._q[columns] += step / slower
         if slower > 1.0:
-            self.q = self._map.robot.clamp(self.q)  # the range of a coupled limit is not convex
-        return np.array(self.q)
+            self._q = self._map.robot.clamp(self._q)  # the range of a coupled limit is not convex
+        return self.q
 
-    def _of_source(self, frame: ArrayLike) -> Floats:
-        array = as_floats(frame, (), "frame", gaps=True)
-        if array.ndim != 2 or array.shape[0] != self._count or array.shape[1] not in (3, 4):
-            raise WrongShape("frame", f"({self._count}, 3 or 4)", array.shape)
-        points = array[:, :3]
+    def _named(self, frame: ArrayLike | Mapping[str, ArrayLike]) -> tuple[tuple[str, ...], Floats]:
+        """Return the names of `POINTS` that a frame gives, in their order, and their places in the world's axes."""
+        if isinstance(frame, Mapping):
+            for name in frame:
+                choice(name, POINTS, "point")
+            points = {name: shaped(frame[name], (3,), name, gaps=True) for name in POINTS if name in frame}
+            check_points({name: point[None] for name, point in points.items()})
+            return tuple(points), np.array([*points.values()])
+        array, naming = as_floats(frame, (), "frame", gaps=True), self._naming
+        order = naming.order_of(len(array)) if array.ndim == 2 else ()
+        if not order or array.shape[1] not in (3, 4):
+            counts = ", ".join(str(len(order)) for order in naming.orders)
+            raise WrongShape("frame", f"({counts}, 3 or 4)", array.shape)
+        places = array[:, :3]
         if array.shape[1] == 4:
-            points = np.where(array[:, 3:] >= CONFIDENCE * self._levels, points, np.nan)
-        return np.asarray(points[self._rows].mean(axis=1) @ self._turn.T)
-
-    def _named(self, frame: Mapping[str, ArrayLike]) -> Floats:
-        for name in frame:
-            choice(name, POINTS, "point")
-        points = {name: shaped(value, (3,), name, gaps=True) for name, value in frame.items()}
-        check_points({name: point[None] for name, point in points.items()})
-        if tuple(points) != self._names:
-            self._names, self._points = tuple(points), None
-        return np.array(list(points.values()))
+            places = np.where(array[:, 3:] >= CONFIDENCE * naming.levels, places, np.nan)
+        resolved = naming.resolved(order)
+        rows = [(order.index(parts[0]), order.index(parts[-1])) for parts in resolved.values()]
+        return tuple(resolved), np.asarray(places[rows, :].mean(axis=1) @ self._turn.T)

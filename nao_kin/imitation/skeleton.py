@@ -21,6 +21,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, d
 from nao_kin._core.files import read_toml
 from nao_kin._core.text import abbreviated, nearest_names, one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
+from nao_kin.imitation.bones import doubt_of
 
 SIDES = ("left_", "right_")
 _TRUNK = ("pelvis", "chest", "neck", "head", "nose")
@@ -58,12 +59,17 @@ UP_AXES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
         "-x": ("y", "-z", "-x"),
     }
 )
+# Points that show, with both ears, where the face looks.
+_FACES = (("nose",), ("left_eye", "right_eye"))
 # The distance from the middle of the hips to the middle of the shoulders of an adult [m].
 _TRUNK_LENGTH = 0.5
+# A trunk that is shorter than this [m] has no direction.
+_SMALLEST = 1e-6
 # Of landmarks in an image, x and y are between 0 and 1, and the hips are farther than this from the origin.
 _IMAGE_HIPS = 0.1
-# In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this.
-_BACKWARDS = -0.5
+# In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this, by as much more in
+# a single frame: there, errors of 3 cm in all points may give -1.3.
+_BACKWARDS, _BACKWARDS_OF_A_FRAME = -0.5, -0.8
 
 
 @one_line_repr
@@ -200,8 +206,8 @@ class Skeleton:
         Args:
             landmarks: shape (n, k, 3) or (n, k, 4), the fourth entry a confidence; (k, 3) or (k, 4) for one frame. NaN
                 for unknown points. k is the number of points of the source.
-            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "azure_kinect" (32), "coco17", "h36m17" or
-                "smpl" (24).
+            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "azure_kinect" (32), "coco17", "body25",
+                "h36m17", "h36m32" or "smpl" (24, or 22, 52 or 55).
             times: shape (n,), ascending [s]. Without times and rate, there must be one frame, whose time is 0.
             rate: frames per second, instead of times.
             units: "m", "cm", "mm", "inch" or "cmu" (1/0.45 inch); None finds it by the size of the trunk.
@@ -218,18 +224,44 @@ class Skeleton:
             >>> nk.imitation.Skeleton.from_landmarks(landmarks, "mediapipe").points["nose"].shape
             (1, 3)
         """
-        naming = ordered_naming(source)
-        array = as_floats(landmarks, (), "landmarks", gaps=True)
-        if array.ndim == 2:
-            array = array[None]
-        k = len(naming.order)
-        if array.ndim != 3 or array.shape[1] != k or array.shape[2] not in (3, 4) or not len(array):
-            flat = "; two coordinates give no directions" if array.shape[-1:] == (2,) else ""
-            raise WrongShape("landmarks", f"(n, {k}, 3 or 4) for {source}{flat}", array.shape)
-        found = dict(zip(naming.order, np.moveaxis(array[..., :3], 1, 0), strict=True))
-        refuse_plane(found)
-        confidence = dict(zip(naming.order, array[..., 3].T, strict=True)) if array.shape[2] == 4 else {}
-        return assembled(frame_times(times, rate, len(array)), found, naming, confidence, units=units, up=up)
+        return of_landmarks(landmarks, ordered_naming(source), times=times, rate=rate, units=units, up=up)
+
+
+def of_landmarks(
+    landmarks: ArrayLike,
+    naming: Naming,
+    *,
+    times: ArrayLike | None,
+    rate: float | None = None,
+    units: str | None,
+    up: str | None,
+    notes: tuple[str, ...] = (),
+) -> Skeleton:
+    """Return the skeleton of an array of points, as `Skeleton.from_landmarks`, with notes on its order."""
+    array = landmark_array(landmarks, naming)
+    found, confidence = by_joint(array, naming)
+    refuse_plane(found)
+    stamps = frame_times(times, rate, len(array))
+    return assembled(stamps, found, naming, confidence, units=units, up=up, notes=notes)
+
+
+def landmark_array(landmarks: ArrayLike, naming: Naming) -> Floats:
+    """Return checked points in the order of a source, shape (n, k, 3 or 4)."""
+    array = as_floats(landmarks, (), "landmarks", gaps=True)
+    if array.ndim == 2:
+        array = array[None]
+    if array.ndim != 3 or not naming.order_of(array.shape[1]) or array.shape[2] not in (3, 4) or not len(array):
+        flat = "; two coordinates give no directions" if array.shape[-1:] == (2,) else ""
+        counts = ", ".join(str(len(order)) for order in naming.orders)
+        raise WrongShape("landmarks", f"(n, {counts}, 3 or 4) for {naming.name}{flat}", array.shape)
+    return array
+
+
+def by_joint(array: Floats, naming: Naming) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return joint of the source → places (n, 3), and → confidence (n,), if it is given, of points in its order."""
+    order = naming.order_of(array.shape[1])
+    places = dict(zip(order, np.moveaxis(array[..., :3], 1, 0), strict=True))
+    return places, dict(zip(order, array[..., 3].T, strict=True)) if array.shape[2] == 4 else {}
 
 
 def check_points(points: Mapping[str, Floats]) -> None:
@@ -272,10 +304,19 @@ class Naming:
 
     name: str
     points: Mapping[str, tuple[str, ...]]  # name of `POINTS` → alternatives in the source
-    order: tuple[str, ...] = ()
+    orders: tuple[tuple[str, ...], ...] = ()  # of the points of an array; several, if it may have several lengths
     axes: tuple[str, str, str] | None = None
     levels: float = 1.0
     unit: str | None = None  # where the trunk is not seen
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The usual order of the points of an array; none for names alone."""
+        return self.orders[0] if self.orders else ()
+
+    def order_of(self, count: int) -> tuple[str, ...]:
+        """Return the order of an array of so many points; none if the source has no such array."""
+        return next((order for order in self.orders if len(order) == count), ())
 
     def resolved(self, joints: Iterable[str]) -> dict[str, tuple[str, ...]]:
         """Return name → the joint, or the two joints, whose mean it is, for all points that the joints give."""
@@ -312,9 +353,9 @@ def _namings() -> dict[str, Naming]:
                 alternatives = tuple(text.replace("*", side).replace("^", side[0]) for text in table.get(part, ()))
                 points[part if part in _TRUNK else own + part] = alternatives
         axes = tuple(table["axes"]) if "axes" in table else None
-        found[name] = Naming(
-            name, points, tuple(table.get("order", ())), axes, table.get("levels", 1.0), table.get("unit")
-        )
+        endings = table.get("endings", [[]]) if "order" in table else ()
+        orders = tuple((*table["order"], *ending) for ending in endings)
+        found[name] = Naming(name, points, orders, axes, table.get("levels", 1.0), table.get("unit"))
     return found
 
 
@@ -359,12 +400,52 @@ def assembled(
     units: str | None = None,
     up: str | None = None,
     orientations: Mapping[str, Floats] = MappingProxyType({}),
+    notes: tuple[str, ...] = (),
 ) -> Skeleton:
     """Return the skeleton of points (n, 3) and orientations R_source_part in the axes and units of their source."""
     if units is not None:
         choice(units, UNITS, "unit")
     if up is not None:
         choice(up, UP_AXES, "axis")
+    mean, sure = named_points(joints, naming, confidence)
+    check_points(mean)
+    doubt = doubt_of(mean, sure)
+    found = list(notes)
+    _, trunk = left_and_trunk(mean)
+    axes, note = _axes(trunk, naming.axes, up)
+    found += note
+    A = axis_matrix(axes)
+    size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
+    if units is None:
+        units = _unit(size, naming.unit)
+        seen = size > 0.0
+        found.append(
+            f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
+        )
+    if size * UNITS[units] < _SMALLEST:
+        raise DegeneratePoints("shoulders and hips coincide in most frames, which show no trunk")
+    if naming.name == "mediapipe":
+        found += _image_landmarks(mean)
+    if doubt:
+        found.append(f"{doubt}: are these the points of {naming.name}?")
+    points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
+    turned = {name: A @ R for name, R in orientations.items()}
+    # Points that are not those of a person show no handedness.
+    if not doubt and _backwards(points):
+        points = {name: values * (1.0, -1.0, 1.0) for name, values in points.items()}
+        turned = {}
+        found.append(
+            "mirrored: face, toes and knees point backwards, as in left-handed axes; a horizontal axis is reversed, "
+            "and orientations are left out"
+        )
+    found += lacking_notes(points, turned)
+    return Skeleton(times, points, turned, sure, naming.name, tuple(found))
+
+
+def named_points(
+    joints: Mapping[str, Floats], naming: Naming, confidence: Mapping[str, Floats] = MappingProxyType({})
+) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return name of `POINTS` → places (n, 3), and → confidence in [0, 1], of the joints of a source."""
     resolved = naming.resolved(joints)
     for name in (side + "shoulder" for side in SIDES):
         if name not in resolved:
@@ -378,31 +459,21 @@ def assembled(
         if values:
             least = np.minimum(values[0], values[-1]) / naming.levels
             sure[name] = np.where(least > 0.0, np.minimum(least, 1.0), 0.0)  # also for NaN
-    check_points(mean)
-    notes = []
-    _, trunk = left_and_trunk(mean)
-    axes, note = _axes(trunk, naming.axes, up)
-    notes += note
-    A = axis_matrix(axes)
-    size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
-    if units is None:
-        units = _unit(size, naming.unit)
-        seen = size > 0.0
-        notes.append(
-            f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
-        )
-    if naming.name == "mediapipe":
-        notes += _image_landmarks(mean)
-    points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
-    turned = {name: A @ R for name, R in orientations.items()}
-    if _backwards(points) < _BACKWARDS:
-        points = {name: values * (1.0, -1.0, 1.0) for name, values in points.items()}
-        turned = {}
-        notes.append(
-            "mirrored: face, toes and knees point backwards, as in left-handed axes; a horizontal axis is reversed, "
-            "and orientations are left out"
-        )
-    return Skeleton(times, points, turned, sure, naming.name, tuple(notes))
+    return mean, sure
+
+
+def lacking_notes(points: Iterable[str], orientations: Iterable[str]) -> list[str]:
+    """Return notes on points that the robot's arms and head need, and that are missing."""
+    have, notes = {*points}, []
+    for part, limbs in (("elbow", "upper arms"), ("wrist", "forearms")):
+        lacking = [side + part for side in SIDES if side + part not in have]
+        if lacking:
+            limb = limbs if len(lacking) == len(SIDES) else f"the {lacking[0].split('_')[0]} {limbs.removesuffix('s')}"
+            notes.append(f"no {', '.join(lacking)}: {limb} keep{'s' * (len(lacking) == 1)} StandInit")
+    face = ({"neck", "nose", "head"}, *({"left_ear", "right_ear", *other} for other in _FACES))
+    if "head" not in orientations and not any(needed <= have for needed in face):
+        notes.append("no orientation of the head, no nose and ears: the head keeps StandInit")
+    return notes
 
 
 def left_and_trunk(points: Mapping[str, Floats]) -> tuple[Floats, Floats]:
@@ -462,35 +533,39 @@ def _image_landmarks(points: Mapping[str, Floats]) -> list[str]:
     return []
 
 
-def _backwards(points: Mapping[str, Floats]) -> float:
-    """Return the sum of cosines, positive if face, toes and knees point where left and up say that ahead is.
+def _backwards(points: Mapping[str, Floats]) -> bool:
+    """Return whether face, toes and knees point away from where left and up say that ahead is, as in a mirror.
 
-    It is the median over the frames in which such points are known.
+    The median of the sum of their cosines decides, over the frames in which such points are known. Up is along the
+    trunk for the face, along the shank for its toes, and along the leg for its knee: someone who kneels has toes that
+    point back.
     """
     left, trunk = left_and_trunk(points)
-    ahead = cross(left, trunk)
-    total = np.zeros(len(ahead))
+    hips = points["left_hip"] - points["right_hip"] if {"left_hip", "right_hip"} <= points.keys() else left
+    total = np.zeros(len(trunk))
 
-    def add(names: Sequence[str], direction: Callable[..., tuple[Floats, Floats]]) -> None:
-        """Add the cosine between `ahead` and a direction, which is given with the length to divide by."""
+    def add(names: Sequence[str], leftwards: Floats, directions: Callable[..., tuple[Floats, Floats, Floats]]) -> None:
+        """Add the cosine between ahead and a direction; `directions` returns it, a length to divide by, and up."""
         if all(name in points for name in names):
-            vector, length = direction(*(points[name] for name in names))
+            vector, length, up = directions(*(points[name] for name in names))
+            ahead = cross(leftwards, up)
             with np.errstate(invalid="ignore", divide="ignore"):
                 cosine = dot(vector, ahead) / (norm(ahead) * length)
             total[:] += np.where(np.isfinite(cosine), cosine, 0.0)
 
-    def bend(first: Floats, middle: Floats, last: Floats) -> tuple[Floats, Floats]:
+    def bend(first: Floats, middle: Floats, last: Floats) -> tuple[Floats, Floats, Floats]:
         """Return how far the middle of a limb is from the middle of its ends, and half the length of the limb."""
-        return middle - (first + last) / 2.0, (norm(middle - first) + norm(last - middle)) / 2.0
+        return middle - (first + last) / 2.0, (norm(middle - first) + norm(last - middle)) / 2.0, first - last
 
-    def step(first: Floats, last: Floats) -> tuple[Floats, Floats]:
-        return last - first, norm(last - first)
+    def step(first: Floats, last: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
+        return last - first, norm(last - first), up
 
     if "left_ear" in points:
-        add(("left_ear", "right_ear", "nose"), lambda a, b, nose: step((a + b) / 2.0, nose))
+        add(("left_ear", "right_ear", "nose"), left, lambda a, b, nose: step((a + b) / 2.0, nose, trunk))
     else:
-        add(("neck", "nose", "head"), bend)
+        add(("neck", "nose", "head"), left, lambda *along: (*bend(*along)[:2], trunk))
     for side in SIDES:
-        add((side + "ankle", side + "toe"), step)
-        add((side + "hip", side + "knee", side + "ankle"), bend)
-    return float(np.median(total[total != 0.0])) if total.any() else 0.0
+        add((side + "knee", side + "ankle", side + "toe"), hips, lambda knee, a, b: step(a, b, knee - a))
+        add((side + "hip", side + "knee", side + "ankle"), hips, bend)
+    known = total[total != 0.0]
+    return bool(len(known) and np.median(known) < _BACKWARDS + _BACKWARDS_OF_A_FRAME / len(known))

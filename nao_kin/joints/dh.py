@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -13,13 +13,19 @@ from nao_kin._core.text import html_table
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot
+from nao_kin.rotations import log
 
 DHConvention: TypeAlias = Literal["classic", "modified"]
 
 # Sine between two axes up to which they are parallel, and distance up to which lines meet [m].
 _PARALLEL, _MEETING = 1e-9, 1e-9
-# What is nearer to a multiple of π/12 or to a root than this is written as such.
+# Up to this sine they count as parallel if their common normal is farther away than the chain is long: files write π/2
+# with six digits, which puts it kilometres away.
+_ALMOST_PARALLEL = 1e-5
+# What is nearer to a multiple of π/12 or to a root than this is written as such, and axes turned by less are as given.
 _ROUNDING = 1e-12
+# Random configurations at which a table is compared with `fk`: too few to wait for a kernel.
+_COMPARED = 30
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,6 +56,9 @@ class DHTable:
         multipliers: value of a joint per coordinate, shape (n,).
         offsets: value of a joint when its coordinate is zero, shape (n,) [rad, m].
         nq: number of the robot's coordinates.
+        residual: largest difference between the product and the robot's `fk` in position and in rotation, at 30 random
+            configurations, shape (2,) [m, rad]: rounding, unless axes that are almost parallel count as parallel.
+        notes: which axes these are.
 
     Examples:
         >>> table = nk.joints.dh_table(nk.load_nao(), "LArm")
@@ -72,6 +81,13 @@ class DHTable:
     multipliers: Floats
     offsets: Floats
     nq: int
+    residual: Floats
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if isinstance(value := getattr(self, field.name), np.ndarray):
+                value.flags.writeable = False
 
     def fk(self, q: Any) -> Floats:
         """Return the pose of the frame in the root by the product of the table, shape (..., 4, 4) [m].
@@ -140,6 +156,8 @@ class DHTable:
             "rows": [dict(zip(("joint", "kind", "a", "alpha", "d", "theta"), row, strict=True)) for row in columns],
             "base": self.base.tolist(),
             "tool": self.tool.tolist(),
+            "residual": {"position": float(self.residual[0]), "rotation": float(self.residual[1])},
+            "notes": list(self.notes),
         }
 
     def __repr__(self) -> str:
@@ -156,9 +174,13 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
     """Return the Denavit–Hartenberg parameters of the chain from the root to a frame.
 
     Every chain of revolute and prismatic joints has them. Where they are not unique, d is zero between parallel axes,
-    and the normal of an axis that coincides with the one before is the one before. Axes within 1e-9 rad of parallel
-    count as parallel. The table of a calibrated robot, whose axes are not quite parallel or perpendicular, is exact
-    too, but its numbers are not round.
+    and the normal of an axis that coincides with the one before is the one before. Calibration offsets of joints change
+    only θ, B and E, because they turn about the joints' own axes.
+
+    Two roundings of π/2 in a file leave axes almost parallel, and their common normal kilometres away. Axes within
+    1e-5 rad count as parallel if it is farther away than the chain is long: the second one is turned about its joint's
+    origin. `notes` then say so, and `residual` says by how much the product differs from `fk`. Axes farther from
+    parallel are never turned, and d and θ may be large.
 
     Args:
         robot: any robot; of a floating base the table begins at its base link.
@@ -191,7 +213,7 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
         poses.append(poses[-1] @ joints.placements[row])
     z = [T[:3, :3] @ joints.axes[row] for T, row in zip(poses, rows, strict=True)]
     p = [T[:3, 3] for T in poses]
-    feet, normals = _normals(z, p, poses[0][:3, 0])
+    feet, normals, z, tilts = _normals(z, p, poses[0][:3, 0])
     n = len(rows)
     # On each axis: the feet of the normals from the axis before and to the next one.
     before = [feet[0][0] if feet else p[0], *(foot for _, foot in feet)]
@@ -208,11 +230,12 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
     if convention == "modified":
         a, alpha = np.roll(a, 1), np.roll(alpha, 1)
     T_root_frame = poses[-1] @ T_joint_frame
-    return DHTable(
+    names = tuple(joints.names[row] for row in rows)
+    table = DHTable(
         robot=robot.name,
         frame=frame,
         convention=convention,
-        joints=tuple(joints.names[row] for row in rows),
+        joints=names,
         kinds=tuple(joints.kinds[row] for row in rows),
         a=a + 0.0,
         alpha=alpha + 0.0,
@@ -224,38 +247,58 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
         multipliers=joints.multipliers[rows],
         offsets=joints.offsets[rows],
         nq=robot.nq,
+        residual=np.full(2, np.nan),
     )
+    q = robot.random(0, _COMPARED)
+    T, T_table = robot.fk(q, frame, reference=robot.tree.root), table.fk(q)
+    apart = T_table[:, :3, 3] - T[:, :3, 3], log(T[:, :3, :3].swapaxes(-1, -2) @ T_table[:, :3, :3])
+    residual = np.linalg.norm(apart, axis=-1).max(axis=-1)
+    turned = [f"{joint} ({tilt:.1e} rad)" for joint, tilt in zip(names[1:], tilts, strict=True) if tilt > _ROUNDING]
+    note = (
+        f"axes almost parallel to the one before count as parallel: {', '.join(turned)}; "
+        f"the product differs from fk by up to {residual[0]:.1e} m, {residual[1]:.1e} rad"
+    )
+    return replace(table, residual=residual, notes=(note,) if turned else ())
 
 
-def _normals(z: list[Floats], p: list[Floats], start: Floats) -> tuple[list[tuple[Floats, Floats]], list[Floats]]:
+def _normals(
+    axes: list[Floats], p: list[Floats], start: Floats
+) -> tuple[list[tuple[Floats, Floats]], list[Floats], list[Floats], list[float]]:
     """Return the feet of the common normals of consecutive axes, on the first and the second, and their directions.
 
-    A single axis has one direction, and no feet.
+    A single axis has one direction, and no feet. The third result are the axes with almost parallel ones parallel to
+    the axis before, and the fourth the sines of the angles by which they were turned.
     """
     feet: list[tuple[Floats, Floats]] = []
     normals: list[Floats] = []
-    origin = p[0]
+    tilts: list[float] = []
+    z, origin = list(axes), p[0]
+    reach = sum(float(np.linalg.norm(q - r)) for q, r in zip(p[1:], p, strict=False)) + _MEETING
     for i in range(len(z) - 1):
         across = np.cross(z[i], z[i + 1])
         sine = float(np.linalg.norm(across))
-        if sine > _PARALLEL:
+        parallel = sine <= _PARALLEL
+        if not parallel:
             n = across / sine
             # Points on the axes with the least distance: (p₁ + t z₁) − (p₀ + s z₀) is along n.
             s, t, _ = np.linalg.solve(np.column_stack((z[i], -z[i + 1], n)), p[i + 1] - p[i])
             f, g = p[i] + s * z[i], p[i + 1] + t * z[i + 1]
             x = -n if (g - f) @ n < -_MEETING else n
-        else:
+            parallel = sine <= _ALMOST_PARALLEL and max(abs(s), abs(t)) > reach
+        if parallel:
+            z[i + 1] = math.copysign(1.0, z[i] @ z[i + 1]) * z[i]
             f = p[i] + ((origin - p[i]) @ z[i]) * z[i]
             g = p[i + 1] + ((f - p[i + 1]) @ z[i + 1]) * z[i + 1]
             length = float(np.linalg.norm(g - f))
             before = normals[-1] if normals else _perpendicular(start, z[0])
             x = (g - f) / length if length > _MEETING else before
+        tilts.append(sine if parallel else 0.0)
         feet.append((f, g))
         normals.append(x)
         origin = g
     if not normals:
         normals.append(_perpendicular(start, z[0]))
-    return feet, normals
+    return feet, normals, z, tilts
 
 
 def _perpendicular(v: Floats, z: Floats) -> Floats:

@@ -7,10 +7,10 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     COUPLING_TOLERANCE,
@@ -22,14 +22,15 @@ from nao_kin._core.arrays import (
     flag,
     runs,
 )
+from nao_kin._core.headings import LONGEST
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import HOLD, Motion, check_both, checked_names, checked_rate
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
-from nao_kin.world import EDGES, DynamicBalance, dynamic_balance
+from nao_kin.world import EDGES, dynamic_balance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -296,6 +297,8 @@ _RATE = 1000.0
 _MOST_COLLISIONS = 1000
 # Samples per second of the balance, and samples at rest before and after the motion.
 _BALANCE_RATE, _REST = 100.0, 20
+# Samples whose balance is computed at once, and those around them that say which sole is in place.
+_BLOCK, _AROUND = 1 << 14, 500
 
 # Violations, and the number of omitted ones.
 _Found = tuple[list[MotionViolation], int]
@@ -329,7 +332,7 @@ def check(
         balance: also report where the robot tips, by `nk.world.dynamic_balance` at 100 samples per second; the robot
             stands still before and after the motion.
         limits: "enforce", or "measured" for a recorded motion: joints may be past their limits by the noise of sensors
-            (1°, 0.02 of a hand's opening), and the report counts them as `accepted`.
+            (5°, 0.02 of a hand's opening), and the report counts them as `accepted`.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -351,7 +354,7 @@ def check(
         ),
         *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
     ]
-    intervals, tips = _balance(balanced(robot, motion, fill)) if balance else ([], [])
+    intervals, tips = _balance(*balanced(robot, motion, fill)) if balance else ([], [])
     findings.append((tips, 0))
     rows = [(row, limits == "measured" and _is_noise(row)) for found, _ in findings for row in found]
     return MotionReport(
@@ -388,26 +391,40 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
     return kept, len(rows) - len(kept)
 
 
-def balanced(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> DynamicBalance:
-    """Return the balance during a motion, before and after which the robot stands still."""
-    steps = math.ceil(motion.duration * _BALANCE_RATE) + 2 * _REST
-    times = motion.start + (np.arange(steps + 1) - _REST) / _BALANCE_RATE
-    q = motion.configurations(robot, times=np.clip(times, motion.start, motion.end), fill=fill).q
-    return dynamic_balance(robot, times, q)
+class Margins(NamedTuple):
+    """The balance in n samples of a motion, as in `DynamicBalance`; `on_floor` (n, soles) only where it stands."""
+
+    times: Floats
+    on_floor: NDArray[np.bool_]
+    com_margin: Floats
+    margin: Floats
+    edge: NDArray[np.intp]
+    slower: Floats
 
 
-def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionViolation]]:
+def balanced(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> tuple[tuple[str, ...], Margins]:
+    """Return the soles, and the balance during a motion, before and after which the robot stands still."""
+    if not motion.duration <= LONGEST:
+        raise BadArgument(f"the balance of at most a day is sampled, {LONGEST:g} s, got {motion.duration:.6g} s")
+    count, parts = math.ceil(motion.duration * _BALANCE_RATE) + 2 * _REST + 1, list[Margins]()
+    for first in range(0, count, _BLOCK):
+        begin, end = max(0, first - _AROUND), min(count, first + _BLOCK + _AROUND)
+        times = motion.start + (np.arange(begin, end) - _REST) / _BALANCE_RATE
+        q = motion.configurations(robot, times=np.clip(times, motion.start, motion.end), fill=fill).q
+        found = dynamic_balance(robot, times, q)
+        on_floor = found.down.touching & found.stands[:, None]
+        every: tuple[Any, ...] = found.times, on_floor, found.com_margin, found.margin, found.edge, found.slower
+        parts.append(Margins(*(array[first - begin :][:_BLOCK] for array in every)))
+    return found.down.soles, Margins(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _balance(soles: tuple[str, ...], found: Margins) -> tuple[list[BalanceInterval], list[MotionViolation]]:
     """Return the intervals in which the same soles are on the floor, and those in which the robot tips."""
-    times = found.times[_REST:-_REST]
-    kept = slice(_REST, _REST + len(times))
-    on_floor = found.down.touching[kept] & found.stands[kept, None]
-    com_margin, margin, edge, slower = (
-        array[kept] for array in (found.com_margin, found.margin, found.edge, found.slower)
-    )
+    times, on_floor, com_margin, margin, edge, slower = (array[_REST:-_REST] for array in found)
     intervals, tips = [], []
     changes = np.flatnonzero(np.diff(on_floor, axis=0).any(axis=1)) + 1
     for part in itertools.starmap(slice, itertools.pairwise([0, *changes.tolist(), len(times)])):
-        names = tuple(name for name, down in zip(found.down.soles, on_floor[part.start], strict=True) if down)
+        names = tuple(name for name, down in zip(soles, on_floor[part.start], strict=True) if down)
         span = float(times[part.start]), float(times[part.stop - 1])
         if not names:
             intervals.append(BalanceInterval(*span, (), math.nan, math.nan, math.nan, "", math.nan))
@@ -569,7 +586,7 @@ def plot(
         unit += "/s" if speed else ""
         axes.set_title(f"{name}{f' [{unit}]' if unit else ''}", fontsize=9)
     if balance:
-        _draw_margins(grid.flat[len(names)], balanced(robot, motion, fill))
+        _draw_margins(grid.flat[len(names)], balanced(robot, motion, fill)[1])
     for index, axes in enumerate(grid.flat):
         if index >= count:
             axes.set_visible(False)
@@ -579,7 +596,7 @@ def plot(
     return figure
 
 
-def _draw_margins(axes: Any, found: DynamicBalance) -> None:
+def _draw_margins(axes: Any, found: Margins) -> None:
     for margin, colour, name in ((found.com_margin, _LIMIT, "at rest"), (found.margin, _LINE, "moving")):
         axes.plot(found.times, 1e3 * margin, color=colour, linewidth=1.2, label=name)
     axes.axhline(0.0, color=_LIMIT, linewidth=0.9, linestyle="--")

@@ -375,7 +375,7 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 
     Args:
         robot: its axes determine the signs.
-        motion: the motion to mirror; names have left and right as in LHand, l_hand, hand_l or left_hand.
+        motion: the motion to mirror; names have left and right as in LHand, l_hand, arm_left_1 or FL_hip.
 
     Raises:
         UnknownName: a joint has no other side.

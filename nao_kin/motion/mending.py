@@ -344,7 +344,7 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
     """Return a motion that takes longer, until the robot does not tip."""
     motion, total = mended.motion, 1.0
     for _ in range(_TRIES):
-        found = balanced(robot, motion, fill)
+        _, found = balanced(robot, motion, fill)
         tips = found.margin < 0.0  # not where it is NaN
         if not tips.any():
             break

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
-import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, choice, colours, whole_number
-from nao_kin._core.files import numpy_errors, read_bounded
+from nao_kin._core.files import read_arrays, read_bytes
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 
@@ -77,9 +75,7 @@ COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"
 # During counting, every voxel of the box around the reach takes 32 bytes.
 MAX_VOXELS = 50_000_000
-# The parts of a file that do not grow with the number of voxels, and the largest size of each in bytes.
-_SMALL_PARTS, _MAX_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+_WRONG = "no reach map of nao-kin (.npz), or an incomplete one"
 
 
 def check_column(name: str) -> None:
@@ -103,40 +99,16 @@ def npz_bytes(settings: Mapping[str, Any], ranges: Sequence[SampleRange], arrays
 def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...], dict[str, NDArray[Any]]]:
     """Read the parts of a map: settings, ranges, and the arrays of its voxels."""
     name = abbreviated(path)
+    found = read_arrays(name, read_bytes(str(path), unpack=False), wrong=_WRONG)
     try:
-        with numpy_errors(name, "no reach map of nao-kin (.npz), or an incomplete one"):
-            with Path(path).open("rb") as file:
-                content = io.BytesIO(read_bounded(file, name))
-            _check_sizes(content)
-            content.seek(0)
-            with np.load(content, allow_pickle=False) as archive:
-                found = {part: archive[part] for part in archive.files}
-            if "format" not in found or str(found.pop("format")) != _FORMAT:
-                raise ValueError("of another format")
-            settings = json.loads(str(found.pop("settings")))
-            ranges = tuple((int(start), int(stop)) for start, stop in found.pop("ranges"))
-            _check_arrays(found, sum(stop - start for start, stop in ranges))
-    except OSError as error:
-        raise BadInputFile(name, error.strerror or "cannot be read") from None
+        if "format" not in found or str(found.pop("format")) != _FORMAT:
+            raise ValueError("of another format")
+        settings = json.loads(str(found.pop("settings")))
+        ranges = tuple((int(start), int(stop)) for start, stop in found.pop("ranges"))
+        _check_arrays(found, sum(stop - start for start, stop in ranges))
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        raise BadInputFile(name, f"{_WRONG}: {abbreviated(error)}") from None
     return settings, ranges, found
-
-
-def _check_sizes(content: io.BytesIO) -> None:
-    """Refuse an archive with larger arrays than any map has, before unpacking one of them."""
-    counts = set[int]()
-    with zipfile.ZipFile(content) as archive:
-        for part in archive.infolist():
-            with archive.open(part) as file:
-                shape, _, kind = _HEADERS[np.lib.format.read_magic(file)](file)
-            rows = shape[0] if shape else 1
-            if part.filename not in _SMALL_PARTS:
-                counts.add(rows)
-            elif math.prod(shape) * kind.itemsize > _MAX_BYTES:
-                raise ValueError(f"{part.filename} is too large")
-            if math.prod(shape) > 3 * rows or part.file_size > math.prod(shape) * kind.itemsize + _MAX_BYTES:
-                raise ValueError(f"{part.filename} is too large")
-    if len(counts) != 1 or max(counts) > MAX_VOXELS:
-        raise ValueError("arrays of different lengths, or too long")
 
 
 def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:

@@ -76,9 +76,11 @@ class SetDown:
         touching: whether each sole touches the floor, shape (..., n).
         corners: the corners of all soles in the world, sole after sole, shape (..., k, 3) [m].
         corner_soles: the index of each corner's sole, shape (k,).
-        corners_touching: whether each corner touches the floor, shape (..., k).
+        corners_touching: whether each corner touches the floor, shape (..., k): it is at most `tolerance` above the
+            floor, or on a sole that is known to carry, by contacts or forces.
         links: whether each link touches the floor with its shapes, in the order of `robot.link_names`.
-        stands: whether it was set down on soles; otherwise it rests on its lowest points; shape (...).
+        stands: whether it was set down on soles, also if it falls from them; otherwise it rests on its lowest points;
+            shape (...).
     """
 
     T_world_base: Floats
@@ -435,19 +437,19 @@ def _rows_down(
 ) -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
     """Return T_world_base, the corners, which of them touch, which links touch, and which rows stand.
 
-    `known` is which soles carry, shape (n, S), none where this is not known; where it is `measured`, or the robot falls
-    from its soles, all corners of these soles touch.
+    `known` is which soles carry, shape (n, S), none where this is not known. Where it is `measured`, all corners of
+    these soles touch; elsewhere, the corners that are at most `tolerance` above the floor.
     """
     T = np.asarray(robot.fk(rows, (*floor.links, *feet.names), reference=robot.tree.root))
     T_links, T_soles = T[:, : len(floor.links)], T[:, len(floor.links) :]
     corners = feet.placed(T_soles)
     used, stands = known.copy(), np.asarray(known.any(axis=1))
-    flat = np.asarray(stands & measured)
+    carrying = known & measured
     free = np.flatnonzero(~stands)
     down = np.empty((len(rows), 3)) if gravity is None else gravity
     if gravity is None:
         down[stands] = common_down(T_soles[stands], known[stands])
-        down[free], used[free], stands[free], flat[free] = _down_of(
+        down[free], used[free], stands[free] = _down_of(
             robot, floor, feet, rows[free], T_links[free], T_soles[free], corners[free]
         )
     heights = (corners @ down[..., None])[..., 0]
@@ -461,7 +463,7 @@ def _rows_down(
     in_world = corners @ R.swapaxes(1, 2) + T_world_base[:, None, :3, 3]
     links = np.zeros((len(rows), len(robot.link_names)), dtype=np.bool_)
     links[:, floor.rows] = floor.touching(T_links, down, deepest - tolerance)
-    touching = np.where(flat[:, None], used[:, feet.owner], in_world[..., 2] <= tolerance)
+    touching = np.where(carrying.any(axis=1, keepdims=True), carrying[:, feet.owner], in_world[..., 2] <= tolerance)
     return T_world_base, in_world, touching, links, stands
 
 
@@ -493,8 +495,8 @@ def _mean_down(T_soles: Floats, carrying: NDArray[np.bool_] | None = None) -> tu
 
 def _down_of(
     robot: RobotModel, floor: Floor, feet: Feet, rows: Floats, T_links: Floats, T_soles: Floats, corners: Floats
-) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the direction down of each row, its soles on the floor, (n, S), whether it stands, and falls from them."""
+) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the direction down of each row, its soles on the floor, shape (n, S), and whether it stands on them."""
     has_mass = robot.mass > 0.0
     # Without masses, the centre is above the middle of the soles.
     centres = robot.com(rows, reference=robot.tree.root) if has_mass else corners.sum(axis=1) / max(1, len(feet.points))
@@ -503,7 +505,7 @@ def _down_of(
     ups = [robot.semantics.postures[name].up for name in robot.posture_names]
     falling = np.flatnonzero(~rests)
     if not any(ups) or not len(floor.points) or not has_mass or not len(falling):
-        return down, used, stands, stands & ~rests
+        return down, used, stands
     joints = slice(robot.nq_base, None)
     known = np.stack([robot.posture(name)[joints] for name in robot.posture_names])
     away = np.minimum(np.abs(known - rows[falling, None, joints]), _ELSEWHERE).sum(axis=-1).argmin(axis=1)
@@ -513,7 +515,7 @@ def _down_of(
             begin = -np.array(up, dtype=np.float64) / np.linalg.norm(up)
             down[k] = settle(floor.placed(T_links[k])[None], centres[k : k + 1], begin[None, None], _HALF_TURN)[0][0]
             stands[k], used[k] = False, False
-    return down, used, stands, stands & ~rests
+    return down, used, stands
 
 
 def _on_soles(
@@ -522,8 +524,8 @@ def _on_soles(
     """Return the direction down, the soles on the floor, shape (n, S), and whether the robot rests on them.
 
     The robot is put down on all soles, or on one, and turns until its centre of mass is above the corners on the floor.
-    A robot that does not come to rest stands on the soles on the floor from which it falls, or, if other links are
-    below them, the root is upright.
+    A robot that does not come to rest is level with the soles on the floor from which it falls, or, if other links are
+    then below them, its root is upright.
     """
     n, count = T_soles.shape[:2]
     down, used, rests = np.tile(-_UPRIGHT, (n, 1)), np.zeros((n, count), dtype=np.bool_), np.zeros(n, dtype=np.bool_)
@@ -537,23 +539,31 @@ def _on_soles(
         most = np.column_stack([np.full(n, _ONTO_OTHER), most])
     left: NDArray[np.intp] = np.arange(n)
     carried = feet.carried(robot, floor.links)
-    for _ in range(starts.shape[1]):
-        found, away, chosen = settle(corners[left], centres[left], starts[left], most[left])
-        heights = (corners[left] @ found[..., None])[..., 0]
+
+    def lowest(rows: NDArray[np.intp], down: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which soles are on the floor across `down` (m, 3), shape (m, S), and whether no link is below them."""
+        heights = (corners[rows] @ down[..., None])[..., 0]
         deepest = heights.max(axis=1)
         on_floor = heights >= deepest[:, None] - 2.0 * ROLLING
         soles = np.stack([on_floor[:, feet.owner == k].any(axis=1) for k in range(count)], axis=1)
         least = deepest + _BELOW
-        flat = soles & _are_flat(T_soles[left], found)
-        under = floor.lowest(T_links[left], found, least, without=flat @ carried, exact=False) <= least
+        flat = soles & _are_flat(T_soles[rows], down)
+        under = floor.lowest(T_links[rows], down, least, without=flat @ carried, exact=False) <= least
+        return soles, np.asarray(under)
+
+    for _ in range(starts.shape[1]):
+        found, away, chosen = settle(corners[left], centres[left], starts[left], most[left])
+        soles, under = lowest(left, found)
         rows = left[under]
         down[rows], rests[rows], used[rows] = found[under], away[under] == 0.0, soles[under]
         starts[left, chosen] = np.nan
         left = left[~under & (chosen >= 0)]
         if not len(left):
             break
-    falls = used.any(axis=1) & ~rests
-    down[falls] = _mean_down(T_soles[falls], used[falls])[0]
+    falls = np.flatnonzero(used.any(axis=1) & ~rests)
+    level = _mean_down(T_soles[falls], used[falls])[0]
+    soles, under = lowest(falls, level)
+    down[falls], used[falls] = np.where(under[:, None], level, -_UPRIGHT), soles & under[:, None]
     return down, used, rests
 
 

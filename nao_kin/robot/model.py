@@ -708,7 +708,7 @@ class RobotModel(Guessing):
         Args:
             q: configurations, shape (..., nq).
             per_joint: whether to return one answer for each joint, in the order of `joint_names`.
-            limits: "measured" accepts joints that exceed their limits by the noise of sensors, 1° or 0.02 of a ratio.
+            limits: "measured" accepts joints that exceed their limits as sensors show, 5° or 0.02 of a ratio.
 
         Returns:
             Shape (...), or with `per_joint` (..., n).
@@ -1121,8 +1121,8 @@ class RobotModel(Guessing):
         2. Otherwise the nearest posture of the semantics is considered. If that posture rests on other links, the robot
            is put down with the vertical of the posture, and rolls over its edges until its centre of mass is above the
            area that touches the floor.
-        3. In all other cases the robot stands on the soles from which it falls, as if they were named, or, if no sole
-           is under it, its root is upright.
+        3. In all other cases the robot stands on the soles from which it falls, with the mean of their normals
+           vertical, or, if other links are then lower, its root is upright.
 
         Links other than the feet stay above the floor, so the soles of a robot that sits may be in the air. A robot
         that does not stand has the lowest point of its shapes and soles on the floor.

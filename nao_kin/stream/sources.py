@@ -26,7 +26,7 @@ from nao_kin._core.csv_numbers import (
     whole_lines,
 )
 from nao_kin._core.files import numpy_errors, opened
-from nao_kin._core.headings import guessed_time_unit
+from nao_kin._core.headings import FIRST_TIMES, guessed_time_unit
 from nao_kin._core.text import abbreviated, one_line_repr, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
@@ -77,8 +77,12 @@ class TableSource(ABC):
 
     def first_times(self) -> Floats | None:
         """Return the times of some rows at the beginning; None without rows or times."""
-        block = next(self.blocks(self.start), None)
-        return None if block is None else block.times
+        found = list[Floats]()
+        for block in self.blocks(self.start):
+            if block.times is None or sum(map(len, found)) >= FIRST_TIMES:
+                break
+            found.append(block.times)
+        return np.concatenate(found) if found else None
 
     def find_time_unit(self) -> None:
         """Determine the unit of the times, if it is not stated, before any row is processed."""
@@ -486,7 +490,7 @@ def _check_times_alike(file: TableSource, first: TableSource) -> None:
     if times is None and before is None and unit != expected and (file.guessed or first.guessed):
         advice = "headings such as time [ns], or columns= (--columns), give the units"
         raise BadInputFile(
-            file.path, f"its times are in {unit} by their size, those of {other} in {expected}; {advice}"
+            file.path, f"its times are in {unit}, those of {other} in {expected}, one of them by a guess; {advice}"
         )
     if (times is None) != (before is None):
         forms = "numbers", "dates and times"

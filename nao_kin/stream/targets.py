@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, flag, join_poses, texts, whole_number
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
-from nao_kin._core.files import described, is_finite_number, numpy_errors, read_json, read_table_text
+from nao_kin._core.files import described, is_finite_number, read_arrays, read_bytes, read_json, read_table_text
 from nao_kin._core.text import abbreviated, one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel, check_robot
@@ -182,12 +182,8 @@ def read_targets(robot: RobotModel, path: Path | str, frame: str | Sequence[str]
 
 
 def _from_npy(name: str) -> Floats:
-    try:
-        with numpy_errors(name, "not a .npy file"), open(name, "rb") as file:
-            array = np.load(file, allow_pickle=False)
-    except OSError as error:
-        raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
-    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:
+    array = read_arrays(name, read_bytes(name, unpack=False), ("",), wrong="not a .npy file").get("")
+    if array is None or array.dtype.kind not in "fiu" or array.ndim == 0:
         raise BadInputFile(name, "expected an array of numbers, one target in each row")
     if not len(array):
         raise BadInputFile(name, "the array has no targets")

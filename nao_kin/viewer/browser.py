@@ -19,20 +19,15 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core.arrays import whole_number
+from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.process import before_ending, uninterrupted
-from nao_kin._core.text import quoted
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer.access import Document, live_page, policy
 from nao_kin.viewer.messages import BLANKS, RetainedMessages, panel_message
 from nao_kin.viewer.overlays import SHOWN
 from nao_kin.viewer.server import Answer, LiveServer
 
-VARIABLE = "NAO_KIN_BROWSER"
-_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
-_MAC_APPLICATIONS = (
-    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-    "/Applications/Chromium.app/Contents/MacOS/Chromium",
-)
 _PREFIX = "nao_kin_browser_"
 _RANDOM = 8  # random characters at the end of a temporary folder's name
 # A socket's path has at most 107 bytes, and the browser appends /org.chromium.Chromium.XXXXXX/SingletonSocket.
@@ -135,20 +130,34 @@ class _PicturePage:
                 self._messages, document, host="127.0.0.1", port=0, on_answer=self._receive, token=True
             )
             started.callback(self._server.close)
-            with self._server.expected(self._role) as address:
-                self._browser = start_browser(address)
-                started.callback(self._browser.close)
-                while not self._server.wait_for_page(_LOOK_SECONDS, self._role):
-                    self._browser.check("before it showed the scene")
-                    if time.monotonic() > end:
-                        raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
+            self._browser = self._started(end, timeout)
+            started.callback(self._browser.close)
             self.end = started.pop_all().close
 
+    def _started(self, end: float, timeout: float) -> Browser:
+        """Return the first browser that shows the page; after one that ends by itself, the next one is tried."""
+        reasons = []
+        for program in find_browsers():
+            with ExitStack() as started, self._server.expected(self._role) as address:
+                browser = start_browser(program, address)
+                started.callback(browser.close)
+                while not self._server.wait_for_page(_LOOK_SECONDS, self._role):
+                    if reason := browser.ended("before it showed the scene"):
+                        reasons.append(reason)
+                        break
+                    if time.monotonic() > end:
+                        raise NoBrowser(f"the browser {program} did not show the scene within {timeout:g} s")
+                else:
+                    started.pop_all()
+                    return browser
+        remedy = "" if os.environ.get(VARIABLE) else f"; name a browser that works in {VARIABLE}"
+        raise NoBrowser("; ".join(reasons) + remedy)
+
     def can_show(self, messages: RetainedMessages) -> bool:
-        """Return whether the page is still open in the browser of `find_browser`, with the robots of these messages."""
+        """Return whether the page is still open in one of `find_browsers`, with the robots of these messages."""
         return (
             self._server.is_shown(self._role)
-            and self._browser.program == find_browser()
+            and self._browser.program in find_browsers()
             and self._messages.scene_tag == messages.scene_tag
         )
 
@@ -190,7 +199,8 @@ class _PicturePage:
                 answer = self._answers.get(timeout=_LOOK_SECONDS)
                 if answer.get("id") == request["id"]:
                     return answer
-            self._browser.check("before it gave a picture")
+            if reason := self._browser.ended("before it gave a picture"):
+                raise NoBrowser(reason)
             if not self._server.is_shown(self._role) and self._answers.empty():
                 raise NoBrowser("the page crashed in the browser before it gave a picture")
             if time.monotonic() > end:
@@ -230,21 +240,6 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=pictures.forget)
 
 
-def find_browser() -> Path:
-    """Return the program of a Chromium or Chrome: the one in the variable NAO_KIN_BROWSER, or the first on the path."""
-    named = os.environ.get(VARIABLE, "")
-    for name in [named] if named else [*_NAMES, *_MAC_APPLICATIONS]:
-        found = shutil.which(name)
-        if found is not None:
-            return Path(found)
-    if named:
-        raise NoBrowser(f"{VARIABLE} names {quoted(named)}, which is not a program")
-    raise NoBrowser(
-        f"a picture needs Chromium or Chrome, and none was found: install one (Debian: apt install chromium) "
-        f"or name it in {VARIABLE}"
-    )
-
-
 class Browser:
     """A browser that runs under a supervisor process."""
 
@@ -252,11 +247,13 @@ class Browser:
         self.program, self._supervisor = program, supervisor
         self._registered = before_ending(self.end)
 
-    def check(self, when: str) -> None:
-        """Raise `NoBrowser` if the browser has ended; `when` ends the message."""
-        if self._supervisor.poll() is not None and self._supervisor.stdout is not None:
-            line = self._supervisor.stdout.read().decode("utf-8", "replace").strip() or "was ended"
-            raise NoBrowser(f"the browser {self.program} {line}" + ("" if "start" in line else f" {when}"))
+    def ended(self, when: str) -> str:
+        """Return how and with which last words the browser has ended, `when` after how; "" while it runs."""
+        if self._supervisor.poll() is None or self._supervisor.stdout is None:
+            return ""
+        how, _, words = self._supervisor.stdout.read().decode("utf-8", "replace").strip().partition("\n")
+        text = f"the browser {self.program} {how or 'was ended'}"
+        return text + ("" if "start" in how else f" {when}") + (f": {abbreviated(words)}" if words else "")
 
     def end(self) -> None:
         """Let the supervisor end the browser and remove its files; wait a short time for that."""
@@ -275,12 +272,11 @@ class Browser:
             self.end()
 
 
-def start_browser(url: str) -> Browser:
+def start_browser(program: Path, url: str) -> Browser:
     """Open `url` in a headless browser, which ends with `Browser.close`, or if this process ends or is killed.
 
     All that the browser writes is in a temporary folder, which is removed too (`nao_kin._core.process`).
     """
-    program = find_browser()
     python = _python()
     with uninterrupted():
         profile = tempfile.mkdtemp(prefix=_PREFIX, dir=_short_folder())

@@ -160,11 +160,13 @@ def margins(
     motion = qs
     if not isinstance(motion, Motion):
         motion = Motion(np.arange(len(motion)) / fps, robot.joint_names, motion[:, robot.nq_base :])
-    found = balanced(robot, motion, fill)
+    _, found = balanced(robot, motion, fill)
     times = (found.times - motion.start).round(9)
     during = (times >= 0.0) & (times <= round(motion.duration, 9))
     lines = {"margin": found.margin, "centre-of-mass margin": found.com_margin}
-    return times[during], {name: 1e3 * line[during] for name, line in lines.items()}
+    return times[during], {
+        name: np.where(np.isfinite(line), 1e3 * line, np.nan)[during] for name, line in lines.items()
+    }
 
 
 def check_size(robot: RobotModel, qs: Floats) -> None:

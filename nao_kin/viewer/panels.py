@@ -12,12 +12,13 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import umsgpack
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import LARGEST, Floats, choice
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.viewer.messages import NamedMessages, RetainedMessages, named_key, panel_message, typed_array
+from nao_kin.viewer.messages import NamedMessages, RetainedMessages, named_key, packed, panel_message, typed_array
 from nao_kin.viewer.overlays import checked_name, number
 
 MAX_POINTS = 100_000
@@ -59,7 +60,8 @@ class Streams:
         self._messages, self._lock = messages, threading.RLock()
         self._streams: dict[str, _Stream] = {}
         # The numbers let a page that has another program's points distinguish them from these.
-        self._runs = itertools.count(secrets.randbelow(1 << 30))
+        self._first_run = secrets.randbelow(1 << 30)
+        self._runs = itertools.count(self._first_run)
         self._waiting: dict[str, None] = {}
         self._sent = -_PAUSE
         self._timer: threading.Timer | None = None
@@ -109,6 +111,15 @@ class Streams:
                 stream.margins, stream.times = True, times.tolist()
                 stream.rows = np.column_stack(list(lines.values())).tolist()
                 self._close(stream)
+
+    def saved(self) -> list[bytes]:
+        """Return all messages for a file, in which plots have the same numbers whatever program writes it."""
+        self.flush()
+        found = {key: self._messages.get(key) for key in self._messages.names()}
+        for key in [key for key, message in found.items() if message and key.startswith("plot ")]:
+            content = umsgpack.unpackb(found[key])
+            found[key] = packed({**content, "run": content["run"] - self._first_run})
+        return [message for message in found.values() if message is not None]
 
     def flush(self) -> None:
         """Send all points that wait."""

@@ -502,8 +502,7 @@ class Viewer(Guessing):
     def show_support_polygon(self, on: bool = True) -> None:
         """Draw the convex hull of the contacts with the floor: green if the centre of mass is above it, red otherwise.
 
-        Dots mark its corners, and a line shows the margin, from the centre of mass to the nearest edge. The contacts
-        are all vertices at most 2 mm above the floor; `world.balance` returns the margin for the outlines of the soles.
+        A line shows the margin, from the centre of mass to the nearest edge. The contacts are those of `world.balance`.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -1199,9 +1198,8 @@ class Viewer(Guessing):
             >>> viewer.static_html().startswith("<!DOCTYPE html>")
             True
         """
-        self._streams.flush()
         self._send_known_hulls()
-        return static_page(self.robot.name, self._messages.messages())
+        return static_page(self.robot.name, self._streams.saved())
 
     def save_html(self, path: Path | str, *, overwrite: bool = False) -> Path:
         """Write `static_html` to a file, completely or not at all.

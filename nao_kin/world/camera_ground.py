@@ -27,7 +27,7 @@ from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
 from nao_kin.rotations import slerp
 from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name, positive
-from nao_kin.world.odometry import checked_times
+from nao_kin.world.sensors import Rows
 
 # Steps of the search for the row in which a point is exposed, and the change of the row that ends it [pixel].
 _MOST_STEPS, _SAME_ROW = 60, 1e-9
@@ -345,7 +345,7 @@ def configurations_at(
 
     Args:
         robot: the robot of the log.
-        times: of the n rows, ascending [s].
+        times: of the n rows, ascending; of rows with one time the first value counts [s].
         q: configurations, shape (n, nq); rows with NaN are left out.
         at: times, shape (...) [s].
         longest_gap: largest time between the two rows around a time [s].
@@ -354,7 +354,7 @@ def configurations_at(
         Shape (..., nq); NaN in a batch for times outside the log or inside a larger gap.
 
     Raises:
-        BadArgument: times that do not ascend; a single time is outside the log or inside a larger gap.
+        BadArgument: times that go back; a single time is outside the log or inside a larger gap.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -366,7 +366,8 @@ def configurations_at(
     rows, t = as_numbers(q, "q"), as_floats(at, (), "at")
     if rows.ndim != 2 or rows.shape[1] != robot.nq:
         raise WrongShape("q", f"(n, {robot.nq})", rows.shape)
-    moments = checked_times(times, len(rows))
+    log = Rows.of(times, len(rows))
+    rows, moments = log.merged(rows), log.times
     check_tolerance(longest_gap, "longest_gap")
     measured = ~np.isnan(rows).any(axis=-1)
     if not measured.any():

@@ -6,25 +6,32 @@ motion of the joints is taken as given: no motors, no slipping, no impacts.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import TOUCHING, Floats, as_vectors, rigid_inverse
+from nao_kin._core.arrays import LOWER, TOUCHING, Floats, as_vectors, rigid_inverse
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, check_robot, named_soles
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, check_robot
 from nao_kin.world.balance import balance
-from nao_kin.world.odometry import checked_times
+from nao_kin.world.contact import GRAVITY
+from nao_kin.world.odometry import LegLog
 
-# Standard gravity [m/s²].
-_GRAVITY = 9.80665
 # Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster.
 _OVER = 0.1
+# Times are even if their steps differ by this share and time [s]. A step is a gap if it takes longer than _OVER and
+# this many usual ones: across gaps nothing is interpolated.
+_EVEN, _GAP = (1e-3, 1e-6), 2.5
+# Samples that have an acceleration.
+_FEWEST = 5
+# Rows whose momentum is computed at once, which takes 20 KB a row.
+_AT_ONCE = 4096
 # Directions of edges, seen by the robot.
 EDGES = ("front", "left", "back", "right")
 
@@ -34,7 +41,10 @@ EDGES = ("front", "left", "back", "right")
 class DynamicBalance:
     """Balance of a robot during a motion of n samples, each in the world of `set_down`.
 
-    Samples in which the robot does not stand on its soles, as when it sits or lies, have NaN, and −1 as `edge`.
+    Samples in which the robot does not stand on its soles, as when it sits or lies, have NaN, and −1 as `edge`; so
+    have those in a part of less than five samples between gaps. Where the robot would leave the floor, because the
+    motion needs a force that pulls at it (F_z ≤ 0), no zero-moment point exists: `margin` is −∞, so that it is the
+    least one, and `edge` the one about which the robot turns most.
 
     Attributes:
         times: shape (n,) [s].
@@ -48,6 +58,7 @@ class DynamicBalance:
         slower: how many times as long the motion has to take for the zero-moment point to be on the edge, shape (n,);
             below 1 it may be faster, infinite if the robot falls at any speed. Exact for smooth motions; where speeds
             jump, as at the keys of a linear motion, it has to take longer.
+        notes: what was assumed about times, contacts and forces.
     """
 
     times: Floats
@@ -58,6 +69,7 @@ class DynamicBalance:
     margin: Floats
     edge: NDArray[np.intp]
     slower: Floats
+    notes: tuple[str, ...] = ()
 
     @property
     def stands(self) -> NDArray[np.bool_]:
@@ -85,23 +97,24 @@ def dynamic_balance(
 
     If the motion takes s times as long, a and L̇ are divided by s²: the smallest s for which the point is inside all
     edges is found in closed form. Accelerations are means over 0.1 s (a filter of Savitzky and Golay of third degree),
-    because motors and gears do not follow the corners of a motion any faster.
+    because motors and gears do not follow the corners of a motion any faster. Samples at uneven times, as in a log or
+    at the end of a sampled motion, are interpolated at even ones between them.
 
     The support polygon is that of `balance`. A sole that touches the floor is in place: of several, the one
     that touches it for the longest time before and after.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
-        times: of the n samples, evenly spaced [s].
+        times: of the n samples, ascending; of samples with one time the first counts [s].
         q: configurations, shape (n, nq), at least 0.1 s of them.
         soles: frames of the soles on the floor, as in `balance`.
-        contacts: whether each sole touches the floor, shape (n, s), as in `balance`.
-        forces: force on each sole or sensor, as in `balance`.
+        contacts: whether each sole touches the floor, shape (n, s), as far as they are not odd, as in `odometry`.
+        forces: force on each sole or sensor, as `contacts`.
         outline: corners of a sole, as in `balance`.
         tolerance: height up to which a point touches the floor [m].
 
     Raises:
-        BadArgument: times that are not evenly spaced or ascend, fewer than five samples, a robot without mass or soles.
+        BadArgument: times that go back, fewer than five samples without a gap, a robot without mass or soles.
         WrongShape: arrays of different lengths.
 
     Source: Vukobratović and Borovac, Zero-moment point: thirty five years of its life, 2004.
@@ -115,36 +128,41 @@ def dynamic_balance(
         True
     """
     check_robot(robot)
-    named_soles(robot, soles, needed=True)
-    rows = robot.checked(q)
-    moments = as_vectors(checked_times(times, len(rows)), "times", len(rows))
-    steps = np.diff(moments)
-    if len(steps) < 4 or np.abs(steps - steps.mean()).max() > 1e-6 + 1e-3 * steps.mean():
-        raise BadArgument(
-            "times must be at least five, evenly spaced: sample the motion, as Motion.configurations does"
-        )
-    rest = balance(robot, rows, soles=soles, contacts=contacts, forces=forces, outline=outline, tolerance=tolerance)
-    support, acceleration, moment = _lasting(rest.down.touching), np.empty_like(rest.com), np.empty_like(rest.com)
-    for sole in np.unique(support):
-        own, T_sole_base = support == sole, rest.T_sole_base[:, sole]
-        R_world_sole = (rest.down.T_world_base @ rigid_inverse(T_sole_base))[own, :3, :3]
-        for rates, of_sole in zip((acceleration, moment), _rates(robot, rows, T_sole_base, steps.mean()), strict=True):
-            rates[own] = np.einsum("nij,nj->ni", R_world_sole, of_sole[own])
+    log = LegLog.of(robot, times, robot.checked(q), soles, contacts, forces, LOWER, _OVER)
+    given, ground = log.rows.own, log.ground
+    rows, moments = log.q[given], as_vectors(log.moments[given], "times", len(given))
+    measured = None if ground.rule == "joints" else log.feet.loaded(ground.pressed)[given]
+    rest = balance(robot, rows, soles=soles, contacts=measured, outline=outline, tolerance=tolerance)
+    support, acceleration, moment = _lasting(rest.down.touching), *np.full((2, len(rows), 3), np.nan)
+    R_world_sole = (rest.down.T_world_base @ rigid_inverse(rest.T_sole_base[np.arange(len(rows)), support]))[:, :3, :3]
+    for part in _parts(moments, log.notes):
+        even, step = _even(moments[part])
+        q_even = _between(rows[part], moments[part], even)
+        for sole in np.unique(support[part]):
+            own = np.arange(len(rows))[part][support[part] == sole]
+            T_sole_base = rigid_inverse(np.asarray(robot.fk(q_even, rest.down.soles[sole], reference=robot.tree.root)))
+            found = _rates(robot, q_even, T_sole_base, step, (moments[own] - even[0]) / step)
+            for rates, of_sole in zip((acceleration, moment), found, strict=True):
+                rates[own] = np.einsum("nij,nj->ni", R_world_sole[own], of_sole)
     mass = robot.mass
     lever = mass * acceleration[:, :2] * rest.com[:, 2:] + np.stack([moment[:, 1], -moment[:, 0]], axis=-1)
-    weight = mass * (_GRAVITY + acceleration[:, 2])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        zmp = rest.com[:, :2] - lever / np.where(weight > 0.0, weight, np.nan)[:, None]
+    weight = mass * (GRAVITY + acceleration[:, 2])
+    # Where the floor would have to pull, the line without moment is that of the whole force, but no point of the floor.
+    weight = np.where(np.abs(weight) > 1e-9 * mass * GRAVITY, weight, -1e-9 * mass * GRAVITY)
+    zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
     stands = np.asarray(rest.down.touching.any(axis=1) & np.isfinite(rest.margin) & np.isfinite(zmp).all(axis=1))
     stands &= ~Feet.of(robot, rest.down.soles, outline).others(robot, rest.down.links).any(axis=1)
-    zmp[~stands] = np.nan
+    stands &= (ground.known & ground.stands)[given]
     vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
+    zmp[~stands | flies] = np.nan
+    moments_about = np.where(np.isfinite(distances), weight[:, None] * distances, np.inf)
+    nearest = np.where(flies, moments_about.argmin(axis=1), nearest)
     # The moment about an edge is that of the weight and a share 1 / s² of the rest: F_z d_zmp = m g d_com + rest.
     with np.errstate(divide="ignore", invalid="ignore"):
-        squares = 1.0 - weight[:, None] / (mass * _GRAVITY) * distances / rest.distances
+        squares = 1.0 - weight[:, None] / (mass * GRAVITY) * distances / rest.distances
     slower = np.where(rest.distances > 0.0, np.sqrt(np.maximum(squares, 0.0)), np.inf)
     slower = np.where(np.isfinite(rest.distances), slower, 0.0).max(axis=1)
-    slower = np.maximum(slower, np.sqrt(np.maximum(-acceleration[:, 2] / _GRAVITY, 0.0)))
+    slower = np.maximum(slower, np.sqrt(np.maximum(-acceleration[:, 2] / GRAVITY, 0.0)))
     R_robot_world = rest.T_robot_base[:, :3, :3] @ rest.down.T_world_base[:, :3, :3].swapaxes(1, 2)
     ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], _outwards(vertices, nearest))
     quarter = np.round(np.nan_to_num(np.arctan2(left, ahead)) / (0.5 * np.pi)).astype(np.intp) % 4
@@ -154,10 +172,57 @@ def dynamic_balance(
         com=rest.com,
         com_margin=np.where(stands, rest.margin, np.nan),
         zmp=zmp,
-        margin=np.where(stands, margin, np.nan),
+        margin=np.where(stands, np.where(flies, -np.inf, margin), np.nan),
         edge=np.where(stands, quarter, -1),
         slower=np.where(stands, slower, np.nan),
+        notes=tuple(log.notes),
     )
+
+
+def _parts(moments: Floats, notes: list[str]) -> list[slice]:
+    """Return the slices of times (n,) between gaps that have enough samples; note gaps and uneven times."""
+    steps = np.diff(moments)
+    if len(steps) + 1 < _FEWEST:
+        raise BadArgument(f"a motion has at least five samples, got {len(moments)}")
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > max(_OVER, _GAP * usual) + _EVEN[1]) + 1
+    parts = [slice(*ends) for ends in itertools.pairwise([0, *gaps.tolist(), len(moments)])]
+    used = [part for part in parts if part.stop - part.start >= _FEWEST]
+    if not used:
+        raise BadArgument(f"of times with {len(gaps)} gaps, none has at least five samples before the next")
+    if len(gaps):
+        left = len(moments) - sum(part.stop - part.start for part in used)
+        notes.append(
+            f"times have {len(gaps)} gaps, up to {steps.max():.3g} s; {left} samples between them are left out"
+        )
+    inside = [np.diff(np.unique(moments[part]))[:-1] for part in used]
+    if not all(_is_even(own) for own in inside):
+        least, most = (1e3 * end(np.concatenate(inside)) for end in (np.min, np.max))
+        notes.append(f"times are uneven, {least:.3g} to {most:.3g} ms apart: interpolated every {1e3 * usual:.3g} ms")
+    return used
+
+
+def _is_even(steps: Floats) -> bool:
+    """Return whether times have even steps."""
+    share, seconds = _EVEN
+    return bool(np.abs(steps - steps.mean()).max() <= seconds + share * steps.mean())
+
+
+def _even(moments: Floats) -> tuple[Floats, float]:
+    """Return even times between the first and the last of given ones, or these if they are even, and the step."""
+    steps = np.diff(moments)
+    if _is_even(steps):
+        return moments, float(steps.mean())
+    span = moments[-1] - moments[0]
+    step = min(float(np.median(steps)), span / (_FEWEST - 1))
+    return moments[0] + step * np.arange(int(span / step + _EVEN[0]) + 1), step
+
+
+def _between(rows: Floats, moments: Floats, even: Floats) -> Floats:
+    """Return configurations (n, nq) at other times (m,)."""
+    if even is moments:
+        return rows
+    return np.column_stack([np.interp(even, moments, column) for column in rows.T])
 
 
 def _lasting(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -168,8 +233,25 @@ def _lasting(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
     return np.asarray(np.minimum(rows - before, after - rows).argmax(axis=1))
 
 
-def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -> tuple[Floats, Floats]:
-    """Return the acceleration of the centre of mass, and the rate of the angular momentum about it, shapes (n, 3).
+def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float, at: Floats) -> tuple[Floats, Floats]:
+    """Return the acceleration of the centre of mass, and the rate of the angular momentum about it, shapes (m, 3).
+
+    `at` are m places among the n rows, which are a step apart.
+    """
+    n, blocks = len(rows), []
+    for first in range(0, n, _AT_ONCE):
+        # Differences in time need one row more on both sides.
+        part = slice(max(first - 1, 0), min(first + _AT_ONCE + 1, n))
+        kept = slice(first - part.start, first - part.start + _AT_ONCE)
+        blocks.append([array[kept] for array in _moments(robot, rows[part], T_world_base[part], step)])
+    com, about_origin = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
+    momentum = about_origin - robot.mass * np.cross(com, np.gradient(com, step, axis=0))
+    window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
+    return _derivative(com, 2, window, step, at), _derivative(momentum, 1, window, step, at)
+
+
+def _moments(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -> tuple[Floats, Floats]:
+    """Return the centre of mass, and the angular momentum about the origin, shapes (n, 3).
 
     With the second moments J = Σ m p pᵀ of the points p = (x, y, z, 1) of a body, Ṫ J Tᵀ has the sums Σ m v_i p_j over
     these points in the world. Their differences are the angular momentum about the origin.
@@ -184,30 +266,27 @@ def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -
     J[:, :3, :3] = 0.5 * np.trace(inertias, axis1=1, axis2=2)[:, None, None] * np.eye(3) - inertias
     J += masses[:, None, None] * np.einsum("li,lj->lij", *[np.column_stack([levers, np.ones(len(levers))])] * 2)
     moments = T @ J
-    com = moments[..., 3].sum(axis=1) / masses.sum()
 
     def across(array: Floats) -> Floats:
         return array.swapaxes(1, 2).reshape(n, 3, -1)
 
     second = across(np.gradient(T, step, axis=0)) @ across(moments).swapaxes(1, 2)
     about_origin = second[:, (2, 0, 1), (1, 2, 0)] - second[:, (1, 2, 0), (2, 0, 1)]
-    momentum = about_origin - masses.sum() * np.cross(com, np.gradient(com, step, axis=0))
-    window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
-
-    return _derivative(com, 2, window, step), _derivative(momentum, 1, window, step)
+    return moments[..., 3].sum(axis=1) / masses.sum(), about_origin
 
 
-def _derivative(values: Floats, order: int, window: int, step: float) -> Floats:
-    """Return derivatives of values (n, 3) by cubics through windows of samples, at the ends by the first and the last.
+def _derivative(values: Floats, order: int, window: int, step: float, at: Floats) -> Floats:
+    """Return derivatives of values (n, 3) at m places among them by cubics through windows of samples, shape (m, 3).
+
+    At the ends they are those of the first and the last window.
 
     Source: Savitzky and Golay, Smoothing and differentiation of data, 1964.
     """
     half, degree = window // 2, min(3, window - 1)
     fit = np.linalg.pinv(np.vander(np.arange(-half, half + 1), degree + 1, increasing=True))
     cubics = np.lib.stride_tricks.sliding_window_view(values, window, axis=0) @ fit.T
-    rows = np.arange(len(values))
-    middle = np.clip(rows, half, len(values) - 1 - half)
-    away, slopes = (rows - middle)[:, None].astype(np.float64), cubics[middle - half]
+    middle = np.clip(np.round(at).astype(np.intp), half, len(values) - 1 - half)
+    away, slopes = (at - middle)[:, None], cubics[middle - half]
     for _ in range(order):
         slopes = slopes[..., 1:] * np.arange(1, slopes.shape[-1])
     powers = away ** np.arange(slopes.shape[-1])

@@ -18,7 +18,6 @@ from nao_kin._core.arrays import (
     LOWER,
     Floats,
     as_floats,
-    as_numbers,
     between_samples,
     check_tolerance,
     join_poses,
@@ -26,21 +25,16 @@ from nao_kin._core.arrays import (
     shaped,
 )
 from nao_kin._core.text import one_line_repr
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import WrongShape
 from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
+from nao_kin.world.contact import Ground
+from nao_kin.world.sensors import Mask, Rows, bridged, examined
 
-Mask = NDArray[np.bool_]
+# Values of a sensor, and in which rows they are known.
+Measured = tuple[Floats, Mask]
 
-# Share of the force from which the other sole becomes the support: more than half, so that the support does not switch
-# back and forth while both carry the robot.
-_SHARE = 0.6
-# A robot is lifted if its soles carry less than this share of its weight for _LIFTED, and stands again after _DOWN [s].
-# The weight is that of the log (its 95th percentile), because the unit is not known, and at least a tenth of the mass.
-# Source of the times: B-Human's groundContactDetector.cfg (d89d603), maxTimeWithoutPressure, minTimeWithPressure.
-_UNLOADED, _LIFTED, _DOWN = 0.2, 0.2, 0.1
-_HEAVY, _LEAST_WEIGHT = 95.0, 0.1
 # The covariance grows with each step by these deviations [m, rad], without a gyrometer also by that of the heading, and
 # with the distance by a common error of scale, as slip makes it. With a gyrometer the heading diffuses [rad/√s].
 # Source: simulated walks with encoder noise of 0.1 to 0.3° and slip (docs/balance.md).
@@ -49,6 +43,8 @@ _STEP, _STEP_TURN, _SCALE, _GYRO_DRIFT = 0.003, np.radians(0.5), 0.03, np.radian
 _OVER = 0.2
 # The fastest that a NAO's gyrometer measures, 500 °/s [rad/s]; source: doc.aldebaran.com/2-8, inertial_naov6.
 _FASTEST = np.radians(500.0)
+# By this much the legs must turn the root link, so that an inertial sensor that never changes is odd [rad].
+_TURNED = np.radians(3.0)
 
 
 @one_line_repr
@@ -71,7 +67,7 @@ class Odometry:
             step by 3 mm and 0.5°, and with the way from there by 3 %; with a gyrometer by 0.3° in a second instead of
             0.5° in a step.
         velocity: mean velocity over 0.2 s: ahead, to the left [m/s], and of the heading [rad/s], shape (n, 3).
-        notes: what the log seems to contain, such as a gyrometer in deg/s.
+        notes: what is odd about the log and its sensors, and what was therefore not used.
     """
 
     times: Floats
@@ -152,14 +148,20 @@ def odometry(
     legs' joints it leaves the row out, in other joints it does not matter, and in sensors it is interpolated across up
     to `longest_gap`.
 
+    A sensor is not used if it is never known, never changes although the robot moves, is beyond its unit, or
+    contradicts the legs: where these put one sole at least 10 mm below the other, it carries, and the other does not.
+    The other sensors of a sole count for one that is not used; without any, the legs decide for all soles. `notes` says
+    so.
+
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
-        times: of the n rows, ascending [s].
+        times: of the n rows, ascending; of rows with one time, which all get its result, the first value counts [s].
         q: configurations, shape (n, nq). The pose of a floating base in them is not used.
         soles: frames of the soles; None for those of the semantics.
         contacts: whether each of the s soles touches the floor, shape (n, s).
         forces: force on each sole, shape (n, s), or on each of the `force_sensors` of the semantics, shape (n, f), such
-            as the eight of a NAO; any unit.
+            as the eight of a NAO, in kg as NAOqi has it, N, or shares of the weight. Soles that carry less than half of
+            the robot's mass in kg throughout do not stand.
         gyro: angular velocity in the axes of the root link, shape (n, 3) [rad/s].
         start: pose of the root link at the first row of a segment, shape (4, 4). None for a world with its origin on
             the floor between the feet at that row, and its x axis along theirs (`feet_frame`).
@@ -168,7 +170,7 @@ def odometry(
         valid: in which rows the robot stands or walks, shape (n,); None for all.
 
     Raises:
-        BadArgument: times that do not ascend, both contacts and forces, a robot without soles.
+        BadArgument: times that go back, both contacts and forces, a robot without soles.
         WrongShape: arrays of different lengths.
 
     Examples:
@@ -179,7 +181,8 @@ def odometry(
         [0.32, 0.227]
     """
     log = LegLog.of(robot, times, q, soles, contacts, forces, lower, longest_gap)
-    return log.followed(gyro, start, valid)
+    stands = None if valid is None else log.rows.merged(shaped(valid, (len(log.rows.own),), "valid")) != 0.0
+    return log.rows.expanded(log.followed(log.gyro(gyro), start, stands))
 
 
 def _trajectory(
@@ -211,150 +214,16 @@ def _trajectory(
     return T_world_base, T_world_support
 
 
-def standing_sole(heights: Floats, before: int, lower: float = LOWER) -> int:
-    """Return the sole on which a robot stands: `before`, unless another one is lower, also relative to its own sole.
-
-    `heights[i, j]` is the height of sole j over the plane of sole i, shape (s, s) [m].
-    """
-    return int(_next_soles(heights, lower)[before])
-
-
-def _next_soles(heights: Floats, lower: float) -> NDArray[np.intp]:
-    """Return the sole on which a robot stands after each sole i, shape (..., s), as in `standing_sole`."""
-    below = (heights < -lower) & (heights.swapaxes(-1, -2) > -lower)
-    lowest = np.where(below, heights, np.inf).argmin(axis=-1)
-    return np.where(below.any(axis=-1), lowest, np.arange(heights.shape[-1]))
-
-
-def sole_heights(T_base_soles: Floats) -> Floats:
-    """Return the height of sole j over the plane of sole i, shape (..., s, s), for soles at (..., s, 4, 4) [m]."""
-    levers = T_base_soles[..., None, :, :3, 3] - T_base_soles[..., :, None, :3, 3]
-    return np.asarray(np.einsum("...ijk,...ik->...ij", levers, T_base_soles[..., :3, 2]))
-
-
 # --- What a log has: times, rows without values, soles that touch or carry.
 
 
-def checked_times(times: ArrayLike, count: int) -> Floats:
-    """Return the times of `count` rows; refuse times that do not ascend."""
-    moments = shaped(times, (count,), "times")
-    wrong = np.diff(moments) <= 0.0
-    if wrong.any():
-        k = int(wrong.argmax())
-        raise BadArgument(f"times must ascend: row {k + 1} is at {moments[k + 1]:.6g} s, row {k} at {moments[k]:.6g} s")
-    return moments
-
-
-def _filled(robot: RobotModel, q: ArrayLike, soles: Sequence[str]) -> tuple[Floats, Mask]:
+def _filled(robot: RobotModel, values: Floats, soles: Sequence[str]) -> tuple[Floats, Mask]:
     """Return configurations (n, nq), interpolated where they are NaN, and in which rows the soles' joints are known."""
-    values = as_floats(q, (robot.nq,), "q", gaps=True)
-    if values.ndim != 2 or not len(values):
-        raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", values.shape)
     gaps = np.isnan(values)
     moving = {name for sole in soles for name in serial_chain(robot, robot.tree.root, sole).coordinates}
     columns = [robot.nq_base + k for k, name in enumerate(robot.joint_names) if name in moving]
     filled = between_samples(values)
     return robot.checked(np.where(np.isnan(filled), robot.neutral(), filled)), np.asarray(~gaps[:, columns].any(axis=1))
-
-
-def bridged(
-    value: ArrayLike, shape: tuple[int, int], what: str, moments: Floats, longest_gap: float
-) -> tuple[Floats, Mask]:
-    """Return measured rows of numbers, with those that have NaN interpolated in time.
-
-    The mask (n,) has the rows that are not farther than a gap from the rows before and after with values.
-    """
-    values = shaped(value, shape, what, gaps=True)
-    known: Mask = np.asarray(np.isfinite(values).all(axis=1))
-    at = np.flatnonzero(known)
-    if len(at) == len(known) or not len(at):
-        return np.where(known[:, None], values, 0.0), known
-    filled = np.column_stack([np.interp(moments, moments[at], column[at]) for column in values.T])
-    rows = np.arange(len(known))
-    before = at[np.maximum(np.searchsorted(at, rows, side="right") - 1, 0)]
-    after = at[np.minimum(np.searchsorted(at, rows), len(at) - 1)]
-    near = np.maximum(np.abs(moments - moments[before]), np.abs(moments[after] - moments)) <= longest_gap
-    return filled, near
-
-
-def debounced(mask: Mask, moments: Floats, value: bool, shortest: float) -> Mask:
-    """Return a mask (n,) in which runs of `value` that are shorter than a time have the other value."""
-    edges = np.flatnonzero(np.diff(mask)) + 1
-    starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(mask)]])
-    lasting = moments[np.minimum(ends, len(mask) - 1)] - moments[starts]
-    brief = (mask[starts] == value) & (lasting < shortest) & (len(starts) > 1)
-    return np.asarray(mask ^ np.repeat(brief, ends - starts))
-
-
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """What contacts or forces say about the s soles of a robot in n rows.
-
-    Attributes:
-        rule: "contacts", "forces", or "joints" for neither.
-        pressed: contact of or force on each sole, none below zero, shape (n, s).
-        sensors: force on each force sensor of the semantics, shape (n, f); None if they are not given.
-        known: in which rows there are values, shape (n,).
-        stands: in which rows the robot is not lifted, shape (n,).
-    """
-
-    rule: str
-    pressed: Floats
-    sensors: Floats | None
-    known: Mask
-    stands: Mask
-
-    @staticmethod
-    def of(
-        robot: RobotModel,
-        feet: Feet,
-        moments: Floats,
-        contacts: ArrayLike | None,
-        forces: ArrayLike | None,
-        longest_gap: float,
-    ) -> Ground:
-        """Return what the arguments of `odometry` say."""
-        count, soles = len(moments), len(feet.names)
-        if contacts is not None and forces is not None:
-            raise BadArgument("give contacts or forces, not both")
-        if contacts is None and forces is None:
-            everywhere = np.ones(count, dtype=np.bool_)
-            return Ground("joints", np.ones((count, soles)), None, everywhere, everywhere)
-        if contacts is not None:
-            values, known = bridged(contacts, (count, soles), "contacts", moments, longest_gap)
-            rule, pressed, sensors = "contacts", (values != 0.0).astype(np.float64), None
-            loaded = pressed.any(axis=1)
-        else:
-            values = as_numbers(forces, "forces")  # type: ignore[arg-type]
-            known = np.ones(count, dtype=np.bool_)
-            if values.ndim == 2 and len(values) == count:  # `feet.forces` refuses other shapes
-                values, known = bridged(values, values.shape, "forces", moments, longest_gap)
-            rule, pressed = "forces", feet.forces(robot, values, (count,))
-            sensors = None if values.shape == pressed.shape else np.maximum(values, 0.0)
-            total = pressed.sum(axis=1)
-            weight = max(float(np.percentile(total, _HEAVY)), _LEAST_WEIGHT * robot.mass)
-            loaded = (total > 0.0) & (total >= _UNLOADED * weight)
-        stands = debounced(debounced(loaded, moments, False, _LIFTED), moments, True, _DOWN)
-        return Ground(rule, pressed, sensors, known, stands)
-
-    def supports(self, rows: NDArray[np.intp], T_base_soles: Floats, lower: float) -> NDArray[np.intp]:
-        """Return the index of the support in some rows, with soles at T_base_soles (m, s, 4, 4), shape (m,)."""
-        heights, pressed = sole_heights(T_base_soles), self.pressed[rows]
-        now, own = standing_sole(heights[0], 0, lower), np.arange(heights.shape[-1])
-        strongest, total = pressed.argmax(axis=1), pressed.sum(axis=1)
-        # The support after each row, for each support before it, shape (m, s).
-        if self.rule == "joints":
-            after = _next_soles(heights, lower)
-        elif self.rule == "contacts":
-            after = np.where((pressed > 0.0) | (total == 0.0)[:, None], own, strongest[:, None])
-        else:
-            now = int(strongest[0]) if total[0] > 0.0 else now
-            changes = (total > 0.0) & (pressed.max(axis=1) > _SHARE * total)
-            after = np.where(changes[:, None], strongest[:, None], own)
-        found = np.empty(len(after), dtype=np.intp)
-        for k, row in enumerate(after.tolist()):
-            found[k] = now = row[now]
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -363,23 +232,25 @@ class LegLog:
 
     Attributes:
         feet: the s soles.
-        moments: times of the rows, shape (n,) [s].
+        rows: the rows with a time of their own, n of them.
         q: configurations, interpolated where they are NaN, shape (n, nq).
         T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
         ground: contacts or forces.
         known: in which rows the values of the legs and of the ground are known, shape (n,).
         lower: height difference that makes a lower sole the support [m].
         longest_gap: largest time between two rows of a segment [s].
+        notes: what is odd about the sensors.
     """
 
     feet: Feet
-    moments: Floats
+    rows: Rows
     q: Floats
     T_base_soles: Floats
     ground: Ground
     known: Mask
     lower: float
     longest_gap: float
+    notes: list[str]
 
     @staticmethod
     def of(
@@ -395,24 +266,59 @@ class LegLog:
         """Return the log that the arguments of `odometry` give."""
         check_robot(robot)
         names = named_soles(robot, soles, needed=True)
-        rows, known = _filled(robot, q, names)
-        moments = checked_times(times, len(rows))
+        values = as_floats(q, (robot.nq,), "q", gaps=True)
+        if values.ndim != 2 or not len(values):
+            raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", values.shape)
+        rows = Rows.of(times, len(values))
+        configurations, known = _filled(robot, rows.merged(values), names)
         check_tolerance(longest_gap, "longest_gap")
         check_tolerance(lower, "lower")
-        feet = Feet.of(robot, names, or_origin=True)
-        T_base_soles = feet.on_ground(np.asarray(robot.fk(rows, names, reference=robot.tree.root)))
-        ground = Ground.of(robot, feet, moments, contacts, forces, longest_gap)
-        return LegLog(feet, moments, rows, T_base_soles, ground, known & ground.known, float(lower), longest_gap)
+        feet, notes = Feet.of(robot, names, or_origin=True), list(rows.notes)
+        T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, names, reference=robot.tree.root)))
+        ground = Ground.of(robot, feet, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
+        known = known & ground.known
+        return LegLog(feet, rows, configurations, T_base_soles, ground, known, float(lower), float(longest_gap), notes)
 
-    def followed(self, gyro: ArrayLike | None, start: ArrayLike | None, valid: ArrayLike | None) -> Odometry:
-        """Return the trajectory, with the arguments of `odometry`."""
+    @property
+    def moments(self) -> Floats:
+        """Times of the rows, shape (n,) [s]."""
+        return self.rows.times
+
+    def measured(
+        self, values: Floats, what: str, *, most: float = np.inf, hint: str = "", along: Floats | None = None
+    ) -> Measured | None:
+        """Return values (n, k) of an inertial sensor, interpolated in time, and where they are known; or None.
+
+        None stands for a sensor that cannot be used; the arguments are those of `examined`, and the notes say why.
+        """
+        known = values[np.isfinite(values).all(axis=1)]
+        moves = len(known) > 1 and bool((known == known[0]).all()) and self._turns(about_all=what == "gyro")
+        values, odd = examined(what, values, moves=moves, most=most, hint=hint, along=along)
+        self.notes.extend(odd)
+        return bridged(values, self.moments, self.longest_gap) if np.isfinite(values).any() else None
+
+    def gyro(self, gyro: ArrayLike | None) -> Measured | None:
+        """Return the angular velocity (n, 3), and where it is known, as in `measured`."""
+        if gyro is None:
+            return None
+        hint = ": are these deg/s? A heading such as GyroX [deg/s] says so"
+        return self.measured(self.rows.read(gyro, 3, "gyro"), "gyro", most=_FASTEST, hint=hint)
+
+    def _turns(self, *, about_all: bool) -> bool:
+        """Return whether the legs turn the root link, about the vertical too or not."""
+        path = self.followed(None, None, None)
+        R = path.T_world_base[path.valid, :3, :3]
+        turns = R.reshape(-1, 9) if about_all else R[:, 2]
+        return len(R) > 0 and bool((np.diff(np.percentile(turns, [1.0, 99.0], axis=0), axis=0) > _TURNED).any())
+
+    def followed(self, turns: Measured | None, start: ArrayLike | None, valid: Mask | None) -> Odometry:
+        """Return the trajectory, with `start` of `odometry`, `measured` turns, and rows in which the robot stands."""
         moments, count = self.moments, len(self.moments)
-        stands = self.ground.stands if valid is None else self.ground.stands & (shaped(valid, (count,), "valid") != 0.0)
-        known, turns, notes = self.known, None, []
-        if gyro is not None:
-            turns, near = bridged(gyro, (count, 3), "gyro", moments, self.longest_gap)
-            known = known & near
-            notes = notes_on_gyro(turns)
+        stands, known, rates = self.ground.stands, self.known, None
+        if valid is not None:
+            stands = stands & valid
+        if turns is not None:
+            rates, known = turns[0], known & turns[1]
         segment = _segments(moments, known, stands, self.longest_gap)
 
         T_world_feet, T_world_first = np.eye(4), None
@@ -433,17 +339,17 @@ class LegLog:
             else:
                 T_world_sole, T_world_first = on_floor(T_world_first @ first), None
             T, T_world_support[own] = _trajectory(
-                T_soles, support[own], at, None if turns is None else turns[own], T_world_sole
+                T_soles, support[own], at, None if rates is None else rates[own], T_world_sole
             )
             T_world_base[own] = T
             T_world_feet = on_floor(feet_frame(T[-1] @ T_soles[-1]))
             pose = np.column_stack([T[:, :2, 3], np.unwrap(np.arctan2(T[:, 1, 0], T[:, 0, 0]))])
             stepped = np.diff(support[own], prepend=support[own[0]]) != 0
-            covariance[own] = _covariance(pose, at, stepped, by_gyro=turns is not None)
+            covariance[own] = _covariance(pose, at, stepped, by_gyro=rates is not None)
             velocity[own] = _velocity(pose, at)
         T_world_support[:, 2, 3] -= self.feet.heights[support]
         found = T_world_base, self.feet.names, support, T_world_support, segment, covariance, velocity
-        return Odometry(moments, *found, tuple(notes))
+        return Odometry(moments, *found, tuple(self.notes))
 
 
 def _segments(moments: Floats, known: Mask, stands: Mask, longest_gap: float) -> NDArray[np.intp]:
@@ -455,17 +361,6 @@ def _segments(moments: Floats, known: Mask, stands: Mask, longest_gap: float) ->
         new = (np.diff(moments[rows]) > longest_gap) | (np.diff(lifted) > 0)
         segment[rows] = np.concatenate([[0], np.cumsum(new)])
     return segment
-
-
-def notes_on_gyro(gyro: Floats) -> list[str]:
-    """Return a note on a gyrometer that is faster than that of a NAO, as one in deg/s is."""
-    fastest = float(np.abs(gyro).max(initial=0.0))
-    if fastest <= _FASTEST:
-        return []
-    return [
-        f"the gyrometer shows up to {fastest:.3g} rad/s, and that of a NAO at most {_FASTEST:.2g}: are these deg/s? "
-        "A heading such as GyroX [deg/s] says so"
-    ]
 
 
 # --- The motion from row to row.

@@ -19,15 +19,9 @@ from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy, rot_z
-from nao_kin.world.odometry import (
-    Ground,
-    LegLog,
-    Mask,
-    Odometry,
-    bridged,
-    debounced,
-    sole_heights,
-)
+from nao_kin.world.contact import Ground, sole_heights
+from nao_kin.world.odometry import LegLog, Measured, Odometry
+from nao_kin.world.sensors import Mask, debounced
 
 # Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
 # and from which it lies in any case. Between a standing robot that bends (up to 60° in Aldebaran's animations) and one
@@ -43,6 +37,9 @@ _BRIEF, _SHORT = 0.1, 1.0
 _TIME_CONSTANT, _ALONE = 1.0, 0.2
 # The accelerometer is not used where its length differs from its median by more than this share: impacts, falls.
 _SHAKEN = 0.2
+# An inertial unit is not used if its vertical is so far from the normals of all soles in more than this share of the
+# rows in which they carry.
+_ASKEW, _SOME = np.radians(45.0), 0.1
 # The accelerometer's sign is that of rows in which it is along the soles' normals up to 25°, in either direction: the
 # soles of a robot that lies on its belly are turned by 135° from the vertical.
 _ALONG = 0.9
@@ -75,12 +72,13 @@ class State:
         covariance: of roll, pitch and height, shape (n, 3, 3) [rad, m]; the covariance of x, y and heading is that of
             `odometry`. Roll and pitch have the mean square difference between inertial unit and support sole in the
             log, at least 0.3°; without inertial unit 1°.
-        forces: force on each sole, as given, shape (n, s); 0 or 1 for contacts, 1 without them.
+        forces: force on each sole, shape (n, s), NaN for a sole whose sensors are not used; 0 or 1 for contacts, 1
+            without them.
         sole_pressure: centre of pressure on each sole in the sole's frame, x and y, shape (n, s, 2) [m]; NaN where the
             sole carries nothing, or without the forces of its sensors.
         centre_of_pressure: of all soles, x and y in the world, shape (n, 2) [m].
         odometry: path, velocity, covariance and segments.
-        notes: what was assumed about the sensors.
+        notes: what was assumed about the sensors, what is odd about them, and what was therefore not used.
         longest_gap: largest time between two rows that counts in `seconds` [s].
     """
 
@@ -173,15 +171,16 @@ def state(
     alone do not show whether a robot lies. Contact is lost after 0.2 s in which the soles carry less than 20 % of the
     weight, and found after 0.1 s. Without contacts and forces, a robot is in contact where it is upright and flat.
 
-    NaN is accepted, as in `odometry`.
+    NaN is accepted, and odd sensors are not used, as in `odometry`; so is an inertial unit whose vertical is more than
+    45° from the normals of the soles while these carry the robot.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
         q: configurations, shape (n, nq).
-        times: of the rows, ascending [s].
+        times: of the rows, ascending; rows with one time are one row [s].
         soles: as in `odometry`, like `contacts`, `forces`, `start`, `lower` and `longest_gap`.
         contacts: whether each sole touches the floor, shape (n, s).
-        forces: force on each sole or on each sensor, shape (n, s) or (n, f); any unit.
+        forces: force on each sole or on each sensor, shape (n, s) or (n, f) [kg, N or shares of the weight].
         angles: roll and pitch of the root link, AngleX and AngleY of NAOqi, R = Ry(AngleY) Rx(AngleX), shape (n, 2)
             [rad]. AngleX is positive when the robot leans to its right, AngleY when it leans forwards.
         accelerometer: in the axes of the root link, shape (n, 3), any unit. Its z is positive in a standing robot, as
@@ -194,7 +193,7 @@ def state(
         longest_gap: largest time between two rows of a segment [s].
 
     Raises:
-        BadArgument: times that do not ascend, contacts and forces, angles and an accelerometer, a robot without soles.
+        BadArgument: times that go back, contacts and forces, angles and an accelerometer, a robot without soles.
         WrongShape: arrays of different lengths.
 
     Examples:
@@ -213,9 +212,8 @@ def state(
     log = LegLog.of(robot, times, q, soles, contacts, forces, lower, longest_gap)
     ground, T_base_soles, rows = log.ground, log.T_base_soles, np.arange(len(log.moments))
     support = ground.supports(rows, T_base_soles, lower)
-    notes = list[str]()
-    turns = None if gyro is None else _without_bias(log, gyro, notes)
-    measured = _vertical(log, angles, accelerometer, turns, notes)
+    turns = _without_bias(log, log.gyro(gyro))
+    measured = _vertical(log, angles, accelerometer, turns)
     up = T_base_soles[rows, support, :3, 2] if measured is None else measured
     carrying = _carrying(log, support)
     flat = (np.einsum("nsi,ni->ns", T_base_soles[..., :3, 2], up) >= np.cos(_FLAT)) & carrying
@@ -231,7 +229,7 @@ def state(
     T_world_base[valid] = join_poses(R, place)
     legs = None if measured is None else _roll_pitch(T_base_soles[rows, path.support, :3, 2])
     pressure = _sole_pressure(robot, log.feet, ground)
-    return State(
+    found = State(
         times=log.moments,
         soles=log.feet.names,
         posture=posture,
@@ -243,10 +241,11 @@ def state(
         forces=ground.pressed,
         sole_pressure=pressure,
         centre_of_pressure=_centre(T_world_base, T_base_soles, pressure, ground.pressed),
-        odometry=path,
-        notes=(*notes, *path.notes),
+        odometry=log.rows.expanded(path),
+        notes=path.notes,
         longest_gap=longest_gap,
     )
+    return log.rows.expanded(found)
 
 
 def _carrying(log: LegLog, support: NDArray[np.intp]) -> Mask:
@@ -257,9 +256,11 @@ def _carrying(log: LegLog, support: NDArray[np.intp]) -> Mask:
     return log.feet.loaded(log.ground.pressed)
 
 
-def _without_bias(log: LegLog, gyro: ArrayLike, notes: list[str]) -> Floats:
-    """Return the gyrometer (n, 3) without its mean in rows at rest, NaN where it is not known; add a note."""
-    turns, near = bridged(gyro, (len(log.moments), 3), "gyro", log.moments, log.longest_gap)
+def _without_bias(log: LegLog, gyro: Measured | None) -> Measured | None:
+    """Return the gyrometer (n, 3) without its mean in rows at rest, and where it is known; add a note."""
+    if gyro is None:
+        return None
+    turns, near = gyro
     bins = np.unique(np.floor((log.moments - log.moments[0]) / _REST), return_inverse=True)[1]
     used = log.known & near & log.ground.stands
     counts = np.bincount(bins[used], minlength=bins[-1] + 1)
@@ -278,40 +279,51 @@ def _without_bias(log: LegLog, gyro: ArrayLike, notes: list[str]) -> Floats:
     if rest.sum() > 1:
         bias = turns[rows].mean(axis=0)
         shown = ", ".join(f"{value:.4f}" for value in bias)
-        notes.append(f"the gyrometer's mean at rest, {shown} rad/s, is subtracted")
+        log.notes.append(f"the gyrometer's mean at rest, {shown} rad/s, is subtracted")
         turns = turns - bias
-    return np.where(near[:, None], turns, np.nan)
+    return turns, near
 
 
 def _vertical(
-    log: LegLog, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Floats | None, notes: list[str]
+    log: LegLog, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Measured | None
 ) -> Floats | None:
-    """Return the vertical in the root link by the inertial unit, shape (n, 3), NaN where it is not known."""
-    count = len(log.moments)
+    """Return the vertical in the root link (n, 3), NaN where it is not known; None without inertial unit to use."""
     if angles is not None and accelerometer is not None:
         raise BadArgument("give angles or an accelerometer, not both")
+    ground, normals = log.ground, log.T_base_soles[..., :3, 2]
     if angles is not None:
-        tilt, near = bridged(angles, (count, 2), "angles", log.moments, log.longest_gap)
+        what = "angles"
+        found = log.measured(log.rows.read(angles, 2, what), what, most=np.pi, hint=": are these degrees?")
+        if found is None:
+            return None
+        tilt, near = found
         up = matrix_from_rpy(np.pad(tilt, ((0, 0), (0, 1))))[:, 2]
     elif accelerometer is not None:
-        force, near = bridged(accelerometer, (count, 3), "accelerometer", log.moments, log.longest_gap)
+        what, force = "accelerometer", log.rows.read(accelerometer, 3, "accelerometer")
+        force[~force.any(axis=1)] = np.nan
+        normal = normals.mean(axis=1)
+        with np.errstate(invalid="ignore"):
+            sure = np.abs(np.einsum("ni,ni->n", force, normal)) > _ALONG * np.linalg.norm(force, axis=1)
+        along = np.where((sure & ground.stands)[:, None], normal, 0.0)
+        found = log.measured(force, what, hint=", as LoLA has it", along=along)
+        if found is None:
+            return None
+        force, near = found
         size = np.linalg.norm(force, axis=1)
         seen = near & (size > 0.0)
-        if not seen.any():
-            return np.full((count, 3), np.nan)
-        direction = force / np.where(seen, size, 1.0)[:, None]
-        along = np.einsum("ni,ni->n", direction, log.T_base_soles[..., :3, 2].mean(axis=1))
-        sign = np.sign(along[seen & log.ground.stands & (np.abs(along) > _ALONG)].sum())
-        if sign == 0.0:
-            notes.append("the robot never stands upright: the accelerometer's sign is taken as that of 9.8 m/s² up")
-        elif sign < 0.0:
-            notes.append("the accelerometer is negative when the robot stands, as LoLA has it; its sign is changed")
-            direction = -direction
         used = np.where(seen, np.maximum(0.0, 1.0 - np.abs(size / np.median(size[seen]) - 1.0) / _SHAKEN), 0.0)
-        up = _filtered(direction, used, turns, log.moments, log.longest_gap)
+        direction, rates = force / np.where(seen, size, 1.0)[:, None], None if turns is None else turns[0]
+        up = _filtered(direction, used, rates, log.moments, log.longest_gap)
     else:
         return None
-    return np.where(near[:, None], up, np.nan)
+    up = np.where(near[:, None], up, np.nan)
+    if ground.rule == "forces":
+        carries = log.known & near & ground.stands
+        leaning = (np.einsum("nsi,ni->ns", normals, up).max(axis=1) < np.cos(_ASKEW))[carries]
+        if leaning.sum() > _SOME * len(leaning):
+            log.notes.append(f"{what}: in contradiction to the legs and the forces; not used")
+            return None
+    return up
 
 
 def _filtered(direction: Floats, used: Floats, turns: Floats | None, moments: Floats, longest_gap: float) -> Floats:

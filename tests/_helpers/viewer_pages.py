@@ -19,8 +19,8 @@ import umsgpack
 from PIL import Image
 
 import nao_kin as nk
+from nao_kin._core.browsers import find_browsers
 from nao_kin.errors import NoBrowser
-from nao_kin.viewer.browser import find_browser
 
 OPTIONS = (
     "--no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic "
@@ -129,7 +129,7 @@ def chromium() -> Iterator[Any]:
     """Open a browser and close it at the end; the test is skipped if no browser is installed."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     try:
-        program = find_browser()
+        program = find_browsers()[0]
     except NoBrowser as error:
         pytest.skip(f"no browser to test the viewer in: {error}")
     with playwright.sync_playwright() as started:

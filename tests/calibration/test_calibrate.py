@@ -321,6 +321,35 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
     assert outlier.item == "posture 11, point 3"
 
 
+def test_a_camera_beside_the_robot_and_a_board_in_its_hand_are_found_alone(nao: nk.NaoModel) -> None:
+    exp, log = nk.screws.exp, nk.screws.log
+    board, robot = exp([0.03, 0.01, -0.02, 0.3, -0.2, 0.5]), exp([1.2, 0.3, 0.4, 0.2, 0.1, 2.6])  # in hand and camera
+    q = nao.random(rng=1, n=20)
+    seen = np.linalg.inv(robot) @ nao.fk(q, "LArm") @ board
+    found = calibrate(nao, [Poses(q, "LArm", seen, world="cam", marker="board")])
+    assert found.poses["cam"] == pytest.approx(np.linalg.inv(robot), abs=1e-9)
+    assert found.poses["board"] == pytest.approx(board, abs=1e-9)
+    assert (found.labels, found.notes, found.offsets) == ((), (), {"joints": {}, "frames": {}})
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        noise = exp(np.concatenate([rng.normal(0.0, 0.001, (20, 3)), rng.normal(0.0, 0.005, (20, 3))], axis=1))
+        read = q + rng.normal(0.0, 0.001, q.shape)
+        poses = Poses(read, "LArm", seen @ noise, noise=(0.001, 0.005), world="cam", marker="board")
+        found = calibrate(nao, [poses])
+        for one, true in ((found.poses["cam"], np.linalg.inv(robot)), (found.poses["board"], board)):
+            assert np.abs(log(np.linalg.inv(true) @ one)).max() < 0.006
+        assert 0.6 < found.rms_after < 1.2
+        assert not found.outliers
+
+
+def test_turns_about_one_axis_do_not_tell_where_a_board_in_the_hand_is(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.neutral(), (12, 1))
+    q[:, nao.joint_names.index("LElbowYaw")] = np.linspace(-1.0, 1.0, 12)
+    found = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"), world="cam", marker="board")])
+    assert found.held
+    assert any("cannot tell apart" in note for note in found.notes)
+
+
 @pytest.mark.parametrize(
     ("wrong", "error", "message"),
     [
@@ -332,7 +361,7 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
         ({"frames": ["CameraTop_optical_frame"]}, BadArgument, "another frame of CameraTop: calibrate CameraTop"),
         ({"frames": ["base_link"]}, BadArgument, "frame 'base_link' is the root link"),
         ({"frames": {"CameraTop": ["rol"]}}, UnknownName, r"'rol' \(nearest: roll"),
-        ({}, BadArgument, "nothing to calibrate: name joints, or frames"),
+        ({}, BadArgument, "nothing to calibrate: name joints or frames, or unknown poses"),
         ({"joints": ["HeadYaw"], "start": {"bord": np.eye(4)}}, UnknownName, "unknown board, marker or world 'bord'"),
         ({"joints": ["HeadYaw"], "loss": "hubber"}, UnknownName, "hubber"),
         ({"joints": ["HeadYaw"], "indistinguishable": "drop"}, UnknownName, "drop"),

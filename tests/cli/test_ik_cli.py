@@ -203,7 +203,7 @@ def test_a_sliding_joint_is_told_in_metres(capsys: pytest.CaptureFixture, tmp_pa
 
 def test_what_is_not_reached_says_why_and_exits_with_one(capsys: pytest.CaptureFixture) -> None:
     out = said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", code=1)
-    assert out.startswith("target: a pose\nout of reach by ")
+    assert out.startswith("target: a pose\nout of reach; the nearest pose is off by ")
     assert "targets are in metres" in said(capsys, "LLeg", "--target", "0 50 -300 0 0 0", code=1)
     assert "LHipYawPitch needs" in said(capsys, "LLeg", "--target", "0 0.05 -0.3 0 0 3.5", code=1)
     answer = json.loads(said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", "--json", code=1))
@@ -279,7 +279,7 @@ def test_a_list_prints_a_line_for_each_and_names_what_is_missed(
     assert lines[1].endswith("REACHED")
     assert lines[3].endswith("OUT_OF_REACH")
     assert "nan" not in out
-    assert err.splitlines()[0].startswith("nao-kin: target 2: out of reach by ")
+    assert err.splitlines()[0].startswith("nao-kin: target 2: out of reach; ")
     assert err.splitlines()[-1] == "nao-kin: and 2 more of 9 targets"
     assert run(["ik", "LLeg", str(tmp_path / "feet.npy"), "--csv"]) == 1
     out, err = capsys.readouterr()

@@ -43,6 +43,25 @@ def test_a_page_shows_the_person_too(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert page.stat().st_size > 1_000_000
 
 
+def test_the_same_call_gives_the_same_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    written = []
+    for k in range(2):
+        files = [tmp_path / f"wave {k}.json", tmp_path / f"wave {k}.html"]
+        assert run(["imitate", WAVE, str(files[0]), "--end", "0.2", "--html", str(files[1])]) == 0
+        written.append([file.read_bytes() for file in files])
+    assert written[0] == written[1]
+    capsys.readouterr()
+
+
+def test_outputs_are_checked_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(nk.imitation, "read_skeleton", None)
+    for arguments in (["out.mp4"], ["out.csv", "--to", "xap"], ["out.csv", "--html", "page.mp4"], ["out"]):
+        assert run(["imitate", WAVE, *(str(tmp_path / word) if "." in word else word for word in arguments)]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
 def test_a_motion_that_breaks_a_limit_is_exit_code_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

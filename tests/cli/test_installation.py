@@ -48,6 +48,20 @@ def test_a_ros_workspace_in_the_path_is_named() -> None:
 
 
 @pytest.mark.usefixtures("loads")
+def test_the_browser_of_doctor_is_the_one_that_draws_pictures(tmp_path: Path) -> None:
+    for name in ("firefox", "chrome"):
+        (tmp_path / name).write_text("#!/bin/sh\n")
+        (tmp_path / name).chmod(0o755)
+    here = {**os.environ, "PATH": str(tmp_path), "NAO_KIN_BROWSER": ""}
+    assert inspect_installation(here)["browser"] == str(tmp_path / "chrome")
+    (tmp_path / "chrome").unlink()
+    assert inspect_installation(here)["browser"] is None  # Firefox draws no pictures
+    named = inspect_installation({**here, "NAO_KIN_BROWSER": "/no/browser"})
+    assert named["browser"] is None
+    assert any("NAO_KIN_BROWSER" in problem and "/no/browser" in problem for problem in named["problems"])
+
+
+@pytest.mark.usefixtures("loads")
 def test_two_pinocchios_in_one_conda_environment_are_named(tmp_path: Path) -> None:
     (tmp_path / "conda-meta").mkdir()
     (tmp_path / "conda-meta" / "pinocchio-3.2.0-py311.json").touch()

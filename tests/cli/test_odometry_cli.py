@@ -30,7 +30,9 @@ def walk(nao: nk.NaoModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     q = np.tile(nao.posture("StandInit"), (60, 1))
     for name, sign in (("LKneePitch", 1.0), ("RKneePitch", -1.0)):
         q[:, nao.joint_names.index(name)] += np.maximum(sign * swing, 0.0)
-    measured = np.column_stack([np.cos(5.0 * times) > 0.0, np.cos(5.0 * times) <= 0.0, np.full((60, 3), 0.1)])
+    left = np.cos(5.0 * times) > 0.0
+    gyro = 0.1 + 0.01 * np.sin(times[:, None] + np.arange(3.0))
+    measured = np.column_stack([5.4 * left, 5.4 * ~left, gyro])
     return times, q, measured
 
 

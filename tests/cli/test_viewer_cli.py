@@ -23,10 +23,10 @@ from loops import full
 from viewer_pages import PATIENCE, messages_of, processes, read_png, until
 
 import nao_kin as nk
+from nao_kin._core.browsers import find_browsers
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.browser import find_browser
 
 
 def _shown(path: Path) -> tuple[np.ndarray, dict]:
@@ -164,7 +164,7 @@ def test_bad_input_is_refused_in_one_line(
     assert "which is not a program" in _refused(capsys, "--png", str(tmp_path / "x.png"))
     monkeypatch.delenv("NAO_KIN_BROWSER")
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("nao_kin.viewer.browser._MAC_APPLICATIONS", ())
+    monkeypatch.setattr("nao_kin._core.browsers._MAC_APPLICATIONS", ())
     assert "none was found: install one" in _refused(capsys, "--png", str(tmp_path / "x.png"))
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -273,7 +273,7 @@ def test_options_that_repeat_or_contradict_are_refused(
 @pytest.mark.full
 def test_a_picture_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     try:
-        find_browser()
+        find_browsers()
     except NoBrowser as error:
         pytest.skip(f"no browser to draw with: {error}")
     path = tmp_path / "nao.png"
@@ -328,7 +328,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forks]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_picture_cut_short_leaves_nothing_behind(programs: Forks, short_folder: Path, number: signal.Signals) -> None:
     try:
-        find_browser()
+        find_browsers()
     except NoBrowser as error:
         pytest.skip(f"no browser to draw with: {error}")
 

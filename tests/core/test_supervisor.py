@@ -18,11 +18,11 @@ from loops import full
 from viewer_pages import PATIENCE, processes, until
 
 import nao_kin as nk
+from nao_kin._core.browsers import find_browsers
 from nao_kin._core.process import _locked, kill_group
 from nao_kin.cli.app import run
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.browser import find_browser
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
 
@@ -45,7 +45,7 @@ def _processes_of_chromium(folder: Path) -> list[int]:
 @pytest.fixture
 def needs_browser() -> None:
     try:
-        find_browser()
+        find_browsers()
     except NoBrowser as error:
         pytest.skip(f"no browser to draw with: {error}")
 
@@ -179,6 +179,53 @@ def test_a_program_that_is_no_browser_is_noticed_at_once(
     assert str(caught.value) == f"the browser {program} {line}"
     assert not (tmp_path / "x.png").exists()
     assert list(short_folder.iterdir()) == []
+
+
+def _program(path: Path, script: str) -> Path:
+    path.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+    path.chmod(0o755)
+    return path
+
+
+def test_after_a_browser_that_ends_by_itself_the_next_one_is_tried_and_their_last_words_are_shown(
+    nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = "[12:34:1128/150000.1:FATAL:zygote_host_impl_linux.cc(128)]"
+    _program(
+        tmp_path / "chromium", f"echo starting >&2; echo '{log} No usable sandbox!' >&2; echo '#0 0x55' >&2; exit 133"
+    )
+    chrome = _program(tmp_path / "google-chrome", "printf 'no\\n' >&2; kill -SEGV $$")
+    _program(tmp_path / "firefox", "touch tried")
+    (tmp_path / "chrome").symlink_to(chrome)  # the same program once more
+    monkeypatch.setenv("PATH", f"{tmp_path}:/bin", prepend=None)
+    monkeypatch.delenv("NAO_KIN_BROWSER", raising=False)
+    monkeypatch.setattr("nao_kin._core.browsers._NAMES", ("chromium", "google-chrome", "chrome"))
+    monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
+    with pytest.raises(NoBrowser) as caught:
+        Viewer(nao).save_png(tmp_path / "x.png", timeout=PATIENCE)
+    said = str(caught.value).split("; ")
+    assert (
+        said[0]
+        == f"the browser {tmp_path}/chromium ended with exit code 133 before it showed the scene: No usable sandbox!"
+    )
+    assert said[1] == f"the browser {chrome} was ended by SIGSEGV before it showed the scene: no"
+    assert "NAO_KIN_BROWSER" in said[2]
+    assert len(said) == 3
+
+
+@pytest.mark.usefixtures("needs_browser")
+def test_a_picture_is_drawn_by_the_first_browser_that_works(
+    nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "google-chrome").symlink_to(find_browsers()[0])
+    _program(tmp_path / "chromium", "exit 133")
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setattr("nao_kin._core.browsers._NAMES", ("chromium", "google-chrome"))
+    monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
+    viewer = Viewer(nao)
+    for name in ("a.png", "b.png"):  # the second one in the page of the first
+        viewer.save_png(tmp_path / name, size=(64, 64), timeout=PATIENCE)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 @pytest.mark.full

@@ -272,7 +272,7 @@ def test_out_of_reach_is_said_with_the_distance(nao: nk.NaoModel, side: str, bey
 def test_a_message_says_what_is_in_the_way(nao: nk.NaoModel) -> None:
     far = nao.fk(nao.posture("StandZero"), "LLeg")
     far[2, 3] -= 0.012
-    assert nk.ik.leg(nao, "L", far).message == "out of reach by 12 mm; the nearest pose is off by 12 mm"
+    assert nk.ik.leg(nao, "L", far).message == "out of reach; the nearest pose is off by 12 mm"
     folded = bent(nao, "L", KneePitch=2.31)
     said = nk.ik.leg(nao, "L", nao.fk(folded, "LLeg"))
     assert said.reason is Reason.JOINT_LIMIT

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -264,6 +265,22 @@ def test_six_weights_are_along_the_axes_of_the_target(nao: nk.NaoModel) -> None:
 # --- what is not met ------------------------------------------------------------------------------------------------
 
 
+def test_a_lower_bound_is_not_called_a_distance(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("x", kind="prismatic", axis=(1.0, 0.0, 0.0), limits=(-1.0, 1.0)),
+        J("y", kind="prismatic", axis=(0.0, 1.0, 0.0), limits=(-1.0, 1.0)),
+        J("turn", axis=(0.0, 0.0, 1.0)),
+        J("tip", axis=(0.0, 0.0, 1.0), xyz=(2.0, 0.0, 0.0)),
+    )
+    target = np.array([9.0, 9.0, 9.0])
+    found = numeric(robot, "tip_l", target)
+    assert found.reason is Reason.OUT_OF_REACH
+    away = float(np.linalg.norm(robot.position(found.q, "tip_l") - target))
+    assert float(found.obstacles.needed) < away - 1.0
+    assert [float(n) for n in re.findall(r"[0-9.]+", str(found.message))] == [pytest.approx(away, abs=5e-3)]
+
+
 def test_a_target_beyond_the_stretched_leg_says_how_far(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.neutral(), "LLeg")
     T[2, 3] -= 0.05
@@ -271,7 +288,7 @@ def test_a_target_beyond_the_stretched_leg_says_how_far(nao: nk.NaoModel) -> Non
     assert found.success is False
     assert found.reason is Reason.OUT_OF_REACH
     assert float(found.obstacles.needed) == pytest.approx(0.05, abs=1e-9)
-    assert "out of reach by 50 mm" in str(found.message)
+    assert found.message == "out of reach; the nearest pose is off by 50 mm"
     assert found.residual[0] == pytest.approx(0.05, abs=1e-3)
     assert nao.within_limits(found.q)
 

@@ -129,12 +129,12 @@ def test_what_is_merged_is_a_copy() -> None:
 )
 def test_a_distance_is_said_in_the_unit_in_which_people_say_it(needed: float, words: str) -> None:
     found = result(1, obstacles=Obstacles(np.array(-1), np.array(needed), np.array(0.0)))
-    assert found.message == f"out of reach by {words}"
+    assert found.message == f"out of reach by at least {words}"
 
 
 def test_a_target_in_millimetres_is_guessed() -> None:
     found = result(1, obstacles=Obstacles(np.array(-1), np.array(180.0), np.array(0.0)))
-    assert found.message == "out of reach by 180 m; targets are in metres"
+    assert found.message == "out of reach by at least 180 m; targets are in metres"
 
 
 def test_the_joint_that_is_in_the_way_is_named_with_the_value_it_needs() -> None:
@@ -180,7 +180,7 @@ def test_a_solution_of_a_redundant_limb_is_said_to_be_one_of_many(nao: nk.NaoMod
 )
 def test_a_length_is_rounded_before_its_unit_is_chosen(metres: float, words: str) -> None:
     found = result(1, obstacles=Obstacles(np.array(-1), np.array(metres), np.zeros(())))
-    assert found.message == f"out of reach by {words}"
+    assert found.message == f"out of reach by at least {words}"
 
 
 def test_a_batch_has_a_message_for_each_target() -> None:

@@ -274,7 +274,7 @@ def test_feet_that_are_too_far_apart_are_said_so(nao: nk.NaoModel) -> None:
     assert np.isnan(found.torso).all()
     assert found.reason is Reason.OUT_OF_REACH
     assert 0.1 < found.beyond < 0.2
-    assert found.message.startswith("the feet cannot both be stood on: too far apart by 1")
+    assert found.message.startswith("the feet cannot both be stood on: too far apart by at least 1")
     assert "metres" not in found.message
     both = whole_body(nao, {}, feet={"L": feet["L"], "R": np.array([feet["R"], far])}, near=q, restarts=2)
     assert both.success.tolist() == [True, False]  # type: ignore[union-attr]

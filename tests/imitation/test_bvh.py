@@ -138,13 +138,14 @@ def renamed(text: str, naming: str) -> str:
     return text.replace("@", "")
 
 
-@pytest.mark.parametrize("naming", ["mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "points"])
+@pytest.mark.parametrize("naming", ["mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "daz", "points"])
 def test_every_naming_is_recognised_by_its_names(tmp_path: Path, naming: str) -> None:
     file = tmp_path / "person.bvh"
     file.write_text(renamed(WAVE, naming))
     truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     skeleton = nk.imitation.read_skeleton(file)
     assert skeleton.source == naming
+    assert skeleton.notes[0] == f"names of {naming}"
     assert {"left_wrist", "right_elbow", "pelvis", "chest", "neck", "head", "left_ankle"} <= skeleton.points.keys()
     for name in skeleton.points.keys() - {"left_hand", "right_hand", "left_toe", "right_toe"}:
         np.testing.assert_allclose(skeleton.points[name], truth.points[name], atol=1e-12)
@@ -222,7 +223,7 @@ def test_a_file_with_z_up_is_read_like_one_with_y_up(tmp_path: Path) -> None:
     file.write_text("\n".join([head + "MOTION", label, frame_time, *rows]))
     truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     skeleton = nk.imitation.read_skeleton(file)
-    assert skeleton.notes[0] == "z points up, by the direction of the trunk"
+    assert "z points up, by the direction of the trunk" in skeleton.notes
     for name, points in skeleton.points.items():
         x, y, z = truth.points[name].T
         np.testing.assert_allclose(points, np.stack([y, -x, z], axis=1), atol=1e-12)  # another heading
@@ -259,6 +260,11 @@ FAULTS = {
         lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 0"),
         "frame time is 0, expected more than",
     ),
+    "a frame in 17 minutes": (
+        lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 1e3"),
+        "0.001 frames per second, expected 1 to 1000; rate= (--rate)",
+    ),
+    "no time": (lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 5e-324"), "expected 1 to 1000"),
     "half a frame": (lambda t: t.replace("Frames: 65", "Frames: 64.5"), "number of frames is 64.5, expected a whole"),
     "binary": (lambda t: t + "\0", "expected a finite number"),
 }
@@ -272,7 +278,7 @@ def test_a_malformed_file_is_refused_with_its_place(tmp_path: Path, fault: str) 
     with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)) as caught:
         nk.imitation.read_skeleton(file)
     assert str(file) in str(caught.value)
-    if fault != "empty":
+    if fault not in ("empty", "a frame in 17 minutes", "no time"):
         assert caught.value.line > 0
 
 
@@ -300,6 +306,37 @@ def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
         file.write_bytes(data[:end])
         with pytest.raises(nk.errors.BadInputFile):
             nk.imitation.read_skeleton(file)
+
+
+def test_ends_may_have_numbers_and_names(tmp_path: Path) -> None:
+    file = tmp_path / "person.bvh"
+    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    for end in ("End Site-7", "End Site left tip", "end site"):
+        file.write_text(WAVE.replace("End Site", end))
+        found = nk.imitation.read_skeleton(file)
+        np.testing.assert_allclose(found.points["left_toe"], truth.points["left_toe"], atol=1e-12)
+    file.write_text(WAVE.replace("End Site", "End Sight", 1))
+    with pytest.raises(nk.errors.BadInputFile, match="'Sight', expected Site") as caught:
+        nk.imitation.read_skeleton(file)
+    assert caught.value.line == WAVE[: WAVE.index("End Site")].count("\n") + 1
+
+
+def test_names_of_point_sources_do_not_compete_for_bvh_files(tmp_path: Path) -> None:
+    """MakeHuman's names share shoulders, elbows and hips with those of Human3.6M, but not the wrists."""
+    text = WAVE
+    for own, theirs in (("Arm", "shoulder"), ("ForeArm", "elbow"), ("Hand", "hand"), ("UpLeg", "hip"), ("Leg", "knee")):
+        for side in ("Left", "Right"):
+            text = re.sub(rf"JOINT {side}{own}\n", f"JOINT @{side[0].lower()}{theirs}\n", text)
+    file = tmp_path / "person.bvh"
+    file.write_text(text.replace("@", "").replace("JOINT LeftShoulder", "JOINT LeftCollar").replace("Hips", "Hip"))
+    found, truth = nk.imitation.read_skeleton(file), nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    assert found.source == "daz"
+    np.testing.assert_allclose(found.points["left_wrist"], truth.points["left_wrist"], atol=1e-12)
+    stated = nk.imitation.read_skeleton(file, source="h36m17")
+    assert "no left_wrist, right_wrist: forearms keep StandInit" in stated.notes
+    file.write_text(file.read_text(encoding="utf-8").replace("shoulder", "Schulter").replace("elbow", "Ellbogen"))
+    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
+        nk.imitation.read_skeleton(file)
 
 
 def test_deep_hierarchies_need_no_recursion(tmp_path: Path) -> None:

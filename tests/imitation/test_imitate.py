@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName
 from nao_kin.imitation import Skeleton, imitate
 
 FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
@@ -158,3 +160,34 @@ def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
         imitate(nao, seen, legs="follow")
     with pytest.raises(BadArgument, match="mirror must be True or False"):
         imitate(nao, seen, mirror="left")  # type: ignore[arg-type]
+
+
+def test_frames_far_apart_are_not_joined(nao: nk.NaoModel) -> None:
+    wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    times = wave.times + np.where(wave.times > 2.0, 3600.0, 0.0)
+    paused = Skeleton(times, wave.points)
+    for cutoff in (0.0, 4.0):
+        with pytest.raises(BadArgument, match=r"no frames between 2 and 3602\.05 s"):
+            imitate(nao, paused, cutoff=cutoff, legs="ignore", collisions=False)
+    part = imitate(nao, paused.between(0.0, 2.0), legs="ignore", collisions=False)
+    assert part.times[-1] == pytest.approx(2.0)
+
+
+def test_notes_say_for_how_long_points_are_unknown(nao: nk.NaoModel) -> None:
+    wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    points = {name: values.copy() for name, values in wave.points.items()}
+    points["left_wrist"][10:50] = np.nan
+    points["left_elbow"][[3, 7]] = np.nan
+    points["right_wrist"][40:] = np.nan
+    made = imitate(nao, Skeleton(wave.times, points), legs="ignore", collisions=False)
+    assert "left wrist is unknown in 40 of 65 frames, for up to 2 s" in made.notes
+    assert "left elbow is unknown in 2 of 65 frames" in made.notes
+    assert "right wrist is unknown in 25 of 65 frames, for up to 1.2 s" in made.notes
+
+
+@pytest.mark.parametrize("legs", ["stand", "ignore"])
+def test_a_person_whom_nothing_shows_is_refused(nao: nk.NaoModel, legs: Literal["stand", "ignore"]) -> None:
+    wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    unsure = {name: np.full(len(wave), 0.1) for name in wave.names}
+    with pytest.raises(DegeneratePoints, match="no frame has shoulders or hips"):
+        imitate(nao, Skeleton(wave.times, wave.points, confidence=unsure), legs=legs)

@@ -75,6 +75,39 @@ def test_a_first_frame_without_a_person_leaves_the_robot_as_it_is(nao: nk.NaoMod
         np.testing.assert_allclose(q, nao.posture("StandInit"), atol=1e-12)
 
 
+def test_names_and_arrays_may_take_turns(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    seen = landmarks * (1.0, 1.0, 1.0, 0.0) + (0.0, 0.0, 0.0, 1.0)
+    whole = Skeleton.from_landmarks(seen, "mediapipe", times=2.0 * np.arange(len(seen)))
+    arrays, turns, few = (Imitator(nao, cutoff=0.0) for _ in range(3))
+    for k, frame in enumerate(seen):
+        named = {name: whole.points[name][k] for name in reversed(whole.names)}
+        left = {name: point for name, point in named.items() if name.startswith("left") or "shoulder" in name}
+        q = arrays.step(frame, 2.0 * k)
+        np.testing.assert_allclose(turns.step(named if k % 2 else frame, 2.0 * k), q, atol=1e-9)
+        if k % 2:
+            few.step(left, 2.0 * k)
+        else:
+            np.testing.assert_allclose(few.step(frame, 2.0 * k), q, atol=0.2)
+
+
+def test_a_configuration_that_is_changed_outside_changes_nothing(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    one, other = Imitator(nao), Imitator(nao)
+    for k, frame in enumerate(landmarks):
+        q = one.step(frame, 0.1 * k)
+        np.testing.assert_array_equal(other.step(frame, 0.1 * k), q)
+        q += 1.0
+        one.q[:] = 2.0
+        frame[:] = np.nan  # a camera that writes into one buffer
+    with pytest.raises(AttributeError):
+        one.q = q  # type: ignore[misc]
+
+
+def test_smpl_may_have_hands_or_none(nao: nk.NaoModel) -> None:
+    joints = np.random.default_rng(0).normal(size=(24, 3))
+    whole, body = (Imitator(nao, "smpl", up="y").step(joints[:count], 0.0) for count in (24, 22))
+    np.testing.assert_allclose(whole, body)
+
+
 def test_wrong_input_is_refused(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
     with pytest.raises(UnknownName, match="unknown source 'mediapip' .nearest: mediapipe."):
         Imitator(nao, "mediapip")

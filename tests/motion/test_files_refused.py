@@ -298,8 +298,8 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.pos",
         f"! 0 -3.5-4 {'0 ' * 23}5\n",
-        "HP is '-3.5-4'",
-        (1, 5),
+        "27 numbers, expected 25 values and a duration",
+        (1, 0),
     ),
     (
         "a.pos",
@@ -623,9 +623,7 @@ def test_input_without_an_end_is_refused(
         os.mkfifo(name)
         writer = threading.Thread(target=_write_on, args=(name,), daemon=True)
         writer.start()
-    with pytest.raises(
-        (BadInputFile, BadModel), match="more than 1048576 bytes and not a regular file; it may have no end"
-    ):
+    with pytest.raises((BadInputFile, BadModel), match="more than 1048576 bytes"):
         READERS[reads](name)
     if writer is not None:
         writer.join(300.0)

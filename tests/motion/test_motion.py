@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.interpolate import BPoly, CubicHermiteSpline, PchipInterpolator
 
 import nao_kin as nk
-from nao_kin._core.sides import other_side, side_of
+from nao_kin._core.sides import other_sides, side_of
 from nao_kin.motion import is_motion_file
 from nao_kin.motion.interpolation import INTERPOLATIONS, segment_of, smooth_slopes
 
@@ -417,16 +417,36 @@ def test_joints_that_the_robot_does_not_have_are_refused(nao: nk.NaoModel) -> No
         ("elbow_left", "elbow_right"),
         ("leftElbow", "rightElbow"),
         ("LEFT_ELBOW", "RIGHT_ELBOW"),
+        ("L", "R"),
+        ("leg_left_1_joint", "leg_right_1_joint"),
+        ("jLeftHip", "jRightHip"),
+        ("arm.l.2", "arm.r.2"),
+        ("FL_hip", "FR_hip"),
+        ("HL_HAA", "HR_HAA"),
+        ("fl.hx", "fr.hx"),
+        ("LF_HAA", "RF_HAA"),
+        ("lh_kfe_joint", "rh_kfe_joint"),
     ],
 )
 def test_names_say_their_side(one: str, other: str) -> None:
-    assert (other_side(one), other_side(other)) == (other, one)
+    assert (other_sides(one), other_sides(other)) == ([other], [one])
     assert (side_of(one), side_of(other)) == ("left", "right")
 
 
-@pytest.mark.parametrize("name", ["HeadYaw", "Lever", "Rotor", "roll", "laser", "lefty", "", "R", "upright"])
+def test_names_with_more_than_one_side_have_more_than_one_other_name() -> None:
+    assert other_sides("RL_hip") == ["RR_hip"]
+    assert set(other_sides("RR_hip")) > {"RL_hip", "LR_hip"}  # rear right, or right rear
+    assert (side_of("RL_hip"), side_of("RR_hip"), side_of("LR_hip")) == ("left", "right", "left")
+    assert {"l_gripper_r_finger", "l_gripper_l_finger"} < set(other_sides("r_gripper_l_finger"))
+    assert "RLEG_HIP_R" in other_sides("LLEG_HIP_R")  # the last letter is for roll
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["HeadYaw", "Lever", "Rotor", "roll", "laser", "lefty", "", "leg1_l2", "Upright", "RearJoint", "hand_ring_joint"],
+)
 def test_names_without_a_side_stay(name: str) -> None:
-    assert other_side(name) == name
+    assert other_sides(name) == []
     assert side_of(name) is None
 
 

@@ -415,6 +415,50 @@ def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: 
     assert _run(script, "tcp://127.0.0.1:1").stdout == "0.5\n"
 
 
+# What NAOqi 2.5 documents and Python 2 allows, and no Python 3 can parse, or has.
+OLD_WORDS = {
+    "async": "import qi\nprint(qi.async(lambda x: x + 1, 2).value())\n",
+    "async of Python 2": "import qi\nprint qi.async(lambda x: x / 2, 7, delay=1000).value()\n",
+    "a name": "def async(await=3): return await\nprint async(await=3)\n",
+    "clock": "import time\nprint(3 if time.clock() >= 0 else 0)\n",
+    "clock by name": "from time import clock\nprint 3 if clock() >= 0 else 0\n",
+    "global": """
+x = 1
+def f():
+    'A docstring.'
+    print(x)
+    for _ in range(1):
+        global x
+    x = 3
+    def inner():
+        global x, y
+        y = x
+    inner()
+f()
+print(y)
+""",
+}
+
+
+@pytest.mark.parametrize("name", OLD_WORDS)
+def test_words_that_python_3_has_taken_or_lost_still_run(tmp_path: Path, name: str) -> None:
+    script = tmp_path / "old.py"
+    script.write_text(OLD_WORDS[name])
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert (done.returncode, done.stdout.split()[-1:]) == (0, ["3"]), done.stderr
+
+
+def test_a_mistake_in_python_2_is_shown_where_python_2_stops(tmp_path: Path) -> None:
+    script = tmp_path / "old.py"
+    script.write_text("print 'a'\nprint 'b'\nif True print 'c'\n")
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert done.returncode == 1
+    assert "line 3" in done.stderr
+    assert "if True print 'c'" in done.stderr
+    script.write_text("print('a')\nif True print('c')\nprint(1, end='')\n")
+    assert "line 2" in _run(script, "tcp://127.0.0.1:1").stderr
+
+
 def test_python_2_beside_python_3_runs_translated_and_other_modules_do_not(tmp_path: Path) -> None:
     (tmp_path / "moves.py").write_text("def half(x):\n\tprint 'half of', x\n        return x / 2\n")
     (tmp_path / "new.py").write_text("def half(x):\n    return x / 2\n")

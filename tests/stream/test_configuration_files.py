@@ -187,7 +187,8 @@ def test_joint_states_that_rostopic_prints_are_read_by_the_names_in_their_rows(
     assert np.allclose(log.times, 1.7e9 + 0.02 * np.arange(7), rtol=0.0, atol=1e-6)
     nk.stream.fk(nao, path, "LArm", sink)
     assert np.allclose(np.load(sink), nao.fk(q, "LArm"), rtol=0.0, atol=1e-12)
-    motion = nk.motion.read_motion(path)
+    with pytest.warns(nk.motion.MotionFileWarning, match="taken as ns"):
+        motion = nk.motion.read_motion(path)
     assert np.array_equal(motion.configurations(nao).q, q)
     # columns= has the last word.
     swapped = {"field.position1": shuffled[1], "field.position2": shuffled[0]}

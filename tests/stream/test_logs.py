@@ -157,31 +157,45 @@ def test_times_are_seconds_or_what_their_unit_or_size_says(
     assert [re.search(r"taken as (\w+) since 1970", line)[1] for line in log.notes] == [note] * bool(note)
 
 
-def test_times_without_a_unit_whose_steps_are_too_long_for_a_log_are_noted(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path
+@pytest.mark.parametrize(
+    ("heading", "step", "unit", "noted"),
+    [
+        ("time", 0.02, "s", False),
+        ("time", 2.0, "s", True),
+        ("time", 10.0, "ms", True),
+        ("time", 2e4, "us", True),
+        ("time", 1e7, "ns", True),
+        ("time [s]", 20.0, "s", False),
+        ("time [ns]", 1e7, "ns", False),
+    ],
+)
+def test_the_step_of_times_shows_their_unit_and_a_guess_is_noted(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, heading: str, step: float, unit: str, noted: bool
 ) -> None:
     source, sink = tmp_path / "log.csv", tmp_path / "poses.csv"
-    for heading, step, noted in (("time", 1e7, True), ("time", 20.0, False), ("time [ns]", 1e7, False)):
-        source.write_text(_text({heading: step * np.arange(ROWS), **_table(nao, q)}))
-        log = read_log(nao, source)
-        result = nk.stream.fk(nao, source, "Head", sink, overwrite=True)
-        assert log.notes == result.notes
-        assert [re.search(r"taken as s, (\S+) s from row to row", note)[1] for note in log.notes] == ["1e+07"] * noted
+    times = step * np.arange(ROWS)
+    source.write_text(_text({heading: times, **_table(nao, q)}))
+    log = read_log(nao, source)
+    result = nk.stream.fk(nao, source, "Head", sink, overwrite=True)
+    assert np.array_equal(log.times, times / {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[unit])
+    assert log.notes == result.notes
+    assert [re.search(r"taken as (\w+)", note)[1] for note in log.notes] == [unit] * noted
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_the_first_rows_determine_the_unit_of_times_however_much_is_read_at_once(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, kind: str
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
+    monkeypatch.setattr(csv_source, "BYTES_AT_ONCE", 8000)  # some ten rows
     source, sink = tmp_path / f"log.{kind}", tmp_path / "poses.csv"
-    # A clock in ns that passes 100 s, where the size of its times would be that of ms since 1970.
+    # A clock in ns that passes 100 s, where the size of its times is that of ms since 1970.
     table = {"time": 1e9 * np.arange(300.0), **_table(nao, np.repeat(q, 300 // ROWS + 1, axis=0)[:300])}
     (tmp_path / "log.csv").write_text(_text(table))
     if kind == "parquet":
-        pyarrow.parquet.write_table(pa.table(table), source, row_group_size=20)
+        pyarrow.parquet.write_table(pa.table(table), source, row_group_size=2)
     nk.stream.fk(nao, source, "Head", sink)
     written = [float(line.split(",")[1]) for line in sink.read_text().splitlines()[1:]]
-    assert written == table["time"].tolist()
+    assert written == (table["time"] / 1e9).tolist()
     assert read_log(nao, tmp_path / "log.csv").times.tolist() == written
 
 
@@ -195,14 +209,16 @@ def test_files_of_one_run_have_times_of_one_unit(nao: nk.NaoModel, q: np.ndarray
         nk.stream.fk(nao, sources, "Head", sink, overwrite=True, **options)
         return [float(line.split(",")[1]) for line in sink.read_text().splitlines()[1:]]
 
-    for headings in (("time", "time"), ("time [s]", "time")):
-        with pytest.raises(BadInputFile, match=r"b\.csv: its times are in ms by their size, those of .*a\.csv in s; "):
+    for headings, units in ((("time [s]", "time"), ("ns", "s")), (("time", "time [ms]"), ("ms", "ns"))):
+        of_one = rf"b\.csv: its times are in {units[0]}.*, those of .*a\.csv in {units[1]}"
+        with pytest.raises(BadInputFile, match=of_one):
             written(headings, (0.0, 300.0))
     # Headings are believed, also if they differ, and columns= counts as a heading.
     expected = pytest.approx([*TIMES, *(TIMES + 300.0)], abs=1e-9)
     assert written(("time [ns]", "time [ns]"), (0.0, 300.0)) == expected
     assert written(("time", "time"), (0.0, 300.0), columns={"time": "time [ns]"}) == expected
-    # One unit by size is one unit.
+    # One unit that is guessed is one unit.
+    assert written(("time", "time"), (0.0, 300.0)) == expected
     assert written(("time", "time"), (1.7e9, 1.7e9 + 300.0))[0] == pytest.approx(1.7e9 + TIMES[0])
 
 

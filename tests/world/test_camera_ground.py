@@ -512,8 +512,8 @@ def test_times_in_a_gap_or_outside_a_log_have_no_configuration(nao: nk.NaoModel)
             nk.world.configurations_at(nao, times, q, alone)
     assert nk.world.configurations_at(nao, [1.0], q[:1], 1.0).tolist() == q[0].tolist()
     assert nk.world.configurations_at(nao, times, q, np.empty((0, 3))).shape == (0, 3, nao.nq)
-    with pytest.raises(BadArgument, match="times must ascend: row 2 is at 0.1 s, row 1 at 0.1 s"):
-        nk.world.configurations_at(nao, [0.0, 0.1, 0.1, 0.2], q, 0.01)
+    with pytest.raises(BadArgument, match="times must ascend: row 2 is at 0.1 s, row 1 at 0.2 s"):
+        nk.world.configurations_at(nao, [0.0, 0.2, 0.1, 0.3], q, 0.01)
     wrong = [
         {"times": times[:3]},
         {"q": q[:, :3]},

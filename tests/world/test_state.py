@@ -158,6 +158,7 @@ def test_the_accelerometers_sign_and_unit_do_not_matter(
     found = found_in(nao, log, accelerometer=sign * unit * log.accelerometer)
     assert Errors.of(found, life).tilt < 0.4
     assert any("as LoLA has it" in note for note in found.notes) == (sign < 0.0)
+    assert not any("not used" in note for note in found.notes)
 
 
 def test_a_robot_that_only_lies_gets_a_note_on_the_sign(nao: nk.NaoModel) -> None:
@@ -165,7 +166,7 @@ def test_a_robot_that_only_lies_gets_a_note_on_the_sign(nao: nk.NaoModel) -> Non
     times = 0.01 * np.arange(50)
     found = nk.world.state(nao, q, times=times, accelerometer=np.tile([-9.8, 0.0, 0.0], (50, 1)))
     assert set(found.posture.tolist()) == {"front"}
-    assert "the accelerometer's sign is taken as that of 9.8 m/s² up" in found.notes[0]
+    assert "sign is taken as that of 9.8 m/s² up" in found.notes[0]
     empty = nk.world.state(nao, q, times=times, accelerometer=np.tile([0.0, 0.0, 0.0], (50, 1)))
     assert set(empty.posture.tolist()) == {"unknown"}
     assert not empty.valid.any()
@@ -234,7 +235,7 @@ def test_the_pose_is_that_of_pinocchio_with_the_support_sole_on_the_floor(nao: n
 
 
 def test_the_covariance_of_the_height_is_that_of_finite_differences(nao: nk.NaoModel) -> None:
-    q, forces = np.tile(nao.posture("Crouch"), (3, 1)), np.tile([[1.0, 0.2]], (3, 1))
+    q, forces = np.tile(nao.posture("Crouch"), (3, 1)), np.tile([[4.5, 0.9]], (3, 1))
     angles = np.tile([0.05, -0.1], (3, 1))
     times = [0.0, 0.1, 0.2]
     found = nk.world.state(nao, q, times=times, angles=angles, forces=forces)
@@ -336,7 +337,7 @@ def test_the_centre_of_pressure_is_the_weighted_mean_of_the_sensors(nao: nk.NaoM
     assert by_sole.support.tolist() == found.support.tolist()
 
 
-@pytest.mark.parametrize("unit", [1.0, 9.81, 1.0 / 5.4])
+@pytest.mark.parametrize("unit", [1.0, 9.81, 1.0 / 5.13])
 def test_contact_is_lost_after_two_tenths_of_a_second(nao: nk.NaoModel, unit: float) -> None:
     times = 0.01 * np.arange(400)
     forces = np.full((400, 2), 2.7)

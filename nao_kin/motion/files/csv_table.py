@@ -15,21 +15,19 @@ from __future__ import annotations
 import io
 import math
 import re
-import zipfile
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
-from nao_kin._core.files import numpy_errors
-from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, read_heading, time_unit_of
+from nao_kin._core.files import read_arrays
+from nao_kin._core.headings import JOINT_UNITS, in_si_units, read_heading
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.files.source import FilePosition, Format, MotionSource
-from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, warn_of_curves
+from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, units_per_second, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion
 
@@ -76,7 +74,7 @@ def _read_csv(source: MotionSource) -> Motion:
     times, at = rows[:, -1], table.places[-1] + 1
     if np.isnan(times).any():
         raise source.error("a row without a time", FilePosition(lines[int(np.argmax(np.isnan(times)))], at))
-    times = times / TIME_UNITS[table.time_unit or time_unit_of(times)]
+    times = times / units_per_second(source, times, table.time_unit)
     check_times(source, times, lambda row: FilePosition(lines[row], at), negative=True)
     for name, place, values in zip(table.names, table.places, in_si_units(rows[:, :-1], table.units).T, strict=False):
         given = np.flatnonzero(~np.isnan(values))
@@ -119,8 +117,6 @@ CSV = Format(
 # Arrays: joint_names (joints,) text; counts (joints,) the number of keys of each; times and keys (sum of counts,) joint
 # after joint [s; rad, m or ratio]; interpolation () text; for "bezier", handles (sum of counts, 2, 2).
 
-# A motion of 10⁷ keys has a fifth of this size.
-_MAX_BYTES = 1 << 31
 _REQUIRED = ("joint_names", "counts", "times", "keys", "interpolation")
 
 
@@ -131,7 +127,7 @@ def _recognises_npz(source: MotionSource) -> bool:
 
 def _read_npz(source: MotionSource) -> Motion:
     """Read the motion in an npz file, without unpickling anything."""
-    arrays = _arrays(source)
+    arrays = read_arrays(source.name, source.data, (*_REQUIRED, "handles"), wrong="not an npz file of a motion")
     for name in _REQUIRED:
         if name not in arrays:
             raise source.error(f"no array {name!r}; expected {', '.join(_REQUIRED)}")
@@ -170,17 +166,6 @@ def _read_npz(source: MotionSource) -> Motion:
         where = FilePosition(where=f"joint_names[{row}]")
         tracks.append(Track(joint, parts["times"][row], parts["keys"][row], own, where, place))
     return motion_of(source, tracks, interpolation, negative=True)
-
-
-def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
-    """Return the known arrays of the file."""
-    with numpy_errors(source.name, "not an npz file of a motion"):
-        with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
-        if size > _MAX_BYTES:
-            raise source.error(f"unpacked it is {size} bytes, more than {_MAX_BYTES}")
-        with np.load(io.BytesIO(source.data), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files if name in (*_REQUIRED, "handles")}
 
 
 def _write_npz(motion: Motion, _: Motion) -> bytes:

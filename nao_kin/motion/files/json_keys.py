@@ -21,15 +21,17 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
+from nao_kin._core.headings import TIME_UNITS
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.motion.files.source import FilePosition, Format, MotionSource, in_json
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of, units_per_second
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
 
 TITLE = "nao_kin motion"
 _FIELDS = ("format", "units", "interpolation", "joint_names", "times", "keys", "handles")
-_UNITS = {"time": {"s": 1.0, "ms": 1e-3}, "angle": {"rad": 1.0, "deg": math.pi / 180.0}}
+_UNITS = {"time": tuple(TIME_UNITS), "angle": ("rad", "deg")}
+_ADVICE = '"units": {"time": "s"} in the file says otherwise'
 
 
 def recognises(source: MotionSource) -> bool:
@@ -54,9 +56,11 @@ def read(source: MotionSource) -> Motion:
         raise source.error("no joints", in_json("joint_names"))
     for row, joint in enumerate(joints):
         source.check_joint(joint, in_json("joint_names", row))
-    seconds, angle = _scale(source, "time"), _scale(source, "angle")
+    unit, angles = _unit(source, "time"), _unit(source, "angle")
+    angle = math.pi / 180.0 if angles == "deg" or (source.degrees and angles is None) else 1.0
     interpolation = _interpolation(source)
     times, columns = _times_and_keys(source, joints)
+    per_second = units_per_second(source, np.unique(np.concatenate(times)), unit, _ADVICE)
     handles: list[Floats | None] = [None] * len(joints)
     if document.get("handles") is not None:
         if interpolation != "bezier":
@@ -69,9 +73,9 @@ def read(source: MotionSource) -> Motion:
         tracks.append(
             Track(
                 joint,
-                own * seconds,
+                own / per_second,
                 keys * scale,
-                None if offsets is None else offsets * [seconds, scale],
+                None if offsets is None else offsets * [1.0 / per_second, scale],
                 in_json("joint_names", row),
                 time_of.entry,
                 in_json("handles", row).entry,
@@ -135,7 +139,8 @@ def _interpolation(source: MotionSource) -> Interpolation:
     raise source.error(reason, in_json("interpolation"))
 
 
-def _scale(source: MotionSource, quantity: str) -> float:
+def _unit(source: MotionSource, quantity: str) -> str | None:
+    """Return the unit that the file states for a quantity, or None."""
     units = source.json.get("units", {})
     if not isinstance(units, dict):
         raise source.error(f"expected an object, got {described(units)}", in_json("units"))
@@ -143,12 +148,12 @@ def _scale(source: MotionSource, quantity: str) -> float:
         if name not in _UNITS:
             raise source.error(f"unknown quantity; expected {' or '.join(_UNITS)}", in_json("units", name))
     if quantity not in units:
-        return _UNITS["angle"]["deg"] if source.degrees and quantity == "angle" else 1.0
+        return None
     given = units[quantity]
     if not isinstance(given, str) or given not in _UNITS[quantity]:
-        expected = " or ".join(_UNITS[quantity])
+        expected = ", ".join(_UNITS[quantity])
         raise source.error(f"unit {quoted(given, MAX_SHOWN)}, expected {expected}", in_json("units", quantity))
-    return _UNITS[quantity][given]
+    return given
 
 
 def _is_nested(times: list[Any]) -> bool:

@@ -36,8 +36,9 @@ _OLD_ORDER = ["".join(filter(str.isupper, joint)) for joint in BODY_ORDER if joi
 _MARKED = re.compile(r"^![ \t]*[-+.\d]", re.MULTILINE | re.ASCII)
 # A pose before 2019, in a file with a comment of short names.
 _OLD_NAMES = re.compile(r"^[#\s]*HY[ \t]+HP[ \t]+LSP\b", re.MULTILINE)
-_OLD_POSE = re.compile(r"^[ \t]*(?:[-+.\d]+[ \t]+){25}\d+[ \t]*(?:#.*)?$", re.MULTILINE | re.ASCII)
-_WORD = re.compile(r"[^\s!$]+")
+_OLD_POSE = re.compile(r"^[ \t]*(?:[-+]?[.\d]+(?:[ \t]+|(?=[-+]))){25}\d+[ \t]*(?:#.*)?$", re.MULTILINE | re.ASCII)
+# A sign begins a number also without a blank before it, for C++ reads `-33.2-89.9` as two.
+_WORD = re.compile(r"[^\s!$](?:[^\s!$+-]|(?<=[eE])[-+])*")
 _OFF = -1.0  # stiffness of a motor that is switched off
 _WIDTH = 6
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.headings import COLUMN_ADVICE, TIME_UNITS, guessed_time_unit, refuse_long
 from nao_kin._core.text import MAX_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
@@ -25,6 +26,15 @@ _MAX_LISTED = 5
 def nowhere(key: int) -> FilePosition:
     """Return no place, for any key."""
     return NOWHERE
+
+
+def units_per_second(source: MotionSource, times: Floats, unit: str | None, advice: str = COLUMN_ADVICE) -> float:
+    """Return how many of the stated unit of times are in a second; without one it is guessed, with a warning."""
+    if unit is None:
+        unit, note = guessed_time_unit(times, advice=advice)
+        if note:
+            warn_caller(f"{abbreviated(source.name)}: {note}", MotionFileWarning)
+    return TIME_UNITS[unit]
 
 
 @dataclass(frozen=True)
@@ -47,7 +57,7 @@ def motion_of(
     *,
     negative: bool = False,
 ) -> Motion:
-    """Return the motion of all tracks; times before 0 s are an error unless they may be `negative`."""
+    """Return the motion of all tracks, at most a day; times before 0 s are an error unless they may be `negative`."""
     other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
     if other and source.ignore_other:
         tracks = [track for track in tracks if track.joint in source.joints]
@@ -75,7 +85,7 @@ def motion_of(
             _check_handles(source, track, track.handles)
     handles = [track.handles for track in tracks if track.handles is not None]
     try:
-        return Motion(
+        motion = Motion(
             [track.times for track in tracks],
             [track.joint for track in tracks],
             [track.keys for track in tracks],
@@ -84,6 +94,8 @@ def motion_of(
         )
     except NaoKinError as error:
         raise source.error(str(error)) from None
+    refuse_long(source.name, motion.key_times)
+    return motion
 
 
 def check_times(source: MotionSource, times: Floats, place: FilePositionOf, *, negative: bool = False) -> Floats:

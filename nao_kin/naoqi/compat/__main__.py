@@ -15,6 +15,7 @@ import io
 import os
 import re
 import sys
+import time
 import tokenize
 import traceback
 import types
@@ -122,10 +123,12 @@ def _redirect_qi(endpoint: str) -> None:
 # --- Python 2 as Python 3: scripts, and the modules of their folders.
 #
 # lib2to3 translates code that Python 3 cannot parse or that uses names of Python 2; two integers are then divided as in
-# Python 2.
+# Python 2, `global` may follow a use of the name, and `async` and `await` are ordinary names.
 
 _NAMES = frozenset("raw_input xrange unicode basestring unichr execfile long reduce".split())
 _METHODS = frozenset(("has_key", "iteritems", "itervalues"))
+# NAOqi 2.5 documents `qi.async`, which Python 3 cannot parse; qi 3 calls it `runAsync`.
+_QI_ASYNC = re.compile(rb"(?<=\bqi\.)async\b")
 _MODULES = frozenset(
     "BaseHTTPServer ConfigParser Queue SocketServer StringIO Tkinter cPickle cStringIO commands httplib thread "
     "tkFileDialog tkMessageBox urllib2 urlparse".split()
@@ -136,10 +139,12 @@ _TRUE_DIVISION = re.compile(rb"^\s*from\s+__future__\s+import\s.*\bdivision\b", 
 
 def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.CodeType, bool]:
     """Return the code of a script or module, and whether it was translated; an `old` one belongs to Python 2."""
+    content = _QI_ASYNC.sub(b"runAsync", content)
     try:
         tree = ast.parse(content, path)
-    except (SyntaxError, ValueError):
-        translated = _translated(content, path)
+        code = compile(tree, path, "exec", dont_inherit=True)
+    except (SyntaxError, ValueError) as error:
+        translated = _translated(content, path, getattr(error, "lineno", None) or 0)
         if translated is None:
             raise
         return translated, True
@@ -147,7 +152,7 @@ def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.Cod
         translated = _translated(content, path)
         if translated is not None:
             return translated, True
-    return compile(tree, path, "exec", dont_inherit=True), False
+    return code, False
 
 
 def find_modules_in(folder: Path, *, old: bool) -> None:
@@ -197,12 +202,14 @@ def _only_in_python_2(tree: ast.AST) -> bool:
     for node in nodes:
         if isinstance(node, ast.Name) and node.id in _NAMES - bound:
             return True
-        if isinstance(node, ast.Attribute) and node.attr in _METHODS:
+        if isinstance(node, ast.Attribute) and (node.attr in _METHODS or ast.unparse(node) == "time.clock"):
             return True
         if isinstance(node, ast.Import) and any(alias.name in _MODULES for alias in node.names):
             return True
-        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module in _MODULES:
-            return True
+        if isinstance(node, ast.ImportFrom) and node.level == 0:
+            names = {alias.name for alias in node.names}
+            if node.module in _MODULES or (node.module == "time" and "clock" in names):
+                return True
     return False
 
 
@@ -219,24 +226,41 @@ def _is_for_other_versions(handler: ast.ExceptHandler) -> bool:
     return bool(names & {"ImportError", "ModuleNotFoundError", "NameError", "AttributeError"})
 
 
-def _translated(content: bytes, path: str) -> types.CodeType | None:
-    """Return the code of a Python 2 script; None if it is not Python 2, or if there is no translator."""
+def _translated(content: bytes, path: str, read_to: int = 0) -> types.CodeType | None:
+    """Return the code of a Python 2 script; None if it is not Python 2, or if there is no translator.
+
+    Raise SyntaxError at a line after `read_to`, the line where Python 3 stopped, if Python 2 stops there.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # deprecated, but part of every Python for which qi has wheels
         try:
+            from lib2to3.pgen2.parse import ParseError
             from lib2to3.refactor import RefactoringTool, get_fixers_from_package
         except ImportError:
             return None
+        text = _text(content).expandtabs(8) + "\n"
         try:
-            tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
-            text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", path))
-            tree = ast.parse(text, path)
+            translated: Any = RefactoringTool(get_fixers_from_package("lib2to3.fixes")).refactor_string(text, path)
+            for leaf in translated.leaves():
+                if leaf.value in ("async", "await"):
+                    leaf.value += "_"
+            tree = ast.parse(str(translated), path)
+            if not _TRUE_DIVISION.search(content):
+                setattr(builtins, _DIVIDE, _divide)
+                tree = _Divisions().visit(tree)
+            tree = ast.fix_missing_locations(_Globals().visit(tree))
+            code = compile(tree, path, "exec", dont_inherit=True)
+        except ParseError as error:
+            line, column = error.context[1]
+            if read_to and line > read_to:
+                shown = text.split("\n")[line - 1]
+                raise SyntaxError("invalid syntax, also in Python 2", (path, line, column + 1, shown)) from None
+            return None
         except Exception:  # a script that the translator cannot parse is not Python 2
             return None
-        if not _TRUE_DIVISION.search(content):
-            setattr(builtins, _DIVIDE, _divide)
-            tree = ast.fix_missing_locations(_Divisions().visit(tree))
-        return compile(tree, path, "exec", dont_inherit=True)
+    if not hasattr(time, "clock"):
+        time.clock = time.process_time  # type: ignore[attr-defined]
+    return code
 
 
 def _text(content: bytes) -> str:
@@ -272,6 +296,28 @@ class _Divisions(ast.NodeTransformer):
     def _call(self, node: ast.AST, one: ast.expr, other: ast.expr) -> ast.Call:
         function = ast.copy_location(ast.Name(_DIVIDE, ast.Load()), node)
         return ast.copy_location(ast.Call(function, [one, other], []), node)
+
+
+class _Globals(ast.NodeTransformer):
+    """Moves `global` to the beginning of its function or class: Python 2 allows uses of the names before it."""
+
+    def __init__(self) -> None:
+        self._names: list[str] = []
+
+    def _visit_scope(self, node: Any) -> Any:
+        outer, self._names = self._names, []
+        self.generic_visit(node)
+        if self._names:
+            after = int(ast.get_docstring(node, clean=False) is not None)
+            node.body.insert(after, ast.copy_location(ast.Global(sorted(set(self._names))), node))
+        self._names = outer
+        return node
+
+    visit_FunctionDef = visit_ClassDef = _visit_scope
+
+    def visit_Global(self, node: ast.Global) -> ast.AST:
+        self._names += node.names
+        return ast.copy_location(ast.Pass(), node)
 
 
 if __name__ == "__main__":

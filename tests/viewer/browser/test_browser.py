@@ -145,7 +145,7 @@ def test_posture_buttons_take_the_robot_there(page: Page, nao: nk.NaoModel) -> N
     for name in nao.posture_names:
         page.tab.get_by_role("button", name=name, exact=True).click()
         assert np.array_equal(page.q, nao.posture(name))
-        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=3e-4)
 
 
 def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: nk.NaoModel) -> None:
@@ -165,7 +165,7 @@ def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: 
         line = page.run("() => [...naoKin.balance.margin.geometry.attributes.position.array]")
         along = np.mean(np.reshape(line, (4, 3))[[1, 2]], axis=0) - np.mean(np.reshape(line, (4, 3))[[0, 3]], axis=0)
         assert np.linalg.norm(along) == pytest.approx(margin, abs=1e-6), name
-        assert margin == pytest.approx(float(nk.world.balance(nao, nao.posture(name)).margin), abs=1e-4), name
+        assert margin == pytest.approx(float(nk.world.balance(nao, nao.posture(name)).margin), abs=1e-9), name
         text = page.tab.get_by_label("Balance").inner_text()
         assert text == f"margin {1e3 * margin:.1f}\u00a0mm"
     page.run("() => naoKin.show({com: false, support: false})")

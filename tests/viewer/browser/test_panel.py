@@ -16,10 +16,10 @@ from loops import for_all, full
 from viewer_pages import OPTIONS, Page, opened, until, visitor
 
 import nao_kin as nk
+from nao_kin._core.browsers import find_browsers
 from nao_kin.motion import mirror
 from nao_kin.stream.tables import read_configurations
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.browser import find_browser
 
 SIZE = (1100, 760)
 STEP = math.radians(1.0)
@@ -1290,7 +1290,7 @@ def test_everything_grows_with_the_readers_font(browser: Any, document: Path) ->
     with another(browser, document, (1400, 900)) as tab:
         usual = tab.evaluate(measure)
     options = [*OPTIONS, "--blink-settings=defaultFontSize=32"]
-    large = browser.browser_type.launch(executable_path=str(find_browser()), args=options)
+    large = browser.browser_type.launch(executable_path=str(find_browsers()[0]), args=options)
     try:
         with another(large, document, (1400, 900)) as tab:
             assert tab.evaluate(measure) == pytest.approx([2 * height for height in usual], rel=0.1)

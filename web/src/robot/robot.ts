@@ -1,4 +1,5 @@
 import type { Object3D } from "three";
+import { carrierOf } from "../ik/chain.ts";
 import { LinkColours } from "../scene/link_colours.ts";
 import { makeMesh } from "../scene/materials.ts";
 import type { Studio } from "../scene/studio.ts";
@@ -53,6 +54,8 @@ const SLACK = 1e-6;
 export class Robot extends Skeleton {
   frames: Map<string, number>;
   meshes: Shape[] = [];
+  /** For each sole the links that move with it. */
+  feet: number[][];
   q: number[];
   /** The vertical in the root's frame that a clip gives with the configurations, of any length; zeros if it gives none. */
   clipUp = [0, 0, 0];
@@ -68,6 +71,10 @@ export class Robot extends Skeleton {
       this.nodes[link].add(mesh);
       this.meshes.push({ mesh, link, light, accent });
     }
+    const carriers = about.links.map(({ path }) => carrierOf(about, path));
+    this.feet = about.soles.map(({ link }) =>
+      [...carriers.keys()].filter((other) => carriers[other] === carriers[link]),
+    );
     /** The configuration. There is only this one array, into which meshcat's clips and all other parts write. */
     this.q = [...about.neutral];
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
@@ -123,6 +130,15 @@ export class Robot extends Skeleton {
   /** Pose of the root in the scene, whose floor is at z = 0. */
   placement() {
     return this.fromWorld().multiply(this.root.matrixWorld);
+  }
+
+  /** The corners of each sole in the scene, whose floor is at z = 0. */
+  corners() {
+    return this.about.soles.map(({ link, corners }) => {
+      const T = this.fromWorld().multiply(this.nodes[link].matrixWorld);
+      const places = Array.from({ length: corners.length / 3 }, (_, i) => new THREE.Vector3(...corners.slice(3 * i)));
+      return places.map((corner) => corner.applyMatrix4(T));
+    });
   }
 
   /** Height of the lowest vertex over the floor, of all shapes or of some. */

@@ -1,10 +1,8 @@
 import type { PageWith } from "../app.ts";
 import { convexHull, inside, type Point } from "../math/surfaces.ts";
 import { makeInk } from "../panel/element.ts";
-import { jointOf } from "../pick/facts.ts";
 import { nearestOnRim } from "../robot/settling.ts";
 import { THREE } from "../three.ts";
-import type { About } from "../types.ts";
 import { unitOf, withUnit } from "../values/units.ts";
 
 type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
@@ -58,14 +56,12 @@ export class Balance {
   margin = flatMark(16);
   label = new THREE.Group();
   group = new THREE.Group();
-  private feet: Set<number>;
   /** How the robot stands since its last movement, once somebody has asked. */
   private found: Stand | null = null;
 
   constructor(readonly page: Page) {
     // Made only once: the graphics card would have to compile new materials in each step of a movement.
     const size = page.studio.markScale;
-    this.feet = feetOf(page.robot.about);
     this.ball = new THREE.Mesh(new THREE.SphereGeometry(0.018 * size, 32, 24), quarteredMaterial());
     this.ball.renderOrder = 20;
     this.down.computeLineDistances();
@@ -159,32 +155,20 @@ export class Balance {
    */
   hull() {
     const { robot } = this.page;
-    const points: THREE.Vector2[] = [];
-    const corner = new THREE.Vector3();
-    const soles = robot.about.soles.filter(({ corners }) => corners.length > 3);
-    for (const { link, corners } of soles) {
-      const T = robot.fromWorld().multiply(robot.nodes[link].matrixWorld);
-      for (let i = 0; i < corners.length; i += 3) {
-        const { x, y, z } = corner.fromArray(corners, i).applyMatrix4(T);
-        if (z < TOUCHING) points.push(new THREE.Vector2(x, y));
-      }
-    }
-    const vertices: THREE.Vector2[] = [];
+    const hasOutline = robot.about.soles.map(({ corners }) => corners.length > 3);
+    const corners = robot.corners().filter((_, i) => hasOutline[i]);
+    const points = corners.flat().filter(({ z }) => z <= TOUCHING);
+    const feet = new Set(robot.feet.filter((_, i) => hasOutline[i]).flat());
+    const vertices: THREE.Vector3[] = [];
     let isOnFeet = true;
-    robot.eachVertex(({ x, y, z }, link) => {
-      if (z >= TOUCHING) return;
-      vertices.push(new THREE.Vector2(x, y));
-      isOnFeet &&= this.feet.has(link);
+    robot.eachVertex((vertex, link) => {
+      if (vertex.z > TOUCHING) return;
+      vertices.push(vertex.clone());
+      isOnFeet &&= feet.has(link);
     }, TOUCHING);
-    return convexHull(isOnFeet ? points : [...points, ...vertices]);
+    const touching = isOnFeet ? points : [...points, ...vertices];
+    return convexHull(touching.map(({ x, y }) => new THREE.Vector2(x, y)));
   }
-}
-
-/** The links that move with a sole that has an outline. */
-function feetOf(about: About) {
-  const soles = about.soles.filter(({ corners }) => corners.length > 3);
-  const moved = new Set(soles.map(({ link }) => jointOf(about, link)));
-  return new Set(about.links.map((_, link) => link).filter((link) => moved.has(jointOf(about, link))));
 }
 
 /** A mark that lies on the floor, behind what is in front of it. */

@@ -1,0 +1,249 @@
+"""Orders of points without names: found by their number and by a person's bones, asked for, or doubted."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from people import walker
+
+import nao_kin as nk
+from nao_kin.errors import BadInputFile
+
+Floats = NDArray[np.float64]
+RATE = 20.0
+
+
+def both(text: str, first: str = "left") -> list[str]:
+    """Return names of one side, then of the other."""
+    sides = (first, "right" if first == "left" else "left")
+    return [f"{side}_{part}" for side in sides for part in text.split()]
+
+
+def pairs(text: str) -> list[str]:
+    return [f"{side}_{part}" for part in text.split() for side in ("left", "right")]
+
+
+# The orders as their makers document them, by the names of this library and some more.
+SMPL22 = [
+    *["pelvis", *pairs("hip"), "chest", *pairs("knee"), "chest", *pairs("ankle"), "chest", *pairs("toe")],
+    *["neck", *pairs("collar"), "head", *pairs("shoulder elbow wrist")],
+]
+ORDERS = {
+    "mediapipe": [
+        *["nose", *["left_eye"] * 3, *["right_eye"] * 3, *pairs("ear mouth shoulder elbow wrist hand hand thumb")],
+        *pairs("hip knee ankle heel toe"),
+    ],
+    "kinect_v2": [
+        *["pelvis", "chest", "neck", "head", *both("shoulder elbow wrist hand"), *both("hip knee ankle toe"), "neck"],
+        *both("hand thumb"),
+    ],
+    "body25": [
+        *["nose", "neck", *both("shoulder elbow wrist", "right"), "pelvis", *both("hip knee ankle", "right")],
+        *["right_eye", "left_eye", "right_ear", "left_ear", *both("toe toe heel")],
+    ],
+    "azure_kinect": [
+        *["pelvis", "chest", "chest", "neck", *both("collar shoulder elbow wrist hand hand thumb")],
+        *[*both("hip knee ankle toe"), "head", "nose", *both("eye ear")],
+    ],
+    "h36m32": [
+        *["pelvis", *both("hip knee ankle toe toe", "right"), "pelvis", "chest", "neck", "nose", "head"],
+        *[
+            x
+            for side in ("left", "right")
+            for x in ["neck", *(f"{side}_{part}" for part in ("shoulder elbow wrist wrist thumb hand hand".split()))]
+        ],
+    ],
+    "coco17": ["nose", *pairs("eye ear shoulder elbow wrist hip knee ankle")],
+    "h36m17": [
+        *["pelvis", *both("hip knee ankle", "right"), "chest", "neck", "nose", "head", *both("shoulder elbow wrist")],
+    ],
+    "smpl": [*SMPL22, *pairs("hand")],
+}
+OTHERS_OF_SMPL = {
+    22: SMPL22,
+    52: [*SMPL22, *["left_hand"] * 15, *["right_hand"] * 15],
+    55: [*SMPL22, "head", *pairs("eye"), *["left_hand"] * 15, *["right_hand"] * 15],
+}
+
+
+def person(rng: np.random.Generator, noise: float = 0.0, seconds: float = 4.0) -> dict[str, Floats]:
+    """Return someone who walks and turns, with one arm that is raised, with errors in all points [m]."""
+    made = walker(seconds, rate=RATE)
+    points = {name: values.copy() for name, values in made.points.items()}
+    up = np.linspace(0.0, 2.0, len(made))
+    for part, length in (("elbow", 0.28), ("wrist", 0.25)):
+        before = points["left_shoulder" if part == "elbow" else "left_elbow"]
+        points["left_" + part] = before + length * np.stack([np.sin(up), 0.3 + 0.0 * up, -np.cos(up)], axis=1)
+    points["pelvis"] = (points["left_hip"] + points["right_hip"]) / 2.0
+    points["neck"] = (points["left_shoulder"] + points["right_shoulder"]) / 2.0 + (0.0, 0.0, 0.03)
+    points["chest"] = 0.6 * points["neck"] + 0.4 * points["pelvis"]
+    points["head"] = (points["left_ear"] + points["right_ear"]) / 2.0
+    for side in ("left_", "right_"):
+        along = points[side + "wrist"] - points[side + "elbow"]
+        points[side + "hand"] = points[side + "wrist"] + 0.3 * along
+        points[side + "thumb"] = points[side + "wrist"] + 0.25 * along + (0.0, 0.0, 0.03)
+        points[side + "eye"] = 0.7 * points["nose"] + 0.3 * points[side + "ear"] + (0.0, 0.0, 0.03)
+        points[side + "mouth"] = 0.8 * points["nose"] + 0.2 * points[side + "ear"] - (0.0, 0.0, 0.05)
+        points[side + "heel"] = points[side + "ankle"] + (-0.05, 0.0, -0.06)
+        points[side + "collar"] = 0.7 * points["neck"] + 0.3 * points[side + "shoulder"]
+    turn = nk.rotations.rot_z(np.linspace(0.0, float(rng.uniform(-4.0, 4.0)), len(made)))
+    return {
+        name: np.einsum("nij,nj->ni", turn, values) + rng.normal(0.0, noise, values.shape)
+        for name, values in points.items()
+    }
+
+
+def array_of(points: dict[str, Floats], order: list[str], source: str) -> Floats:
+    """Return points in an order and in the axes of a camera, as its maker documents them; else with y up."""
+    ahead, left, up = np.moveaxis(np.stack([points[name] for name in order], axis=1), -1, 0)
+    if source == "kinect_v2":
+        return np.stack([-left, up, 2.5 - ahead], axis=-1)
+    if source in ("mediapipe", "azure_kinect"):
+        return np.stack([left, -up, 2.5 - ahead], axis=-1)
+    return np.stack([left, up, ahead], axis=-1)
+
+
+def saved(folder: Path, array: Floats) -> Path:
+    np.save(folder / "points.npy", array)
+    return folder / "points.npy"
+
+
+CASES = [*ORDERS.items(), *(("smpl", order) for order in OTHERS_OF_SMPL.values())]
+
+
+@pytest.mark.parametrize(("source", "order"), CASES, ids=[f"{name}, {len(order)}" for name, order in CASES])
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+def test_the_bones_show_the_order(tmp_path: Path, source: str, order: list[str], noise: float) -> None:
+    rng = np.random.default_rng([len(order), int(1e3 * noise)])
+    points = person(rng, noise)
+    array = array_of(points, order, source)
+    array[rng.random(array.shape[:2]) < 0.1] = np.nan  # points that are not seen
+    found = nk.imitation.read_skeleton(saved(tmp_path, array), rate=RATE)
+    assert found.source == source
+    assert any(f"{len(order)} points" in note and source in note for note in found.notes)
+    assert not any("mirrored" in note or "bones" in note.split(",")[0] for note in found.notes)
+    arm = found.points["left_wrist"] - found.points["left_shoulder"]
+    own = points["left_wrist"] - points["left_shoulder"]
+    seen = np.isfinite(arm).all(axis=1)
+    np.testing.assert_allclose(np.linalg.norm(arm, axis=1)[seen], np.linalg.norm(own, axis=1)[seen], rtol=1e-9)
+    if noise == 0.0:  # a person who stands still, of whom a single frame is enough
+        nk.imitation.read_skeleton(saved(tmp_path, array_of(points, order, source)[:1]), source=source)
+
+
+@pytest.mark.parametrize("count", [17, 25, 32])
+def test_an_order_that_cannot_be_known_is_asked_for(tmp_path: Path, count: int) -> None:
+    names = sorted(name for name, order in ORDERS.items() if len(order) == count)
+    array = np.random.default_rng(0).normal(size=(30, count, 3))
+    with pytest.raises(BadInputFile, match="state source=") as caught:
+        nk.imitation.read_skeleton(saved(tmp_path, array), rate=RATE)
+    assert all(name in str(caught.value) for name in names)
+
+
+def test_another_order_of_as_many_points_is_refused_or_doubted(tmp_path: Path) -> None:
+    points = person(np.random.default_rng(3), 0.01)
+    scrambled = np.roll(array_of(points, ORDERS["mediapipe"], "mediapipe"), -1, axis=1)
+    with pytest.raises(BadInputFile, match=r"33 points: mediapipe, but .*; state source="):
+        nk.imitation.read_skeleton(saved(tmp_path, scrambled), rate=RATE)
+    for source, other in itertools.permutations(("kinect_v2", "body25", "azure_kinect", "h36m32"), 2):
+        if len(ORDERS[source]) == len(ORDERS[other]):
+            file = saved(tmp_path, array_of(points, ORDERS[source], source))
+            stated = nk.imitation.read_skeleton(file, rate=RATE, source=other)
+            assert any(f"are these the points of {other}?" in note for note in stated.notes)
+            assert not any("mirrored" in note for note in stated.notes)
+
+
+def table(folder: Path, array: Floats, numbers: range, kept: slice = slice(None)) -> Path:
+    """Write columns x1, y1, z1, v1, … of some points, after a column of classes, as most do for MediaPipe."""
+    chosen = [*numbers][kept]
+    heads = ["time", "class", *(f"{what}{number}" for number in chosen for what in "xyzv")]
+    rows = [
+        ",".join([repr(k / RATE), "bow", *map(repr, np.column_stack([frame, np.full(len(frame), 3)]).ravel().tolist())])
+        for k, frame in enumerate(array[:, kept])
+    ]
+    (folder / "coords.csv").write_text("\n".join([",".join(heads), *rows]))
+    return folder / "coords.csv"
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_landmarks_are_numbered_from_0_or_from_1(tmp_path: Path, first: int) -> None:
+    array = array_of(person(np.random.default_rng(4), 0.02), ORDERS["mediapipe"], "mediapipe")
+    truth = nk.imitation.Skeleton.from_landmarks(array, "mediapipe", rate=RATE)
+    numbers = range(first, first + 33)
+    # All; those from the shoulders on, of which the last number tells; those to the knees, of which the first one does.
+    for kept in (slice(None), slice(11, 33), slice(0, 29) if first == 0 else slice(None)):
+        found = nk.imitation.read_skeleton(table(tmp_path, array, numbers, kept))
+        assert any(f"mediapipe, counted from {first}" in note for note in found.notes)
+        np.testing.assert_allclose(found.points["left_wrist"], truth.points["left_wrist"], atol=1e-12)
+        np.testing.assert_allclose(found.points["right_knee"], truth.points["right_knee"], atol=1e-12)
+
+
+def test_numbers_that_show_no_beginning_are_decided_by_bones_or_asked_for(tmp_path: Path) -> None:
+    array = array_of(person(np.random.default_rng(4), 0.02), ORDERS["mediapipe"], "mediapipe")
+    found = nk.imitation.read_skeleton(table(tmp_path, array, range(33), slice(11, 29)))
+    assert any("counted from 0, by the lengths of bones" in note for note in found.notes)
+    # One landmark off, a shoulder for a mouth and an elbow for a shoulder, bones may be as equal.
+    with pytest.raises(BadInputFile, match="counted from 0 or mediapipe, counted from 1; state source="):
+        nk.imitation.read_skeleton(table(tmp_path, array, range(1, 34), slice(0, 29)))
+
+
+def test_numbers_that_names_state_are_those_of_the_file(tmp_path: Path) -> None:
+    array = array_of(person(np.random.default_rng(5)), ORDERS["mediapipe"], "mediapipe")
+    names = {
+        f"{side}_{part}": str(at)
+        for at, (part, side) in enumerate(
+            itertools.product(("shoulder", "elbow", "wrist"), ("left", "right")), start=11
+        )
+    }
+    names |= {"left_hip": "23", "right_hip": "24"}
+    file = table(tmp_path, array, range(33), slice(11, 29))
+    found = nk.imitation.read_skeleton(file, names=names, up="-y")
+    np.testing.assert_allclose(
+        found.points["left_wrist"] - found.points["left_hip"],
+        (array[:, 15] - array[:, 23]) @ [[0, 1, 0], [0, 0, -1], [-1, 0, 0]],
+        atol=1e-12,
+    )
+
+
+def test_numbered_points_of_another_source(tmp_path: Path) -> None:
+    points = person(np.random.default_rng(6), 0.02)
+    for source in ("coco17", "body25", "kinect_v2", "azure_kinect"):
+        array = array_of(points, ORDERS[source], source)
+        for first in (0, 1):
+            found = nk.imitation.read_skeleton(table(tmp_path, array, range(first, first + array.shape[1])))
+            assert found.source == source
+
+
+def test_a_person_who_kneels_is_not_mirrored() -> None:
+    """Toes point back, and no nose shows where the face is."""
+    points = person(np.random.default_rng(7))
+    for side in ("left_", "right_"):
+        knee = points[side + "knee"] = points[side + "hip"] - (0.0, 0.0, 0.42)
+        points[side + "ankle"] = knee - (0.42, 0.0, 0.02)
+        points[side + "toe"] = points[side + "ankle"] - (0.15, 0.0, 0.05)
+    array = array_of(points, ORDERS["kinect_v2"], "kinect_v2")[:1]
+    assert not any("mirrored" in note for note in nk.imitation.Skeleton.from_landmarks(array, "kinect_v2").notes)
+    flipped = nk.imitation.Skeleton.from_landmarks(array * (-1.0, 1.0, 1.0), "kinect_v2")
+    truth = nk.imitation.Skeleton.from_landmarks(array, "kinect_v2")
+    assert truth.points["left_wrist"].shape == flipped.points["left_wrist"].shape
+
+
+def test_points_that_are_missing_are_noted(nao: nk.NaoModel, tmp_path: Path) -> None:
+    wave = nk.imitation.SAMPLES["wave"].read_text(encoding="utf-8")
+    file = tmp_path / "no hands.bvh"
+    file.write_text(wave.replace("LeftHand", "LeftPaw").replace("RightHand", "RightPaw"))
+    found = nk.imitation.read_skeleton(file)
+    assert "no left_wrist, right_wrist: forearms keep StandInit" in found.notes
+    whole = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
+    assert not any(note.startswith("no ") for note in whole.notes)
+    less = nk.imitation.Skeleton(
+        whole.times, {name: values for name, values in whole.points.items() if name not in ("left_wrist", "head")}
+    )
+    made = nk.imitation.imitate(nao, less.between(0.0, 0.2), legs="ignore", collisions=False)
+    assert "no left_wrist: the left forearm keeps StandInit" in made.notes
+    assert any(note.endswith("the head keeps StandInit") for note in made.notes)
+    column = nao.joint_names.index("LElbowRoll")
+    np.testing.assert_allclose(made.q[:, column], nao.posture("StandInit")[column], atol=1e-12)
