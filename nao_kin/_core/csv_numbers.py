@@ -196,6 +196,8 @@ class TableColumns:
     time_unit: str | None = None  # None if the file does not state it
     all: int = 0  # number of columns in the file
     iso_times: IsoTimes | None = None  # None if the times are numbers
+    assumed: tuple[bool, ...] = ()  # whether the heading of each name gives no unit
+    notes: tuple[str, ...] = ()  # on columns that are left out
     blanks: bool = False  # whether empty cells are NaN rather than errors
     gaps: bool = False  # whether empty cells of joints and the text NaN are NaN rather than errors
     delimiter: str = ","
@@ -212,13 +214,15 @@ class TableColumns:
         error: Callable[[str, int], Exception],
         *,
         degrees: bool = False,
+        given: Sequence[str] | None = None,
     ) -> tuple[TableColumns, list[int]]:
         """Return the columns to read from a table, and the indices of all columns of times.
 
-        `headings` has None for a column to skip. `joints` take precedence over names of times. `units_of(heading, name,
-        index)` returns the units that a column may have, the default first, or nothing to skip it.
+        `headings` has None for a column to skip, and `given` are the headings in the file if they differ. `joints` take
+        precedence over names of times. `units_of(heading, name, index)` returns the units that a column may have, the
+        default first, or nothing to skip it.
         """
-        found: dict[str, tuple[str, int]] = {}
+        found: dict[str, tuple[str, int, bool]] = {}
         times: dict[int, str | None] = {}
         for place, text in enumerate(headings):
             if text is None or (place == 0 and is_index(text)):
@@ -226,9 +230,12 @@ class TableColumns:
             heading = read_heading(text)
             name, unit = heading.name, heading.unit
             is_time = heading.is_time and name not in joints
+            unit = heading.time_unit if is_time else unit
             units = tuple(TIME_UNITS) if is_time else units_of(text, name, place)
             if name in found:
-                raise error(f"joint {quoted(name)} is given twice", place)
+                both = [(given or headings)[at] for at in (found[name][1], place)]
+                names = "" if both[0] == both[1] else f", as {quoted(both[0])} and as {quoted(both[1])}"
+                raise error(f"joint {quoted(name)} is given twice{names}", place)
             if units and unit is not None and unit not in units:
                 reason = f"unit {quoted(unit, MAX_SHOWN)} of {name}, expected one of {', '.join(units)}"
                 raise error(reason, place)
@@ -236,11 +243,12 @@ class TableColumns:
                 times[place] = unit
             elif units:
                 usual = "deg" if degrees and "deg" in units else units[0]
-                found[name] = usual if unit is None else "deg" if unit == "°" else unit, place
-        names, places = tuple(found), [place for _, place in found.values()] + list(times)[:1]
+                found[name] = usual if unit is None else "deg" if unit == "°" else unit, place, unit is None
+        units, own, assumed = zip(*found.values(), strict=True) if found else ((), (), ())
+        places = (*own, *list(times)[:1])
         time_unit = next(iter(times.values()), None)
-        units = tuple(unit for unit, _ in found.values())
-        return cls(names, units, tuple(places), bool(times), time_unit, len(headings)), list(times)
+        table = cls(tuple(found), units, places, bool(times), time_unit, len(headings), assumed=assumed)
+        return table, list(times)
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -264,8 +272,8 @@ class TableColumns:
     def of_csv(self, head: CsvHead, rows: bytes) -> TableColumns:
         """Return the columns with the delimiter, decimal mark and form of times that head and first rows show."""
         table = replace(self, delimiter=head.delimiter, mark=head.mark)
-        if head.read_as:
-            names = [place for place, field in enumerate(head.fields) if field.startswith("field.name")]
+        names = [place for place, field in enumerate(head.fields) if field.startswith("field.name")]
+        if head.read_as and names:
             table = replace(table, fixed_from=names[0], fixed=head.first[names[0] : names[-1] + 1])
         if not self.timed:
             return table

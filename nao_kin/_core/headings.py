@@ -25,13 +25,41 @@ from nao_kin.errors import BadInputFile
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
 # Units that a heading may name for columns of sensors, the default first; those of others may be any.
 SENSOR_UNITS = {"gyro": ("rad/s", "deg/s", "°/s"), "angles": ("rad", "deg", "°")}
+# Columns of an inertial unit, in the order in which they are read.
+INERTIAL = {
+    "gyro": ("GyroX", "GyroY", "GyroZ"),
+    "angles": ("AngleX", "AngleY"),
+    "accelerometer": ("AccX", "AccY", "AccZ"),
+}
+# Other names of sensors → the name here: those of NAOqi's keys, and short ones of the force on a sole.
+_SENSOR_NAMES = {
+    **{f"Gyroscope{axis}": f"Gyro{axis}" for axis in "XYZ"},
+    **{f"Accelerometer{axis}": f"Acc{axis}" for axis in "XYZ"},
+    **{f"{side}Fsr": f"{side}Foot/FSR/TotalWeight" for side in "LR"},
+}
 # Units of times, and how many of each are in a second.
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
-_TIME_NAMES = ("time", "timestamp", "t", "stamp")
+# The same units as others write them: spelled out (OptiTrack), with another letter µ, and in names such as time_s.
+_SPELLED = {
+    **{unit: unit for unit in TIME_UNITS},
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "msecs", "millis", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("usec", "usecs", "micros", "microsecond", "microseconds", "\N{GREEK SMALL LETTER MU}s"), "us"),
+    **dict.fromkeys(("nsec", "nsecs", "nanos", "nanosec", "nanosecond", "nanoseconds"), "ns"),
+}
+# Names of columns of times: of logs, PlotJuggler's, of a flattened ROS message, and with the unit at the end.
+_TIME = re.compile(
+    rf"(?:__)?(?:time|timestamp|t|stamp|header\.stamp)(?:_(?P<unit>{'|'.join(_SPELLED)}))?", re.IGNORECASE
+)
+# Words in names that are probably those of times, too.
+_LIKE_TIME = re.compile(r"(?:^|[^a-z])(?:time|stamp|timestamp|clock)(?:$|[^a-z])", re.IGNORECASE)
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 # A longer text is no heading; matching it would take the square of its length.
 _LONGEST_HEADING = 200
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
+DEVICE = "Device/SubDeviceList/"
+_SENSOR = re.compile(rf"(?:{DEVICE})?(?:InertialSensor/)?(?P<name>.+?)(?:/Sensor/Value)?")
+_PLOTTED = re.compile(r"(?P<topic>.*)/(?P<joint>[^/]+)/position")
 # Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
 # Seconds since 1970 have ten digits from 2001 until 2286; larger numbers are in a smaller unit.
@@ -64,7 +92,14 @@ class Heading:
     @property
     def is_time(self) -> bool:
         """Whether the column contains times."""
-        return self.name.lower() in _TIME_NAMES
+        return _TIME.fullmatch(self.name) is not None
+
+    @property
+    def time_unit(self) -> str | None:
+        """The unit of times, one of `TIME_UNITS` if it is known: in brackets, or at the end of a name like time_s."""
+        match = _TIME.fullmatch(self.name)
+        unit = self.unit or (match and match["unit"])
+        return None if unit is None else _SPELLED.get(unit.lower(), unit)
 
 
 def read_heading(text: str) -> Heading:
@@ -76,17 +111,36 @@ def read_heading(text: str) -> Heading:
     return Heading(name if device is None else device["joint"], unit)
 
 
+def sensor_name(text: str) -> str:
+    """Return the name of the sensor, such as AngleX, GyroX, AccX or LFoot/FSR/FrontLeft, that a heading may name.
+
+    A heading is this name, or a key of NAOqi's devices, with or without its beginning and its end.
+    """
+    match = _SENSOR.fullmatch(read_heading(text).name)
+    return "" if match is None else _SENSOR_NAMES.get(match["name"], match["name"])
+
+
+def resembles_time(text: str) -> bool:
+    """Return whether a heading that is not known to be that of times may be one, such as sample_time."""
+    return _LIKE_TIME.search(text) is not None
+
+
 def is_index(text: str) -> bool:
     """Return whether a heading says that the first column contains row numbers."""
     return text.strip() in _INDEX_NAMES
 
 
 def joint_state_columns(headings: Sequence[str], first: Sequence[str]) -> dict[str, str | None]:
-    """Return heading → joint, or None to skip it, of ROS messages of joint states as `rostopic echo -p` prints them.
+    """Return heading → joint, or None to skip it, of ROS messages of joint states in CSV; other tables give nothing.
 
-    The joint of column field.position3 is in column field.name3 of every row; `first` is the first one. Other tables
-    give nothing.
+    As `rostopic echo -p` prints them, the joint of column field.position3 is in column field.name3 of every row;
+    `first` is the first one. PlotJuggler writes a column /joint_states/HeadYaw/position.
     """
+    plotted = {heading: match for heading in headings if (match := _PLOTTED.fullmatch(heading))}
+    if plotted:
+        topics = tuple({f"{match['topic']}/" for match in plotted.values()})
+        others = {heading: None for heading in headings if heading.startswith(topics)}
+        return others | {heading: match["joint"] for heading, match in plotted.items()}
     at = {heading: index for index, heading in enumerate(headings)}
     joints = {}
     for heading in headings:

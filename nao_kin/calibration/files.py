@@ -236,6 +236,7 @@ def from_photos(
     name: str = "chessboard",
     noise: float = 0.5,
     missing: str | float | None = None,
+    degrees: bool = False,
 ) -> Pixels:
     """Return what photos of a chessboard show, with the joint values of a log at their times.
 
@@ -262,10 +263,11 @@ def from_photos(
         name: name of the board.
         noise: standard deviation of u and of v [pixels].
         missing: values of joints that the log does not have, as in `nk.stream.read_log`.
+        degrees: turning joints of the log are in degrees if it does not give their unit.
 
     Returns:
         One posture for each photo, in the order of their names; its pixels are NaN if the photo shows no whole board. A
-        warning names these.
+        warning names these, and others say what is assumed about the log.
 
     Raises:
         MissingExtra: OpenCV is not installed.
@@ -291,7 +293,9 @@ def from_photos(
     size = float(shaped(square, (), "square"))
     if not size > 0.0:
         raise BadArgument(f"square must be positive, got {quoted(square)}")
-    read = read_log(robot, log, limits="ignore", hips="average", missing=missing)
+    read = read_log(robot, log, limits="ignore", hips="average", missing=missing, degrees=degrees)
+    for note in read.notes:
+        warn_caller(f"{quoted(str(log))}: {note}", NaoKinWarning)
     if read.times is None:
         raise BadInputFile(str(log), "no column of times, which photos need")
     q = _interpolated(robot, read.times, read.q, _times(paths, times, read.times), paths)

@@ -154,7 +154,7 @@ def _warnings_as_lines() -> Iterator[None]:
                 return
             text = str(message)
             if issubclass(category, DegreesWarning):  # with the option in place of the function
-                text = f"{text.partition(';')[0]}; are these degrees (--deg)?"
+                text = f"{text.partition(';')[0]}; are these degrees (--deg, of a file --file-deg)?"
             if text not in printed:
                 printed.add(text)
                 print_note(text)

@@ -10,8 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import MISSING, OUTPUT, SEED, OutputOptions, RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written
+from nao_kin.cli.options import (
+    DEG,
+    FILE_DEG,
+    MISSING,
+    OUTPUT,
+    SEED,
+    OutputOptions,
+    RobotOptions,
+    argument,
+    command,
+    flag,
+    option,
+)
+from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table, print_written, units
 from nao_kin.cli.sources import numbers_of, posture_or_number
 from nao_kin.errors import BadArgument
 
@@ -35,19 +47,21 @@ class PhotoOptions:
     )
     place: str | None = option("X,Y,Z,R,P,Y", "The measured pose of the board in the root link [m, rad].")
     missing: str | None = MISSING
+    file_deg: bool = FILE_DEG
 
     def check(self) -> None:
         """Refuse options of photos without --photos, and --photos without those that it needs."""
         needed = {"--board": self.board, "--square": self.square, "--log": self.log}
         others = {"--lens": self.lens, "--times": self.times, "--place": self.place, "--missing": self.missing}
+        others["--file-deg"] = "yes" if self.file_deg else None
         for name, value in (needed | others).items():
             if self.photos is None and value is not None:
                 raise BadArgument(f"{name} is for photos; give --photos")
             if self.photos is not None and value is None and name in needed:
                 raise BadArgument(f"--photos needs {', '.join(needed)}; {name} is missing")
 
-    def read(self, model: RobotModel) -> Pixels | None:
-        """Return what the photos show; None without --photos."""
+    def read(self, model: RobotModel, deg: bool) -> Pixels | None:
+        """Return what the photos show; None without --photos. With `deg` the angles of --place are in degrees."""
         if self.photos is None:
             return None
         sides = re.fullmatch(r"(\d{1,4})\s*[xX×*]\s*(\d{1,4})", str(self.board))
@@ -57,6 +71,9 @@ class PhotoOptions:
         os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(atomic.MAX_NUMBERS))
         from nao_kin.calibration import from_photos
 
+        place = None if self.place is None else np.array(numbers_of(self.place, "--place", 6))
+        if place is not None and deg:
+            place[3:] = np.radians(place[3:])
         return from_photos(
             model,
             self.photos,
@@ -66,8 +83,9 @@ class PhotoOptions:
             camera=self.camera,
             lens=None if self.lens is None else numbers_of(self.lens, "--lens"),
             times=self.times,
-            place=None if self.place is None else numbers_of(self.place, "--place", 6),
+            place=place,
             missing=posture_or_number(self.missing),
+            degrees=self.file_deg,
         )
 
 
@@ -84,7 +102,7 @@ def calibrate(
     refuse: bool = flag("Refuse numbers that the data cannot tell apart, instead of holding some at zero."),
     next_: bool = flag("Print the posture to observe next.", "--next"),
     seed: int = SEED,
-    deg: bool = flag("Print angles in degrees."),
+    deg: bool = DEG,
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
@@ -100,7 +118,7 @@ def calibrate(
     from nao_kin import calibration as room
 
     arguments: dict[str, Any] = {} if file is None else room.read_observations(model, file)
-    seen = photo.read(model)
+    seen = photo.read(model, deg)
     if seen is not None:
         arguments["observations"] = [*arguments.get("observations", []), seen]
     if file is None:
@@ -114,8 +132,10 @@ def calibrate(
     if output is not None:
         found.save(output, overwrite=written.force)
     if written.json:
-        print_json(_document(found, following, output))
+        print_json(_document(found, following, output, deg))
     elif output is None or not atomic.leads_to_standard_output(output):
+        if deg and output is None:
+            print_note("a file of offsets is in radians; --output writes it")
         _print(found, following, deg)
         print_written(*[] if output is None else [output])
 
@@ -131,20 +151,25 @@ def _print(found: Calibration, following: NextPosture | None, deg: bool) -> None
     print(f"residuals: {found.rms_before:.3g} σ before, {found.rms_after:.3g} σ after")
     if following is not None:
         angles = found.robot.angles(following.q, degrees=deg)
-        print(f"next posture, gain {following.gain[following.index]:.3g} nats:")
+        unit = "°" if deg else "rad"
+        print(f"next posture [{unit}], gain {following.gain[following.index]:.3g} nats:")
         for name, value in angles.items():
             print(f"  {name} {value:.4f}")
 
 
-def _document(found: Calibration, following: NextPosture | None, output: str | None) -> dict[str, Any]:
+def _document(found: Calibration, following: NextPosture | None, output: str | None, deg: bool) -> dict[str, Any]:
+    """Return the document of --json; with `deg` angles are in degrees."""
+    turn = degrees_per("rad", deg)
+    scales = {label: degrees_per(unit, deg) for label, unit in zip(found.labels, found.units, strict=True)}
     document: dict[str, Any] = {
         "robot": found.robot.name,
-        "joints": dict(found.joints),
-        "frames": {name: list(six) for name, six in found.frames.items()},
+        "units": units(deg),
+        "joints": {name: value * degrees_per(found.robot.unit(name), deg) for name, value in found.joints.items()},
+        "frames": {name: [*six[:3], *(turn * angle for angle in six[3:])] for name, six in found.frames.items()},
         "poses": {name: T.tolist() for name, T in found.poses.items()},
-        "standard_deviations": found.standard_deviations,
+        "standard_deviations": {label: scales[label] * value for label, value in found.standard_deviations.items()},
         "prior_deviations": {
-            label: value if np.isfinite(value) else None
+            label: scales[label] * value if np.isfinite(value) else None
             for label, value in zip(found.labels, found.prior_deviations.tolist(), strict=True)
         },
         "held": list(found.held),
@@ -156,5 +181,5 @@ def _document(found: Calibration, following: NextPosture | None, output: str | N
     }
     if following is not None:
         gain = float(following.gain[following.index])
-        document["next"] = {"joints": found.robot.angles(following.q), "gain": gain}
+        document["next"] = {"joints": found.robot.angles(following.q, degrees=deg), "gain": gain}
     return document

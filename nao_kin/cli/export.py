@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import TIMELINE, OutOptions, OutputOptions, RobotOptions, command, flag, option
+from nao_kin.cli.options import FILE_DEG, TIMELINE, OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import MotionFile
 from nao_kin.errors import BadArgument
@@ -69,6 +69,7 @@ def export(
     ),
     options: export_options(),  # type: ignore[valid-type]  # evaluated when the command is called
     timeline: str | None = TIMELINE,
+    file_deg: bool = FILE_DEG,
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
@@ -87,8 +88,10 @@ def export(
     if timeline is not None and "motion" not in chosen:
         raise BadArgument("--timeline chooses a motion in the file of --motion; give both")
     model = robot.load()
-    if timeline is not None:
-        chosen["motion"] = MotionFile(chosen["motion"], timeline=timeline).read(model)
+    if file_deg and "motion" not in chosen:
+        raise BadArgument("--file-deg is the unit of the file of --motion; give both")
+    if "motion" in chosen:
+        chosen["motion"] = MotionFile(chosen["motion"], timeline=timeline, file_deg=file_deg).read(model)
     done = exports.write(model, path, format_, overwrite=written.force, **chosen)
     print_note(*done.changes)
     if written.json:

@@ -208,7 +208,7 @@ def fk(
     """Print poses of frames at given joint values: of one configuration, or of every row of a file.
 
     Without --frame, the frames are the effectors and the cameras. Values are in radians (hands: 0 closed to 1 open),
-    unless --deg or the heading says otherwise, as in HeadYaw [deg].
+    unless the heading says otherwise, as in HeadYaw [deg], or --file-deg of a file, --deg of --joint.
     A file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
     times are copied to the output. A motion file of any format (see nao-kin motion) names only the joints that it
     moves; it gives one row for each of its key times, or --rate rows per second.
@@ -264,7 +264,8 @@ def _stream(
         as_=wanted.style,
         dtype=streamed.dtype or "float64",
         limits=limits if path is None else "ignore",
-        degrees=given.deg,
+        degrees=given.file_deg,
+        poses_in_degrees=given.deg,
         on_error=streamed.on_error or "stop",
         columns=given.renamed,
         ignore_other=given.ignore_other,

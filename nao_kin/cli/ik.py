@@ -23,6 +23,7 @@ from nao_kin.cli.options import (
     COLUMNS,
     CSV,
     DEG,
+    FILE_DEG,
     HIPS,
     IGNORE_OTHER,
     LIMITS,
@@ -93,6 +94,7 @@ class Request:
     analytic: bool = flag("Use the closed form that EAIK finds for up to six joints of any robot, with all branches.")
     lock: list[str] | None = option("NAME=VALUE", "With --analytic: keep a joint at this value; repeatable.")
     deg: bool = DEG
+    file_deg: bool = FILE_DEG
     csv: bool = CSV
     output: str | None = option("FILE", "Write the CSV here.", *OUTPUT)
     html: str | None = option("FILE", "Write a page with the robot in the best solution, and the other ones as ghosts.")
@@ -109,7 +111,7 @@ class Request:
         frames = _FEET if self.frame == LEGS else (self.frame,)
         model.frame_ids(frames)
         if self.target is None:
-            return read_targets(model, str(self.file), frames, degrees=self.deg)
+            return read_targets(model, str(self.file), frames, degrees=self.file_deg)
         numbers = numbers_of(self.target, "--target")
         try:
             found = Targets.of([numbers], frames=len(frames), degrees=self.deg)
@@ -130,7 +132,7 @@ class Request:
         if self.near != "-" and path.suffix.lower() not in (".csv", ".json") and not path.exists():
             hint = "or a CSV or JSON file of configurations"
             raise UnknownName("posture", self.near, model.posture_names, hint)
-        given = FileOptions(deg=self.deg, columns=self.columns, ignore_other=self.ignore_other)
+        given = FileOptions(file_deg=self.file_deg, columns=self.columns, ignore_other=self.ignore_other)
         q: Floats = given.log(model, self.near, hips=self.hips).q
         if len(q) not in (1, targets):
             found = f"{len(q)} configurations for {targets} targets"
@@ -157,6 +159,8 @@ def ik(request: Request, written: OutputOptions, robot: RobotOptions) -> None:
     written.check({"--output": output, "--html": html}, csv=request.csv, kind="csv")
     if request.near is None and (request.columns or request.ignore_other or request.hips):
         raise BadArgument("--columns, --ignore-other and --hips are for a file of configurations; name it with --near")
+    if request.file_deg and request.file is None and request.near is None:
+        raise BadArgument("--file-deg is for the FILE of targets and that of --near; --deg is for --target")
     model = robot.load()
     targets = request.targets(model)
     found = _solved(model, request, targets, request.preferred(model, len(targets.values)))
@@ -314,11 +318,16 @@ class _Answers:
                 print(f"{row:>7}{cells}  {text}")
 
     def as_csv(self) -> str:
-        """Return whole configurations of all joints as CSV: the solutions, or the nearest one, of each target."""
+        """Return whole configurations of all joints as CSV: the solutions, or the nearest one, of each target.
+
+        A heading has the unit of its joint if that is degrees.
+        """
         names = list(self.model.joint_names)
+        scales = self._scales(names)
+        headings = [name if scale == 1.0 else f"{name} [deg]" for name, scale in zip(names, scales, strict=True)]
         q = self.found.solutions if self.request.every else self.found.q
         rows = q.reshape(-1, q.shape[-1])[:, -len(names) :]
-        return csv_text(names, (rows[~np.isnan(rows).any(axis=-1)] * self._scales(names)).tolist())
+        return csv_text(headings, (rows[~np.isnan(rows).any(axis=-1)] * scales).tolist())
 
     def note_missed(self, missed: list[int]) -> None:
         """Print which targets are not reached and why, and which of them have a row in the CSV."""

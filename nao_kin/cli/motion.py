@@ -80,6 +80,7 @@ def convert(
 ) -> None:
     """Write a motion in another format, with optional changes, which are reported.
 
+    Each format has its unit of angles, or the file says it; --deg writes csv in degrees, with [deg] in its headings.
     The changes are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --limits,
     --slow-down, --rate.
     """
@@ -115,9 +116,15 @@ def convert(
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
     motion = mended(motions.clamp(model, motion)) if limits == "clamp" else motion
     motion = mended(motions.slow_down(model, motion, balance=balance)) if slow_down else motion
-    motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
+    motions.write_motion(motion, sink, format=to, rate=rate, degrees=source.deg, overwrite=True)
     if written.json:
-        print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
+        print_json(
+            {
+                **_facts(motion),
+                "output": sink,
+                "changes": [_in_unit(change.as_dict(), source.deg) for change in changes],
+            }
+        )
         return
     print_note(*(change.describe(degrees=source.deg) for change in changes))
     print_written(sink)
@@ -159,7 +166,9 @@ def check(
     motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
     report = motions.check(model, motion, fill=fill, collisions=rule, balance=balance, limits=limits, **chosen)
     if json:
-        print_json(report.as_dict())
+        document = report.as_dict()
+        rows = {name: [_in_unit(row, source.deg) for row in document[name]] for name in ("violations", "accepted")}
+        print_json(document | rows)
     else:
         _print_report(report, deg=source.deg, every=every)
     if not report.ok:
@@ -181,7 +190,7 @@ def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
     print(f"{count} joint{'s' if count > 1 else ''}, {motion.interpolation}, {motion.duration:.6g} s")
 
 
-@command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint RShoulderRoll")
+@command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint RShoulderRoll", without=("deg",))
 def plot(
     *,
     source: MotionFile,
@@ -209,6 +218,16 @@ def plot(
         print_json({"picture": picture, "joints": list(joints or motion.joint_names)})
     else:
         print(picture)
+
+
+def _in_unit(row: dict[str, Any], deg: bool) -> dict[str, Any]:
+    """Return a row of JSON that has a unit; with `deg` in degrees instead of radians."""
+    scale = degrees_per(row["unit"].partition("/")[0], deg)
+    if scale == 1.0:
+        return row
+    numbers = ("value", "lower", "upper", "excess", "of_value", "amount")
+    found = {name: row[name] * scale for name in numbers if isinstance(row.get(name), float)}
+    return row | found | {"unit": row["unit"].replace("rad", "deg")}
 
 
 def _facts(motion: Motion) -> dict[str, Any]:

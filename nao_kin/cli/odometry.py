@@ -9,8 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin.cli.options import CONTACTS, FORCES, GYRO, OUTPUT, OutputOptions, RobotOptions, argument, command, option
+from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
+from nao_kin._core.headings import DEVICE, INERTIAL, read_heading, sensor_name
+from nao_kin._core.text import quoted
+from nao_kin.cli.options import (
+    CONTACTS,
+    FORCES,
+    GYRO,
+    OUTPUT,
+    OUTSIDE,
+    OutputOptions,
+    RobotOptions,
+    argument,
+    command,
+    option,
+)
 from nao_kin.cli.output import (
     column_writer,
     csv_text,
@@ -22,14 +35,17 @@ from nao_kin.cli.output import (
     print_written,
     units,
 )
-from nao_kin.cli.sources import FileOptions, Input
+from nao_kin.cli.sources import FileOptions, Input, headings_of
 from nao_kin.errors import BadInputFile
 
 if TYPE_CHECKING:
+    from nao_kin.robot import RobotModel
     from nao_kin.world import State
 
 _ANGLES = ("roll", "pitch", "yaw")
 _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
+# Columns that are named if they are left out.
+_MAX_NAMED = 12
 _FILE = "CSV or JSON file of configurations with times, or a motion; - for standard input."
 
 
@@ -41,15 +57,19 @@ class LogOptions:
     contacts: str | None = CONTACTS
     forces: str | None = FORCES
     gyro: str | None = GYRO
+    limits: LimitPolicy = option(None, OUTSIDE, default="ignore")
     longest_gap: float = option("S", "Largest time between two rows of a segment [s].", default=0.5)
 
     def read(
         self, given: FileOptions, robot: RobotOptions, file: str, **sensors: str | None
     ) -> tuple[Input, Floats, dict[str, Any]]:
         """Return the log, its times, and the arguments of `odometry`, with those of more `sensors`."""
-        read, measured = given.measured(file, contacts=self.contacts, forces=self.forces, gyro=self.gyro, **sensors)
+        moves, model = given.check(file), robot.load()
+        columns = {"contacts": self.contacts, "forces": self.forces, "gyro": self.gyro, **sensors}
+        columns, others, notes = self._found(given, model, file, columns)
+        read, measured = given.skipping(others).measured(file, **columns)
         try:
-            log = read.recording(robot, file, self.sole)
+            log = read.recording(model, file, self.sole, moves=moves, limits=self.limits)
         except BadInputFile as error:
             if "--ignore-other" not in error.reason:
                 raise
@@ -57,12 +77,58 @@ class LogOptions:
             raise BadInputFile(error.path, error.reason + advice, error.line, error.column) from None
         if log.times is None:
             raise BadInputFile(file, "no column of times, which odometry needs")
+        print_note(*notes)
         return log, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}
+
+    def _found(
+        self, given: FileOptions, model: RobotModel, file: str, typed: dict[str, str | None]
+    ) -> tuple[dict[str, str | None], list[str], list[str]]:
+        """Return the columns of sensors, by option, other columns of sensors to leave out, and notes on both.
+
+        They are those that are typed, or, if none is, those whose headings are the names of the robot's sensors. The
+        angles of an inertial unit are preferred to its accelerometer, and force sensors to the sums on the soles.
+        """
+        sensors = model.semantics.force_sensors
+        sums = tuple(dict.fromkeys(f"{name.rpartition('/')[0]}/TotalWeight" for name in sensors))
+        known = [("forces", sensors), ("forces", sums), *INERTIAL.items()]
+        by_name: dict[str, list[str]] = {}
+        for heading in headings_of(file):
+            name = sensor_name(heading)
+            is_known = heading.startswith(DEVICE) or any(name in names for _, names in known)
+            if is_known and heading not in (given.renamed or {}) and name not in (*model.joint_names, *model.mimics):
+                by_name.setdefault(name, []).append(heading)
+        found: dict[str, list[str]] = {}
+        lacking = []
+        sampled = any(option is not None for option in (given.posture, given.rate, given.timeline))
+        for what, names in () if sampled or any(typed.values()) else known:
+            missing = [name for name in names if name not in by_name]
+            if what not in typed or what in found or not names or (names is sums and self.sole):
+                continue
+            if what == "accelerometer" and "angles" in found:
+                continue
+            if missing:
+                lacking += [f"--{what} needs {', '.join(missing)} too"] if len(missing) < len(names) else []
+                continue
+            twice = next((by_name[name] for name in names if len(by_name[name]) > 1), None)
+            if twice is not None:
+                both = " and ".join(map(quoted, twice))
+                advice = f"--columns leaves one out, as in --columns {quoted(twice[1] + '=')}"
+                raise BadInputFile(file, f"{both} are columns of one sensor; {advice}", 1)
+            found[what] = [by_name[name][0] for name in names]
+        used = {read_heading(name).name for names in found.values() for name in names}
+        used |= {name.strip() for text in typed.values() for name in (text or "").split(",")}
+        others = [name for names in by_name.values() for name in names if not {name, read_heading(name).name} & used]
+        columns = typed | {what: ",".join(names) for what, names in found.items()}
+        notes = [f"sensors by their names: {' '.join(f'--{what} {columns[what]}' for what in found)}"] if found else []
+        if others and not given.ignore_other:
+            more = f" and {len(others) - _MAX_NAMED} more" if len(others) > _MAX_NAMED else ""
+            notes.append("; ".join([f"columns left out: {', '.join(others[:_MAX_NAMED])}{more}", *lacking]))
+        return columns, others, notes
 
 
 @command(
     "odometry",
-    "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr --ignore-other -o path.csv",
+    "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr -o path.csv",
     without=("joint",),
 )
 def odometry(
@@ -111,7 +177,7 @@ def odometry(
 
 @command(
     "state",
-    "Example: nao-kin state log.csv --forces LFsr,RFsr --angles AngleX,AngleY --ignore-other -o state.csv",
+    "Example: nao-kin state log.csv -o state.csv; nao-kin state log.csv --forces LFsr,RFsr --angles AngleX,AngleY",
     without=("joint",),
 )
 def state(

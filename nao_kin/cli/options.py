@@ -331,7 +331,8 @@ OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")
 
 JSON = flag("Print JSON.")
 CSV = flag("Print CSV.")
-DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
+DEG = flag("Angles that are typed or printed are in degrees; hands stay 0 to 1.")
+FILE_DEG = flag("Angles in a file that names no unit are in degrees.")
 OUTSIDE = "Treatment of joints outside their limits."
 LIMITS = option(None, OUTSIDE, default="enforce")
 FRAME = option("FRAME", "A frame; repeatable, or several with commas.")

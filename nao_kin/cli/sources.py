@@ -6,7 +6,8 @@ import io
 import itertools
 import math
 import sys
-from collections.abc import Callable, Sequence
+import zlib
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,25 +15,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nao_kin._core.arrays import Floats, choice, finite_decimal
-from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
-from nao_kin._core.files import read_bounded, read_table_text
+from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
+from nao_kin._core.files import opened, read_bounded, read_table_text
 from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
 from nao_kin._core.sides import Hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import (
     COLUMNS,
     DEG,
+    FILE_DEG,
     HIPS,
     IGNORE_OTHER,
     MISSING,
     TIMELINE,
     RobotOptions,
     argument,
-    flag,
     option,
 )
 from nao_kin.cli.output import print_note
-from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
+from nao_kin.errors import (
+    BadArgument,
+    BadInputFile,
+    CouplingViolated,
+    NaoKinError,
+    OutsideLimits,
+    UnknownName,
+)
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
@@ -145,27 +153,48 @@ def read_columns(
     return table.names, rows
 
 
-def _sensor(file: str, columns: list[str], units: Sequence[str], degrees: bool) -> tuple[tuple[str, ...], Floats]:
-    """Return the headings of columns of a CSV file, named with or without their units, and numbers (n, columns).
+def _sensors(file: str, wanted: dict[str, list[str]], degrees: bool) -> tuple[tuple[str, ...], list[Floats]]:
+    """Return the headings of columns of a CSV file, named with or without their units, and numbers (n, k) of each kind.
 
-    `units` are those that the headings may name; no units for any, which are not converted.
+    The units of a kind are those of `SENSOR_UNITS`; numbers of other kinds are in any unit, and not converted.
     """
     given: list[str] = []
 
     def chosen(names: list[str], line: int) -> list[str]:
         headings = {read_heading(name).name: name for name in names} | {name: name for name in names}
-        for column in columns:
-            if column not in headings:
-                raise UnknownName("column", column, names)
-            unit = read_heading(headings[column]).unit
-            if units and unit not in (None, *units):
-                reason = f"unit {quoted(unit)} of {abbreviated(column)}, expected one of {', '.join(units)}"
-                raise BadInputFile(file, reason, line, names.index(headings[column]) + 1)
-            given.append(unit or (units[1] if units and degrees else ""))
-        return [headings[column] for column in columns]
+        for kind, columns in wanted.items():
+            units = SENSOR_UNITS.get(kind, ())
+            for column in columns:
+                if column not in headings:
+                    raise UnknownName("column", column, names)
+                unit = read_heading(headings[column]).unit
+                if units and unit not in (None, *units):
+                    reason = f"unit {quoted(unit)} of {abbreviated(column)}, expected one of {', '.join(units)}"
+                    raise BadInputFile(file, reason, line, names.index(headings[column]) + 1)
+                given.append("" if not units else unit or (units[1] if degrees else ""))
+        return [headings[column] for columns in wanted.values() for column in columns]
 
-    headings, rows = read_columns(file, f"the column {quoted(columns[0])}", chosen, gaps=True)
-    return headings, in_si_units(rows, given) if units else rows
+    first = next(iter(wanted.values()))[0]
+    headings, rows = read_columns(file, f"the column {quoted(first)}", chosen, gaps=True)
+    ends = np.cumsum([len(columns) for columns in wanted.values()])[:-1]
+    return headings, np.split(in_si_units(rows, given), ends, axis=1)
+
+
+# Bytes of a file that contain its header.
+_BEGINNING = 1 << 16
+
+
+def headings_of(file: str) -> list[str]:
+    """Return the headings of a CSV file; none for another file, and standard input."""
+    if file == "-" or not Path(file).is_file() or Path(file).suffix.lower() == ".json":
+        return []
+    try:
+        with opened(file) as content:
+            beginning = content.read(_BEGINNING)
+        head = csv_head(file, beginning.removeprefix(b"\xef\xbb\xbf"), "a header", at_end=len(beginning) < _BEGINNING)
+    except (NaoKinError, OSError, ValueError, EOFError, zlib.error):
+        return []
+    return [field.strip() for field in head.fields]
 
 
 def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
@@ -198,22 +227,33 @@ class MotionFile:
 
     file: str = argument("FILE", "A motion file of any format, - for standard input.")
     from_: str | None = option("FORMAT", "Format of FILE. Default: by its content.")
-    deg: bool = flag("Use degrees for a FILE without units, and in messages.")
+    deg: bool = DEG
+    file_deg: bool = FILE_DEG
     timeline: str | None = TIMELINE
     ignore_other: bool = IGNORE_OTHER
 
     def read(self, model: RobotModel) -> Motion:
-        """Return the motion of a robot's joints."""
-        from nao_kin.motion import read_motion
+        """Return the motion of a robot's joints; print a note if its angles seem to be in another unit."""
+        motion, note = self.read_with_note(model)
+        print_note(*note)
+        return motion
 
-        return read_motion(
+    def read_with_note(self, model: RobotModel) -> tuple[Motion, list[str]]:
+        """Return the motion of a robot's joints, and a note if its angles seem to be in another unit."""
+        from nao_kin.motion import read_motion
+        from nao_kin.stream import unit_note
+
+        motion = read_motion(
             self.file,
             format=self.from_,
-            degrees=self.deg,
+            degrees=self.file_deg,
             timeline=self.timeline,
             robot=model,
             ignore_other=self.ignore_other,
         )
+        ends = np.array([[keys.min() for keys in motion.keys], [keys.max() for keys in motion.keys]])
+        note = unit_note(model, motion.joint_names, ends, degrees=self.file_deg)
+        return motion, [f"{self.file}: {note}"] if note else []
 
 
 def recorded(
@@ -231,6 +271,7 @@ def recorded(
         posture=None,
         joint=None,
         deg=source.deg,
+        file_deg=source.file_deg,
         columns=columns,
         ignore_other=source.ignore_other,
         rate=None,
@@ -258,6 +299,7 @@ class Input(NamedTuple):
 class FileOptions(JointOptions):
     """The options of a file of whole configurations or of a motion, and of one configuration without a file."""
 
+    file_deg: bool = FILE_DEG
     columns: list[str] | None = COLUMNS
     ignore_other: bool = IGNORE_OTHER
     rate: float | None = option("N", "For a motion: configurations per second.")
@@ -296,34 +338,36 @@ class FileOptions(JointOptions):
         print_note(*log.notes)
         return Input(model, q, log.times, log.many)
 
-    def recording(self, robot: RobotOptions, file: str, soles: Sequence[str] | None) -> Input:
-        """Load the robot, and return it with the configurations of a log of the joints that move its soles.
+    def recording(
+        self, model: RobotModel, file: str, soles: Sequence[str] | None, *, moves: bool, limits: LimitPolicy
+    ) -> Input:
+        """Return a robot with the configurations of a log of the joints that move its soles.
 
-        A table with times may lack other joints; values that it does not have, in columns that it has, are NaN.
+        A table with times may lack other joints; values that it does not have, in columns that it has, are NaN. `moves`
+        is the result of `check`.
         """
         from nao_kin.robot import serial_chain
 
-        moves = self.check(file)
-        model = robot.load()
         whole = self if self.missing is not None else replace(self, missing="0")
         as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
         table = None if as_motion else whole._log_columns(model, file)
         if table is None or not table.timed:
-            return self.configurations_of(model, file, moves=moves, limits="ignore")
+            return self.configurations_of(model, file, moves=moves, limits=limits)
         chains = [serial_chain(model, model.tree.root, sole) for sole in soles or model.semantics.soles]
         needed = {joint for chain in chains for joint in chain.coordinates}
         if self.missing is None and not needed <= model.joints_by_motor(table.names).keys():
             if not self.columns:
-                return self.configurations_of(model, file, moves=moves, limits="ignore")
+                return self.configurations_of(model, file, moves=moves, limits=limits)
             whole = self  # the error says which joints are missing
-        log = whole.log(model, file, hips=self.hips or "average")
+        log = whole.log(model, file, limits="ignore" if limits == "clamp" else limits, hips=self.hips or "average")
+        q = _clamped(model, log.q) if limits == "clamp" else log.q
         print_note(*log.notes)
-        return Input(model, np.where(log.gaps, np.nan, log.q), log.times, True)
+        return Input(model, np.where(log.gaps, np.nan, q), log.times, True)
 
     def check(self, file: str | None, *, unread: bool = False) -> bool:
         """Refuse options that do not fit the input; return whether it is a motion, False for `unread` input."""
-        if file is None and (self.columns or self.ignore_other or self.hips or self.missing):
-            raise BadArgument("--columns, --ignore-other, --hips and --missing are for a file; name it")
+        if file is None and (self.file_deg or self.columns or self.ignore_other or self.hips or self.missing):
+            raise BadArgument("--file-deg, --columns, --ignore-other, --hips and --missing are for a file; name it")
         refuse_both(self.posture, self.missing)
         moves = file is not None and not unread and is_motion(file)
         for name, value in (("--rate", self.rate), ("--timeline", self.timeline)):
@@ -355,7 +399,8 @@ class FileOptions(JointOptions):
             raise BadArgument(
                 f"--columns is for whole configurations; {quoted(file)} is read as a motion, unless {advice}"
             )
-        motion = MotionFile(file, None, self.deg, self.timeline, self.ignore_other).read(model)
+        source = MotionFile(file, None, self.deg, self.file_deg, self.timeline, self.ignore_other)
+        motion, note = source.read_with_note(model)
         check_posture(model, self.posture)
         rest: Any = self.posture if self.missing is None else model.configuration({}, missing=self.value_of_missing)
         path = motion.configurations(
@@ -364,7 +409,9 @@ class FileOptions(JointOptions):
             fill="hold" if rest is None else rest,
             hips="average" if self.hips is None else self.hips,
         )
-        return replace(path, q=self._within_limits(model, file, path, limits)), None
+        q = self._within_limits(model, file, path, limits, in_degrees=bool(note) and not self.file_deg)
+        print_note(*note)
+        return replace(path, q=q), None
 
     @property
     def renamed(self) -> dict[str, str | None] | None:
@@ -398,11 +445,12 @@ class FileOptions(JointOptions):
         if file is None or file == "-":
             why = "names columns of FILE; name it" if file is None else "reads FILE twice; name a file instead of -"
             raise BadArgument(f"{option} {why}")
-        skipped, arrays = dict[str, None](), dict[str, Any]()
-        for what, columns in headings.items():
-            used, arrays[what] = _sensor(file, columns, SENSOR_UNITS.get(what, ()), self.deg)
-            skipped |= dict.fromkeys(f"{name}=" for name in used)
-        return replace(self, columns=[*(self.columns or ()), *skipped]), arrays
+        used, arrays = _sensors(file, headings, self.file_deg)
+        return self.skipping(used), dict(zip(headings, arrays, strict=True))
+
+    def skipping(self, headings: Iterable[str]) -> FileOptions:
+        """Return the options that leave out more columns."""
+        return replace(self, columns=[*(self.columns or ()), *(f"{name}=" for name in dict.fromkeys(headings))])
 
     def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: Hips | None = None) -> Any:
         """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
@@ -412,7 +460,7 @@ class FileOptions(JointOptions):
             model,
             file,
             limits=limits,
-            degrees=self.deg,
+            degrees=self.file_deg,
             columns=self.renamed,
             ignore_other=self.ignore_other,
             hips=hips,
@@ -431,7 +479,9 @@ class FileOptions(JointOptions):
             data = buffer.getvalue()
         return log_columns(model, file, columns=self.renamed, missing=self.value_of_missing, data=data)
 
-    def _within_limits(self, model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy) -> Floats:
+    def _within_limits(
+        self, model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, in_degrees: bool
+    ) -> Floats:
         """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
         if limits == "clamp":
             return _clamped(model, path.q)
@@ -439,14 +489,11 @@ class FileOptions(JointOptions):
             return path.q
         inside = model.within_limits(path.q, limits=limits)
         if not inside.all():
-            from nao_kin.stream import look_like_degrees
-
             row = inside.tolist().index(False)
             first = model.limit_violations(path.q[row])[0]
             reason = f"at {path.times[row]:.6g} s outside the joint limits: {first.describe(degrees=self.deg)}"
             advice = "nao-kin motion check lists all, --limits clamp or --limits ignore accepts them"
-            if not self.deg and look_like_degrees(model, model.joint_names, path.q[row, model.nq_base :]):
-                advice = "are these degrees (--deg)?"
+            advice = "are these degrees (--file-deg)?" if in_degrees else advice
             raise BadInputFile(file, f"{reason}; {advice}")
         if limits == "measured":
             from nao_kin.stream import clamp

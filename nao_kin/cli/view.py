@@ -161,11 +161,6 @@ def view(
     if video is not None and not many:
         raise BadArgument(f"--video films a motion, and {file} has one configuration")
     speed = given.rate if fps is None and given.rate is not None else speed
-    if file is not None and len(q) and not given.deg:
-        from nao_kin.stream import look_like_degrees
-
-        if look_like_degrees(model, model.joint_names, q[0, model.nq_base :]):
-            print_note(f"{file}: are these degrees (--deg)?")
     chosen = file is not None or given.posture is not None or bool(given.joint)
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)

@@ -13,9 +13,9 @@ from nao_kin.stream.sinks import (
 from nao_kin.stream.sources import Configurations
 from nao_kin.stream.tables import (
     log_columns as log_columns,
-    look_like_degrees as look_like_degrees,
     read_configurations,
     read_log,
+    unit_note as unit_note,
 )
 from nao_kin.stream.targets import Targets, read_targets
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, get_args
 
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import __version__, files as atomic
-from nao_kin._core.arrays import Floats, LimitPolicy, choice, float_dtype, limit_policy, single_number, texts
+from nao_kin._core.arrays import Floats, LimitPolicy, choice, flag, float_dtype, limit_policy, single_number, texts
 from nao_kin._core.headings import TIME_UNITS
 from nao_kin._core.process import usable_cores
 from nao_kin._core.sides import Hips, check_hips
@@ -95,6 +95,7 @@ def fk(
     dtype: DTypeLike = np.float64,
     limits: LimitPolicy = "enforce",
     degrees: bool = False,
+    poses_in_degrees: bool = False,
     on_error: ErrorPolicy = "stop",
     columns: Mapping[str, str | None] | None = None,
     ignore_other: bool = False,
@@ -133,8 +134,8 @@ def fk(
         dtype: float64, or float32 for half the size.
         limits: "enforce" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
             "ignore" accepts it, "measured" up to what sensors show, 5° or 0.02 of a ratio.
-        degrees: turning joints of a source file are in degrees if it does not give their unit; angles of poses are in
-            degrees too.
+        degrees: turning joints of a source file are in degrees if it does not give their unit, as in `read_log`.
+        poses_in_degrees: angles of poses are written in degrees, under names that end in _deg.
         on_error: "stop" raises at a bad row, "skip" leaves it out, "nan" writes poses of NaN.
         columns: headings of columns with other names, as in `read_log`.
         ignore_other: leave out columns that name no joint and no time.
@@ -171,7 +172,7 @@ def fk(
     names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else texts(frames, "frames")
     if not names:
         raise BadArgument("no frames; expected at least one name, or None for all links")
-    numbers = PoseColumns(as_, degrees)
+    numbers = PoseColumns(as_, flag(poses_in_degrees, "poses_in_degrees"))
     kind = float_dtype(dtype)
     if not isinstance(files, Configurations):
         _check_apart(files, sink)
@@ -193,6 +194,7 @@ def fk(
             "dtype": str(kind),
             "limits": limits,
             "degrees": degrees,
+            "poses in degrees": poses_in_degrees,
             "bad rows": on_error,
             "columns": None if columns is None else dict(columns),
             "other columns": ignore_other,
@@ -222,6 +224,7 @@ class _PoseRun:
     sink: Sink
     on_error: str
     warned: bool = False  # of degrees: further blocks would repeat the warning with other numbers
+    notes: dict[int, str] = field(default_factory=dict)  # on the unit of angles, by the index of the file
 
     def poses(self, block: Block, before: Progress) -> tuple[_Poses, Progress]:
         """Return rows (n,), numbers (n, frames, k) and times (n,) of a block's poses, and the progress after it."""
@@ -230,6 +233,7 @@ class _PoseRun:
         if block.times is not None and not np.isfinite(block.times).all():
             values = np.where(np.isfinite(block.times)[:, None], values, np.nan)
         q, good, clamped = joints.configurations(values)
+        self.notes.setdefault(block.file, joints.unit_note(values))
         unit = joints.table.time_unit
         times = None if block.times is None or unit is None else block.times / TIME_UNITS[unit]
         # The kernels compute every row of a file of several blocks, so that the bits of a row do not depend on where
@@ -344,7 +348,7 @@ def _to_sink(
         done.bad_rows,
         done.first_bad_rows,
         done.clamped,
-        (job.source.time_note,) if job.source.time_note else (),
+        tuple(dict.fromkeys(filter(None, (*job.source.table.notes, job.source.time_note, *job.notes.values())))),
     )
 
 

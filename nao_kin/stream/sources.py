@@ -298,7 +298,7 @@ class ArraySource(NpySource):
         if self.times is not None and self.times.shape != (len(self._q),):
             raise WrongShape("times", f"({len(self._q)},), a time for each configuration", self.times.shape)
         self.path, self.start, self.size = given.name, (0,), len(self._q)
-        self.table = replace(_table_of_q(robot), timed=self.times is not None, time_unit="s")
+        self.table = replace(_table_of_q(robot), timed=self.times is not None, time_unit="s", assumed=())
 
     def _rows(self) -> Floats:
         return self._q
@@ -503,7 +503,7 @@ def _check_times_alike(file: TableSource, first: TableSource) -> None:
 
 def _opened(path: str, robot: RobotModel, options: TableOptions) -> TableSource:
     """Return the table in a file, whose suffix is its format; other suffixes are CSV."""
-    if Path(path).suffix.lower() == ".json":
+    if Path(path).suffix.lower() in (".json", ".jsonl", ".ndjson"):
         raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
     name = Path(path)
     ending = (name.with_suffix("") if name.suffix.lower() == ".gz" else name).suffix.lower()

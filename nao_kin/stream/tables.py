@@ -14,6 +14,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,9 @@ from nao_kin._core.headings import (
     is_joint_state,
     joint_state_values,
     read_heading,
+    resembles_time,
 )
+from nao_kin._core.messages import printed_messages
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
@@ -44,6 +47,8 @@ _BEGINNING = 1 << 16
 _TURN = 2.0 * math.pi
 # Angles are not taken for degrees if so few of them, other than zeros, are beyond a turn, or so far from a range [rad].
 _FEW, _NEAR = 0.25, 0.1
+# Rows of a table that show the unit of its angles.
+_FEW_ROWS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +169,9 @@ def read_log(
     options = TableOptions(degrees, columns, ignore_other, missing)
     many = True
     lines: Sequence[int]
-    if is_json:
-        table, rows, many = _from_json(name, text, robot, options)
+    messages = printed_messages(name, text)
+    if is_json or messages is not None:
+        table, rows, many = _from_json(name, read_json(name, text) if messages is None else messages, robot, options)
         lines = [0] * len(rows)
     else:
         table, rows, lines = read_csv(
@@ -191,12 +197,12 @@ def read_log(
         where = f"configuration {row}: " if many and not lines[row] else ""
         reason = f"{where}{reason}{limits_advice(robot, table, raw[row])}"
         raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
-    gaps = joints.gaps(raw)
+    gaps, notes = joints.gaps(raw), [*table.notes, joints.unit_note(raw)]
     if not table.timed:
-        return Log(q, None, many, (), gaps)
+        return Log(q, None, many, tuple(filter(None, notes)), gaps)
     times = rows[:, -1]
     unit, note = guessed_time_unit(times) if table.time_unit is None else (table.time_unit, "")
-    return Log(q, times / TIME_UNITS[unit], many, (note,) if note else (), gaps)
+    return Log(q, times / TIME_UNITS[unit], many, tuple(filter(None, [*notes, note])), gaps)
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
@@ -230,13 +236,13 @@ class TableOptions:
     ) -> TableColumns:
         """Return the columns of a table, which must name every joint of a robot once; `where` begins its messages.
 
-        A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
+        A heading is a name of times, the name of a joint, or NAOqi's key of its position, such as
         Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may follow in brackets. A first column without a name
         is an index, and left out. `head` is that of a CSV file. A joint whose column is left out is at zero.
         """
         known = {*robot.joint_names, *robot.mimics}
         line = 0 if head is None else head.line
-        given, columns = [heading.strip() for heading in headings], self.columns or {}
+        given, columns, others = [heading.strip() for heading in headings], self.columns or {}, list[str]()
         for heading in columns:
             if heading not in given:
                 raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, given)))
@@ -248,16 +254,22 @@ class TableOptions:
         def units_of(text: str, joint: str, place: int) -> Sequence[str]:
             if joint in known:
                 return JOINT_UNITS.get(robot.unit(joint), (robot.unit(joint),))
-            if self.ignore_other:
-                return ()
-            raise error(_unknown(robot, text), place)
+            if not self.ignore_other:
+                raise error(_unknown(robot, text), place)
+            others.append(given[place])
+            return ()
 
         read_as = [renamed.get(heading, heading) for heading in given]
         if head is not None and not any(read_heading(text).name in known for text in read_as if text is not None):
             _check_header(name, head, known)
-        table, times = TableColumns.of(read_as, known, units_of, error, degrees=self.degrees)
+        table, times = TableColumns.of(read_as, known, units_of, error, degrees=self.degrees, given=given)
         if len(times) > 1:
-            raise error("two columns of times; columns= (--columns) leaves one out", times[1])
+            both = " and ".join(quoted(given[place], MAX_SHOWN) for place in times[:2])
+            raise error(f"two columns of times, {both}; columns= (--columns) leaves one out", times[1])
+        like_times = [quoted(other, MAX_SHOWN) for other in others if not times and resembles_time(other)]
+        if like_times:
+            advice = "columns= (--columns) reads a column of times, as in {'clock': 'time [s]'} (clock='time [s]')"
+            table = replace(table, notes=(f"no times are read, and {', '.join(like_times[:3])} left out; {advice}",))
         left_out = [read_heading(heading).name for heading, read in columns.items() if read is None]
         named = {*table.names, *left_out} & known
         determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in named}
@@ -339,31 +351,52 @@ def log_columns(
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
     values = in_si_units(row[None], table.units)[0]
-    if look_like_degrees(robot, table.names, values):
-        return "; are these degrees (degrees=True, --deg)?"
+    if _look_like_degrees(robot, table.names, values[None]):
+        return f"; are these degrees{' (degrees=True, --file-deg)' if any(table.assumed) else ''}?"
     by_name = dict(zip(table.names, values, strict=True))
     q = robot.configuration(by_name, limits="ignore", hips="average", missing=0.0)
     noise = ', or "measured", as noise of a sensor' if robot.within_limits(q, limits="measured") else ""
     return f'; limits="clamp" or "ignore" (--limits clamp or ignore) accepts it{noise}'
 
 
-def look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -> bool:
-    """Return whether values (joints,), taken as radians, are probably degrees.
+def unit_note(robot: RobotModel, names: Sequence[str], values: Floats, *, degrees: bool) -> str:
+    """Return a note on values (n, joints) [rad, m or ratio] that were probably read in the wrong unit of angles, or "".
 
-    Many of the angles are beyond a full turn, and all are near their ranges if they are converted.
+    Their file does not say the unit, and with `degrees` they are converted from degrees.
+    """
+    rows = np.nan_to_num(values[:: 1 + len(values) // _FEW_ROWS])
+    if not degrees:
+        advice = "angles are read as radians; are these degrees (degrees=True, --file-deg)?"
+        return advice if _look_like_degrees(robot, names, rows) else ""
+    turning = np.array([robot.unit(name) == "rad" for name in names])
+    numbers = np.where(turning, np.degrees(rows), 0.0)
+    largest = float(np.abs(numbers).max(initial=0.0))
+    if not 0.0 < largest <= _TURN or not _near_limits(robot, names, numbers):
+        return ""
+    return f"angles are read as degrees, none above {largest:.2g}°; are these radians (no degrees=True, --file-deg)?"
+
+
+def _look_like_degrees(robot: RobotModel, names: Sequence[str], values: Floats) -> bool:
+    """Return whether values (n, joints), taken as radians, are probably degrees.
+
+    Many of the angles are beyond a full turn, some of them outside their limits, and all are near their ranges if they
+    are converted.
     """
     turning = np.array([robot.unit(name) == "rad" for name in names])
-    angles = values[turning & (values != 0.0)]
-    if (np.abs(angles) > _TURN).sum() <= _FEW * angles.size:
+    angles = np.where(turning, values, 0.0)
+    if (np.abs(angles) > _TURN).sum() <= _FEW * np.count_nonzero(angles):
         return False
-    converted = np.where(turning, np.radians(values), 0.0)
-    by_name = dict(zip(names, converted, strict=True))
+    return not _near_limits(robot, names, angles) and _near_limits(robot, names, np.radians(angles))
+
+
+def _near_limits(robot: RobotModel, names: Sequence[str], angles: Floats) -> bool:
+    """Return whether angles (n, joints) [rad] are inside their limits, or not far from them."""
+    by_name = dict(zip(names, angles.T, strict=True))
     q = robot.configuration(by_name, limits="ignore", hips="average", missing=0.0)
     return all(row.excess < _NEAR for row in robot.limit_violations(q) if row.unit == "rad")
 
 
-def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, Floats, bool]:
-    document = read_json(name, text)
+def _from_json(name: str, document: Any, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, Floats, bool]:
     many = isinstance(document, list)
     objects = document if many else [document]
     if not objects:
@@ -482,6 +515,16 @@ class JointColumns:
         if self.missing is not None:
             found = robot.fill_missing(found, self.missing)
         return found if self.hips is None else robot.motor_values(found, self.hips)
+
+    def unit_note(self, values: Floats) -> str:
+        """Return `unit_note` of the columns whose headings give no unit, of rows (n, columns)."""
+        table, assumed = self.table, np.array(self.table.assumed, dtype=np.bool_)
+        if not assumed.any() or not len(values):
+            return ""
+        names = [name for name, one in zip(table.names, assumed, strict=True) if one]
+        found = in_si_units(values[:, self.base :], table.units)[:, assumed]
+        converted = any(one and unit == "deg" for unit, one in zip(table.units, table.assumed, strict=True))
+        return unit_note(self.robot, names, found, degrees=converted)
 
     def gaps(self, values: Floats) -> NDArray[np.bool_]:
         """Return which joints, in the order of q, have columns in rows (n, columns), but no value, shape (n, nq)."""

@@ -108,7 +108,10 @@ class Targets:
         if count == 6:
             worst = float(np.abs(rows[:, 3:]).max(initial=0.0))
             if not degrees and worst > _TURN:
-                notes = (f"an angle of {worst:.6g} rad is more than a full turn; degrees=True (--deg) takes degrees",)
+                advice = "degrees=True (--deg, of a file --file-deg) takes degrees"
+                notes = (f"an angle of {worst:.6g} rad is more than a full turn; {advice}",)
+            if degrees and n > 1 and 0.0 < worst <= _TURN:
+                notes = (f"all angles are below {worst:.3g}°: are these radians?",)
             rows = np.hstack([rows[:, :3], np.radians(rows[:, 3:]) if degrees else rows[:, 3:]])
         if count in _WITH_QUATERNION:
             lengths = np.linalg.norm(rows[:, -4:], axis=1)

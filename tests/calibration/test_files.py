@@ -142,7 +142,7 @@ def test_the_command_prints_and_writes_the_offsets(
     assert "HeadYaw offset" in out
     assert "roll of CameraTop's mounting" in out
     assert "σ after" in out
-    assert "next posture, gain" in out
+    assert "next posture [°], gain" in out
     assert out.endswith(f"{output}\n")
     assert nk.load_nao(offsets=output).tree.offsets.keys() >= {"HeadYaw", "LElbowYaw"}
     assert run(["fk", "--frame", "Head", "--offsets", str(output)]) == 0
@@ -153,8 +153,14 @@ def test_the_command_prints_and_writes_the_offsets(
     assert run(["calibrate", str(path), "-o", str(output)]) == 2
     assert "already exists" in capsys.readouterr().err
     assert output.read_bytes() == before
-    assert run(["calibrate", str(path), "-o", str(output), "--force"]) == 0
-    capsys.readouterr()
+    found = []
+    for degrees in ((), ("--deg",)):
+        assert run(["calibrate", str(path), "-o", str(output), "--force", "--json", *degrees]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    assert [one["units"]["angle"] for one in found] == ["rad", "deg"]
+    for name in ("joints", "standard_deviations"):
+        plain, turned = ([one[name][key] for key in sorted(one[name]) if "Yaw" in key] for one in found)
+        assert np.degrees(plain) == pytest.approx(turned, rel=1e-12)
     assert run(["calibrate", str(path), "-o", str(tmp_path / "more.toml"), "--offsets", str(output)]) == 2
     assert "had offsets before" in capsys.readouterr().err
     assert not (tmp_path / "more.toml").exists()

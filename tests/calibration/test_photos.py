@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -212,11 +214,24 @@ def test_the_command_calibrates_from_photos(folder: Path, tmp_path: Path, capsys
     assert "HeadYaw offset is held at 0 ± 1°; observe points at measured places" in err
     assert "# HeadYaw: not determined" in output.read_text(encoding="utf-8")
     six = [*T_TORSO_BOARD[:3, 3], *nk.rotations.rpy_from_matrix(T_TORSO_BOARD[:3, :3])]
-    place = ",".join(f"{value:.6f}" for value in six)
-    assert run([*words, "--missing", "0", "--place", place, "--deg"]) == 0
-    out, err = capsys.readouterr()
-    assert "HeadYaw offset" in out
-    assert "not determined" not in out
+    printed = []
+    for unit, options in ((1.0, ("--json",)), (math.degrees(1.0), ("--deg",)), (1.0, ("--deg",))):
+        place = ",".join(f"{value:.6f}" for value in (*six[:3], *(unit * angle for angle in six[3:])))
+        assert run([*words, "--missing", "0", "--place", place, *options]) == (0 if len(printed) < 2 else 2)
+        printed.append(capsys.readouterr())
+    assert "HeadYaw offset" in printed[1].out
+    assert "not determined" not in printed[1].out
+    yaw = math.degrees(json.loads(printed[0].out)["joints"]["HeadYaw"])
+    assert float(re.search(r"HeadYaw offset +(\S+)", printed[1].out)[1]) == pytest.approx(yaw, abs=1e-3)
+    assert "contradict" in printed[2].err  # angles of --place in radians
+    # A log in degrees without units is read with --file-deg; otherwise its angles turn the head by more than a turn.
+    times, *rows = (folder / "head.csv").read_text().splitlines()
+    degrees = [line.split(",") for line in rows]
+    text = "".join(f"{row[0]},{','.join(str(math.degrees(float(x))) for x in row[1:])}\n" for row in degrees)
+    (tmp_path / "deg.csv").write_text(f"{times}\n{text}")
+    assert run([*words[:-1], str(tmp_path / "deg.csv"), "--missing", "0", "--json", "--file-deg"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["joints"]["HeadPitch"] == pytest.approx(found["joints"]["HeadPitch"], abs=1e-9)
     for wrong, message in (
         (["calibrate"], "give a FILE of observations, or --photos"),
         (["calibrate", "--board", "6x4"], "--board is for photos; give --photos"),

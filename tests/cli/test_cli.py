@@ -12,6 +12,7 @@ import struct
 import subprocess
 import sys
 import time
+import typing
 import warnings
 from pathlib import Path
 
@@ -21,7 +22,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.cli import options
 from nao_kin.cli.app import run
-from nao_kin.cli.options import RobotOptions
+from nao_kin.cli.options import RobotOptions, with_options
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinWarning
 
@@ -640,3 +641,12 @@ def test_notes_of_two_threads_do_not_share_a_line(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(sys, "stderr", Recorder())
     print_note("the first\nof two", "the second")
     assert [text for text in written if text] == ["nao-kin: the first of two\n", "nao-kin: the second\n"]
+
+
+def test_degrees_have_two_options_with_one_text_each() -> None:
+    texts: dict[str, set[str]] = {"deg": set(), "file_deg": set()}
+    for name in options.COMMANDS:
+        for parameter in inspect.signature(with_options(name)).parameters.values():
+            if parameter.name in texts:
+                texts[parameter.name].add(typing.get_args(parameter.annotation)[1].help)
+    assert {len(of_one) for of_one in texts.values()} == {1}

@@ -52,7 +52,7 @@ def _file(nao: nk.NaoModel, folder: Path, kind: str, q: np.ndarray, *, deg: bool
         pa = pytest.importorskip("pyarrow")
         pytest.importorskip("pyarrow.parquet").write_table(pa.table(dict(zip(names, values.T, strict=True))), path)
     elif kind.startswith("motion."):
-        # JSON and xar say their unit; Python is in the one that --deg tells.
+        # JSON and xar say their unit; Python is in the one that --file-deg tells.
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "NAOqi refuses keys at 0 s")
             nk.motion.write_motion(nk.Motion(TIMES, names, values if kind == "motion.py" else q), path, overwrite=True)
@@ -103,7 +103,13 @@ def test_poses_are_the_same_on_standard_output_and_in_files(
         places = PLACES[(index + deg) % 2]
         q = _q(nao, inside="clamp" not in places)
         file = _file(nao, tmp_path, kind, q, deg=deg)
-        options = [*itertools.chain(*(("--frame", name) for name in FRAMES)), "--as", style, *places, *["--deg"] * deg]
+        options = [
+            *itertools.chain(*(("--frame", name) for name in FRAMES)),
+            "--as",
+            style,
+            *places,
+            *["--deg", "--file-deg"] * deg,
+        ]
         options += ["--posture", "StandInit"] if kind == "few.csv" else []
         reference = places[1] if "--reference" in places else None
         expected = nao.fk(nao.clamp(q), FRAMES, reference=reference)
@@ -145,7 +151,7 @@ def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
     run([command, str(file), *more])
     err = capsys.readouterr().err
     assert "are these degrees" in err
-    assert "--deg" in err
+    assert "--file-deg" in err
     assert "clamp" not in err
 
 

@@ -371,7 +371,7 @@ def test_a_flat_list_is_one_target_and_full_turns_are_asked_about(
     (tmp_path / "one.json").write_text("[0, 0.05, -0.3, 0, 0, 0]")
     assert said(capsys, "LLeg", str(tmp_path / "one.json")).startswith("target: a pose\nreached, 1 solution")
     assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 45"]) == 1
-    assert "45 rad is more than a full turn; degrees=True (--deg) takes degrees" in capsys.readouterr().err
+    assert "45 rad is more than a full turn; degrees=True (--deg, of a file --file-deg)" in capsys.readouterr().err
     assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 20", "--deg"]) == 0
     assert capsys.readouterr().err == ""
 
@@ -470,3 +470,28 @@ def test_arrays_of_other_shapes_are_refused(capsys: pytest.CaptureFixture, tmp_p
     ):
         np.save(path, array)
         assert message in refused(capsys, "LLeg", str(path))
+
+
+def test_degrees_of_a_target_and_of_a_file_of_targets(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    q = nao.posture("StandInit", HeadYaw=0.4, HeadPitch=0.2)
+    T = nao.fk(q, "LLeg")
+    six = [*T[:3, 3].tolist(), *nk.rotations.rpy_from_matrix(T[:3, :3]).tolist()]
+    file, out = tmp_path / "targets.csv", tmp_path / "q.csv"
+    for names, turn, options in ((("roll", "pitch", "yaw"), 1.0, ()), (("roll", "pitch", "yaw"), 1.0, ("--deg",)),
+                                 (("roll", "pitch", "yaw"), np.degrees(1.0), ("--file-deg",)),
+                                 (("roll_deg", "pitch_deg", "yaw_deg"), np.degrees(1.0), ())):  # fmt: skip
+        row = [*six[:3], *(turn * angle for angle in six[3:])]
+        file.write_text(",".join(("x", "y", "z", *names)) + "\n" + ",".join(map(str, row)) + "\n")
+        assert run(["ik", "LLeg", str(file), "-o", str(out), "--force", *options]) == 0
+        assert capsys.readouterr().err == ""
+        # The headings say the unit of what is written: the next command reads them without an option.
+        assert ("LKneePitch [deg]" in out.read_text()) == ("--deg" in options)
+        found = nk.stream.read_log(nao, out).q[0]
+        assert np.allclose(nao.fk(found, "LLeg"), T, rtol=0.0, atol=1e-9)
+    file.write_text("x,y,z,roll,pitch,yaw\n" + 2 * "0,0.05,-0.3,0,0,0.2\n")
+    assert run(["ik", "LLeg", str(file), "--csv", "--file-deg"]) == 0
+    assert "are these radians" in capsys.readouterr().err
+    assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 20", "--file-deg"]) == 2
+    assert "--deg is for --target" in capsys.readouterr().err

@@ -387,8 +387,8 @@ def test_fk_says_when_a_motion_leaves_its_limits(capsys: pytest.CaptureFixture, 
 
 def test_a_file_in_degrees_is_read_so(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
     (tmp_path / "deg.csv").write_text("time,HeadYaw,LHand\n0,0,0\n1,30,1\n", encoding="utf-8")
-    document = _json(capsys, "fk", str(tmp_path / "deg.csv"), "--deg", "--frame", "Head", "--json")
-    assert document["configurations"][1]["Head"]["yaw_deg"] == pytest.approx(30.0)
+    document = _json(capsys, "fk", str(tmp_path / "deg.csv"), "--file-deg", "--frame", "Head", "--json")
+    assert document["configurations"][1]["Head"]["yaw"] == pytest.approx(np.radians(30.0))
 
 
 @pytest.mark.parametrize("command", ["fk", "view"])
@@ -513,3 +513,51 @@ def test_a_recording_of_a_robot_is_checked(
     ):
         assert run(wrong) == 2, wrong
         assert reason in capsys.readouterr().err
+
+
+# --- Degrees: those that are printed and written, and those of a file.
+
+
+def test_degrees_of_a_motion_are_printed_and_written_but_not_read(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    plain, out = tmp_path / "plain.csv", tmp_path / "out.csv"
+    plain.write_text("time,LElbowRoll,LHand\n0,-1.01,0.5\n1,-0.5,1\n")
+    assert run(["motion", "convert", str(plain), str(out), "--deg"]) == 0
+    assert out.read_text().splitlines()[0] == "time [s],LElbowRoll [deg],LHand [1]"
+    capsys.readouterr()
+    for file in (plain, out):
+        keys = nk.motion.read_motion(file).keys
+        assert np.concatenate(keys) == pytest.approx([-1.01, -0.5, 0.5, 1.0], abs=1e-12)
+        rows = _json(capsys, "motion", "info", str(file), "--deg", "--json")["rows"]
+        assert (rows[0]["least"], rows[0]["unit"]) == (pytest.approx(np.degrees(-1.01)), "deg")
+    for name in ("out.json", "out.motion", "out.npz"):  # formats with one unit, or none to choose
+        assert run(["motion", "convert", str(plain), str(tmp_path / name), "--deg"]) == 0
+        assert nk.motion.read_motion(tmp_path / name).keys[0].tolist() == [-1.01, -0.5]
+    capsys.readouterr()
+    plain.write_text("time,LElbowRoll,HeadYaw\n0,-60,100\n1,-30,-90\n")
+    assert run(["motion", "convert", str(plain), str(out), "--file-deg", "--force"]) == 0
+    assert capsys.readouterr().err == ""
+    assert nk.motion.read_motion(out).keys[0] == pytest.approx(np.radians([-60.0, -30.0]))
+    # Whoever forgets the option, or gives it to a file in radians, is asked; also by the commands that refuse nothing.
+    for command in (["motion", "info"], ["motion", "check"], ["motion", "plot", "{}", str(tmp_path / "a.svg")]):
+        words = [str(plain) if word == "{}" else word for word in command]
+        run(words if "{}" in command else [*words, str(plain)])
+        assert "are these degrees" in capsys.readouterr().err
+    nk.motion.write_motion(nk.motion.read_motion(out), out, overwrite=True)
+    out.write_text(out.read_text().replace(" [rad]", ""))
+    assert run(["motion", "info", str(out), "--file-deg"]) == 0
+    assert "are these radians" in capsys.readouterr().err
+
+
+def test_json_of_violations_and_changes_is_in_the_unit_that_it_names(
+    capsys: pytest.CaptureFixture, tmp_path: Path, wild: str
+) -> None:
+    documents = [_json(capsys, "motion", "check", wild, "--json", *more, code=1) for more in ((), ("--deg",))]
+    plain, turned = (document["violations"] for document in documents)
+    assert {row["unit"] for row in turned} >= {"deg"}
+    for one, other in zip(plain, turned, strict=True):
+        factor = np.degrees(1.0) if "rad" in one["unit"] else 1.0
+        assert other["unit"] == one["unit"].replace("rad", "deg")
+        for name in ("value", "upper", "excess"):
+            assert one[name] is None or other[name] == pytest.approx(factor * one[name])

@@ -110,7 +110,7 @@ def test_the_trajectory_is_written_to_a_file(capsys: pytest.CaptureFixture, tmp_
     assert says in refused(capsys, path, "-o", str(tmp_path / "path.npy"))
     assert not (tmp_path / "path.npy").exists()
     assert json.loads(said(capsys, path, "-o", str(out), "--force", "--json", "--deg"))["units"]["angle"] == "deg"
-    assert_is(out.read_text(), nk.world.odometry(nao, times, np.radians(q)), degrees=True)
+    assert_is(out.read_text(), nk.world.odometry(nao, times, q), degrees=True)
 
 
 def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
@@ -169,8 +169,6 @@ def test_a_log_of_the_legs_is_enough_and_of_the_head_needs_the_others(
     q = np.tile(nao.posture("StandInit"), (60, 1))
     still = nk.world.odometry(nao, given["times"], q, forces=given["forces"], gyro=given["gyro"])
     assert_is(said(capsys, head, *OPTIONS, "--missing", "StandInit"), still)
-    # Sensors that no option names are no joints either.
-    assert "unknown joint 'LFsr'" in refused(capsys, path, "--missing", "Stand")
 
 
 def test_a_row_without_a_value_of_a_leg_has_no_pose(
@@ -232,9 +230,11 @@ def test_wrong_words_of_state_are_refused_in_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    # A log without any word on its sensors.
+    # A log with sensors of other names.
+    renamed = (tmp_path / "legs.csv").read_text().replace("LFsr", "left").replace("RFsr", "right")
+    (tmp_path / "other.csv").write_text(renamed)
     for command in ("state", "odometry"):
-        assert "--forces LFsr,RFsr --ignore-other" in command_line.refused(command, capsys, path)
+        assert "--forces LFsr,RFsr --ignore-other" in command_line.refused(command, capsys, str(tmp_path / "other.csv"))
     assert "unknown column 'AngleZ'" in state_refused(capsys, path, "--angles", "AngleX,AngleZ")
     assert "the ending names the format" in state_refused(capsys, path, *ALL, "-o", str(tmp_path / "state.txt"))
     assert not (tmp_path / "state.txt").exists()
@@ -259,3 +259,153 @@ def test_a_gyrometer_in_degrees_without_a_unit_is_noted(
     (tmp_path / "plain.csv").write_text(text)
     command_line.run(["odometry", str(tmp_path / "plain.csv"), *OPTIONS])
     assert "are these deg/s? A heading such as GyroX [deg/s] says so" in capsys.readouterr().err
+
+
+# --- Sensors that the headings of a log name.
+
+PLACES = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+KEYS = {
+    "forces": [f"{side}Foot/FSR/{place}" for side in "LR" for place in PLACES],
+    "angles": ["AngleX", "AngleY"],
+    "gyro": ["GyroscopeX", "GyroscopeY", "GyroscopeZ"],
+    "accelerometer": ["AccelerometerX", "AccelerometerY", "AccelerometerZ"],
+}  # fmt: skip
+
+
+def almemory_log(path: Path, nao: nk.NaoModel, *, inertial: str = "InertialSensor/", short: bool = False) -> dict:
+    """Write a log with the keys of ALMemory in a mixed order; return the arguments of `state`."""
+    times, q, measured = walk(nao)
+    rng = np.random.default_rng(1)
+    given = {
+        "forces": np.repeat(np.where(measured[:, :2] > 0.0, 1.2, 0.1), 4, axis=1) + rng.normal(0.0, 0.02, (60, 8)),
+        "angles": rng.normal(0.0, 0.01, (60, 2)),
+        "gyro": rng.normal(0.0, 0.05, (60, 3)),
+        "accelerometer": rng.normal((0.0, 0.0, 9.8), 0.1, (60, 3)),
+    }
+    columns = {
+        (name if short else f"Device/SubDeviceList/{'' if what == 'forces' else inertial}{name}/Sensor/Value"): column
+        for what, names in KEYS.items()
+        for name, column in zip(names, given[what].T, strict=True)
+    }
+    columns = dict(sorted(columns.items(), key=lambda column: column[0][::-1]))
+    joints = {f"Device/SubDeviceList/{name}/Position/Sensor/Value": column
+              for name, column in zip(nao.joint_names, q.T, strict=True)}  # fmt: skip
+    columns |= {"timestamp": times} | joints
+    if not short:
+        columns["Device/SubDeviceList/HeadYaw/Temperature/Sensor/Value"] = np.full(60, 38.0)
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    path.write_text("".join(",".join(map(str, row)) + "\n" for row in (tuple(columns), *rows)))
+    return {"q": q, "times": times, **given}
+
+
+@pytest.mark.parametrize("short", [False, True])
+def test_the_keys_of_almemory_are_found_without_an_option(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, short: bool
+) -> None:
+    path, out = tmp_path / "almemory.csv", tmp_path / "state.npz"
+    given = almemory_log(path, nao, short=short)
+    accelerometer = given.pop("accelerometer")
+    wanted = nk.world.state(nao, given.pop("q"), **given)
+    assert command_line.run(["state", str(path), "-o", str(out)]) == 0
+    err = capsys.readouterr().err
+    order = [err.index(name) for name in KEYS["forces"] + KEYS["gyro"] + KEYS["angles"] + KEYS["accelerometer"]]
+    assert order == sorted(order)
+    assert err.index("left out") < order[-3]
+    assert short or "HeadYaw/Temperature" in err
+    found = np.load(out)
+    assert found["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
+    assert found["LLeg_force"] == pytest.approx(wanted.forces[:, 0], abs=1e-12)
+    assert found["x"] == pytest.approx(wanted.T_world_base[:, 0, 3], abs=1e-12)
+    # What is typed is used alone.
+    del given["angles"], given["times"], given["forces"]
+    key = "{}" if short else "Device/SubDeviceList/InertialSensor/{}/Sensor/Value"
+    names = [key.format(name) for name in KEYS["accelerometer"]]
+    assert command_line.run(["state", str(path), "-o", str(out), "--force", "--accelerometer", ",".join(names)]) == 0
+    err = capsys.readouterr().err
+    assert "by their names" not in err
+    assert err.index("left out") < err.index("AngleX")
+    times, q, _ = walk(nao)
+    assert np.load(out)["roll"] == pytest.approx(
+        nk.world.state(nao, q, times=times, accelerometer=accelerometer).roll_pitch[:, 0], abs=1e-12
+    )
+
+
+def test_odometry_takes_the_sums_on_the_soles_and_says_what_is_missing(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
+    wanted = nk.world.odometry(nao, given["times"], given["q"], forces=given["forces"], gyro=given["gyro"])
+    assert command_line.run(["odometry", path]) == 0
+    out, err = capsys.readouterr()
+    assert_is(out, wanted)
+    assert "--forces LFsr,RFsr --gyro GyroX [deg/s]" in err
+    assert "AngleX" in err  # left out
+    # A log sampled again has other rows than its sensors; a sole that is named is not the one that was measured.
+    alone = nk.world.odometry(nao, given["times"], given["q"], soles=["RLeg"], gyro=given["gyro"])
+    assert command_line.run(["odometry", path, "--sole", "RLeg"]) == 0
+    out, err = capsys.readouterr()
+    assert_is(out, alone)
+    assert "LFsr, RFsr" in err
+    text = (
+        (tmp_path / "legs.csv").read_text().replace("RFsr", "GyroX", 1).replace("GyroX [deg/s]", "RFoot/FSR/FrontLeft")
+    )
+    (tmp_path / "part.csv").write_text(text)
+    assert command_line.run(["odometry", str(tmp_path / "part.csv")]) == 0
+    err = capsys.readouterr().err
+    assert "by their names: --gyro GyroX," in err
+    assert "--forces needs RFoot/FSR/TotalWeight" in err
+
+
+def test_a_sensor_in_two_columns_is_refused_with_both(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path = tmp_path / "log.csv"
+    almemory_log(path, nao)
+    head, *lines = path.read_text().splitlines()
+    key = "Device/SubDeviceList/InertialSensor/AngleX/Sensor/Value"
+    path.write_text("\n".join([f"{head},AngleX", *(f"{line},0.5" for line in lines)]) + "\n")
+    says = state_refused(capsys, str(path))
+    assert f"'{key}'" in says
+    assert "'AngleX'" in says
+    assert command_line.run(["state", str(path), "--columns", "AngleX="]) == 0
+    assert f"--angles {key}," in capsys.readouterr().err
+    assert command_line.run(["odometry", str(path)]) == 0  # which does not use it
+
+
+@pytest.mark.parametrize("command", ["odometry", "state"])
+def test_a_log_of_whole_configurations_may_be_checked_against_the_limits(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, command: str
+) -> None:
+    times, q, _ = walk(nao)
+    q[5, nao.joint_names.index("LElbowRoll")] = 0.2
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([times, q]).tolist()
+    path.write_text("".join(",".join(map(str, row)) + "\n" for row in (("time", *nao.joint_names), *rows)))
+    plain = command_line.said(command, capsys, str(path))
+    says = command_line.refused(command, capsys, str(path), "--limits", "enforce")
+    assert "line 7" in says
+    assert "LElbowRoll = 0.2" in says
+    assert command_line.run([command, str(path), "--limits", "clamp"]) == 0
+    out, err = capsys.readouterr()
+    assert (out, "1 of 60 rows" in err) == (plain, True)
+
+
+# --- Degrees that are printed are not those of the file.
+
+
+def test_a_log_in_radians_is_the_same_walk_in_degrees(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    path, out = log(tmp_path / "log.csv", nao, more=False), tmp_path / "state.npz"
+    times, q, _ = walk(nao)
+    assert_is(said(capsys, path, "--deg"), nk.world.odometry(nao, times, q), degrees=True)
+    words = (path, "--json", "-o", str(out), "--force")
+    summary = [json.loads(said_of_state(capsys, *words, *more)) for more in ((), ("--deg",))]
+    assert summary[0]["distance"] == summary[1]["distance"] > 0.0
+    assert np.load(out)["yaw_deg"] == pytest.approx(np.degrees(nk.world.state(nao, q, times=times).odometry.pose[:, 2]))
+    # A file in degrees, with a gyrometer in degrees: the one option reads both.
+    rows = np.column_stack([times, np.degrees(q), np.full((60, 3), np.degrees(0.1))]).tolist()
+    names = ("time", *nao.joint_names, "GyroX", "GyroY", "GyroZ")
+    (tmp_path / "deg.csv").write_text("".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
+    assert command_line.run(["odometry", str(tmp_path / "deg.csv"), "--file-deg"]) == 0
+    assert_is(capsys.readouterr().out, nk.world.odometry(nao, times, q, gyro=np.full((60, 3), 0.1)))

@@ -661,3 +661,22 @@ def test_a_large_table_is_the_same_motion_however_it_is_read(
         ("0;9;x", "line 52, column 3: LHand is 'x'"),
     ):
         assert words in str(_refused(tmp_path, f"{rows}{row}\n", "b.csv"))
+
+
+def test_webots_joints_may_be_named_on_a_second_line(tmp_path: Path) -> None:
+    # As the files of TucAgent3D have them.
+    path = tmp_path / "turn.motion"
+    rows = "00:00:000,Pose1,0,-0.012\n00:00:040,Pose2,-0.478,-0.011\n"
+    path.write_text(f"#WEBOTS_MOTION,V1.0\nLHipYawPitch,LHipRoll\n{rows}")
+    motion = read_motion(path)
+    assert motion.joint_names == ("LHipYawPitch", "LHipRoll")
+    assert [keys.tolist() for keys in motion.keys] == [[0.0, -0.478], [-0.012, -0.011]]
+    assert motion.times[0].tolist() == [0.0, 0.04]
+    for wrong, line in (("LHipRoll", 2), ("-0.011", 4), ("00:00:040", 4)):
+        path.write_text(f"#WEBOTS_MOTION,V1.0\nLHipYawPitch,LHipRoll\n{rows}".replace(wrong, "wrong"))
+        with pytest.raises(BadInputFile) as refused:
+            read_motion(path)
+        assert refused.value.line == line
+    path.write_text(f"#WEBOTS_MOTION,V1.0\n{rows}")
+    with pytest.raises(BadInputFile, match="names no joints"):
+        read_motion(path)

@@ -18,6 +18,7 @@ import pyarrow as pa
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
+from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -651,7 +652,7 @@ def test_messages_of_limits_name_the_options_that_take_the_row(
             said = capsys.readouterr().err
             in_degrees = name == "deg.csv"
             assert ("--limits clamp or ignore" in said) == (not in_degrees), said
-            assert ("are these degrees (degrees=True, --deg)?" in said) == in_degrees, said
+            assert ("are these degrees (degrees=True, --file-deg)?" in said) == in_degrees, said
     assert run(["fk", "--joint", "HeadYaw=30"]) == 2
     assert capsys.readouterr().err.endswith("rad; are these degrees (--deg)?\n")
 
@@ -680,3 +681,176 @@ def test_targets_in_an_array_that_is_cut_off_are_refused(
     (tmp_path / "empty.npy").write_bytes(content)
     assert run(["ik", "LLeg", str(tmp_path / "empty.npy")]) == 2
     assert re.fullmatch(r"nao-kin: \S+empty.npy: not a .npy file: [^\n]+\n", capsys.readouterr().err)
+
+
+# --- Headings of other tools.
+
+
+@pytest.mark.parametrize(
+    ("heading", "unit"),
+    [
+        ("Time (Seconds)", 1.0),
+        ("time [seconds]", 1.0),
+        ("t [sec]", 1.0),
+        ("time_s", 1.0),
+        ("__time", 1.0),
+        ("header.stamp", 1.0),
+        ("Time [MSec]", 1e3),
+        ("time_ms", 1e3),
+        ("t [μs]", 1e6),  # a Greek letter, not the sign of micro
+        ("timestamp_ns", 1e9),
+        ("stamp [nanoseconds]", 1e9),
+    ],
+)
+def test_times_are_found_by_the_names_and_units_of_other_tools(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, heading: str, unit: float
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(_text({heading: unit * (5.0 + TIMES), **_table(nao, q)}))
+    for ignore_other in (False, True):
+        log = read_log(nao, path, limits="ignore", ignore_other=ignore_other)
+        assert log.times == pytest.approx(5.0 + TIMES, abs=1e-9)
+        assert log.notes == ()
+    part = tmp_path / "part.csv"
+    part.write_text(_text({heading: unit * TIMES, "HeadYaw": q[:, 0]}))
+    assert nk.motion.read_motion(part).times[0] == pytest.approx(TIMES, abs=1e-9)
+
+
+def test_a_joint_with_the_name_of_a_time_is_a_joint(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("t_s"))
+    (tmp_path / "q.csv").write_text("time,t_s [deg]\n0.5,90\n")
+    log = read_log(robot, tmp_path / "q.csv")
+    assert (log.times.tolist(), log.q.tolist()) == ([0.5], [[np.pi / 2]])
+
+
+def test_times_of_an_unknown_name_are_not_lost_without_a_note(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    path, table = tmp_path / "log.csv", _table(nao, q)
+    path.write_text(_text({"sample_time": TIMES, "battery": TIMES, **table}))
+    log = read_log(nao, path, limits="ignore", ignore_other=True)
+    assert log.times is None
+    assert "'sample_time'" in log.notes[0]
+    assert "battery" not in log.notes[0]
+    result = nk.stream.fk(nao, path, "Head", tmp_path / "poses.csv", limits="ignore", ignore_other=True)
+    assert result.notes == log.notes
+    assert read_log(nao, path, limits="ignore", columns={"sample_time": "time [s]", "battery": None}).notes == ()
+    path.write_text(_text({"time_s": TIMES, "sample_time": TIMES, **table}))
+    assert read_log(nao, path, limits="ignore", ignore_other=True).notes == ()
+
+
+def test_a_column_under_two_names_is_refused_with_both(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    path, table = tmp_path / "log.csv", _table(nao, q)
+    key = "Device/SubDeviceList/HeadYaw/Position/Actuator/Value"
+    for more, names in (
+        ({"time_s": TIMES, "timestamp_ns": TIMES}, ("time_s", "timestamp_ns")),
+        ({key: TIMES}, ("'HeadYaw'", key)),
+        ({"/cmd/HeadYaw/position": TIMES}, ("'HeadYaw'", "/cmd/")),
+    ):
+        path.write_text(_text(table | more))
+        with pytest.raises(BadInputFile) as refused:
+            read_log(nao, path, limits="ignore", ignore_other=True)
+        assert all(name in str(refused.value) for name in names)
+
+
+def test_the_table_of_plotjuggler_gives_the_positions(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    path, topic = tmp_path / "plot.csv", "/joint_states"
+    columns: Table = {"__time": 1.7e9 + TIMES, f"{topic}/header/stamp": TIMES}
+    for name, values in _table(nao, q).items():
+        columns |= {f"{topic}/{name}/{what}": values + 9.0 * at for at, what in enumerate(("position", "effort"))}
+        columns[f"{topic}/{name}/velocity"] = 0.0 * values
+    path.write_text(_text(columns))
+    log = read_log(nao, path, limits="ignore")
+    assert np.array_equal(log.q, q)
+    assert log.times - 1.7e9 == pytest.approx(TIMES, abs=1e-6)
+    nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy", limits="ignore")
+    assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(q, "Head"), rtol=0, atol=1e-12)
+
+
+def _json_line(stamp: tuple[int, int], joints: dict[str, float]) -> str:
+    header = {"stamp": dict(zip(("sec", "nanosec"), stamp, strict=True)), "frame_id": ""}
+    return json.dumps({"header": header, "name": [*joints], "position": [*joints.values()], "velocity": []})
+
+
+def _echoed_csv(stamp: tuple[int, int], joints: dict[str, float]) -> str:
+    return ",".join(map(str, (*stamp, "base_link", *joints, *joints.values(), *[0.5] * (2 * len(joints)))))
+
+
+def _echoed_yaml(stamp: tuple[int, int], joints: dict[str, float]) -> str:
+    names, values = ("".join(f"- {one}\n" for one in part) for part in (joints, joints.values()))
+    stamps = f"header:\n  stamp:\n    sec: {stamp[0]}\n    nanosec: {stamp[1]}\n  frame_id: ''\n"
+    return f"{stamps}name:\n{names}position:\n{values}velocity: []\neffort: []\n---"
+
+
+def _echoed_by_ros_1(stamp: tuple[int, int], joints: dict[str, float]) -> str:
+    stamps = f"header: \n  seq: 3\n  stamp: \n    secs: {stamp[0]}\n    nsecs: {stamp[1]}\n  frame_id: ''\n"
+    names = "".join(f"  - {name}\n" for name in joints)
+    return f"{stamps}name: \n{names}position: {[*joints.values()]}\nvelocity: []\neffort: []\n---"
+
+
+@pytest.mark.parametrize("printed", [_json_line, _echoed_csv, _echoed_yaml, _echoed_by_ros_1])
+def test_messages_of_joint_states_are_read_as_tools_print_them(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, printed: Callable[..., str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [dict(zip(nao.joint_names, row, strict=True)) for row in q.tolist()]
+    lines = [printed((1527, round(1e9 * time)), row) for time, row in zip(TIMES.tolist(), rows, strict=True)]
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join(lines) + "\n")
+    log = read_log(nao, path, limits="ignore")
+    assert np.array_equal(log.q, q)
+    assert log.times == pytest.approx(1527.0 + TIMES, abs=1e-6)
+    assert run(["fk", str(path), "--frame", "Head", "--limits", "ignore", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["times"] == log.times.tolist()
+    rows[3]["HeadYaw"] = float("nan")
+    path.write_text("\n".join([*lines[:3], printed((1528, 0), rows[3])]).replace("NaN", "null"))
+    assert read_log(nao, path, limits="ignore", missing="Stand").gaps[:, 0].tolist() == [False, False, False, True]
+    path.write_text("\n".join([*lines[:3], printed((1528, 0), rows[3]).replace("HeadYaw", "HeedYaw")]))
+    with pytest.raises(BadInputFile, match="configuration 3"):
+        read_log(nao, path, limits="ignore", missing="Stand")
+
+
+def test_damaged_messages_are_refused_with_their_line(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    joints = dict(zip(nao.joint_names, q[0].tolist(), strict=True))
+    path = tmp_path / "log.jsonl"
+    for line, damaged in ((_echoed_csv((7, 0), joints), "12,x"), (_json_line((7, 0), joints), '{"name": }')):
+        path.write_text(f"{line}\n\n{damaged}\n")
+        with pytest.raises(BadInputFile) as refused:
+            read_log(nao, path, limits="ignore")
+        assert refused.value.line == 3
+    with pytest.raises(BadInputFile, match="as a stream"):
+        nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")
+
+
+# --- Units of angles that no heading says.
+
+
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
+@pytest.mark.parametrize("posture", ["Stand", "Crouch", "LyingBack"])
+def test_angles_in_the_wrong_unit_are_noted_in_both_directions(
+    nao: nk.NaoModel, tmp_path: Path, posture: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = np.tile(nao.posture(posture), (300, 1)) + np.random.default_rng(0).normal(0.0, 0.002, (300, 25))
+    turning = np.array([nao.unit(name) == "rad" for name in nao.joint_names])
+    path = tmp_path / "log.csv"
+    for in_degrees in (False, True):
+        values = np.where(turning, np.degrees(rows), rows) if in_degrees else rows
+        path.write_text(_text(_table(nao, values)))
+        for degrees in (False, True):
+            log = read_log(nao, path, limits="ignore", degrees=degrees)
+            asked = "" if degrees == in_degrees else "radians" if degrees else "degrees"
+            assert [re.findall(r"are these (\w+)", note) for note in log.notes] == ([[asked]] if asked else [])
+            result = nk.stream.fk(
+                nao, path, "Head", tmp_path / "poses.npy", limits="ignore", degrees=degrees, overwrite=True
+            )
+            assert result.notes == log.notes
+            options = ["--file-deg"] * degrees
+            assert run(["fk", str(path), "--frame", "Head", "--csv", "--limits", "ignore", *options]) == 0
+            assert (f"are these {asked}" in capsys.readouterr().err) == bool(asked)
+    # What a heading says is not asked about.
+    path.write_text(_text({f"{name} [deg]" if turns else name: column for (name, column), turns
+                           in zip(_table(nao, rows).items(), turning, strict=True)}))  # fmt: skip
+    assert read_log(nao, path, limits="ignore", degrees=True).notes == ()
+
+
+def test_wheels_that_turn_often_are_not_taken_for_degrees(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("wheel", limits=(-1e4, 1e4)), J("other", limits=(-1e4, 1e4)))
+    (tmp_path / "q.csv").write_text("wheel,other\n" + "".join(f"{10 * k},{20 * k}\n" for k in range(1, 9)))
+    assert read_log(robot, tmp_path / "q.csv").notes == ()

@@ -154,10 +154,13 @@ def test_degrees_are_for_turning_joints_and_for_the_angles_of_poses(
     turning = np.array([unit == "rad" for unit in nao.joint_units])
     for ending in ("npy", "csv"):
         source = _write(nao, np.where(turning, np.degrees(q), q), tmp_path / f"q.{ending}")
-        result = nk.stream.fk(nao, source, "LArm", tmp_path / "poses.npy", as_="rpy", degrees=True, overwrite=True)
-        angles = np.radians(np.load(tmp_path / "poses.npy")[:, 3:])
-        assert np.allclose(Rotation.from_euler("xyz", angles).as_matrix(), nao.fk(q, "LArm")[:, :3, :3], atol=1e-13)
-        assert result.columns[3:] == ("roll_deg", "pitch_deg", "yaw_deg")
+        for written in (False, True):
+            options = {"as_": "rpy", "degrees": True, "poses_in_degrees": written, "overwrite": True}
+            result = nk.stream.fk(nao, source, "LArm", tmp_path / "poses.npy", **options)
+            angles = Rotation.from_euler("xyz", np.load(tmp_path / "poses.npy")[:, 3:], degrees=written)
+            assert np.allclose(angles.as_matrix(), nao.fk(q, "LArm")[:, :3, :3], atol=1e-13)
+            assert result.columns[3:] == tuple(f"{name}{'_deg' * written}" for name in ("roll", "pitch", "yaw"))
+            assert result.notes == ()
 
 
 def test_degrees_leave_lengths_alone(tmp_path: Path) -> None:

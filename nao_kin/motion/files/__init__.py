@@ -9,14 +9,14 @@ from types import MappingProxyType
 
 import numpy as np
 
-from nao_kin._core.arrays import choice
+from nao_kin._core.arrays import choice, flag
 from nao_kin._core.files import check_replaceable, read_bytes, write_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.editing import resample
 from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAP, XAR
-from nao_kin.motion.files.csv_table import CSV, NPZ
+from nao_kin.motion.files.csv_table import CSV, NPZ, write_csv_in_degrees
 from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.json_keys import JSON
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
@@ -142,6 +142,7 @@ def write_motion(
     *,
     format: str | None = None,
     rate: float | None = None,
+    degrees: bool = False,
     overwrite: bool = False,
 ) -> None:
     """Write a motion to a file.
@@ -155,6 +156,7 @@ def write_motion(
         format: one of `FORMATS` except "bhuman", "naodevils" and "xap", which are only read; None for the format of the
             suffix, which is "json" for ".json".
         rate: samples per second to write instead of the keys.
+        degrees: write "csv" in degrees, as its headings then say; the other formats have one unit each.
         overwrite: replace an existing file.
 
     Raises:
@@ -178,7 +180,8 @@ def write_motion(
     if chosen.write is None:
         raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
     check_replaceable(path, overwrite=overwrite)
-    write_bytes(path, chosen.write(motion if rate is None else resample(motion, rate), motion))
+    write = write_csv_in_degrees if flag(degrees, "degrees") and chosen is CSV else chosen.write
+    write_bytes(path, write(motion if rate is None else resample(motion, rate), motion))
 
 
 # --- Files with a motion, or with configurations without times.

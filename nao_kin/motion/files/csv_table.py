@@ -84,17 +84,23 @@ def _read_csv(source: MotionSource) -> Motion:
     return motion_of(source, tracks, negative=True)
 
 
-def _write_csv(motion: Motion, _: Motion) -> bytes:
-    """Write CSV in seconds and radians, hands as ratios; a cell is empty where a joint has no key."""
+def write_csv_in_degrees(motion: Motion, original: Motion) -> bytes:
+    """Do the same as `_write_csv`, in degrees."""
+    return _write_csv(motion, original, angle="deg")
+
+
+def _write_csv(motion: Motion, _: Motion, angle: str = "rad") -> bytes:
+    """Write CSV in seconds and a unit of angles, hands as ratios; a cell is empty where a joint has no key."""
     warn_of_curves(motion, "CSV")
     times = motion.key_times
     table = np.full((len(times), len(motion.keys)), math.nan)
     for column, (own, keys) in enumerate(zip(motion.times, motion.keys, strict=True)):
-        table[np.searchsorted(times, own), column] = keys
+        turns = angle == "deg" and not is_hand(motion.joint_names[column])
+        table[np.searchsorted(times, own), column] = np.degrees(keys) if turns else keys
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^\[\](),;\t\r\n\"]*", joint) or joint != joint.strip() or read_heading(joint).is_time:
             raise BadArgument(f"a CSV header cannot hold the joint {quoted(joint)}")
-    header = ["time [s]", *(f"{joint} [{'1' if is_hand(joint) else 'rad'}]" for joint in motion.joint_names)]
+    header = ["time [s]", *(f"{joint} [{'1' if is_hand(joint) else angle}]" for joint in motion.joint_names)]
     lines = [",".join(header)]
     for time, row in zip(times.tolist(), table.tolist(), strict=True):
         lines.append(",".join([repr(time), *("" if value != value else repr(value) for value in row)]))

@@ -6,7 +6,7 @@
 
 Source: cyberbotics/webots, src/controller/c/motion.c. Times are [[minutes:]seconds:]milliseconds and ascend, angles are
 in radians. A pose has a name and one value for each joint; straight lines connect the poses. An empty line ends the
-file.
+file. Some files have the names on a second line, which Webots does not read.
 Webots' own motions of the NAO name the eight motors of each hand, LPhalanx1 to LPhalanx8: 0 closed, 1 rad open.
 """
 
@@ -44,13 +44,14 @@ def read(source: MotionSource) -> Motion:
     follows a straight line from the last * to the next value.)
     """
     lines = source.lines
-    names = _names(source, lines[0])
+    names, first = _names(source, lines)
+    head = first.line
     count = next((row for row, line in enumerate(lines) if row and not line.strip()), len(lines))
     for row in range(count, len(lines)):
         if lines[row].strip():
             raise source.error("a line after an empty line, where Webots stops reading", FilePosition(row + 1))
     times, rows = [], []
-    for number, line in enumerate(lines[1:count], start=2):
+    for number, line in enumerate(lines[head:count], start=head + 1):
         fields = line.split(",")
         if len(fields) == len(names) + 3 and not fields[-1].strip():
             del fields[-1]
@@ -61,14 +62,14 @@ def read(source: MotionSource) -> Motion:
         rows.append(source.decimals(fields[2:], names, FilePosition(number, 3).field, _HOLD))
     if not rows:
         raise source.error("a header and no poses", FilePosition(1))
-    stamps = check_times(source, np.array(times), lambda row: FilePosition(row + 2, 1))
+    stamps = check_times(source, np.array(times), lambda row: FilePosition(row + head + 1, 1))
     table = np.array(rows)
     if np.isnan(table).all():
         raise source.error("no pose has a value")
     # A last pose without any value still sets the duration.
     ends_empty = np.isnan(table[-1]).all()
     tracks = []
-    for joint, place, column in _columns(source, names, table):
+    for joint, place, column in _columns(source, names, first, table):
         at, keys = held_keys(column)
         if not len(at):
             warn_caller(f"{source.name}: {joint} has no value in any pose and is left out", MotionFileWarning)
@@ -80,13 +81,15 @@ def read(source: MotionSource) -> Motion:
     return motion_of(source, tracks)
 
 
-def _columns(source: MotionSource, names: list[str], table: Floats) -> Iterator[tuple[str, FilePosition, Floats]]:
+def _columns(
+    source: MotionSource, names: list[str], first: FilePosition, table: Floats
+) -> Iterator[tuple[str, FilePosition, Floats]]:
     """Yield each joint, its place and its values; the motors of a hand become one joint with their mean."""
     fingers: dict[str, list[int]] = {}
     for column, name in enumerate(names):
         hand = _hand_of(source, name)
         if hand is None or hand in names:
-            yield name, FilePosition(1, column + 3), table[:, column]
+            yield name, first.field(column), table[:, column]
         else:
             fingers.setdefault(hand, []).append(column)
     for hand, columns in fingers.items():
@@ -100,7 +103,7 @@ def _columns(source: MotionSource, names: list[str], table: Floats) -> Iterator[
                 f"{off:.3g} rad",
                 MotionFileWarning,
             )
-        yield hand, FilePosition(1, columns[0] + 3), mean
+        yield hand, first.field(columns[0]), mean
 
 
 def _hand_of(source: MotionSource, name: str) -> str | None:
@@ -110,22 +113,25 @@ def _hand_of(source: MotionSource, name: str) -> str | None:
     return hand if hand in source.joints else None
 
 
-def _names(source: MotionSource, line: str) -> list[str]:
-    fields = [field.strip() for field in line.split(",")]
+def _names(source: MotionSource, lines: list[str]) -> tuple[list[str], FilePosition]:
+    """Return the names of the joints, and the place of the first: on the first line, or alone on the second."""
+    fields, first = [field.strip() for field in lines[0].split(",")], FilePosition(1, 3)
     if fields[0] != _HEADER:
         raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MAX_SHOWN)}", FilePosition(1, 1))
     if len(fields) < 2 or fields[1] != _VERSION:
         got = quoted(fields[1], MAX_SHOWN) if len(fields) > 1 else "nothing"
         raise source.error(f"expected version {_VERSION}, got {got}", FilePosition(1, 2))
+    if not any(fields[2:]) and len(lines) > 1 and not _TIME.match(lines[1]):
+        fields, first = [*fields[:2], *(field.strip() for field in lines[1].split(","))], FilePosition(2, 1)
     names = fields[2:-1] if len(fields) > 3 and not fields[-1] else fields[2:]
-    if not names:
+    if not any(names):
         raise source.error("the header names no joints", FilePosition(1))
     for column, name in enumerate(names):
         if _hand_of(source, name) is None or f"{name[0]}Hand" in names:
-            source.check_joint(name, FilePosition(1, column + 3))
+            source.check_joint(name, first.field(column))
         if name in names[:column]:
-            raise source.error(f"joint {name} is given twice", FilePosition(1, column + 3))
-    return names
+            raise source.error(f"joint {name} is given twice", first.field(column))
+    return names, first
 
 
 def _seconds(source: MotionSource, field: str, line: int) -> float:
