@@ -120,9 +120,10 @@ def _limits(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str
     bounds = {"velocity": joint.velocity, "effort": joint.effort}
     if math.isfinite(upper - lower):
         bounds = {"lower": lower, "upper": upper} | bounds
-    elif joint.kind == "prismatic":
-        bounds = {"lower": -UNBOUNDED, "upper": UNBOUNDED} | bounds
-        changes.append(f"{joint.name} slides without limits: written as ±{UNBOUNDED:g}")
+    elif joint.kind == "prismatic" or math.isfinite(lower) or math.isfinite(upper):
+        bounds = {"lower": max(lower, -UNBOUNDED), "upper": min(upper, UNBOUNDED)} | bounds
+        what = "slides without limits:" if lower == -upper else "has one limit, and the other is"
+        changes.append(f"{joint.name} {what} written as ±{UNBOUNDED:g}")
     elif not any(map(math.isfinite, bounds.values())):
         return {}
     unbounded = [name for name, value in bounds.items() if math.isinf(value)]

@@ -45,6 +45,7 @@ from nao_kin.robot.urdf.tree import (
     read_shapes,
     rename_links,
 )
+from nao_kin.robot.urdf.words import notes_on_words
 
 # The owner of an attribute, for messages: "joint" or "link", and its name.
 Owner = tuple[str, str]
@@ -112,8 +113,8 @@ class _UrdfReader:
         inertials = {name: inertial for name, inertial in found.items() if inertial is not None}
         shapes = read_shapes(self.document, links)
         self._note_missing_meshes()
-        self.notes += [*notes_on_elements(self.document), *notes_on_numbers(given, inertials, self.speedless)]
-        self.notes += notes_on_shapes(shapes)
+        self.notes += [*notes_on_words(self.document), *notes_on_elements(self.document)]
+        self.notes += [*notes_on_numbers(given, inertials, self.speedless), *notes_on_shapes(shapes)]
         return UrdfTree(
             path=self.path,
             name=self.document.get("name", "robot"),
@@ -184,7 +185,11 @@ class _UrdfReader:
             what = "no limits" if limit is None else "a limit without lower and upper: taken as unlimited"
             self.notes.append(f"joint {quoted(joint)} has {what}")
             return -math.inf, math.inf
-        lower, upper = (self._number(("joint", joint), limit, bound, 0.0) for bound in ("lower", "upper"))
+        lower, upper = (self._end(joint, limit, bound, sign) for bound, sign in (("lower", "-"), ("upper", "")))
+        open_ends = [bound for bound, value in (("lower", lower), ("upper", upper)) if math.isinf(value)]
+        if open_ends:
+            self.notes.append(f"joint {quoted(joint)} has no {' and no '.join(open_ends)} limit")
+            return lower, upper
         if lower > upper:
             self.notes.append(f"joint {quoted(joint)} has lower limit {lower:g} above upper limit {upper:g}: unlimited")
             return -math.inf, math.inf
@@ -238,6 +243,12 @@ class _UrdfReader:
         if len(numbers) != 1:
             raise Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number")
         return numbers[0]
+
+    def _end(self, joint: str, limit: ET.Element, bound: str, sign: str) -> float:
+        """Return the smallest or the largest value; infinite for "-inf" and "inf"."""
+        if limit.get(bound, "").strip().lower().removeprefix("+") in (f"{sign}inf", f"{sign}infinity"):
+            return float(f"{sign}inf")
+        return self._number(("joint", joint), limit, bound, 0.0)
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
         """Return a largest speed or effort, infinite for "inf", a negative number or a missing attribute.
