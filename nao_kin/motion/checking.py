@@ -329,7 +329,7 @@ def check(
         balance: also report where the robot tips, by `nk.world.dynamic_balance` at 100 samples per second; the robot
             stands still before and after the motion.
         limits: "enforce", or "measured" for a recorded motion: joints may be past their limits by the noise of sensors
-            (1°, 0.02 of a hand's opening), and the report counts them as `accepted`.
+            (5°, 0.02 of a hand's opening), and the report counts them as `accepted`.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from nao_kin.errors import MeasuredLimitsWarning
 from nao_kin.robot.semantics import CoupledLimit
 
 _MIN_DIGITS, _MAX_DIGITS = 6, 17
+# A warning names this many joints with their distances, and counts the others.
+_MAX_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -79,11 +81,13 @@ class OutsideRows:
         rows: how many configurations.
         largest: largest distance of a joint from its range [rad, m or ratio].
         joint: that joint; "" for none.
+        joints: joint → its largest distance, for all that are outside, the farthest first.
     """
 
     rows: int = 0
     largest: float = 0.0
     joint: str = ""
+    joints: dict[str, float] = field(default_factory=dict)
 
     @property
     def most(self) -> float:
@@ -92,28 +96,39 @@ class OutsideRows:
         return self.largest
 
     def and_then(self, other: OutsideRows) -> OutsideRows:
-        """Return the sum of both row counts, with the larger distance and its joint."""
-        larger = self if self.largest >= other.largest else other
-        return OutsideRows(self.rows + other.rows, larger.largest, larger.joint)
+        """Return the sum of both row counts, with the larger distance of each joint."""
+        joints = self.joints | {name: max(value, self.joints.get(name, 0.0)) for name, value in other.joints.items()}
+        return OutsideRows._with(self.rows + other.rows, joints)
+
+    @classmethod
+    def _with(cls, rows: int, joints: dict[str, float]) -> OutsideRows:
+        ordered = dict(sorted(joints.items(), key=lambda item: -item[1]))
+        joint = next(iter(ordered), "")
+        return cls(rows, ordered.get(joint, 0.0), joint, ordered)
 
     @classmethod
     def of(cls, values: Floats, inside: Floats, names: Sequence[str]) -> OutsideRows:
         """Return the rows of values (..., n) that differ from those inside the limits by more than the tolerance."""
         distances = np.abs(inside - values).reshape(-1, len(names))
-        outside = distances.max(axis=1, initial=0.0) > LIMIT_TOLERANCE
+        outside = distances > LIMIT_TOLERANCE
         if not outside.any():
             return cls()
-        return cls(int(outside.sum()), float(distances.max()), names[int(np.argmax(distances)) % len(names)])
+        farthest = zip(names, distances.max(axis=0).tolist(), strict=True)
+        beyond = {name: distance for name, distance in farthest if distance > LIMIT_TOLERANCE}
+        return cls._with(int(outside.any(axis=-1).sum()), beyond)
 
     def warn(self, unit_of: Callable[[str], str]) -> None:
         """Warn that limits="measured" has accepted these configurations, if any; `unit_of` gives a joint's unit."""
         if not self.rows:
             return
-        unit = unit_of(self.joint)
-        angle = unit == "rad"
-        distance = f"{math.degrees(self.largest):.2g}°" if angle else f"{self.largest:.2g} {unit}".removesuffix(" 1")
         several = "1 configuration has" if self.rows == 1 else f"{self.rows} configurations have"
-        text = f"{several} joints outside their limits, {self.joint} by {distance}, the farthest; accepted as measured"
+        distances = [
+            f"{joint} by {f'{math.degrees(value):.2g}°' if unit_of(joint) == 'rad' else f'{value:.2g}'}"
+            for joint, value in self.joints.items()
+        ]
+        more = len(distances) - _MAX_NAMED
+        named = ", ".join(distances[:_MAX_NAMED]) + (f" and {more} more joints by less" if more > 0 else "")
+        text = f"{several} joints outside their limits, {named}; accepted as measured"
         warn_caller(text, MeasuredLimitsWarning, subject="measured")
 
 

@@ -708,7 +708,7 @@ class RobotModel(Guessing):
         Args:
             q: configurations, shape (..., nq).
             per_joint: whether to return one answer for each joint, in the order of `joint_names`.
-            limits: "measured" accepts joints that exceed their limits by the noise of sensors, 1° or 0.02 of a ratio.
+            limits: "measured" accepts joints that exceed their limits as sensors show, 5° or 0.02 of a ratio.
 
         Returns:
             Shape (...), or with `per_joint` (..., n).

@@ -76,7 +76,8 @@ class StreamResult:
         first_bad_rows: the first of them, each with its `row` in the source, from 0, its `line` and `column` in a CSV
             file, from 1 (0 for none), its `reason`, and its `file`, "" if there is only one.
         clamped: rows outside the limits that limits="clamp" has moved, or "measured" accepted: the number of `rows`,
-            the `largest` distance of a joint from its range [rad, m or ratio], and that `joint`, "" for none.
+            the `largest` distance of a joint from its range [rad, m or ratio], that `joint`, "" for none, and the
+            distances of all `joints` that are outside.
         notes: assumptions about the source.
     """
 

@@ -132,7 +132,7 @@ def fk(
             Rz(wz) Ry(wy) Rx(wx); or "rpy", the same numbers as x, y, z, roll, pitch, yaw.
         dtype: float64, or float32 for half the size.
         limits: "enforce" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
-            "ignore" accepts it, "measured" up to the noise of sensors, 1° or 0.02 of a ratio.
+            "ignore" accepts it, "measured" up to what sensors show, 5° or 0.02 of a ratio.
         degrees: turning joints of a source file are in degrees if it does not give their unit; angles of poses are in
             degrees too.
         on_error: "stop" raises at a bad row, "skip" leaves it out, "nan" writes poses of NaN.

@@ -76,7 +76,7 @@ def read_configurations(
         robot: its joints are named in the file.
         path: a CSV or JSON file, or "-" for standard input.
         limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
-            "measured" accepts them up to the noise of sensors, 1° or 0.02 of a ratio, with a warning.
+            "measured" accepts them up to what sensors show, 5° or 0.02 of a ratio, with a warning.
         degrees: turning joints are in degrees if the file does not give their unit.
 
     Returns:
@@ -119,7 +119,7 @@ def read_log(
         path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in CSV as
             `rostopic echo -p` prints them, or in JSON.
         limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
-            "measured" accepts them up to the noise of sensors, 1° or 0.02 of a ratio, with a warning.
+            "measured" accepts them up to what sensors show, 5° or 0.02 of a ratio, with a warning.
         degrees: turning joints are in degrees if the file does not give their unit.
         columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
             "time [ms]"; None leaves the column out, and a joint in it is at zero.

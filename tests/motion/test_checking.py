@@ -361,7 +361,7 @@ def test_overlapping_links_are_found_between_keys_and_only_if_asked(monkeypatch:
 # --- Recorded motions.
 
 
-@pytest.mark.parametrize(("excess", "accepted"), [(0.0, 0), (np.radians(0.9), 1), (np.radians(1.1), None)])
+@pytest.mark.parametrize(("excess", "accepted"), [(0.0, 0), (np.radians(4.9), 1), (np.radians(5.1), None)])
 def test_the_noise_of_sensors_is_accepted_by_name(nao: nk.NaoModel, excess: float, accepted: int | None) -> None:
     upper = nao.joints.limits("LShoulderRoll")[1]
     motion = nk.Motion([0.0, 1.0, 2.0], ["LShoulderRoll"], [[upper - 0.1], [upper + excess], [upper - 0.1]])
@@ -384,7 +384,7 @@ def test_only_limits_are_accepted_as_measured(nao: nk.NaoModel) -> None:
     yaw = 1.0
     (table,) = [table for table in nao.coupled_limits if table.joint == "HeadPitch"]
     highest = float(table.range(np.array(yaw))[1])
-    for more, kinds in ((0.8, set()), (1.2, {"coupled limit"})):
+    for more, kinds in ((4.8, set()), (5.2, {"coupled limit"})):
         still = nk.Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[yaw, highest + np.radians(more)]] * 2)
         assert {row.kind for row in check(nao, still, limits="measured").violations} == kinds
     with pytest.raises(UnknownName, match="unknown limits .ignore."):
