@@ -38,6 +38,10 @@ LARGEST = 1_000_000
 _MOST_STEPS, _SOLVED = 40, 1e-12
 # Ratio of two singular values of the rays to the edge of a ball below which they determine no cone.
 _OPEN = 1e-7
+# Pixels are square within this share, beside the rounding of a size to whole pixels: two data sheets differ by less.
+_SQUARE = 0.05
+# The optical axis of a lens meets the image this near to its middle, as a share of its width and height.
+_CENTRED = 0.12
 
 
 @one_line_repr
@@ -64,7 +68,7 @@ class Camera:
         fx, fy: focal lengths [pixel].
         cx, cy: where the optical axis meets the image [pixel].
         distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none. Zeros that follow, as in the 14
-            numbers of OpenCV's rational model, are left out.
+            numbers of OpenCV's rational model, are left out. The four numbers of its fisheye model mean something else.
 
     Raises:
         BadArgument: a size or focal length that is not positive, or another number of coefficients.
@@ -118,11 +122,12 @@ class Camera:
             matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] [pixel].
             distortion: 0, 4, 5 or 8 coefficients, or 12 or 14 with zeros after the 8th, in an array of any shape.
             frame: the camera's body frame or optical frame on the robot, as the attribute.
-            size: width and height of the images of the calibration [pixel].
+            size: width and height of the images of the calibration [pixel]; a part of them is `cropped` from it.
             name: name of the camera; the frame's name without one.
 
         Raises:
-            BadArgument: the matrix is not of this form.
+            BadArgument: the matrix is not of this form, or of images of another size: (cx, cy) is farther from the
+                middle of the image than 12 % of its width or height.
 
         Examples:
             >>> matrix = [[558.0, 0.0, 317.0], [0.0, 560.0, 243.0], [0.0, 0.0, 1.0]]
@@ -133,6 +138,15 @@ class Camera:
         if K[0, 1] or K[1, 0] or K[2].tolist() != [0.0, 0.0, 1.0]:
             raise BadArgument("a camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
         width, height = _size(size)
+        if abs(2.0 * K[0, 2] + 1.0 - width) > 2.0 * _CENTRED * width or (
+            abs(2.0 * K[1, 2] + 1.0 - height) > 2.0 * _CENTRED * height
+        ):
+            likely = f"{round(2.0 * K[0, 2] + 1.0)} × {round(2.0 * K[1, 2] + 1.0)}"
+            raise BadArgument(
+                f"(cx, cy) = {pixel_name(K[:2, 2])} is not near the middle of an image of {width} × {height} pixels; "
+                f"size is the width and height of the images of the calibration, about {likely}; "
+                "resized and cropped give the camera of others"
+            )
         own = frame if isinstance(name, str) and not name else name
         return Camera(own, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
 
@@ -144,7 +158,10 @@ class Camera:
         cx' = s_u (cx + 1/2) − 1/2, and likewise fy' and cy'; the distortion remains.
 
         Args:
-            size: width and height of the scaled images [pixel].
+            size: width and height of the scaled images [pixel]; their shape may be another one.
+
+        Raises:
+            BadArgument: height and width are exchanged.
 
         Examples:
             >>> camera = nk.world.Camera("c", "CameraTop", 640, 480, 558.0, 560.0, 317.0, 243.0)
@@ -153,6 +170,8 @@ class Camera:
             (279.0, 280.0, 158.25, 121.25)
         """
         width, height = _size(size)
+        if width != height and width * self.width == height * self.height:
+            raise BadArgument(f"size is (width, height), as in ({height}, {width}), got ({width}, {height})")
         across, down = width / self.width, height / self.height
         cx, cy = across * (self.cx + 0.5) - 0.5, down * (self.cy + 0.5) - 0.5
         return replace(self, width=width, height=height, fx=across * self.fx, fy=down * self.fy, cx=cx, cy=cy)
@@ -207,8 +226,9 @@ class Camera:
         p = as_floats(points, (3,), "points")
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             ab = np.where(p[..., :1] > 0.0, -p[..., 1:] / p[..., :1], np.nan)
-            pixels = self._pixels(self._distorted(ab)[0])
-            bad = ~((ab * ab).sum(axis=-1) < self._fold) | ~np.isfinite(pixels).all(axis=-1)
+            moved, J = self._distorted(ab)
+            pixels = self._pixels(moved)
+            bad = ~self._invertible(ab, J) | ~np.isfinite(pixels).all(axis=-1)
         pixels[bad] = np.nan
         if p.ndim == 1 and bad:
             behind = p[0] <= 0.0
@@ -219,8 +239,8 @@ class Camera:
     def ray(self, pixels: ArrayLike) -> Floats:
         """Return the directions from which the light of pixels comes.
 
-        The distortion is inverted by Newton's method, and each result is checked: it must lie inside the circle around
-        the optical axis in which the distortion is invertible, and be distorted to the pixel again.
+        The distortion is inverted by Newton's method, and each result is checked: the distortion must be invertible
+        there, and lead to the pixel again.
 
         Args:
             pixels: (u, v), shape (..., 2), inside the image or not; NaN stays NaN.
@@ -416,6 +436,11 @@ class Camera:
         ends = [root.real for root in roots if abs(root.imag) < 1e-12 * (1 + abs(root))]
         return min((end for end in ends if end > 0.0), default=math.inf)
 
+    def _invertible(self, ab: Floats, J: Floats) -> NDArray[np.bool_]:
+        """Return where the distortion with the derivatives J does not fold the image: det J > 0, before the fold."""
+        determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+        return np.asarray((determinant > 0.0) & ((ab * ab).sum(axis=-1) < self._fold))
+
     def _distorted(self, ab: Floats) -> tuple[Floats, Floats]:
         """Return distorted coordinates (..., 2) and their derivatives (..., 2, 2)."""
         J = np.empty((*ab.shape, 2))
@@ -461,9 +486,8 @@ class Camera:
                 if not len(left):
                     break
             moved, J = self._distorted(found)
-            determinant = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
             fine = np.abs(moved - wanted).max(axis=-1) < 1e3 * _SOLVED * (1.0 + np.abs(wanted).max(axis=-1))
-            fine = fine & (determinant > 0.0) & ((found * found).sum(axis=-1) < self._fold)
+            fine &= self._invertible(found, J)
         found[~fine] = np.nan
         return np.asarray(found)
 
@@ -477,12 +501,14 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     Args:
         robot: any robot with `semantics.cameras` and `semantics.fields_of_view`.
         name: a camera's frame, such as "CameraTop".
-        resolution: name, or width and height [pixel]; an image of any size shows the whole field of view. The names are
-            those of `semantics.resolutions`, and for a robot without any NAOqi's, from "QQQQVGA" to "16VGA".
+        resolution: name, or width and height [pixel], the order opposite to the shape of an image in NumPy; an image of
+            any size shows the whole field of view, and `Camera.cropped` gives a part of it. The names are those of
+            `semantics.resolutions`, and for a robot without any NAOqi's, from "QQQQVGA" to "16VGA".
 
     Raises:
         UnknownName: the robot has no such camera, or the camera no such resolution.
-        BadArgument: the field of view of the camera is not known.
+        BadArgument: the field of view of the camera is not known; or an image of this size cannot show all of it, as
+            its pixels would not be square (within 5 %).
 
     Examples:
         >>> camera = nk.world.camera(nk.load_nao(), "CameraBottom", "QVGA")
@@ -500,6 +526,8 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     else:
         width, height = _size(resolution)
     across, high = (math.tan(angle / 2.0) for angle in semantics.fields_of_view[name])
+    if (width, height) not in semantics.resolutions.values():
+        _check_shape(name, (width, height), across / high)
     centre = (width - 1) / 2.0, (height - 1) / 2.0
     return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre)
 
@@ -537,6 +565,25 @@ def _size(size: Any, names: tuple[str, str] = ("width", "height"), least: int = 
     except (TypeError, ValueError):
         raise BadArgument(f"expected {' and '.join(names)} of an image, got {quoted(size)}") from None
     return whole_number(one, names[0], least, LARGEST), whole_number(other, names[1], least, LARGEST)
+
+
+def _check_shape(camera: str, size: tuple[int, int], shape: float) -> None:
+    """Refuse a size of images that cannot show the whole field of view, width/height = shape, with square pixels."""
+
+    def fits(width: int, height: int) -> bool:
+        return bool(abs(width - height * shape) <= max(_SQUARE * width, 0.5 + 0.5 * shape))
+
+    width, height = size
+    if fits(width, height):
+        return
+    if fits(height, width):
+        whole = height, width
+    else:  # the smallest whole image of which the size can be a part
+        whole = max(width, round(height * shape)), max(height, round(width / shape))
+    raise BadArgument(
+        f"an image of {camera} has not the shape {width} × {height} pixels, expected width × height as in "
+        f"{whole[0]} × {whole[1]}; Camera.cropped gives a part of an image"
+    )
 
 
 def outside_image(robot: RobotModel, camera: Camera, pixels: Floats) -> str:

@@ -86,6 +86,24 @@ def test_a_pixel_beyond_the_largest_distorted_radius_is_named() -> None:
         camera.project([1.0, -1.7, 0.0])
 
 
+def test_no_point_has_a_pixel_where_tangential_distortion_folds_the_image() -> None:
+    camera = Camera("c", "f", 640, 480, 560.0, 560.0, 320.0, 240.0, (-0.385, 0.0196, -0.0029, 0.0029))
+    with pytest.raises(BadArgument, match="too far from the optical axis"):
+        camera.project([1.0, 0.8302, -0.4902])  # its pixel would be inside the image, that of another ray
+    rng, seen = np.random.default_rng(0), 0
+    for size in (5e-4, 3e-3, 0.02):
+        for _ in range(60):
+            lens = (rng.uniform(-0.4, 0.3), rng.uniform(-0.1, 0.1), *rng.normal(0.0, size, 2))
+            camera = replace(camera, distortion=lens)
+            points = np.column_stack([np.ones(300), rng.uniform(-1.2, 1.2, (300, 2))])
+            pixels = camera.project(points)
+            visible = camera.sees(pixels)
+            rays = camera.ray(pixels[visible])
+            np.testing.assert_allclose(rays / rays[:, :1], points[visible], atol=1e-6)
+            seen += visible.sum()
+    assert seen > 10_000
+
+
 @pytest.mark.parametrize("lens", _LENSES)
 def test_derivatives_of_pixels_are_differences(lens: str) -> None:
     camera, step = _camera(_LENSES[lens]), 1e-6
@@ -251,7 +269,11 @@ def test_any_robot_has_cameras_and_resolutions_of_its_own(tmp_path: Path) -> Non
     nao = nk.load_nao()
     fields = {"cameras": ("Head",), "fields_of_view": {"Head": (1.0, 0.5)}}
     robot = nk.RobotModel(nao.tree, Semantics(**fields))  # type: ignore[arg-type]
-    assert nk.world.camera(robot, "Head").width == 640
+    wide = nk.world.camera(robot, "Head", (1027, 480))
+    assert wide.fx == pytest.approx(wide.fy, rel=1e-3)
+    # Of NAOqi's sizes, none has its shape.
+    with pytest.raises(BadArgument, match="1027 × 480"):
+        nk.world.camera(robot, "Head")
     own = nk.RobotModel(nao.tree, Semantics(**fields, resolutions={"HD": (1280, 720)}))  # type: ignore[arg-type]
     assert nk.world.camera(own, "Head", "HD").height == 720
     with pytest.raises(UnknownName, match="HD"):
@@ -262,6 +284,52 @@ def test_any_robot_has_cameras_and_resolutions_of_its_own(tmp_path: Path) -> Non
     file.write_text("[resolutions]\nHD = [1280.5, 720]\n")
     with pytest.raises(BadInputFile, match="resolution HD must be a width and a height"):
         nk.semantics.read_semantics(file)
+
+
+@pytest.mark.parametrize(
+    ("size", "named"),
+    [
+        ((480, 640), "640 × 480"),
+        ((240, 320), "320 × 240"),
+        ((30, 40), "40 × 30"),
+        ((100, 900), "1201 × 900"),
+        ((1280, 720), "1280 × 959"),
+        ((640, 640), "854 × 640"),
+    ],
+)
+def test_a_size_that_is_not_that_of_a_whole_image_is_refused(size: tuple[int, int], named: str) -> None:
+    with pytest.raises(BadArgument, match=named):
+        nk.world.camera(nk.load_nao("v6"), "CameraTop", size)
+
+
+@pytest.mark.parametrize("size", [(640, 480), (1024, 768), (8, 6), (7, 5), (300, 224), (3, 2), (1, 1)])
+def test_whole_images_of_any_size_are_accepted(size: tuple[int, int]) -> None:
+    for version in ("v6", "v4", "v3.2"):
+        assert nk.world.camera(nk.load_nao(version), "CameraBottom", size).width == size[0]
+
+
+def test_a_matrix_of_another_size_is_refused() -> None:
+    nao = nk.load_nao()
+    sizes = {name: nao.semantics.resolutions[name] for name in ("QVGA", "VGA", "4VGA")}
+    for of, (width, height) in sizes.items():
+        for off in (-0.03, 0.0, 0.03):  # lenses are off their images' middles by some percent
+            matrix = nk.world.camera(nao, "CameraTop", of).matrix
+            matrix[:2, 2] += np.array([off * width, -off * height])
+            for size in [*sizes.values(), (height, width)]:
+                if size == (width, height):
+                    assert Camera.from_matrix(matrix, frame="CameraTop", size=size).cx == matrix[0, 2]
+                    continue
+                with pytest.raises(BadArgument, match="size is the width and height"):
+                    Camera.from_matrix(matrix, frame="CameraTop", size=size)
+
+
+def test_a_size_whose_order_is_that_of_an_array_is_refused() -> None:
+    camera = _camera()
+    for wrong in ((480, 640), (240, 320), (3, 4)):
+        with pytest.raises(BadArgument, match=rf"\({wrong[1]}, {wrong[0]}\)"):
+            camera.resized(wrong)
+    assert camera.resized((224, 224)).width == 224  # squeezed
+    assert replace(camera, height=640).resized((320, 320)).width == 320
 
 
 def test_wrong_cameras_are_refused() -> None:
