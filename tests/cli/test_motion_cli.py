@@ -513,3 +513,14 @@ def test_a_recording_of_a_robot_is_checked(
     ):
         assert run(wrong) == 2, wrong
         assert reason in capsys.readouterr().err
+
+
+def test_a_motion_in_degrees_is_asked_about(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("deg.csv").write_text("time,HeadYaw,HeadPitch,LShoulderRoll\n0,0,0,10\n1,45.3,-10.5,20\n2,90.5,5,12\n")
+    Path("rad.csv").write_text("time,HeadYaw,HeadPitch,LShoulderRoll\n0,0,0,0.1\n1,2.5,-0.1,0.2\n")
+    for command, code, asked in ((("deg.csv",), 1, True), (("deg.csv", "--deg"), 0, False), (("rad.csv",), 1, False)):
+        assert run(["motion", "check", *command]) == code
+        assert ("degrees (--deg)?" in capsys.readouterr().err) == asked
