@@ -53,7 +53,7 @@ class NaoKinWarning(UserWarning):
 
 
 class DegreesWarning(NaoKinWarning):
-    """Joint values that look like degrees, where radians are expected."""
+    """Angles or joint values that look like degrees, where radians are expected."""
 
 
 class FormerNameWarning(NaoKinWarning, FutureWarning):

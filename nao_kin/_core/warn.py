@@ -1,9 +1,10 @@
-"""Warnings that name the caller's line, errors for missing extras, MuJoCo's warnings, and the table of former names."""
+"""Warnings that name the caller's line, of degrees too, missing extras, MuJoCo's warnings, and the former names."""
 
 from __future__ import annotations
 
 import importlib
 import inspect
+import math
 import sys
 import threading
 import warnings
@@ -12,9 +13,12 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from nao_kin._core.extras import EXTRAS, with_remedy
 from nao_kin._core.text import abbreviated
-from nao_kin.errors import BadArgument, FormerNameWarning, MissingExtra, NaoKinWarning
+from nao_kin.errors import BadArgument, DegreesWarning, FormerNameWarning, MissingExtra, NaoKinWarning
 
 _PACKAGE = __name__.partition(".")[0]
 
@@ -39,6 +43,42 @@ def warn_caller(message: str, category: type[NaoKinWarning], subject: str = "") 
     text = _Message(message)
     text.subject = subject or message
     warnings.warn(text, category, stacklevel=level + 1)
+
+
+# --- Angles that look like degrees.
+
+TURN = 2.0 * math.pi
+# Whole numbers in between are probably degrees, up to ten turns; all floats from 2⁵³ on are whole numbers.
+_LEAST_DEGREES, _MOST_DEGREES = 10.0, 3600.0
+# NumPy takes longer than Python for fewer numbers.
+_FEW = 16
+
+
+def warn_of_degrees(angles: NDArray[np.float64], what: str, depth: int = 1) -> bool:
+    """Return whether half or more of the angles beyond a turn are whole numbers from 10 on, as degrees are, and warn.
+
+    An angle of several turns is honest, and hardly ever a whole number of radians. The warning is for the code that
+    calls a function of this package, `depth` calls above this one: what the package itself passes on is not checked.
+    """
+    if angles.size <= _FEW:
+        largest = max(map(abs, angles.ravel().tolist()), default=0.0)
+    else:
+        largest = max(float(angles.max()), -float(angles.min()))
+    if not largest > TURN:
+        return False
+    beyond = np.abs(angles)
+    beyond = beyond[beyond > TURN]
+    whole = beyond[(beyond == np.rint(beyond)) & (beyond >= _LEAST_DEGREES) & (beyond <= _MOST_DEGREES)]
+    caller = sys._getframe(depth + 1).f_globals.get("__name__")
+    if not len(whole) or 2 * len(whole) < len(beyond) or str(caller).partition(".")[0] == _PACKAGE:
+        return False
+    warn_caller(
+        f"{what} = {whole[0]:.6g} rad is more than a full turn, and a whole number; "
+        "angles are in radians, np.deg2rad converts degrees",
+        DegreesWarning,
+        subject="degrees",
+    )
+    return True
 
 
 # --- Optional packages.

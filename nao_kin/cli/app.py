@@ -153,7 +153,7 @@ def _warnings_as_lines() -> Iterator[None]:
                 others(message, category, *place, **more)
                 return
             text = str(message)
-            if issubclass(category, DegreesWarning):  # with the option in place of the function
+            if issubclass(category, DegreesWarning) and "deg2rad" in text:  # with the option in place of the function
                 text = f"{text.partition(';')[0]}; are these degrees (--deg, of a file --file-deg)?"
             if text not in printed:
                 printed.add(text)

@@ -14,6 +14,7 @@ from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choi
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import quoted
+from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
 from nao_kin.robot import RobotModel, check_robot
@@ -394,6 +395,9 @@ class Motion(Guessing):
             offsets = checked_handles(handles, names, columns, interpolation)
         elif interpolation == "bezier":
             offsets = tuple(bezier_handles("smooth", t, v) for t, v in zip(columns, values, strict=True))
+        for name, column in zip(names, values, strict=True):
+            if warn_of_degrees(column, name):
+                break
         for array in (*columns, *values, *(offsets or ())):
             array.flags.writeable = False
         for field, value in zip(fields(self), (columns, names, values, interpolation, offsets), strict=True):

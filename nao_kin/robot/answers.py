@@ -23,10 +23,11 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.text import quoted
+from nao_kin._core.warn import TURN
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.build import ModelNumbers, only_links
-from nao_kin.robot.configurations import TURN, ConfigurationSpace
+from nao_kin.robot.configurations import ConfigurationSpace
 from nao_kin.robot.joint_arrays import JointArrays, joint_arrays
 from nao_kin.robot.kinematics import FrameIds, Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree

@@ -27,7 +27,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.sides import Hips, joints_of_side
 from nao_kin._core.text import quoted
-from nao_kin._core.warn import warn_caller
+from nao_kin._core.warn import TURN, warn_caller
 from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.limits import JointLimits, OutsideRows
 from nao_kin.robot.semantics import Mimic, Posture
@@ -190,8 +190,6 @@ def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> N
 
 
 # --- Configurations from callers: making, checking and clamping them.
-
-TURN = 2.0 * math.pi
 
 _FLOAT64 = np.dtype(np.float64)
 # Number of quaternions that are checked at a time: few enough to need little memory.

@@ -394,7 +394,8 @@ class RobotModel(Guessing):
                 robot has another name, a warning says so; it may be the same robot with your own URDF.
 
         Raises:
-            BadArgument: a frame that a joint moves, or a value that is not a pose.
+            BadArgument: a frame that a joint moves, a value that is not a pose, or an angle of more than half a turn. A
+                warning names offsets of more than 0.2 rad or 0.1 m, which no calibration finds.
 
         Examples:
             >>> nao = nk.load_nao()

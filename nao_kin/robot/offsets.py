@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,17 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, as_vectors, check_kind, first_index, join_poses
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import nearest_names, quoted
-from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index
+from nao_kin._core.warn import warn_caller
+from nao_kin.errors import (
+    BadArgument,
+    BadInputFile,
+    DegreesWarning,
+    NaoKinWarning,
+    NotARotation,
+    UnknownName,
+    WrongShape,
+    at_index,
+)
 from nao_kin.robot.semantics_files import camera_of
 from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import (
@@ -31,6 +42,8 @@ _KINDS = ("joints", "frames")
 _ABOUT = "calibration"
 # Decimal places of millimetres and degrees in notes: smaller values are rounding errors.
 _DIGITS = 6
+# Calibrations find smaller offsets [rad, m]; larger ones are degrees or millimetres, or not offsets.
+_LARGE = {"rad": 0.2, "m": 0.1}
 # Largest defect of a pose, as of rotations, and the largest that is not corrected.
 _RIGID, _ROUNDING = 1e-6, 1e-14
 
@@ -46,7 +59,7 @@ def with_offsets(
     fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
     moved = {joint.child: joint for joint in moving.values()}
     origins: dict[str, Origin] = {}
-    notes = []
+    notes, large = [], _Large()
     for name, value in _entries(joints, "joints"):
         if name not in moving:
             hint = f"{quoted(name)} is fixed; give frames={{…}} for its link" if name in tree.fixed_joints else ""
@@ -56,6 +69,7 @@ def with_offsets(
             raise WrongShape(f"the offset of {name}", "()", offset.shape)
         origins[name] = _after(row.origin, row.travel(float(offset)))
         notes.append(f"joint {name}: offset {float(offset):g}")
+        large.look(name, "m" if row.kind == "prismatic" else "rad", float(offset))
     for name, value in _entries(frames, "frames"):
         # The offset of another frame of a camera moves the body frame, which carries them all.
         body, T_body_frame = camera_of(tree, cameras, name) or (name, np.eye(4))
@@ -70,15 +84,48 @@ def with_offsets(
             raise BadArgument(f"two offsets move {body}; give one, of {body} or of its optical frame")
         origins[row.name] = _after(row.origin, T_body_frame @ T_nominal_true @ T_body_frame.T)
         x, y, z = np.round(1000.0 * T_nominal_true[:3, 3], _DIGITS) + 0.0  # no −0
-        turned = np.round(np.degrees(angle_between(np.eye(3), T_nominal_true[:3, :3])), _DIGITS)
+        angle = angle_between(np.eye(3), T_nominal_true[:3, :3])
+        turned = np.round(np.degrees(angle), _DIGITS)
+        six = np.ravel(value)
+        large.look(name, "rad", float(np.abs(six[3:]).max() if len(six) == 6 else angle))
+        large.look(name, "m", float(np.linalg.norm(T_nominal_true[:3, 3])))
         also = "" if body == name else f", moves {body}"
         notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°{also}")
+    large.warn()
     return replace(
         tree,
         joints=tuple(replace(row, origin=origins.get(row.name, row.origin)) for row in tree.joints),
         notes=(*tree.notes, *notes),
         offsets={**tree.offsets, **origins},
     )
+
+
+class _Large:
+    """Offsets that are larger than those of calibrations."""
+
+    def __init__(self) -> None:
+        self._found: list[str] = []
+        self._turned = False
+
+    def look(self, name: str, unit: str, offset: float) -> None:
+        """Refuse an angle of more than half a turn, and collect what is large."""
+        size = abs(offset)
+        if unit == "rad" and size > math.pi:
+            raise BadArgument(
+                f"the offset of {name} is more than half a turn, {offset:g} rad; offsets are in rad and m"
+            )
+        if size > _LARGE[unit]:
+            self._turned |= unit == "rad"
+            self._found.append(f"{name} by {f'{math.degrees(offset):.3g}°' if unit == 'rad' else f'{offset:.3g} m'}")
+
+    def warn(self) -> None:
+        """Warn of what is large, with one warning."""
+        if self._found:
+            usual = " and ".join(f"{size:g} {unit}" for unit, size in _LARGE.items())
+            warn_caller(
+                f"large offsets: {', '.join(self._found)}; offsets are in rad and m, calibrated ones below {usual}",
+                DegreesWarning if self._turned else NaoKinWarning,
+            )
 
 
 def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_batch, cross_matrix, first_index
 from nao_kin._core.kernels import LARGEST_SQUARE, SMALLEST_NORMAL, Functions, Kernel, Number, OutOfScale, evaluate
+from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import TOLERANCE
 
@@ -61,6 +62,7 @@ def rot_z(angle: ArrayLike) -> Floats:
 
 def _turn(kernel: Kernel, angle: ArrayLike) -> Floats:
     angles = as_batch(angle, (), "angle")
+    warn_of_degrees(angles, "angle", 2)
     return evaluate(kernel, [angles[..., np.newaxis]], (3, 3))[0]
 
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_batch, common_batch, first_index, largest
 from nao_kin._core.kernels import LARGEST_SQUARE, Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural, rodrigues
@@ -58,6 +59,7 @@ def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
         array([0., 0., 1.])
     """
     axes, angles = vector_and_number(axis, angle, "axis", "angle")
+    warn_of_degrees(angles, "angle")
     try:
         return evaluate(from_natural, [axes, angles[..., np.newaxis]], (3, 3))[0]
     except OutOfScale:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, cross, dot, first_index, norm, unit
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate, rescaled
 from nao_kin._core.text import one_line_repr
+from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, UnknownName, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
 from nao_kin.rotations._invariants import matrix_from_natural
@@ -215,8 +216,13 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
         >>> np.allclose(R, nk.rotations.rot_z(0.2) @ nk.rotations.rot_y(0.3))
         True
     """
+    return _composed(angles, sequence, axes)
+
+
+def _composed(angles: ArrayLike, sequence: str, axes: Axes) -> Floats:
     convention, count = find_any_convention(sequence, axes)
     values = as_batch(angles, (count,), "angles")
+    warn_of_degrees(values, "angle", 2)
     if count < 3:
         values = np.concatenate([values, np.zeros((*values.shape[:-1], 3 - count))], axis=-1)
     return evaluate(composition(convention), [values], (3, 3))[0]
@@ -237,7 +243,7 @@ def quat_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) 
         >>> nk.rotations.quat_from_euler([0.0, 0.0, np.pi / 2], "xyz", axes="moving").round(4)
         array([0.7071, 0.    , 0.    , 0.7071])
     """
-    return quat_from_matrix(matrix_from_euler(angles, sequence, axes=axes))
+    return quat_from_matrix(_composed(angles, sequence, axes))
 
 
 def euler_from_quat(q: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lock: AtLock = "third") -> EulerAngles:
@@ -309,7 +315,7 @@ def matrix_from_rpy(rpy: ArrayLike) -> Floats:
         >>> np.allclose(R, nk.rotations.rot_z(0.3) @ nk.rotations.rot_y(0.2) @ nk.rotations.rot_x(0.1))
         True
     """
-    return matrix_from_euler(rpy, "xyz", axes="fixed")
+    return _composed(rpy, "xyz", "fixed")
 
 
 def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
@@ -443,6 +449,7 @@ def matrix_from_davenport(
     given = [a1, *(axis for axis in (a2, a3) if axis is not None)]
     axes = [unit(scaled_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate(given, 1)]
     values = as_batch(angles, (len(axes),), "angles")
+    warn_of_degrees(values, "angle")
     common_batch("angles and axes", values.shape[:-1], *(axis.shape[:-1] for axis in axes))
     found, *others = (matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes))
     for turn in others:

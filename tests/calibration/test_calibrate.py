@@ -472,6 +472,7 @@ def test_the_file_says_where_offsets_are_from_and_leaves_out_what_the_data_do_no
         nk.load_nao("v4", offsets=path)
 
 
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")  # of tilts that are rare
 def test_the_covariance_of_held_offsets_is_that_of_before(nao: nk.NaoModel) -> None:
     """The errors of many robots have the covariance that one calibration states."""
     joints, errors = ["HeadPitch", "HeadYaw", "RElbowRoll"], []

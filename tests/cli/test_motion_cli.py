@@ -561,3 +561,18 @@ def test_json_of_violations_and_changes_is_in_the_unit_that_it_names(
         assert other["unit"] == one["unit"].replace("rad", "deg")
         for name in ("value", "upper", "excess"):
             assert one[name] is None or other[name] == pytest.approx(factor * one[name])
+
+
+def test_a_motion_in_degrees_is_asked_about(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("deg.csv").write_text("time,HeadYaw,HeadPitch,LShoulderRoll\n0,0,0,10\n1,45.3,-10.5,20\n2,90.5,5,12\n")
+    Path("rad.csv").write_text("time,HeadYaw,HeadPitch,LShoulderRoll\n0,0,0,0.1\n1,2.5,-0.1,0.2\n")
+    for command, code, asked in (
+        (("deg.csv",), 1, True),
+        (("deg.csv", "--file-deg"), 0, False),
+        (("rad.csv",), 1, False),
+    ):
+        assert run(["motion", "check", *command]) == code
+        assert ("are these degrees" in capsys.readouterr().err) == asked

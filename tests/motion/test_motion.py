@@ -522,3 +522,12 @@ def test_the_wrong_kind_of_object_is_refused_in_one_line(
 def test_a_file_name_in_the_place_of_a_motion_is_told_how_to_be_read(nao: nk.NaoModel, name: str) -> None:
     with pytest.raises(nk.errors.BadArgument, match="motion must be a Motion, got str; read_motion reads"):
         getattr(nk.motion, name)(nao, "wave.json")
+
+
+@pytest.mark.parametrize("keys", [[[0.0, 0.0], [45.0, 0.2], [90.0, -0.1]], [[0.0, 0.0], [-30.0, 20.0], [10.0, 5.0]]])
+def test_keys_in_degrees_are_noticed(keys: list[list[float]]) -> None:
+    with pytest.warns(nk.errors.DegreesWarning, match="HeadYaw = (45|30) rad") as caught:
+        nk.Motion([0.0, 1.0, 2.0], ["HeadYaw", "HeadPitch"], keys)
+    assert caught[0].filename == __file__
+    nk.Motion([0.0, 1.0, 2.0], ["HeadYaw", "HeadPitch"], np.radians(keys))
+    nk.Motion([0.0, 1.0], ["wheel"], [[0.0], [8.0 * np.pi]])  # four turns

@@ -15,7 +15,16 @@ import nao_kin as nk
 from nao_kin._core.files import read_toml
 from nao_kin.cli.app import run
 from nao_kin.crosscheck.steps import steps_of
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, OtherRobotWarning, UnknownName, WrongShape
+from nao_kin.errors import (
+    BadArgument,
+    BadInputFile,
+    DegreesWarning,
+    NaoKinError,
+    NaoKinWarning,
+    OtherRobotWarning,
+    UnknownName,
+    WrongShape,
+)
 from nao_kin.naoqi import VirtualNao
 from nao_kin.rotations import matrix_from_rpy
 
@@ -241,3 +250,70 @@ def test_a_file_of_offsets_names_its_robot(nao: nk.NaoModel, tmp_path: Path) -> 
     for version in ("v4", "v5"):
         with pytest.warns(OtherRobotWarning, match=f"found for nao_v6, and this robot is nao_{version}"):
             nk.load_nao(version, offsets=path)
+
+
+# --- Offsets that no calibration finds.
+
+
+@pytest.mark.parametrize(
+    ("joints", "frames", "category", "named"),
+    [
+        ({"HeadYaw": 2.5}, {}, DegreesWarning, "HeadYaw by 143°"),
+        ({"HeadPitch": 0.01, "LKneePitch": -0.21}, {}, DegreesWarning, "LKneePitch by -12°"),
+        ({}, {"CameraTop": (0.0, 0.0, 0.0, 0.0, 1.2, 0.0)}, DegreesWarning, "CameraTop by 68.8°"),
+        ({}, {"CameraTop": nk.screws.pose(matrix_from_rpy([0.0, 0.3, 0.0]), [0.0] * 3)}, DegreesWarning, "by 17.2°"),
+        ({}, {"CameraTop": (3.0, 2.0, 1.0, 0.0, 0.0, 0.0)}, NaoKinWarning, "CameraTop by 3.74 m"),
+        ({"HeadYaw": 0.3}, {"CameraTop": (0.2, 0, 0, 0, 0, 0)}, DegreesWarning, "HeadYaw by 17.2°, CameraTop by 0.2 m"),
+    ],
+)
+def test_large_offsets_are_accepted_with_one_warning(
+    nao: nk.NaoModel,
+    joints: dict[str, float],
+    frames: dict[str, object],
+    category: type[NaoKinWarning],
+    named: str,
+    tmp_path: Path,
+) -> None:
+    with pytest.warns(category, match=named) as caught:
+        nao.with_offsets(joints, frames)  # type: ignore[arg-type]
+    assert [warning.category for warning in caught] == [category]
+    path = nk.robot.write_offsets(tmp_path / "mine.toml", {"joints": joints})
+    if joints:
+        with pytest.warns(DegreesWarning):
+            nk.load_nao(offsets=path)
+
+
+def test_offsets_of_calibrations_give_no_warning(nao: nk.NaoModel) -> None:
+    nao.with_offsets({"HeadYaw": 0.2, "LKneePitch": -0.199}, {"CameraTop": (0.05, -0.05, 0.05, 0.19, -0.1, 0.1)})
+
+
+@pytest.mark.parametrize(
+    ("joints", "frames"),
+    [({"HeadYaw": 250}, {}), ({"HeadYaw": -3.2}, {}), ({}, {"CameraTop": (0.0, 0.0, 0.0, 0.0, 1.2, 20.0)})],
+)
+def test_more_than_half_a_turn_is_no_offset(
+    nao: nk.NaoModel, joints: dict[str, float], frames: dict[str, tuple[float, ...]]
+) -> None:
+    with pytest.raises(BadArgument, match=r"half a turn.*offsets are in rad"):
+        nao.with_offsets(joints, frames)
+
+
+def test_a_slide_far_off_is_named_in_metres(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("lift", kind="prismatic", limits=(0.0, 1.0)), J("turn"))
+    with pytest.warns(NaoKinWarning, match=r"lift by 4\b.* m") as caught:
+        robot.with_offsets({"lift": 4.0})
+    assert not issubclass(caught[0].category, DegreesWarning)
+
+
+def test_the_command_line_says_that_a_file_of_offsets_is_in_radians(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("[joints]\nHeadYaw = 2.5\n")
+    assert run(["fk", "--frame", "Head", "--offsets", str(path)]) == 0
+    said = capsys.readouterr().err
+    assert "HeadYaw by 143°" in said
+    assert "--deg" not in said  # it says nothing of files of offsets
+    path.write_text("[joints]\nHeadYaw = 250\n")
+    assert run(["fk", "--frame", "Head", "--offsets", str(path)]) == 2
+    assert "HeadYaw" in capsys.readouterr().err

@@ -122,6 +122,7 @@ def test_every_invariant_gives_the_matrix_back():
     assert (off < 3e-15 + np.where(q0 > -0.5, 0.0, 4e-16 / np.where(q0 > -0.5, 1.0, sine))[held]).all()
 
 
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 @PROPERTY
 @given(e=axes, a=st.one_of(st.floats(-20.0, 20.0), beside(0.0, math.pi, 2 * math.pi, -math.pi)))
 def test_natural_matrix_agrees_with_pinocchios_angle_axis(e, a):
@@ -184,7 +185,7 @@ def test_scipy_finds_the_same_rotation_vectors():
 
 def test_a_rotation_vector_may_be_many_turns_long():
     v = np.array([0.0, 0.0, 1.0])
-    for a in (7.0, -100.0, 1e6, 2 * math.pi, 1e15):
+    for a in (7.0, -100.5, 1e6, 2 * math.pi, 1e15):
         assert worst(exp(a * v), rot_z(a)) < 3e-15
 
 

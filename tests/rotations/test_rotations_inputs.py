@@ -14,7 +14,7 @@ from rotation_samples import CONVENTIONS, DISTANCES, integer_rotations, random_r
 
 import nao_kin.rotations as rotations
 from nao_kin._core import kernels
-from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, WrongShape
+from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError, NotARotation, NotFinite, WrongShape
 
 X, Y, Z = np.eye(3)
 HIP = (np.array([0.0, 1.0, -1.0]), X, Y)
@@ -369,6 +369,44 @@ def test_any_numbers_give_finite_results_or_the_librarys_own_error(batch):
                 assert all(np.isfinite(part).all() for part in _parts(call(values))), (name, values)
                 answered += 1
         assert answered, name
+
+
+OF_DEGREES = {
+    "rot_x": rotations.rot_x,
+    "rot_y": rotations.rot_y,
+    "rot_z": rotations.rot_z,
+    "rpy": lambda a: rotations.matrix_from_rpy(np.stack([a, 0.0 * a, 0.3 + 0.0 * a], axis=-1)),
+    "euler": lambda a: rotations.matrix_from_euler(np.stack([0.0 * a, a], axis=-1), "zy", axes="moving"),
+    "quat": lambda a: rotations.quat_from_euler(a[..., np.newaxis], "x", axes="moving"),
+    "natural": lambda a: rotations.matrix_from_natural(Z, a),
+    "davenport": lambda a: rotations.matrix_from_davenport(np.stack([a, a], axis=-1), Z, X),
+}
+
+
+@pytest.mark.parametrize("name", OF_DEGREES)
+@pytest.mark.parametrize(
+    "degrees", [90, -45.0, [0, 30, 60, 90], [[180.0], [-180.0]], np.arange(-180.0, 181.0), [90.0, 22.5, 12.566, 360.0]]
+)
+def test_whole_degrees_are_noticed(name, degrees):
+    with pytest.warns(DegreesWarning, match=r"= \d+ rad is more than a full turn") as caught:
+        OF_DEGREES[name](np.array(degrees, dtype=float))
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize("name", OF_DEGREES)
+@pytest.mark.parametrize(
+    "angles",
+    [
+        *(4 * math.pi, -2 * math.pi, 6.0, 7.0, 1e6, 2.0**60, []),
+        np.linspace(0.0, 40.0, 1001),  # a joint that goes on turning, with some whole numbers
+        np.round(np.linspace(0.0, 100.0, 977), 1),  # to a decimal
+        np.random.default_rng(0).normal(0.0, 30.0, (5, 7)),
+        np.radians(np.arange(-720.0, 721.0)),
+    ],
+)
+def test_angles_of_several_turns_are_honest(name, angles):
+    OF_DEGREES[name](np.array(angles, dtype=float))  # warnings are errors here
 
 
 def test_everything_that_a_user_calls_has_an_example():
