@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 import typer
 
 from nao_kin._core import files as atomic
@@ -155,7 +154,6 @@ def check(
     """Check limits, coupled limits, speeds, and joints of one motor, also between keys; exit code 1 for violations."""
     from nao_kin import motion as motions
     from nao_kin.robot import CollisionRule
-    from nao_kin.stream import look_like_degrees
 
     model = robot.load()
     check_posture(model, posture)
@@ -167,9 +165,6 @@ def check(
     refuse_both(posture, missing)
     motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
     report = motions.check(model, motion, fill=fill, collisions=rule, balance=balance, limits=limits, **chosen)
-    farthest = np.array([keys[np.abs(keys).argmax()] for keys in motion.keys])
-    if not source.deg and look_like_degrees(model, motion.joint_names, farthest):
-        print_note(f"{source.file}: are these degrees (--deg)?")
     if json:
         document = report.as_dict()
         rows = {name: [_in_unit(row, source.deg) for row in document[name]] for name in ("violations", "accepted")}
