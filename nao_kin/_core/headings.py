@@ -62,10 +62,8 @@ _SENSOR = re.compile(rf"(?:{DEVICE})?(?:InertialSensor/)?(?P<name>.+?)(?:/Sensor
 _PLOTTED = re.compile(r"(?P<topic>.*)/(?P<joint>[^/]+)/position")
 # Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
-# Seconds since 1970 have ten digits from 2001 until 2286; larger numbers are in a smaller unit.
-_SINCE_1970 = 1e9, 1e11
-# Rows of a clock since 1970 follow each other faster than this [s].
-_LONGEST_STEP = 1e3
+# Clocks since 1970 show these seconds from 2001 until 2049; their rows follow each other faster than this [s].
+_SINCE_1970, _LONGEST_STEP = (1e9, 2.5e9), 100.0
 # A time step [s] above this is in a smaller unit: of frames, and of a log or a motion, whose keys may be farther apart.
 _FRAME_STEP, _KEY_STEP = 1.0, 5.0
 # Fewer rows than these may be keys at any distance.
@@ -197,25 +195,27 @@ COLUMN_ADVICE = "a heading such as time [s], or columns= (--columns), says other
 def guessed_time_unit(times: Floats, *, frames: bool = False, advice: str = COLUMN_ADVICE) -> tuple[str, str]:
     """Return the unit of times for which a file states none, and a note if it is not plain seconds.
 
-    The size of the first times decides if it is that of a clock since 1970; else their step, which is 1 ms to 1 s for
-    `frames` of a recording, and up to 5 s for rows that may also be the keys of a motion. `advice` ends the note.
+    The size of the first times decides if it is that of a clock since 1970; else their step, which is at most 1 s for
+    `frames` of a recording, and 5 s for rows that may also be the keys of a motion. `advice` ends the note.
     """
     first = times[np.isfinite(times)][:FIRST_TIMES]
     size = float(np.median(np.abs(first))) if first.size else 0.0
     step = float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0
     units = ("s", "ms", "us", "ns")
     low, high = _SINCE_1970
-    since = sum(size >= high * TIME_UNITS[unit] for unit in units[:-1])
-    if size >= low and step <= _LONGEST_STEP * TIME_UNITS[units[since]]:
-        unit, how = units[since], "since 1970, by their size"
+    since = [
+        unit for unit in units if low <= size / TIME_UNITS[unit] < high and step <= _LONGEST_STEP * TIME_UNITS[unit]
+    ]
+    if since:
+        unit, how = since[0], "since 1970, by their size"
     elif frames or len(first) >= _FEW_ROWS:
-        longest = _FRAME_STEP if frames else _KEY_STEP
-        unit, how = units[sum(step > longest * TIME_UNITS[unit] for unit in units[:-1])], f"by their step of {step:.6g}"
+        longest = (_FRAME_STEP if frames else _KEY_STEP, *(_FRAME_STEP * TIME_UNITS[unit] for unit in units[1:-1]))
+        unit, how = units[sum(step > limit for limit in longest)], f"by their step of {step:.6g}"
     else:
         unit, how = "s", ""
     if unit != "s":
         return unit, f"times are taken as {unit} {how}; {advice}"
-    odd = step > _FRAME_STEP and not size >= low
+    odd = step > _FRAME_STEP and not since
     return unit, f"times are taken as s, {step:.6g} s from row to row; {advice}" if odd else ""
 
 

@@ -421,7 +421,7 @@ def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tu
                 raise BadArgument(f"{pixels}; expected at most {MAX_NUMBERS}, and sides like those of a photo")
             seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY)
         except cv2.error as error:  # too many pixels, too little memory
-            raise BadInputFile(str(path), f"refused by OpenCV: {abbreviated(error)}") from None
+            raise BadInputFile(str(path), f"refused by OpenCV: {abbreviated(error.err)}") from None
         if not seen:
             continue
         corners = np.asarray(corners, dtype=np.float64).reshape(-1, 2)

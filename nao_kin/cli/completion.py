@@ -115,7 +115,8 @@ def names_for(parameter: str, load: Callable[[dict[str, Any]], RobotModel]) -> C
     def robot_of(parameters: dict[str, Any]) -> RobotModel:
         # A key that is pressed neither waits for a named pipe nor runs the code of a xacro file.
         given = [parameters[name] for name in _READ if parameters.get(name) is not None]
-        if parameters.get("xacro") or not all(map(os.path.isfile, given)):
+        runs = parameters.get("xacro") or any(path.endswith(".xacro") for path in given)
+        if runs or not all(map(os.path.isfile, given)):
             raise BadArgument("no robot in a regular file of data")
         return load(parameters)
 

@@ -22,7 +22,7 @@ NAO_KIN = [sys.executable, "-m", "nao_kin"]
 
 def _asked(shell: str, **words: str) -> subprocess.CompletedProcess[str]:
     env = {**os.environ, "PYTHONPATH": str(ROOT), VARIABLE: shell, **words}
-    return subprocess.run(NAO_KIN, capture_output=True, text=True, env=env)
+    return subprocess.run(NAO_KIN, capture_output=True, text=True, env=env, timeout=60)
 
 
 @pytest.fixture
@@ -97,9 +97,17 @@ def test_fish_completes_files_where_there_are_no_names(line: str, code: int) -> 
     assert (done.returncode, done.stderr) == (code, "")
 
 
-def test_a_robot_that_does_not_load_completes_nothing_and_says_nothing() -> None:
-    done = _asked("complete_bash", COMP_WORDS="nao-kin fk --urdf none.urdf --frame L", COMP_CWORD="5")
+@pytest.mark.parametrize("name", ["none.urdf", "pipe.urdf", "code.urdf.xacro"])
+def test_a_robot_that_does_not_load_completes_nothing_and_says_nothing(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / "pipe.urdf")  # which would wait for ever
+    ran = tmp_path / "ran"
+    link = f"""<link name="L${{open('{ran}', 'w').close()}}"/>"""
+    head = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="a" value="b"/>'
+    (tmp_path / "code.urdf.xacro").write_text(f"{head}{link}</robot>")
+    words = f"nao-kin fk --urdf {tmp_path / name} --frame L"
+    done = _asked("complete_bash", COMP_WORDS=words, COMP_CWORD="5")
     assert (done.stdout.strip(), done.stderr) == ("", "")
+    assert not ran.exists()
 
 
 @pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")

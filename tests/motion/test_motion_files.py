@@ -83,6 +83,31 @@ def test_json_holds_units_and_handles() -> None:
     assert np.allclose(hand, [[[-0.1, -0.25], [0.1, 0.25]]])
 
 
+@pytest.mark.parametrize(("unit", "size"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_times_in_another_unit_are_read_with_a_warning_unless_it_is_stated(
+    tmp_path: Path, unit: str, size: float, start: float, suffix: str
+) -> None:
+    seconds = start + 0.02 * np.arange(40)
+    times, keys = np.rint(size * seconds), 0.01 * np.sin(np.arange(40.0))
+
+    def read(stated: bool) -> Motion:
+        path = tmp_path / f"m.{suffix}"
+        if suffix == "csv":
+            rows = "".join(f"{time:.0f},{key}\n" for time, key in zip(times, keys, strict=True))
+            path.write_text(f"time{f' [{unit}]' if stated else ''},HeadYaw\n{rows}")
+        else:
+            document = {"joint_names": ["HeadYaw"], "times": times.tolist(), "keys": keys[:, None].tolist()}
+            path.write_text(json.dumps({**document, **({"units": {"time": unit}} if stated else {})}))
+        return read_motion(path)
+
+    with pytest.warns(MotionFileWarning, match=f"taken as {unit} "):
+        guessed = read(stated=False)
+    assert guessed == read(stated=True)  # without a warning, which would be an error here
+    assert np.allclose(guessed.key_times, seconds, rtol=1e-12)
+
+
 def test_json_with_one_list_of_times_has_a_row_of_keys_for_each() -> None:
     motion = read_motion(DATA / "rows.json")
     assert motion == Motion([0.0, 0.5, 2.0], ["HeadYaw", "HeadPitch"], [[0.0, 0.1], [0.25, -0.5], [1.0, 0.3]], "smooth")
