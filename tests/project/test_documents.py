@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 import shutil
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 from doc_commands import ENDS_WITH, FAILING, SKIPPED, check, commands_of, run_page, why_skipped
 from doc_pages import PAGES, PRINTED, ROOT, blocks_of
+from public_names import called
 
 import nao_kin as nk
 
@@ -102,3 +104,20 @@ def test_the_citation_names_the_last_release_and_the_version_is_newer(monkeypatc
     wrong = problems("v9.9")
     assert len(wrong) == 4
     assert "is no release" in wrong[1]
+
+
+def _is_error(value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, BaseException)
+
+
+def test_every_argument_that_replaces_a_guess_exists() -> None:
+    lines = (ROOT / "docs" / "guesses.md").read_text(encoding="utf-8").splitlines()
+    rows = [line.split(" | ") for line in lines if line.startswith("| ")]
+    assert len(rows) > 50
+    assert all(len(row) == 5 for row in rows)
+    last = " ".join(row[4] for row in rows)
+    parameters = {name for _, value in called() if not _is_error(value) for name in inspect.signature(value).parameters}
+    assert set(re.findall(r"`(\w+)=", last)) - {"scale"} <= parameters  # an attribute of a URDF
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "nao_kin" / "cli").glob("*.py"))
+    for option in set(re.findall(r"`--([a-z-]+)`", last)):
+        assert f'"--{option}"' in sources or re.search(rf"\b{option.replace('-', '_')}: ", sources), option
