@@ -15,6 +15,8 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadModel, MissingExtra, UnknownName
 from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel
+from nao_kin.robot.semantics import Semantics
+from nao_kin.robot.semantics_files import NO_SEMANTICS
 
 _PACKAGE = "example-robot-data"
 _DESCRIPTIONS = "robot_descriptions"
@@ -68,10 +70,11 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     missing = MissingExtra(by_this, "descriptions") if lacks_theirs else MissingExtra(by_name, "robots")
     files = _files(None if described else missing)
     if is_text and name in files:
-        urdf = files[name]
-        # example-robot-data keeps the SRDF of the same name in the folder srdf beside that of the URDF.
-        srdf = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
-        return RobotModel.from_urdf(urdf, base=base, semantics=srdf if srdf.is_file() else None)
+        robot = RobotModel.from_urdf(files[name], base=base)
+        if robot.semantics == Semantics() and not any(note.startswith(NO_SEMANTICS) for note in robot.load_notes):
+            looked = f"looked for {name}.toml and {name}.srdf beside the URDF, and in the folder srdf near it"
+            robot.load_notes += (f"{NO_SEMANTICS}: {looked}",)
+        return robot
     if is_text and name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""

@@ -36,9 +36,11 @@ _ROUNDED = 1e-3
 def find_semantics(
     tree: UrdfTree, given: Semantics | Path | str | None, notes: list[str], implied: Semantics | None = None
 ) -> Semantics:
-    """Return the semantics given, or those of the .toml or .srdf file of the same name beside the robot's file.
+    """Return the semantics given, or those in a file near the robot's file; a note says in which.
 
-    `implied` are those in the robot's own file (MJCF), which fill the parts that the other file leaves empty.
+    This is the .toml or .srdf file of the same name beside it or, as in ROS packages, in the folder srdf beside its
+    folder. Without one, it is the only file in that folder that fits the robot (`_fitting`). `implied` are those in the
+    robot's own file (MJCF), which fill the parts that the other file leaves empty.
     """
     kind, implied = ("URDF", Semantics()) if implied is None else ("MJCF", implied)
     if isinstance(given, Semantics):
@@ -51,18 +53,63 @@ def find_semantics(
                 f"semantics must be a Semantics or the path of a .toml or .srdf file, got {quoted(given)}"
             ) from None
         return _filled(_read(path, tree, notes), implied)
-    for ending in (".toml", ".srdf"):
-        path = tree.path.with_name(tree.path.name.removesuffix(".xacro")).with_suffix(ending)
-        if path.is_file():
-            try:
-                semantics = checked_semantics(_filled(_read(path, tree, notes), implied), tree)
-            except NaoKinError as error:
-                # The caller did not name this file, so an error in it does not keep the robot from loading.
-                notes.append(f"{path.name} beside the {kind} is not used: {error}")
-            else:
-                notes.append(f"chains, effectors and postures from {path.name} beside the {kind}")
-                return semantics
+    own = tree.path.with_name(tree.path.name.removesuffix(".xacro"))
+    folder = own.parent.parent / "srdf"
+    named = [*(own.with_suffix(ending) for ending in (".toml", ".srdf")), folder / f"{own.stem}.srdf"]
+    for path in [path for path in named if path.is_file()] or _fitting(folder, own.stem, tree, notes):
+        where = f"beside the {kind}" if path.parent == own.parent else f"in the folder srdf near the {kind}"
+        try:
+            semantics = checked_semantics(_filled(_read(path, tree, notes), implied), tree)
+        except NaoKinError as error:
+            # The caller did not name this file, so an error in it does not keep the robot from loading.
+            notes.append(f"{path.name} {where} is not used: {error}")
+        else:
+            notes.append(f"chains, effectors and postures from {path.name} {where}")
+            return semantics
     return implied
+
+
+NO_SEMANTICS = "no chains and postures"
+# Pinocchio's name for the joint of a free base, which SRDF files use without a `<virtual_joint>`.
+_FREE_BASE = "root_joint"
+# Element of an SRDF → attributes that name joints and links of the robot.
+_NAMING = {
+    "joint": ("name",),
+    "link": ("name",),
+    "chain": ("base_link", "tip_link"),
+    "end_effector": ("parent_link",),
+    "disable_collisions": ("link1", "link2"),
+}
+
+
+def _fitting(folder: Path, stem: str, tree: UrdfTree, notes: list[str]) -> list[Path]:
+    """Return the SRDF in a folder that is for this robot: with its name, and no joint or link that it lacks.
+
+    A package has files for several variants. If several fit, it is the one whose own name begins that of the robot's
+    file, as ur5.srdf for ur5_robot.urdf; none if that does not decide. A note says that none fits.
+    """
+    known, files = (
+        {*(joint.name for joint in tree.joints), *tree.links, *tree.shared_names},
+        sorted(folder.glob("*.srdf")),
+    )
+    fitting = []
+    for path in files:
+        try:
+            document, _ = read_document(path, file_content(path), [])
+        except BadModel:
+            continue
+        attributes = [(element, name) for element in document.iter() for name in _NAMING.get(element.tag, ())]
+        named = {element.get(name, "") for element, name in attributes}
+        named -= {_FREE_BASE, *(element.get("name", "") for element in document.findall("virtual_joint"))}
+        if named and named <= known and document.get("name", "").casefold() == tree.name.casefold():
+            fitting.append(path)
+    if len(fitting) > 1:
+        fitting = [path for path in fitting if stem.startswith(path.stem)]
+    if files and len(fitting) != 1:
+        names = abbreviated(", ".join(path.name for path in files), 100)
+        notes.append(f"{NO_SEMANTICS}: no file in the folder srdf is certainly for this robot: {names}")
+        return []
+    return fitting
 
 
 def _filled(semantics: Semantics, implied: Semantics) -> Semantics:

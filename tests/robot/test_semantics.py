@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -525,3 +526,65 @@ def test_a_coupled_limit_at_no_number_is_refused(value: object) -> None:
     table = CoupledLimit("b", "a", (-1.0, 1.0), (-0.5, 0.0), (0.5, 1.0))
     with pytest.raises(NaoKinError, match="values of a must be (real numbers|finite)"):
         table.range(value)
+
+
+# --- the folder srdf of a package -----------------------------------------------------------------------------------
+
+FITS = '<robot name="R"><group name="arm"><joint name="a"/><joint name="root_joint"/></group></robot>'
+
+
+def _in_package(folder: Path, urdf: str, **srdf: str) -> nk.RobotModel:
+    """The robot "r" of `_robot` in the folder urdf of a package, with files in its folder srdf."""
+    for name in ("urdf", "srdf"):
+        (folder / name).mkdir()
+    for name, text in srdf.items():
+        (folder / "srdf" / f"{name}.srdf").write_text(text)
+    path = folder / "urdf" / f"{urdf}.urdf"
+    path.write_text(re.sub('<robot name="[^"]*"', '<robot name="r"', _robot(folder).urdf_path.read_text(), count=1))
+    return nk.RobotModel.from_urdf(path)
+
+
+@pytest.mark.parametrize(
+    ("urdf", "files"),
+    [
+        ("r_full", {"r": FITS}),  # as talos.srdf for talos_full_v2.urdf
+        ("other", {"it": FITS}),  # the only one
+        ("r_robot", {"r": FITS, "r_gripper": FITS}),  # as ur5.srdf for ur5_robot.urdf
+        ("r_full", {"r": FITS, "r_left": FITS.replace('"a"', '"lost"')}),
+        ("r_full", {"r_full": FITS.replace('"a"', '"c"').replace('"R"', '"any"'), "r": FITS}),  # by its name
+    ],
+)
+def test_the_srdf_of_a_package_is_found_if_it_fits(tmp_path: Path, urdf: str, files: dict[str, str]) -> None:
+    robot = _in_package(tmp_path, urdf, **files)
+    used = next(name for name in (urdf, *files) if name in files)
+    assert robot.chains == {"arm": ("c",) if used == urdf else ("a",)}
+    assert any(f"{used}.srdf" in note for note in robot.load_notes)
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        {"r": FITS.replace('"R"', '"s"')},  # of another robot
+        {"r": FITS.replace('"a"', '"lost"')},  # of a variant with more joints
+        {"r": '<robot name="r"/>'},  # without evidence
+        {"one": FITS, "two": FITS},
+        {"r": "<robot"},
+    ],
+)
+def test_an_srdf_that_may_be_of_another_robot_is_not_used(tmp_path: Path, files: dict[str, str]) -> None:
+    robot = _in_package(tmp_path, "r_full", **files)
+    assert robot.chains == {}
+    (note,) = (note for note in robot.load_notes if "srdf" in note)
+    assert all(name in note for name in files)
+
+
+def test_a_robot_of_example_robot_data_says_whose_postures_it_has() -> None:
+    try:
+        talos, ur10 = nk.load_robot("talos_full_v2"), nk.load_robot("ur10_robot")
+        g1 = nk.load_robot("g1_29dof_rev_1_0")
+    except nk.errors.MissingExtra as error:
+        pytest.skip(str(error))
+    assert (talos.posture_names, len(talos.chains)) == (("half_sitting",), 8)
+    assert any("talos.srdf" in note for note in talos.load_notes)
+    assert any("ur5.srdf" in note for note in ur10.load_notes)
+    assert any("g1_29dof_rev_1_0.srdf" in note for note in g1.load_notes)
