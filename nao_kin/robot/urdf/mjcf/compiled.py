@@ -6,9 +6,11 @@ only if the mass of a body depends on it; so a robot with many meshes loads in m
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +21,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.process import before_ending
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import mujoco_warnings, need_extra
 from nao_kin.errors import BadModel
@@ -125,9 +128,13 @@ def _model_name(file: Path) -> str:
     return next((root.get("model", "") for root in _elements(file, file.parent)), "")
 
 
-def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[ET.Element]:
+def _elements(
+    path: Path, home: Path, content: bytes | None = None, seen: frozenset[Path] = frozenset()
+) -> Iterator[ET.Element]:
     """Yield the elements of a file and of the files that it includes, without files that are not readable XML."""
     try:
+        if path in seen or (content is None and not path.is_file()):
+            return
         document = ET.fromstring(path.read_bytes() if content is None else content)
     except (OSError, ET.ParseError, ValueError):
         return
@@ -135,7 +142,8 @@ def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[
         yield element
         if element.tag == "include":
             name = element.get("file", "")
-            yield from _elements((path.parent if (path.parent / name).is_file() else home) / name, home)
+            inner = (path.parent if (path.parent / name).is_file() else home) / name
+            yield from _elements(inner, home, seen=seen | {path})
 
 
 # --- The compiled model.
@@ -178,21 +186,99 @@ def import_mujoco() -> ModuleType:
 def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
     """Return the compiled model of a file that contains `content`; note missing meshes and MuJoCo's warnings."""
     mujoco = import_mujoco()
+    if not _is_bounded(path, content):
+        _rehearse(path, content, package_dirs)
     try:
-        with mujoco_warnings(mujoco) as warned:
-            spec = _parsed(mujoco, path, content)
-            shapes = _strip_shapes(spec, path, content, package_dirs, notes)
-            model = _compiled(spec, shapes, notes)
-    except (ValueError, mujoco.FatalError) as error:
-        raise BadModel(f"{path}: MuJoCo refuses it: {abbreviated(error)}") from None
+        spec, shapes, model = _by_mujoco(path, content, package_dirs, notes)
+    except (ValueError, RuntimeError, MemoryError, mujoco.FatalError) as error:
+        raise BadModel(f"{path}: MuJoCo refuses it: {abbreviated(error) or type(error).__name__}") from None
     _check_finite(model, path)
-    notes += [f"MuJoCo says: {abbreviated(text)}" for text in dict.fromkeys(warned)]
     kind = int(mujoco.mjtGeom.mjGEOM_MESH)
     meshes = {int(shape.geom.id): shape.asset for shape in shapes if shape.asset is not None}
     shapeless = frozenset(int(shape.geom.id) for shape in shapes if shape.asset is None)
     loaded = frozenset(geom for geom in meshes if int(model.geom_type[geom]) == kind)
     name = "" if spec.modelname == "MuJoCo Model" else str(spec.modelname)
     return Compiled(model, name, meshes, loaded, shapeless)
+
+
+def _by_mujoco(
+    path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]
+) -> tuple[Any, list[_Shape], Any]:
+    """Return the `mujoco.MjSpec` of a file, its geoms whose shape is a mesh or a height field, and its model."""
+    mujoco = import_mujoco()
+    with mujoco_warnings(mujoco) as warned:
+        spec = _parsed(mujoco, path, content)
+        shapes = _strip_shapes(spec, path, content, package_dirs, notes)
+        model = _compiled(spec, shapes, notes)
+    notes += [f"MuJoCo says: {abbreviated(text)}" for text in dict.fromkeys(warned)]
+    return spec, shapes, model
+
+
+# --- Files whose numbers, and not their size, determine how long MuJoCo works and how much memory it takes.
+#
+# A call into MuJoCo takes no signal: neither Ctrl-C nor TERM ends it. Such files are first compiled in another process,
+# which has limits and can be ended.
+
+_SECONDS, _BYTES = 30, 4 << 30
+_COPYING = frozenset(("replicate", "flexcomp", "composite", "model"))
+# Elements with such an attribute are made by a formula.
+_MADE_BY = {"mesh": "builtin", "hfield": "nrow"}
+_LARGE = re.compile(r"(?<![\w.])\d{6,}(?![\w.])")
+_REHEARSAL = "import sys; from nao_kin.robot.urdf.mjcf.compiled import rehearsal; rehearsal(*sys.argv[1:])"
+
+
+def _is_bounded(path: Path, content: bytes) -> bool:
+    """Return whether an MJCF, with the files that it includes, has no copies, formulas or large whole numbers."""
+    elements = list(_elements(path, path.parent, content))
+    return bool(elements) and not any(
+        element.tag in _COPYING
+        or _MADE_BY.get(element.tag) in element.attrib
+        or any(map(_LARGE.search, element.attrib.values()))
+        for element in elements
+    )
+
+
+def _rehearse(path: Path, content: bytes, package_dirs: tuple[Path, ...]) -> None:
+    """Compile a file in another process; raise BadModel if that takes too long or too much memory."""
+    import subprocess
+
+    # In a frozen program, or in one that embeds Python, `sys.executable` is not Python.
+    if not Path(sys.executable or "").name.startswith("python") or getattr(sys, "frozen", False):
+        return
+    places = [str(Path(__file__).parents[4]), *(entry for entry in sys.path if entry)]
+    process = subprocess.Popen(
+        [sys.executable, "-c", _REHEARSAL, str(path), *map(str, package_dirs)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(places), "OPENBLAS_NUM_THREADS": "1"},
+    )
+    with process, before_ending(process.kill):
+        try:
+            process.communicate(content, timeout=_SECONDS)
+        except subprocess.TimeoutExpired:
+            pass
+        finally:
+            process.kill()
+    if process.returncode:
+        raise BadModel(
+            f"{path}: MuJoCo does not compile it within {_SECONDS} s and {_BYTES >> 30} GB: "
+            "it replicates too much, or names too large a number"
+        )
+
+
+def rehearsal(path: str, *package_dirs: str) -> None:
+    """Compile the file that standard input contains; raise an error if the time or the memory does not suffice."""
+    import resource
+
+    for limit, most in (("RLIMIT_CPU", 2 * _SECONDS), ("RLIMIT_AS", _BYTES)):
+        with contextlib.suppress(OSError, ValueError):  # a lower limit of the system
+            resource.setrlimit(getattr(resource, limit), (most, most))
+    try:
+        _by_mujoco(Path(path), sys.stdin.buffer.read(), tuple(map(Path, package_dirs)), [])
+    except (ValueError, import_mujoco().FatalError) as error:  # the caller finds the same
+        if "allocate" in str(error):
+            raise
 
 
 def _parsed(mujoco: ModuleType, path: Path, content: bytes) -> Any:
