@@ -10,7 +10,7 @@ import typer
 
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin.cli.options import ALLOW, CONFIGURATIONS, EXACT, JSON, LIMITS, TOLERANCE, RobotOptions, command, option
-from nao_kin.cli.output import print_json, print_table
+from nao_kin.cli.output import print_json, print_note, print_table
 from nao_kin.cli.sources import FileOptions, pairs_of
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ def collisions(
     accepted: Any = {"tolerance": tolerance, "allowed": pairs_of(allow), "exact": exact}
     clearance = model.clearance(q, **accepted)
     contacts = model.collisions(q, margin=margin or 0.0, **accepted)
+    print_note(*clearance.notes)
     free = np.asarray(clearance.is_free)
     if json:
         head = {"robot": model.name, "margin": margin or 0.0, "units": {"length": "m"}}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -70,10 +70,10 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     if meshes == "none":
         return TakenMeshes(None)
     paths = mesh_files(tree)
+    notes = list(_unit_notes(tree))
     if meshes == "absolute" or not paths:
-        return TakenMeshes({name: str(path) for name, path in paths.items()})
+        return TakenMeshes({name: str(path) for name, path in paths.items()}, notes=tuple(notes))
     files: dict[Path, None] = {}
-    notes: list[str] = []
     for path in paths.values():
         left_out: list[str] = []
         files |= dict.fromkeys((path, *_companions(path, tree.packages, left_out)))
@@ -83,9 +83,18 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     folder = MESH_FOLDER if meshes == "relative" else package
     names = {name: f"{folder}/{path.relative_to(top).as_posix()}" for name, path in paths.items()}
     if meshes != "relative":
-        return TakenMeshes(names)
+        return TakenMeshes(names, notes=tuple(notes))
     contents = {f"{folder}/{file.relative_to(top).as_posix()}": _content(file) for file in files}
     return TakenMeshes(names, contents, tuple(dict.fromkeys(notes)))
+
+
+def _unit_notes(tree: UrdfTree) -> Iterator[str]:
+    """Yield one line for each mesh whose file has a unit other than the metre."""
+    meshes = (shape.geometry for shape in shapes_of(tree))
+    units = {Path(mesh.filename).name: mesh.unit(tree.packages) for mesh in meshes if isinstance(mesh, MeshFile)}
+    for name, unit in units.items():
+        if unit != 1.0:
+            yield f"{name} is in units of {unit:g} m: RViz and Gazebo scale it, Pinocchio and yourdfpy do not"
 
 
 def scene_of(path: Path, packages: Packages) -> Any:

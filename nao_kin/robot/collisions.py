@@ -27,9 +27,9 @@ from nao_kin._core.arrays import (
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.robot.collision_pairs import LinkPair
-from nao_kin.robot.geometry import read_mesh
+from nao_kin.robot.geometry import check_points, read_mesh, shape_geometry
 from nao_kin.robot.offsets import rigid_poses
-from nao_kin.robot.urdf import Box, MeshFile, Sphere, UnreadableShape
+from nao_kin.robot.urdf import Box, MeshFile, Packages, Sphere, UnreadableShape
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
@@ -66,6 +66,17 @@ class Obstacle:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise BadArgument(f"the name of an obstacle must be a text, got {quoted(self.name)}")
+        check_kind(self.geometry, "geometry", (Box, Sphere, MeshFile))
+        object.__setattr__(self, "T", _pose(self.T))
+        try:
+            check_points(self.T[None, :3, 3])
+            if isinstance(self.geometry, MeshFile):
+                read_mesh(Path(self.geometry.filename), lambda _: None)
+            shape_geometry(self.geometry, Packages(Path()))
+        except UnreadableShape as reason:
+            if isinstance(self.geometry, MeshFile):
+                raise BadInputFile(self.geometry.filename, str(reason)) from None
+            raise BadArgument(f"obstacle {quoted(self.name)}: {reason}") from None
 
     @staticmethod
     def box(name: str, size: ArrayLike, at: ArrayLike) -> Obstacle:
@@ -80,19 +91,16 @@ class Obstacle:
 
     @staticmethod
     def mesh(name: str, path: str | Path, at: ArrayLike, *, scale: float = 1.0) -> Obstacle:
-        """Return the convex hull of the mesh in a file, or with `exact=True` the mesh itself; its unit is 1/scale [m].
+        """Return the convex hull of the mesh in a file, or with `exact=True` the mesh itself.
+
+        `scale` is the unit of the file [m]; the units of COLLADA and 3MF are in the file, and are scaled by it.
 
         Raises:
             BadInputFile: the file is missing, or holds no mesh.
         """
         factor = float(_lengths(scale, (), f"scale of {quoted(name)}"))
         check_kind(path, "path", (str, Path))
-        file = Path(path).resolve()
-        try:
-            read_mesh(file, lambda _: None)
-        except UnreadableShape as reason:
-            raise BadInputFile(str(path), str(reason)) from None
-        return Obstacle(name, MeshFile(str(file), (factor, factor, factor)), _pose(at))
+        return Obstacle(name, MeshFile(str(Path(path).resolve()), (factor, factor, factor)), _pose(at))
 
 
 def _lengths(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
@@ -207,12 +215,14 @@ class Clearance:
         pairs: the pairs of links that are checked, also those of a link and an obstacle, and those that the rule
             allows to overlap.
         tolerance: overlap that is accepted [m].
+        notes: which pairs are left out because they touch at the start, if the robot's semantics name none.
     """
 
     distance: Floats
     pair_index: NDArray[np.int64]
     pairs: tuple[LinkPair, ...] = field(repr=False)
     tolerance: float = 0.0
+    notes: tuple[str, ...] = field(default=(), repr=False)
 
     @property
     def pair(self) -> LinkPair | NDArray[np.object_] | None:

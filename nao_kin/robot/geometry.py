@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
-from typing import Any, Literal, TypeVar
+from typing import IO, Any, Literal, TypeVar
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._core.arrays import choice
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import MissingShapeWarning
@@ -28,33 +31,71 @@ from nao_kin.robot.urdf import (
     UrdfTree,
     Visual,
 )
+from nao_kin.robot.urdf.tree import mesh_unit
 
 Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]
 KINDS: tuple[GeometryKind, ...] = ("visual", "collision")
 
 # Pinocchio's visualizers read and scale mesh files with these suffixes. They draw any other mesh from the triangles
-# that coal has read, which are already scaled.
+# of the geometry, which are already scaled, also by the unit of the file.
 _READ_BY_VISUALIZERS = (".dae", ".obj", ".stl")
+# coal reads these without the seconds that trimesh takes to load, and refuses what is wrong in them. Other formats end
+# its process: a PLY whose triangles name corners that do not exist, a COLLADA node inside itself.
+_READ_BY_COAL = (".obj", ".stl")
+# Larger or more distant shapes are errors of the file: they end the process in coal, or give wrong distances [m].
+LARGEST = 1e6
 # The colour that Pinocchio gives to a shape without one.
 _GREY = (0.9, 0.9, 0.9, 1.0)
 
 
 def shape_geometry(shape: Geometry, packages: Packages) -> Any:
-    """Return a shape of a URDF as coal's geometry; raise `UnreadableShape` for a mesh that is missing or unreadable."""
+    """Return a shape of a URDF as coal's geometry; raise `UnreadableShape` for one that coal must not get."""
     import coal
 
-    if isinstance(shape, Box):
-        return coal.Box(*shape.size)
-    if isinstance(shape, Cylinder):
-        return coal.Cylinder(shape.radius, shape.length)
-    if isinstance(shape, Sphere):
-        return coal.Sphere(shape.radius)
-    path = shape.path(packages)
+    if not isinstance(shape, MeshFile):
+        check_size(shape)
+        if isinstance(shape, Box):
+            return coal.Box(*shape.size)
+        return coal.Cylinder(shape.radius, shape.length) if isinstance(shape, Cylinder) else coal.Sphere(shape.radius)
+    path, scale = shape.path(packages), np.array(shape.scale)
+    if path.suffix.lower() in _READ_BY_COAL:
+        with contextlib.suppress(RuntimeError, ValueError, UnreadableShape):  # trimesh is less strict, and may read it
+            mesh = coal.MeshLoader().load(str(path), scale)
+            check_points(np.array(mesh.vertices()))
+            return mesh
     try:
-        return coal.MeshLoader().load(str(path), np.array(shape.scale))
-    except (RuntimeError, ValueError) as error:
-        raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None
+        return read_mesh(path, lambda scene: _coal_mesh(scene.to_mesh(), scale))
+    except UnreadableShape as reason:
+        raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {reason}") from None
+
+
+def _coal_mesh(mesh: Any, scale: Floats) -> Any:
+    import coal
+
+    points, triangles = check_points(np.array(mesh.vertices) * scale), np.array(mesh.faces, dtype=np.int64)
+    made = coal.BVHModelOBBRSS()
+    made.beginModel(len(triangles), len(points))
+    made.addVertices(points)
+    made.addTriangles(triangles)
+    made.endModel()
+    return made
+
+
+def check_size(shape: Box | Cylinder | Sphere) -> None:
+    """Raise `UnreadableShape` for lengths of a shape that are negative, not finite or too large."""
+    lengths = shape.size if isinstance(shape, Box) else tuple(vars(shape).values())
+    if not all(0.0 <= length < LARGEST for length in lengths):
+        raise UnreadableShape(f"{type(shape).__name__.lower()} of {' × '.join(f'{length:g}' for length in lengths)} m")
+
+
+def check_points(points: Floats, what: str = "it") -> Floats:
+    """Return points (n, 3); raise `UnreadableShape` if there are none, or one is not finite or too far away."""
+    if not len(points):
+        raise UnreadableShape(f"{what} has no vertices")
+    if not (np.abs(points) < LARGEST).all():
+        raise UnreadableShape(f"{what} has vertices that are not finite, or too far away")
+    return points
 
 
 # Largest difference of a capsule's cap from its cylinder's end, in centre and radius [m].
@@ -83,19 +124,57 @@ def capsules(shapes: Sequence[Visual | Collision]) -> dict[int, tuple[int, int]]
 
 
 def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Made:
-    """Return `convert(scene)` for the triangles of a mesh file, read by `trimesh.load_scene(path, **options)`."""
+    """Return `convert(scene)` for the triangles of a mesh file in metres, read by `trimesh.load_scene`.
+
+    `options` are those of `load_scene`. The unit of the file scales the scene (`mesh_unit`); the axis that points up in
+    it does not turn the scene, as in RViz.
+    """
     import trimesh
 
     _leave_log_to_others()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(path, process=False, **options)
-            if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
+            unit = mesh_unit(path)
+            scene: Any = trimesh.load_scene(path, process=False, **options)
+            if not _triangles(scene) and path.suffix.lower() == ".dae":
+                scene = trimesh.load_scene(_without_materials(path), file_type="dae", process=False)
+            parts = _triangles(scene)
+            if not parts:
                 raise UnreadableShape("no triangles in it")
+            if any(part.faces.min() < 0 or part.faces.max() >= len(part.vertices) for part in parts):
+                raise UnreadableShape("a triangle has a corner that does not exist")
+            if unit != 1.0:
+                scene.apply_transform(np.diag([unit, unit, unit, 1.0]))
             return convert(scene)
     except Exception as error:  # trimesh's readers raise errors of many types for a bad file
         raise UnreadableShape(abbreviated(error) or type(error).__name__) from None
+
+
+def _triangles(scene: Any) -> list[Any]:
+    return [part for part in scene.geometry.values() if len(getattr(part, "faces", ()))]
+
+
+def _without_materials(path: Path) -> IO[bytes]:
+    """Return a COLLADA file without materials: pycollada drops the shapes whose materials it cannot find."""
+    document = ET.parse(path).getroot()
+    for parent in list(document.iter()):
+        for child in [child for child in parent if child.tag.endswith("}bind_material")]:
+            parent.remove(child)
+    return io.BytesIO(ET.tostring(document))
+
+
+def unit_notes(tree: UrdfTree) -> tuple[str, ...]:
+    """Return one line for each unit other than the metre in the mesh files of a robot."""
+    names: dict[float, dict[str, None]] = {}
+    rows: tuple[Visual | Collision, ...] = (*tree.visuals, *tree.collisions)
+    for mesh in dict.fromkeys(row.geometry for row in rows if isinstance(row.geometry, MeshFile)):
+        if (unit := mesh.unit(tree.packages)) != 1.0:
+            names.setdefault(unit, {})[PurePath(mesh.filename).name] = None
+    return tuple(
+        f"meshes scaled by {unit:g}, the unit in their files [m]: {abbreviated(', '.join(files), 100)}"
+        for unit, files in names.items()
+    )
 
 
 @functools.cache
@@ -125,9 +204,9 @@ def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: G
         name = f"{row.link}_{number}"
         placed = pin.GeometryObject(name, link.parentJoint, frame_id, link.placement * T_link_shape, shape)
         if isinstance(row.geometry, MeshFile):
-            path = str(packages.file(row.geometry.filename))
-            if PurePath(path).suffix.lower() in _READ_BY_VISUALIZERS:
-                placed.meshPath, placed.meshScale = path, np.array(row.geometry.scale)
+            path = row.geometry.path(packages)
+            if path.suffix.lower() in _READ_BY_VISUALIZERS and mesh_unit(path) == 1.0:
+                placed.meshPath, placed.meshScale = str(path), np.array(row.geometry.scale)
         colour = row.rgba if isinstance(row, Visual) else None
         placed.meshColor, placed.overrideMaterial = np.array(colour or _GREY), colour is not None
         geometry.addGeometryObject(placed)

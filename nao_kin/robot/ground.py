@@ -398,10 +398,7 @@ def _outermost(shape: Any, packages: Any) -> Floats:
     if hasattr(made, "halfSide"):
         corners = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]), axis=-1).reshape(-1, 3)
         return np.asarray(corners * made.halfSide)
-    points = np.asarray(made.vertices(), dtype=np.float64)
-    if not np.isfinite(points).all() or not len(points):
-        raise UnreadableShape("its mesh has no finite points")
-    return points
+    return np.asarray(made.vertices(), dtype=np.float64)
 
 
 @functools.cache

@@ -17,15 +17,15 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import CROSSOVER, Floats
+from nao_kin._core.arrays import CROSSOVER, Floats, join_poses
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.collision_meshes import LinkMeshes
-from nao_kin.robot.collision_pairs import Capsules, LinkPair, disabled_collisions
+from nao_kin.robot.collision_pairs import ALWAYS, DEFAULT, Capsules, LinkPair, disabled_collisions
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
-from nao_kin.robot.geometry import capsules, read_mesh, shape_geometry, warn_of_shapes
+from nao_kin.robot.geometry import capsules, check_points, check_size, read_mesh, shape_geometry, warn_of_shapes
 from nao_kin.robot.joint_arrays import ROOT
 from nao_kin.robot.urdf import (
     Box,
@@ -54,10 +54,8 @@ _TOUCHING = 1e-5
 _SIDES = 32
 # Overlaps that differ by less are equal: coal and the kernel find them to some tolerance [m].
 _SAME = 1e-5
-# Hulls flatter than this have no volume [m].
+# Hulls flatter than this, or than this share of their extent, have no volume [m, 1]: in coal they end the process.
 _THIN = 1e-6
-# Vertices of meshes that are farther away are errors of the file [m].
-_LARGEST = 1e6
 _SIGNED = coal.DistanceRequest()
 _SIGNED.enable_signed_distance = True
 _SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
@@ -75,7 +73,7 @@ class Shape:
     radius: float
     geometry: Any
     T_link_geometry: Floats
-    triangles: Any = None  # coal's geometry of a mesh of which `geometry` is the hull; None if only the hull counts
+    triangles: tuple[Any, Floats] | None = None  # coal's mesh of which `geometry` is the hull, if it counts; its pose
     parts: tuple[Shape, ...] = ()  # shapes of other links, such as fingers, inside this one; if given, they count
 
 
@@ -92,33 +90,41 @@ def round_shape(link: str, ends: Floats, radius: float) -> Shape:
 
 
 def hull_shape(link: str, points: Floats) -> Shape:
-    """Return the convex hull of points in a link, shape (n, 3) [m]; flat points get a thickness of 2 µm."""
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
-    if len(axes) < 3 or np.ptp(points @ axes[2]) < _THIN:
-        points = (points[:, None] + _THIN * np.concatenate([np.eye(3), -np.eye(3)])).reshape(-1, 3)
+    """Return the convex hull of points in a link, shape (n, 3) [m]: the only way to coal's hulls.
+
+    Points in a plane, on a line or in one point get a thickness of 2 µm, or of 2 millionths of their extent.
+    """
+    centre = check_points(points).mean(axis=0)
+    local, extent = points - centre, float(np.ptp(points, axis=0).max())
+    axes = np.linalg.svd(np.concatenate([local, np.zeros((3, 3))]), full_matrices=False)[2]
+    thin = _THIN * max(1.0, extent)
+    flat = [axis for axis in axes if np.ptp(local @ axis) < thin]
+    if flat:
+        local = np.unique(local, axis=0)
+    elif np.abs(centre).max() < extent:  # a more distant origin costs qhull its digits
+        local, centre = points, np.zeros(3)
+    for axis in flat:
+        local = np.concatenate([local - thin * axis, local + thin * axis])
     mesh = coal.BVHModelOBBRSS()
     mesh.beginModel(0, 0)
-    mesh.addVertices(points)
+    mesh.addVertices(local)
     mesh.endModel()
-    mesh.buildConvexHull(True, "Qt")
-    return Shape(link, np.array(mesh.convex.points()).reshape(-1, 3), 0.0, mesh.convex, np.eye(4))
+    mesh.buildConvexHull(True, "Qt Pp")  # Pp: coal gives qhull no file for its warnings, and that ends the process
+    corners = np.array(mesh.convex.points()).reshape(-1, 3) + centre
+    return Shape(link, corners, 0.0, mesh.convex, join_poses(np.eye(3), centre))
 
 
 def exact_shape(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
     """Return a box, a cylinder with flat ends, or a mesh with its triangles; T is the pose in the link."""
-    geometry, triangles, radius = shape_geometry(shape, tree.packages), None, 0.0
+    geometry, radius = shape_geometry(shape, tree.packages), 0.0
+    if isinstance(shape, MeshFile):
+        corners = np.array(geometry.vertices()) @ T[:3, :3].T + T[:3, 3]
+        return replace(hull_shape(link, corners), triangles=(geometry, T))
     if isinstance(shape, Cylinder):
         points, radius = np.array([[0.0, 0.0, -0.5 * shape.length], [0.0, 0.0, 0.5 * shape.length]]), shape.radius
-    elif isinstance(shape, MeshFile):
-        try:
-            geometry.buildConvexHull(True, "Qt")
-            geometry, triangles = geometry.convex, geometry
-            points = np.array(geometry.points())
-        except (RuntimeError, ValueError):  # a flat mesh has no hull
-            points = np.array(geometry.vertices())
     else:
         points = _corners(shape, tree.packages)
-    return Shape(link, points @ T[:3, :3].T + T[:3, 3], radius, geometry, T, triangles)
+    return Shape(link, points @ T[:3, :3].T + T[:3, 3], radius, geometry, T)
 
 
 def _hull_of(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
@@ -148,12 +154,14 @@ def _shapes(
         T, shape = row.origin.matrix, row.geometry
         if index in caps:
             continue
-        if isinstance(shape, Sphere) or index in round_ended:
-            half = 0.5 * shape.length * T[:3, 2] if isinstance(shape, Cylinder) else np.zeros(3)
-            yield round_shape(row.link, np.array([T[:3, 3] - half, T[:3, 3] + half]), shape.radius)  # type: ignore[union-attr]
-            continue
         try:
-            yield make(row.link, T, shape, tree)
+            check_points(T[None, :3, 3])
+            if isinstance(shape, Sphere) or index in round_ended:
+                check_size(shape)  # type: ignore[arg-type]
+                half = 0.5 * shape.length * T[:3, 2] if isinstance(shape, Cylinder) else np.zeros(3)
+                yield round_shape(row.link, np.array([T[:3, 3] - half, T[:3, 3] + half]), shape.radius)  # type: ignore[union-attr]
+            else:
+                yield make(row.link, T, shape, tree)
         except UnreadableShape as reason:
             kind = "visual" if isinstance(row, Visual) else "collision"
             notes.append(f"a {kind} shape of {abbreviated(row.link)} is left out: {reason}")
@@ -162,13 +170,9 @@ def _shapes(
 def _corners(shape: Geometry, packages: Packages) -> Floats:
     """Return points whose hull is a box or a mesh, or contains a cylinder."""
     if isinstance(shape, MeshFile):
-        corners = read_mesh(shape.path(packages), lambda scene: np.array(scene.to_geometry().vertices))
-        corners = corners * np.array(shape.scale)
-        if not (np.abs(corners) < _LARGEST).all():
-            raise UnreadableShape(
-                f"its mesh {quoted(shape.filename)} has vertices that are not finite, or too far away"
-            )
-        return np.asarray(corners)
+        corners = read_mesh(shape.path(packages), lambda scene: np.array(scene.to_mesh().vertices))
+        return check_points(corners * np.array(shape.scale), f"its mesh {quoted(shape.filename)}")
+    check_size(shape)
     if isinstance(shape, Box):
         return np.array(list(product((-0.5, 0.5), repeat=3))) * shape.size
     assert isinstance(shape, Cylinder)
@@ -269,7 +273,7 @@ class LinkShapes:
                 if name in self._robot.tree.links or names.count(name) > 1:
                     raise BadArgument(f"the name of obstacle {quoted(name)} is that of a link or of another obstacle")
             self._last = LinkShapes(self._robot, self.disabled, self.shapes, wanted)
-            self._last._alone = self
+            self._last._alone, self._last.notes = self, self.notes
         return self._last
 
     @property
@@ -299,7 +303,14 @@ class LinkShapes:
                 raise UnknownName("link in disabled_collisions", name, self._robot.tree.links)
         if rows:
             return {(min(a, b), max(a, b)): reason for a, b, reason in rows}
-        return self.found_disabled(_SAMPLES, 0)
+        found = self.found_disabled(_SAMPLES, 0)
+        touching = [f"{a} and {b}" for (a, b), reason in found.items() if reason in (DEFAULT, ALWAYS)]
+        if touching:
+            self.notes.append(
+                f"{len(touching)} pairs of links are not checked, because their shapes touch in the start posture or "
+                f"always: {abbreviated(', '.join(touching), 200)}; an SRDF says which pairs to check"
+            )
+        return found
 
     def found_disabled(self, samples: int, seed: int) -> dict[LinkPair, str]:
         """Return the pairs of links that need no check, and the reason, by the rules of `disabled_collisions`."""
@@ -377,7 +388,7 @@ class LinkShapes:
         if exact:
             self._by_meshes(rows, below, checked, gaps, which)
         shape = q.shape[:-1]
-        return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs, tolerance)
+        return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs, tolerance, tuple(self.notes))
 
     def _by_meshes(
         self, q: Floats, below: float, checked: NDArray[np.bool_] | None, gaps: Floats, which: NDArray[np.int64]
@@ -423,7 +434,7 @@ class LinkShapes:
             now, then = (self.clearance(each, checked=own, exact=rule.exact).distance for each in (q, near))
             worse = (now < np.minimum(then, -tolerance) - _SAME) & (now < distance)
             distance[worse], pair_index[worse] = now[worse], pair
-        return Clearance(distance, pair_index, self.pairs, tolerance)
+        return Clearance(distance, pair_index, self.pairs, tolerance, tuple(self.notes))
 
     def _by_coal(self, q: Floats, places: NDArray[np.int64], gaps: Floats, which: NDArray[np.int64]) -> None:
         for sample, T, least in self._bounds(q, places):
@@ -447,10 +458,10 @@ class LinkShapes:
             between = np.sqrt(segments_squared(tuple(r), tuple(half[..., a]), tuple(half[..., b])))
             yield from zip(range(start, start + _FEW), T, between - width[a] - width[b], strict=False)
 
-    def _place(self, T: Floats, s: int) -> Any:
-        """Return the pose of a shape's geometry for coal, at poses of the links."""
-        T_root_geometry = T[self._table.link[s]] @ self._all[s].T_link_geometry
-        return coal.Transform3s(T_root_geometry[:3, :3], T_root_geometry[:3, 3])
+    def _place(self, T: Floats, s: int, T_link_geometry: Floats | None = None) -> Any:
+        """Return the pose of a shape's geometry, or of another one in its link, for coal, at poses of the links."""
+        placed = T[self._table.link[s]] @ (self._all[s].T_link_geometry if T_link_geometry is None else T_link_geometry)
+        return coal.Transform3s(placed[:3, :3], placed[:3, 3])
 
     def _coals(self, T: Floats, pair: Any, most: float) -> Any:
         """Return coal's distance of a pair of shapes and their nearest points, at poses of the links.
@@ -469,14 +480,16 @@ class LinkShapes:
 
     def _touch(self, T: Floats, a: int, b: int) -> bool:
         """Return whether two shapes touch; the hulls of meshes, which are tested first, are much faster."""
-        one, other, places = self._all[a], self._all[b], (self._place(T, a), self._place(T, b))
-        if not _collide(one.geometry, other.geometry, *places):
+        one, other = self._all[a], self._all[b]
+        if not _collide(one.geometry, other.geometry, self._place(T, a), self._place(T, b)):
             return False
         if one.parts or other.parts:
             return any(self._touch(T, *both) for both in product(self._counting[a], self._counting[b]))
-        return (one.triangles is None and other.triangles is None) or _collide(
-            one.triangles or one.geometry, other.triangles or other.geometry, *places
-        )
+        if one.triangles is None and other.triangles is None:
+            return True
+        meshes = [shape.triangles or (shape.geometry, shape.T_link_geometry) for shape in (one, other)]
+        places = [self._place(T, s, T_mesh) for s, (_, T_mesh) in zip((a, b), meshes, strict=True)]
+        return _collide(meshes[0][0], meshes[1][0], *places)
 
     def touching(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> set[tuple[LinkPair, int]]:
         """Return which pairs touch in which of n configurations (n, nq), for each pair in at most `limit` of them."""

@@ -44,7 +44,7 @@ from nao_kin.robot.configurations import (
     with_shared_motors,
     without_gaps,
 )
-from nao_kin.robot.geometry import GeometryKind, geometry_model
+from nao_kin.robot.geometry import GeometryKind, geometry_model, unit_notes
 from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
 from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import (
@@ -216,7 +216,8 @@ class RobotModel(Guessing):
             base: "fixed", or "floating" for a free base.
             semantics: what the URDF lacks: a `Semantics`, or the path of a TOML file (as
                 `nk.semantics.read_semantics` takes it) or of an SRDF. None for the .toml or .srdf file of the same name
-                beside the URDF, if there is one.
+                beside the URDF, or for the SRDF in its package's folder srdf that fits the robot; `load_notes` says
+                which was found.
             package_dirs: ROS packages, or folders of packages, for `package://` and `$(find …)`; they are searched
                 before the folders above the file, ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
             xacro: whether to expand the file as a xacro source, which runs the code of its author; None to expand only
@@ -1313,7 +1314,7 @@ def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Seman
         outside = [violation.joint for violation in robot.limit_violations(robot.posture(name))]
         if outside:
             notes.append(f"posture {quoted(name)} is outside the limits of {abbreviated(', '.join(outside))}")
-    robot.load_notes = (*tree.notes, *notes)
+    robot.load_notes = (*tree.notes, *unit_notes(tree), *notes)
     return robot
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import IO, Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -90,6 +90,54 @@ class MeshFile:
         if path is None:
             raise UnreadableShape(f"its mesh {quoted(self.filename)} is not there")
         return path
+
+    def unit(self, packages: Packages) -> float:
+        """Return the unit of the file [m]; 1 for a file that cannot be read, or whose unit is no length."""
+        try:
+            return mesh_unit(self.path(packages)) if self.filename.lower().endswith(_WITH_UNITS) else 1.0
+        except UnreadableShape:
+            return 1.0
+
+
+# Formats with units, COLLADA's <unit meter="…"> and 3MF's <model unit="…">; meshes in others are taken to be in metres.
+_COLLADA = ".dae"
+_WITH_UNITS = (_COLLADA, ".3mf")
+# Source: 3MF Core Specification, 3.4 <model>.
+_UNITS_OF_3MF = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 0.01, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+
+
+def mesh_unit(path: Path) -> float:
+    """Return the unit of a mesh file [m], 1 for a format without units; only the beginning of the file is read."""
+    suffix = path.suffix.lower()
+    if suffix not in _WITH_UNITS:
+        return 1.0
+    import zipfile
+
+    try:
+        if suffix == _COLLADA:
+            with path.open("rb") as file:
+                text = next(_units_of_collada(file), "1")
+        else:
+            with zipfile.ZipFile(path) as archive, archive.open("3D/3dmodel.model") as file:
+                _, root = next(iter(ET.iterparse(file, ("start",))))
+            text = root.get("unit", "millimeter")
+            text = str(_UNITS_OF_3MF.get(text, text))
+    except (OSError, KeyError, StopIteration, ET.ParseError, zipfile.BadZipFile):
+        return 1.0  # the reader of the whole file says what is wrong
+    numbers = finite_numbers(text)
+    if len(numbers) != 1 or numbers[0] <= 0.0:
+        raise UnreadableShape(f"its unit {quoted(text)} is no length in metres")
+    return numbers[0]
+
+
+def _units_of_collada(file: IO[bytes]) -> Iterator[str]:
+    """Yield the unit in the first `<asset>`, that of the file."""
+    for event, element in ET.iterparse(file, ("start", "end")):
+        name = str(element.tag).rpartition("}")[2]
+        if name == "unit" and event == "start":
+            yield element.get("meter", "1")
+        if name == "asset" and event == "end":
+            return
 
 
 Geometry = Box | Cylinder | Sphere | MeshFile
