@@ -28,9 +28,9 @@ from nao_kin.errors import BadInputFile
 _NOT_A_NUMBER = ("nan", ".nan")
 # Fields of `ros2 topic echo --csv` before the names: seconds, nanoseconds, and the frame.
 _BEFORE = 3
-_ROW = re.compile(r"\d+,\d{1,9},[^,]*,[A-Za-z_]")
+_ROW = re.compile(r"\d{1,19},\d{1,9},[^,]*,[A-Za-z_]", re.ASCII)
 _FIRST_KEYS = ("header:", "---\n", "name:")
-_STAMP = re.compile(r"\b(n?secs?|nanosec): *(\d+)")
+_STAMP = re.compile(r"\b(n?secs?|nanosec): *(\d{1,19})", re.ASCII)
 
 
 def printed_messages(name: str, text: str) -> list[Any] | None:

@@ -143,7 +143,8 @@ def odometry(
     """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
 
     The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of FILE gives a
-    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place. Rows in which the legs' joints have no
+    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place. Without --contacts, --forces and --gyro,
+    columns of sensors are found by their headings, and a note names them. Rows in which the legs' joints have no
     value, or no sole carries, have empty cells; after them, and after a gap, the path goes on from where it ended.
     """
     written.check({"--output": output}, kind="csv")
@@ -197,7 +198,8 @@ def state(
 
     A row has the posture, contact, support and segment, the pose of the root link with standard deviations, velocity
     (ahead, to the left, of the heading), the centre of pressure in the world, and the force and the centre of pressure
-    of each sole. What is not known is empty or NaN.
+    of each sole. What is not known is empty or NaN. Without an option for sensors, their columns are found by their
+    headings, and a note names them.
     """
     written.check({"--output": output})
     write = None if output is None else column_writer(output)

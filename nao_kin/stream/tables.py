@@ -3,8 +3,9 @@
 A file names every joint once, in any order: the robot's independent joints, and perhaps mimic joints, as in NAOqi's 26
 Body names. Names may be followed by a unit in brackets, or be keys of NAOqi's devices; there may be a column of times.
 CSV has the names in its header and one configuration a line, separated by commas, semicolons or tabs; lines above the
-header that begin with # are skipped. JSON has one object name → value, or a list of such objects. ROS messages of joint
-states, which name the joints in every row, are read as `rostopic echo -p` prints them in CSV, and in JSON.
+header that begin with # are skipped. JSON has one object name → value, or a list of such objects, or one on each line.
+ROS messages of joint states, which name the joints in every row, are read in JSON, as `rostopic echo -p` prints them in
+CSV, and as `_core.messages` reads what `topic echo` prints.
 """
 
 from __future__ import annotations
@@ -121,8 +122,8 @@ def read_log(
 
     Args:
         robot: its joints are named in the file.
-        path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in CSV as
-            `rostopic echo -p` prints them, or in JSON.
+        path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input; joint states of ROS in JSON,
+            also one on each line, in CSV of PlotJuggler, or as `rostopic echo` and `ros2 topic echo` print them.
         limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
             "measured" accepts them up to what sensors show, 5° or 0.02 of a ratio, with a warning.
         degrees: turning joints are in degrees if the file does not give their unit.

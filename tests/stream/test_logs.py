@@ -810,7 +810,8 @@ def test_messages_of_joint_states_are_read_as_tools_print_them(
 def test_damaged_messages_are_refused_with_their_line(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
     joints = dict(zip(nao.joint_names, q[0].tolist(), strict=True))
     path = tmp_path / "log.jsonl"
-    for line, damaged in ((_echoed_csv((7, 0), joints), "12,x"), (_json_line((7, 0), joints), '{"name": }')):
+    rows = _echoed_csv((7, 0), joints), _json_line((7, 0), joints)
+    for line, damaged in ((rows[0], "12,x"), (rows[0], f"{'9' * 5000}{rows[0]}"), (rows[1], '{"name": }')):
         path.write_text(f"{line}\n\n{damaged}\n")
         with pytest.raises(BadInputFile) as refused:
             read_log(nao, path, limits="ignore")
