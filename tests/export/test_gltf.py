@@ -187,7 +187,7 @@ def test_the_animation_is_the_motion(nao: nk.NaoModel, tmp_path: Path) -> None:
 
 def test_a_quaternion_never_jumps_to_its_opposite(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a", kind="continuous"))
-    motion = nk.Motion([0.0, 1.0], ["a"], [[0.0], [20.0]])
+    motion = nk.Motion([0.0, 1.0], ["a"], [[0.0], [6.0 * np.pi]])
     scene = _Scene(nk.export.gltf(robot, tmp_path / "m.glb", motion=motion).path)
     rows = scene.numbers(scene.tree["animations"][0]["samplers"][0]["output"])
     assert (np.sum(rows[1:] * rows[:-1], axis=1) > 0.9).all()

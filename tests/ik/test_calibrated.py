@@ -16,6 +16,9 @@ from loops import full
 import nao_kin as nk
 from nao_kin.ik import Family, IKResult, Reason
 
+# Mountings at any angle, and zeros far from the usual ones.
+pytestmark = pytest.mark.filterwarnings("ignore:large offsets")
+
 NAO = nk.load_nao()
 # The joints with a mounting of their own: both hips of the shared motor have one.
 JOINTS = (*NAO.joint_names, "RHipYawPitch")
