@@ -14,7 +14,6 @@ import os
 import re
 import stat
 import sys
-import zipfile
 import zlib
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
@@ -486,6 +485,8 @@ def read_arrays(
     Nothing is unpickled. Only the `wanted` arrays of an archive are unpacked, and only after their stated sizes are
     found to be at most `MAX_BYTES` and `MAX_NUMBERS` together. An error is a `BadInputFile` that begins with `wrong`.
     """
+    import zipfile  # imported late, because it imports shutil
+
     with numpy_errors(name, wrong):
         if not zipfile.is_zipfile(io.BytesIO(data)):
             _check_sizes(name, [(io.BytesIO(data), len(data))])

@@ -151,10 +151,11 @@ def dynamic_balance(
     # Where the floor would have to pull, the line without moment is that of the whole force, but no point of the floor.
     weight = np.where(np.abs(weight) > 1e-9 * mass * GRAVITY, weight, -1e-9 * mass * GRAVITY)
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
-    stands = np.asarray(rest.down.touching.any(axis=1) & rest.down.stands & np.isfinite(zmp).all(axis=1))
+    supported = np.isfinite(rest.margin)
+    stands = rest.down.touching.any(axis=1) & (supported | rest.down.stands) & np.isfinite(zmp).all(axis=1)
     stands &= ~Feet.of(robot, rest.down.soles, outline).others(robot, rest.down.links).any(axis=1)
     stands &= (ground.known & ground.stands)[given]
-    lost = stands & np.isnan(rest.margin)  # on an edge or a corner of its soles
+    lost = stands & ~supported  # on an edge or a corner of its soles
     vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
     zmp[~stands | flies | lost] = np.nan
     moments_about = np.where(np.isfinite(distances), weight[:, None] * distances, np.inf)

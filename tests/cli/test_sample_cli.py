@@ -154,6 +154,7 @@ def test_the_observations_and_the_photos_show_how_far_the_head_is_off(folder: Pa
     pytest.importorskip("cv2", reason="OpenCV is not installed")
     place = re.search(r"--place=(\S+)", page())
     assert place
+    place_numbers = [float(number) for number in place[1].split(",")]
     seen = nk.calibration.from_photos(
         nao,
         folder / "photos",
@@ -161,7 +162,8 @@ def test_the_observations_and_the_photos_show_how_far_the_head_is_off(folder: Pa
         board=(9, 6),
         square=0.03,
         missing="StandInit",
-        place=[float(number) for number in place[1].split(",")],
+        place=np.array([float(number) for number in place[1].split(",")])
+        * np.r_[1, 1, 1, np.radians([1, 1, 1])],  # --deg
     )
     assert np.isfinite(seen.pixels).all()
     found = nk.calibration.calibrate(
