@@ -21,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # There are as many workers as cores; further threads of each would wait for one another.
 unit full: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help demo test test-all generate docs bench clean quick
+.PHONY: help demo test test-all generate docs bench clean
 .PHONY: lint types web web-packages unit full bytecode kernels long-kernels other-kernels lowest light check-generated check-drawn
 
 help: ## these lines
@@ -41,9 +41,6 @@ test: ## set up, and check what a change can break; with ROOM=ik, lint and the t
 test-all: $(FULL) ## this, and what takes long: matrices, browsers, notebooks, wheels, drawings, lowest versions
 	$(MAKE) test
 	$(MAKE) -j4 --output-sync=target full $(if $(ROOM),,check-drawn lowest light)
-
-# The former name of `make test ROOM=…`, for one release.
-quick: test
 
 lint: $(DEV)
 	$(BIN)/ruff check .

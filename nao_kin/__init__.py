@@ -24,7 +24,6 @@ if TYPE_CHECKING:
         ik,
         imitation,
         joints,
-        joints as typed,
         motion,
         naoqi,
         reach,
@@ -84,7 +83,6 @@ __all__ = [
     "screws",
     "semantics",
     "stream",
-    "typed",
     "urdf",
     "viewer",
     "warm_up",
@@ -97,7 +95,6 @@ _INSIDE = {
     "lines": "nao_kin.screws.lines",
     "parameters": "nao_kin.robot.nao",
     "semantics": "nao_kin.robot.semantics",
-    "typed": "nao_kin.joints",
     "urdf": "nao_kin.robot.urdf",
 }
 _HOME = {
@@ -120,7 +117,7 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         from nao_kin._core.guesses import unknown_attribute
 
-        raise unknown_attribute("module 'nao_kin'", name, __all__, ("nao_kin",))
+        raise unknown_attribute("module 'nao_kin'", name, __all__)
     try:
         module = importlib.import_module(_HOME.get(name) or _INSIDE.get(name, f"nao_kin.{name}"))
     except ImportError as error:

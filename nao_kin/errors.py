@@ -23,7 +23,6 @@ __all__ = [
     "DegeneratePoints",
     "DegreesWarning",
     "DisagreeingJoints",
-    "FormerNameWarning",
     "MeasuredLimitsWarning",
     "MissingExtra",
     "MissingShapeWarning",
@@ -54,10 +53,6 @@ class NaoKinWarning(UserWarning):
 
 class DegreesWarning(NaoKinWarning):
     """Angles or joint values that look like degrees, where radians are expected."""
-
-
-class FormerNameWarning(NaoKinWarning, FutureWarning):
-    """A former name of an argument, a value, an attribute or an option; the next release will not accept it."""
 
 
 class MeasuredLimitsWarning(NaoKinWarning):

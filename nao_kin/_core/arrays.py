@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._core.text import quoted
-from nao_kin._core.warn import LIMITS_RAISE
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm, at_index
 
 Floats = NDArray[np.float64]
@@ -384,9 +383,6 @@ _POLICIES: tuple[LimitPolicy, ...] = get_args(LimitPolicy)
 
 def limit_policy(limits: object, valid: Iterable[LimitPolicy] = _POLICIES) -> LimitPolicy:
     """Return a limits policy, or raise `UnknownName` if it is not one of the `valid` ones."""
-    if isinstance(limits, str) and limits == LIMITS_RAISE.value:
-        LIMITS_RAISE.warn()
-        return "enforce"
     return cast(LimitPolicy, choice(limits, valid, "limits policy"))
 
 

@@ -17,7 +17,6 @@ from typer.core import TyperCommand, TyperGroup
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated, nearest_names, quoted
-from nao_kin._core.warn import FORMER_NAMES
 from nao_kin.cli.completion import SETUP, names_for
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 
@@ -170,19 +169,14 @@ class Group(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-# Former option → its row in the table of former names.
-_FORMER = {row.old: row for row in FORMER_NAMES if row.where.startswith("nao-kin")}
-
-
 class Command(TyperCommand):
-    """A command that accepts former options, and refuses repeated and contradicting options, which click accepts."""
+    """A command that refuses repeated and contradicting options, which click accepts."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Check which options are given, and how often, before their values."""
         if ctx.resilient_parsing:  # a shell completes words that are not all there yet
             return list(super().parse_args(ctx, args))
         known = [name for parameter in self.get_params(ctx) for name in (*parameter.opts, *parameter.secondary_opts)]
-        args = _renamed(ctx.command_path.partition(" ")[2], args, known)
         try:
             values, _, order = self.make_parser(ctx).parse_args(list(args))
         except UsageError as error:
@@ -204,22 +198,6 @@ class Command(TyperCommand):
                 if one in names and other in names:
                     raise BadArgument(reason)
         return list(super().parse_args(ctx, args))
-
-
-def _renamed(command: str, args: list[str], known: Sequence[str]) -> list[str]:
-    """Return the arguments of a command with the new names of former options, each of which warns."""
-    words = []
-    end = args.index("--") if "--" in args else len(args)
-    for word in args[:end]:
-        name, sign, value = word.partition("=")
-        row = _FORMER.get(name)
-        commands = "" if row is None else row.where.removeprefix("nao-kin").strip()
-        if row is None or name in known or row.new.split()[0] not in known or command not in (commands or command):
-            words.append(word)
-            continue
-        row.warn()
-        words += [f"{row.new}={value}"] if sign else row.new.split()
-    return [*words, *args[end:]]
 
 
 def _no_such_option(ctx: Any, name: str, known: Sequence[str]) -> BadArgument:

@@ -11,14 +11,14 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple, NoReturn, SupportsIndex
+from typing import Any, Literal, NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy, check_tolerance, join_poses
 from nao_kin._core.text import quoted
-from nao_kin._core.warn import NEAR, ROOT, hides_former, need_extra
+from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.closed_form import cached_limb, torso_frame
@@ -54,7 +54,6 @@ _STEPS, _STAYED, _ON_FAMILY, _MEMBER = (-0.1, -0.03, 0.03, 0.1), 0.4, 1e-13, 1e-
 _SPREAD, _APPROACH, _SEARCH = np.linspace(-math.pi, math.pi, 9), 40, 200
 
 
-@hides_former
 def analytic(
     robot: RobotModel,
     frame: str,
@@ -67,7 +66,6 @@ def analytic(
     tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> IKResult:
     """Return all joint values that bring a frame to a pose, for any robot, by closed forms that EAIK finds.
 
@@ -120,10 +118,6 @@ def analytic(
         >>> bool(result.success), int(result.count)
         (True, 8)
     """
-    if _former:
-        reference = ROOT.argument(_former, reference)
-    if isinstance(reference, (np.ndarray, list, tuple)):
-        near, reference = NEAR.instead(reference, near), None  # type: ignore[unreachable]
     check_robot(robot)
     need_extra("nk.ik.analytic", "analytic")
     check_tolerance(tolerance)

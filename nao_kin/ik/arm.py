@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import partial
-from typing import Literal, NoReturn, SupportsIndex
+from typing import Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LARGEST, Floats, LimitPolicy, as_floats, as_vectors, check_tolerance, choice, unit
-from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.arm_equations import (
@@ -64,7 +63,6 @@ _CRITERIA: dict[str, float] = {_CRITERION: NEAREST, "limits": LIMITS, "manipulab
 _JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
-@hides_former
 def arm(
     robot: RobotModel,
     side: str,
@@ -78,7 +76,6 @@ def arm(
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> IKResult:
     """Compute joint values of an arm for a pose of its hand, for position and direction, or for a position.
 
@@ -129,8 +126,6 @@ def arm(
         >>> bool(np.abs(nao.fk(result.q, "LArm") - nao.fk(q, "LArm")).max() < 1e-9)
         True
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     limb = arm_limb(robot, check_side(side, "Arm"), frame)
     wanted = NEAREST if criterion is _CRITERION else _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
     if angle_weight is not ANGLE_WEIGHT:

@@ -6,13 +6,12 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NoReturn, SupportsIndex, get_args
+from typing import Any, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, between_samples, choice
-from nao_kin._core.warn import NEAR, SAMPLED_FPS, hides_former
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
@@ -165,8 +164,7 @@ class FollowedPath:
                 lines[-1] += f" and {len(rows) - _LISTED} more"
         return "; ".join([*lines, *self.notes])
 
-    @hides_former
-    def sampled(self, rate: float = 30.0, **_former: NoReturn) -> Floats:
+    def sampled(self, rate: float = 30.0) -> Floats:
         """Return configurations at equal time steps, as for `Viewer.animate`, shape (m, nq).
 
         Joints and the position of the base are interpolated linearly, the orientation of the base by slerp, also across
@@ -185,8 +183,6 @@ class FollowedPath:
             >>> result.sampled(rate=100).shape[1]
             25
         """
-        if _former:
-            rate = SAMPLED_FPS.argument(_former, rate, 30.0)
         rate = positive(rate, "rate")
         q = between_samples(self.q)
         if np.isnan(q).any():
@@ -225,7 +221,6 @@ def positive(value: float, what: str) -> float:
 # --- `follow`.
 
 
-@hides_former
 def follow(
     robot: RobotModel,
     path: Mapping[str, ArrayLike],
@@ -241,7 +236,6 @@ def follow(
     free: Free | None = None,
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> FollowedPath:
     """Return a joint trajectory along a path of targets for any of feet, hands and head.
 
@@ -290,8 +284,6 @@ def follow(
         >>> np.allclose(nao.position(result.q, "LArm"), path)
         True
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
     share = positive(speed, "speed")

@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import partial
-from typing import NamedTuple, NoReturn, SupportsIndex
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy, as_floats, as_vectors
 from nao_kin._core.text import quoted
-from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.branches import (
@@ -50,7 +49,6 @@ from nao_kin.rotations import check_rotation, rotation_between
 _JOINTS = ("HeadYaw", "HeadPitch")
 
 
-@hides_former
 def head(
     robot: RobotModel,
     R_torso_head: ArrayLike | None = None,
@@ -61,7 +59,6 @@ def head(
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values that give the head an orientation, or a frame of it a position, or the nearest one.
 
@@ -103,8 +100,6 @@ def head(
         >>> nk.ik.head(nao, position=1.01 * marker, frame="HeadTouchFront_frame").describe()
         'out of reach; the nearest pose is off by 2.271 mm'
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     limb = head_limb(robot, frame)
     if position is not None and R_torso_head is None:
         points = as_vectors(position, "position")
@@ -121,7 +116,6 @@ def head(
     return without_collisions(robot, result, collisions)
 
 
-@hides_former
 def look_at(
     robot: RobotModel,
     point: ArrayLike,
@@ -131,7 +125,6 @@ def look_at(
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> IKResult:
     """Compute the joint values with which a camera has a point on its optical axis, in front of the camera.
 
@@ -159,8 +152,6 @@ def look_at(
         >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
         [0.0, 0.0]
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     check_robot(robot)
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)

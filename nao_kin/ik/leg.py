@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import NamedTuple, NoReturn, SupportsIndex
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, LimitPolicy
-from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.branches import (
     NEEDED,
@@ -56,7 +55,6 @@ from nao_kin.robot import CollisionRule, RobotModel
 _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
 
-@hides_former
 def leg(
     robot: RobotModel,
     side: str,
@@ -67,7 +65,6 @@ def leg(
     limits: LimitPolicy = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> IKResult:
     """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.
 
@@ -110,8 +107,6 @@ def leg(
         >>> bool(result.success), result.solutions.shape
         (True, (1, 25))
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     limb = leg_limb(robot, check_side(side, "Leg"), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NoReturn, SupportsIndex
+from typing import Any, Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, LimitPolicy, batch_index, choice, rigid_inverse
-from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.branches import (
@@ -168,7 +167,6 @@ _BASES = ("fixed", "floating")
 _FREE = {"height": HEIGHT, "lean": LEAN, "yaw": YAW}
 
 
-@hides_former
 def legs(
     robot: RobotModel,
     T_left: ArrayLike,
@@ -183,7 +181,6 @@ def legs(
     free: Free = "height",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> LegsResult:
     """Compute all joint values of both legs that give both feet their poses; one motor drives both hips.
 
@@ -233,8 +230,6 @@ def legs(
         >>> np.allclose(nao.fk(result.q, "RLeg"), nao.fk(q, "RLeg"))
         True
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     left, right = _as_frames(frames)
     limb = cached_limb(robot, _legs_of, left, right)
     for option, value, valid in (("priority", priority, _PRIORITIES), ("base", base, _BASES), ("free", free, _FREE)):

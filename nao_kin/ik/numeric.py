@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, NoReturn, SupportsIndex, get_args
+from typing import Literal, NamedTuple, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +24,7 @@ from nao_kin._core.arrays import (
     join_poses,
     whole_number,
 )
-from nao_kin._core.warn import NEAR, hides_former, need_extra
+from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
@@ -247,7 +247,6 @@ Solver = Literal["least squares", "pink"]
 _BLOCK = 2048
 
 
-@hides_former
 def numeric(
     robot: RobotModel,
     frame: str,
@@ -263,7 +262,6 @@ def numeric(
     solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> IKResult:
     """Return joint values that bring a frame to a pose or a position, for any robot, by damped least squares.
 
@@ -312,8 +310,6 @@ def numeric(
         >>> nao.position(nk.ik.numeric(nao, "LArm", [0.1, 0.15, 0.0]).q, "LArm").round(6).tolist()
         [0.1, 0.15, 0.0]
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     motion = cached_limb(robot, FrameMotion, frame)
     enforced = is_enforced(limits)
     if choice(solver, get_args(Solver), "solver") == "pink":

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, batch_index, first_index
 from nao_kin._core.text import one_line_repr
-from nao_kin._core.warn import RESULT_REFERENCE
 from nao_kin.robot import CollisionRule, RobotModel
 
 Integers = NDArray[np.int64]
@@ -199,12 +198,6 @@ class IKResult(Outcome):
         if name in own:
             return own[name]
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
-
-    @property
-    def reference(self) -> Floats:
-        """The former name of `near`."""
-        RESULT_REFERENCE.warn()
-        return self.near
 
     @property
     def q(self) -> Floats:

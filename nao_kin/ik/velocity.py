@@ -21,7 +21,6 @@ from nao_kin._core.arrays import (
     common_batch,
 )
 from nao_kin._core.text import one_line_repr
-from nao_kin._core.warn import LIMITS_REDISTRIBUTE
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_form import cached_limb
@@ -266,9 +265,6 @@ def velocity(
         [0.0, 0.0]
     """
     check_robot(robot)
-    if isinstance(limits, str) and limits == LIMITS_REDISTRIBUTE.value:
-        LIMITS_REDISTRIBUTE.warn()
-        limits = "enforce"
     choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import NoReturn, SupportsIndex
+from typing import SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +21,6 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.process import usable_cores
-from nao_kin._core.warn import NEAR, hides_former
 from nao_kin._kernels.rows import run_rows
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, SIDES, Plan
 from nao_kin.ik.body_search import (
@@ -180,7 +179,6 @@ _PYTHON_SECONDS = 0.25
 _AT_LIMIT = 1e-6
 
 
-@hides_former
 def whole_body(
     robot: RobotModel,
     targets: Mapping[str, ArrayLike],
@@ -200,7 +198,6 @@ def whole_body(
     seed: SupportsIndex = 0,
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
-    **_former: NoReturn,
 ) -> WholeBodyResult:
     """Return a pose of the whole NAO that stands on one or both feet and meets targets in the world.
 
@@ -253,8 +250,6 @@ def whole_body(
         >>> bool(result.success), result.standing
         (True, ('L', 'R'))
     """
-    if _former:
-        near = NEAR.argument(_former, near)
     ready = prepared(robot)
     enforce = is_enforced(limits)
     tables = ready.tables[enforce]

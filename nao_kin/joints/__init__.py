@@ -20,8 +20,7 @@ from nao_kin.joints.tables import (
     joint_table,
 )
 
-# The names of the two classes in `nk.typed` and in the paper.
-TypedModel = MultiDofModel
+# The name in the paper.
 LowerPair = KinematicPair
 
 __all__ = [
@@ -40,7 +39,6 @@ __all__ = [
     "MultiDofJoint",
     "MultiDofModel",
     "Rule",
-    "TypedModel",
     "dh_table",
     "group_joints",
     "joint_table",

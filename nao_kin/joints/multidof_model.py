@@ -6,14 +6,13 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Literal, NoReturn, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import UNIT_TOLERANCE, Floats, as_floats, choice, common_batch, first_index
-from nao_kin._core.warn import NEAR, hides_former
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, at_index
 from nao_kin.joints._assembly import Assembly
 from nao_kin.joints._readings import (
@@ -164,14 +163,12 @@ class MultiDofModel:
             typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, ball.angles(values))
         return typed
 
-    @hides_former
     def to_q(
         self,
         q_typed: ArrayLike,
         *,
         near: ArrayLike | None = None,
         couplings: CouplingPolicy = "raise",
-        **_former: NoReturn,
     ) -> Floats:
         """Return the configuration of the robot (..., robot.nq) for a typed configuration.
 
@@ -206,8 +203,6 @@ class MultiDofModel:
             >>> np.allclose(model.to_q(model.from_q(q)), q)
             True
         """
-        if _former:
-            near = NEAR.argument(_former, near)
         choice(couplings, _POLICIES, "couplings policy")
         q, mismatches, batch = self._read_typed(q_typed, near)
         if couplings == "raise":
@@ -219,10 +214,7 @@ class MultiDofModel:
             q[:, column] = np.where(mismatch.violated, mismatch.nearest, q[:, column])
         return q.reshape(*batch, self.robot.nq)
 
-    @hides_former
-    def violations(
-        self, q_typed: ArrayLike, *, near: ArrayLike | None = None, **_former: NoReturn
-    ) -> tuple[CouplingViolation, ...]:
+    def violations(self, q_typed: ArrayLike, *, near: ArrayLike | None = None) -> tuple[CouplingViolation, ...]:
         """Return every pair of joints of one motor that disagree in a typed configuration, by configuration.
 
         Args:
@@ -240,8 +232,6 @@ class MultiDofModel:
             >>> model.violations(model.from_q(nao.posture("Stand")))
             ()
         """
-        if _former:
-            near = NEAR.argument(_former, near)
         _, mismatches, batch = self._read_typed(q_typed, near)
         return coupling_violations(mismatches, batch)
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, texts
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin._core.warn import HIPS_AGREE, NEAR, hides_former
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
@@ -149,7 +147,6 @@ def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
     return angles(robot, q, _order(order))
 
 
-@hides_former
 def from_order(
     robot: RobotModel,
     values: ArrayLike,
@@ -158,7 +155,6 @@ def from_order(
     near: ArrayLike | None = None,
     hips: Hips | None = None,
     missing: str | float | None = None,
-    **_former: NoReturn,
 ) -> Floats:
     """Return configurations from joint values in one of `BODY_ORDERS`: the inverse of `to_order`.
 
@@ -186,12 +182,7 @@ def from_order(
     """
     check_robot(robot)
     names = _order(order)
-    if _former:
-        near = NEAR.argument(_former, near)
-    if isinstance(hips, str) and hips == HIPS_AGREE.value:
-        HIPS_AGREE.warn()
-        hips = None
-    elif hips is not None:
+    if hips is not None:
         check_hips(hips)
     array = as_floats(values, (), "values", gaps=True)
     if array.ndim == 0 or array.shape[-1] != len(names):

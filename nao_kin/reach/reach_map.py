@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
 from nao_kin._core.files import check_replaceable, write_document
 from nao_kin._core.text import abbreviated
-from nao_kin._core.warn import COLOUR_BY, hides_former
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.reach import files
 from nao_kin.reach._kernels import DIRECTION_COUNT, Integers
@@ -375,8 +374,7 @@ class ReachMap:
         content = files.vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
         return write_document(path, content, overwrite=overwrite)[0]
 
-    @hides_former
-    def save_ply(self, path: Path | str, *, by: str = "best", overwrite: bool = False, **_former: NoReturn) -> Path:
+    def save_ply(self, path: Path | str, *, by: str = "best", overwrite: bool = False) -> Path:
         """Write a PLY file: the centres of the voxels as points, coloured from cold (smallest) to warm (largest).
 
         Args:
@@ -387,8 +385,6 @@ class ReachMap:
         Raises:
             BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
-        if _former:
-            by = COLOUR_BY.argument(_former, by, "best")
         check_replaceable(path, overwrite=overwrite)
         return write_document(path, files.ply_bytes(self.centres, self.column(by)), overwrite=overwrite)[0]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import LIMIT_TOLERANCE, MEASURED_TOLERANCES, Floats, LimitPolicy as LimitPolicy
-from nao_kin._core.warn import CLAMPED_MOST, warn_caller
+from nao_kin._core.warn import warn_caller
 from nao_kin.errors import MeasuredLimitsWarning
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -88,12 +88,6 @@ class OutsideRows:
     largest: float = 0.0
     joint: str = ""
     joints: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def most(self) -> float:
-        """The former name of `largest`."""
-        CLAMPED_MOST.warn()
-        return self.largest
 
     def and_then(self, other: OutsideRows) -> OutsideRows:
         """Return the sum of both row counts, with the larger distance of each joint."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, NoReturn, SupportsIndex, TypeVar
+from typing import Any, Literal, SupportsIndex, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -28,7 +28,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin._core.warn import MOST, hides_former, warn_caller
+from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NotFinite, OtherRobotWarning
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
@@ -725,10 +725,7 @@ class RobotModel(Guessing):
         inside = self._limits.inside(self._configurations.joints(q), policy)
         return inside if per_joint else np.asarray(inside.all(axis=-1))
 
-    @hides_former
-    def limit_violations(
-        self, q: ArrayLike, *, max_configurations: int | None = None, **_former: NoReturn
-    ) -> tuple[LimitViolation, ...]:
+    def limit_violations(self, q: ArrayLike, *, max_configurations: int | None = None) -> tuple[LimitViolation, ...]:
         """Return every joint outside its limits, by configuration and then by distance.
 
         Making one object per violation takes time and memory; for many configurations use `within_limits`, which
@@ -745,8 +742,6 @@ class RobotModel(Guessing):
             >>> [violation.joint for violation in nao.limit_violations(q)]
             ['HeadYaw']
         """
-        if _former:
-            max_configurations = MOST.argument(_former, max_configurations)
         limit = None if max_configurations is None else whole_number(max_configurations, "max_configurations", 0)
         return self._limits.violations(self._configurations.joints(q), max_configurations=limit)
 

@@ -50,7 +50,6 @@ LEFT_OUT = {
     "naoqi.JointSource.read": "is abstract",
     "naoqi.LolaSource.read": "needs a robot",
     "naoqi.NaoqiSource.read": "needs a robot",
-    "naoqi.VirtualNao.start_task": "a former name",
     "naoqi.run_script": "what a wrong script prints is its own",
     "viewer.Viewer.save_png": "needs a browser",
     "viewer.Viewer.save_video": "needs a browser",

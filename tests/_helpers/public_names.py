@@ -10,9 +10,7 @@ from typing import Any
 import nao_kin as nk
 from nao_kin.rotations import rank_one
 
-# The former name still works; its documentation is under the new name.
-FORMER_NAMES = ("typed",)
-ROOMS = {name: getattr(nk, name) for name in nk.__all__ if name not in FORMER_NAMES}
+ROOMS = {name: getattr(nk, name) for name in nk.__all__}
 ROOMS = {name: room for name, room in ROOMS.items() if isinstance(room, ModuleType)} | {"rotations.rank_one": rank_one}
 
 

@@ -162,8 +162,7 @@ def test_the_observations_and_the_photos_show_how_far_the_head_is_off(folder: Pa
         board=(9, 6),
         square=0.03,
         missing="StandInit",
-        place=np.array([float(number) for number in place[1].split(",")])
-        * np.r_[1, 1, 1, np.radians([1, 1, 1])],  # --deg
+        place=[*place_numbers[:3], *np.radians(place_numbers[3:])],  # as with --deg
     )
     assert np.isfinite(seen.pixels).all()
     found = nk.calibration.calibrate(

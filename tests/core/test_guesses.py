@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import importlib
 import inspect
 import pickle
 from types import ModuleType
@@ -11,43 +10,66 @@ from typing import Any
 
 import numpy as np
 import pytest
+from public_names import ROOMS
 
 import nao_kin as nk
-from nao_kin._core.guesses import GUESSES
+from nao_kin._core.guesses import public_index
 
-OWNERS = {
-    "RobotModel": nk.load_nao(),
-    "Motion": nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]]),
-    "Viewer": nk.Viewer,
-}
-CASES = [(owner, name, meant) for owner, names in GUESSES.items() for name, meant in names.items()]
+PLACES = [place for places in public_index().values() for place in places if not place.startswith("viewer.")]
+NAO, NOD = nk.load_nao(), nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+NAMES = {"nk": nk, "robot": NAO, "nao": NAO, "motion": NOD}
 
 
-@pytest.mark.parametrize(("owner", "name", "meant"), CASES)
-def test_a_name_that_people_try_is_answered_with_names_that_exist(owner: str, name: str, meant: str) -> None:
-    names = {"nk": nk, "np": np, "copy": copy, "robot": OWNERS["RobotModel"], "motion": OWNERS["Motion"]}
-    for expression in meant.split(", "):
-        eval(expression, names | {"viewer": nk.Viewer})
-    found: Any = OWNERS[owner] if owner in OWNERS else importlib.import_module(owner)
-    if name == "times":  # an instance has them
-        found = nk.Motion
-    with pytest.raises(AttributeError, match=rf"has no attribute '{name}'; see ") as error:
-        getattr(found, name)
-    assert str(error.value).endswith(meant)
+def test_every_place_of_the_index_exists() -> None:
+    assert len(PLACES) > 400
+    for place in PLACES:
+        eval(place, NAMES)
 
 
-def test_other_names_are_answered_with_the_nearest() -> None:
+@pytest.mark.parametrize("module", [nk, nk.world, nk.rotations], ids=lambda module: str(module.__name__))
+def test_every_public_name_is_found_from_another_module(module: ModuleType) -> None:
+    others = (
+        {name for key, room in ROOMS.items() if key != "cli" for name in room.__all__}
+        - set(dir(module))
+        - set(vars(module))
+    )
+    assert len(others) > 200
+    for name in others:
+        with pytest.raises(AttributeError, match=rf"'{name}'; see .*\.{name}\b"):
+            getattr(module, name)
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "meant"),
+    [
+        (nk, "fk", "robot.fk, nk.stream.fk, nk.distributed.fk"),
+        (nk, "mirror", "robot.mirror, nk.motion.mirror"),
+        (nk, "slerp", "nk.rotations.slerp"),
+        (nk, "link_names", "robot.link_names"),
+        (nk, "from_urdf", "nk.RobotModel.from_urdf"),
+        (nk, "read_motion", "nk.motion.read_motion"),
+        (nk.rotations, "rpy_to_matrix", "nk.rotations.matrix_from_rpy"),  # not the inverse, whose letters are nearer
+        (NAO, "balance", "nk.world.balance"),
+        (NAO, "dh_table", "nk.joints.dh_table"),
+        (nk.Viewer, "save_motion", ""),
+    ],
+)
+def test_a_name_that_exists_elsewhere_is_answered_with_its_place(owner: Any, name: str, meant: str) -> None:
+    with pytest.raises(AttributeError) as error:
+        getattr(owner, name)
+    assert str(error.value).endswith(f"; see {meant}" if meant else f"has no attribute '{name}'")
+
+
+def test_other_names_are_answered_with_the_nearest_or_nothing() -> None:
     nao = nk.load_nao()
     with pytest.raises(AttributeError, match=r"object has no attribute 'frame_name'; nearest: .*frame_names"):
         nao.frame_name  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"module 'nao_kin.rotations' has no attribute 'rotx'; nearest: rot_x"):
         nk.rotations.rotx  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(
-        AttributeError, match=r"module 'nao_kin.errors' has no attribute 'WrongSize'; nearest: WrongShape"
-    ):
-        nk.errors.WrongSize  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"'NaoModel' object has no attribute 'qqqqqqqqq'$"):
         nao.qqqqqqqqq  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match=r"has no attribute 'Kinematics'$"):  # nothing is better than "semantics"
+        nk.Kinematics  # type: ignore[attr-defined]  # noqa: B018
     assert not hasattr(nao, "__array__")
 
 

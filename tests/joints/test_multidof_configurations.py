@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, CouplingViolated, DisagreeingJoints
-from nao_kin.joints import TypedModel
+from nao_kin.joints import MultiDofModel
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 NAO = nk.load_nao()
-TYPED = TypedModel(NAO)
-ARMS = TypedModel(NAO, rule="concurrent")
+TYPED = MultiDofModel(NAO)
+ARMS = MultiDofModel(NAO, rule="concurrent")
 HIP = {side: "+".join(f"{side}{part}" for part in ("HipYawPitch", "HipRoll", "HipPitch")) for side in "LR"}
 LOCK = {"L": -math.pi / 4, "R": math.pi / 4}
 # The links that a ball does not see: they turn with its inner angles.
@@ -60,7 +60,7 @@ NAO_AXES = {
 
 def test_inside_the_limits_the_way_back_needs_no_reference(each_nao) -> None:
     q = each_nao.random(1, 1000)
-    typed = TypedModel(each_nao)
+    typed = MultiDofModel(each_nao)
     assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-14)
 
 
@@ -119,7 +119,7 @@ def test_where_the_limits_decide_carriers_do_not_count_and_are_set_right() -> No
 
 
 def test_to_q_undoes_from_q_inside_the_limits_of_every_version_and_rule(each_nao) -> None:
-    typed = TypedModel(each_nao, rule="concurrent")
+    typed = MultiDofModel(each_nao, rule="concurrent")
     q = each_nao.random(3, 2000)
     q_typed = typed.from_q(q)
     back = typed.to_q(q_typed)
@@ -127,7 +127,7 @@ def test_to_q_undoes_from_q_inside_the_limits_of_every_version_and_rule(each_nao
     assert np.allclose(each_nao.fk(back[:100]), typed.fk(q_typed[:100]), rtol=0, atol=1e-13)
 
 
-SHOULDERS = TypedModel(nk.load_nao("v3.2"), rule="concurrent")
+SHOULDERS = MultiDofModel(nk.load_nao("v3.2"), rule="concurrent")
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), distance, st.sampled_from([-1, 1]))
@@ -156,7 +156,7 @@ def test_a_driver_that_turns_further_than_once_comes_back_inside_its_limits(tmp_
     first = [J("j0", Z, limits=(-6.0, 6.0)), J("j1", X, limits=(-1.4, 1.4)), J("j2", Y)]
     second = [J("j3", Z, (0, 0, 0.2), follows=("j0", 0.5, 0.0)), J("j4", X, limits=(-1.4, 1.4)), J("j5", Y)]
     robot = made_up(tmp_path, *first, *second)
-    typed = TypedModel(robot)
+    typed = MultiDofModel(robot)
     q = robot.random(1, 500)
     q_typed = typed.from_q(q)
     if not driver_given:
@@ -352,7 +352,7 @@ def test_single_precision_quaternions_are_good_enough() -> None:
 
 def test_a_universal_joint_can_disagree_with_its_motor_too(tmp_path) -> None:
     robot = made_up(tmp_path, J("m", Z), J("a", Z, parent="base", follows=("m", -0.5, 0.2)), J("b", X))
-    typed = TypedModel(robot)
+    typed = MultiDofModel(robot)
     q_typed = typed.from_q([0.4, 0.1])
     assert q_typed[typed.columns["a+b"]].tolist() == pytest.approx([0.0, 0.1], abs=1e-15)
     q_typed[typed.columns["a+b"].start] = 0.3
@@ -368,7 +368,7 @@ def test_a_universal_joint_can_disagree_with_its_motor_too(tmp_path) -> None:
 def test_two_followers_of_one_motor_are_weighed_together(tmp_path) -> None:
     arms = [J("a", Z, parent="base", follows=("m", 1.0, 0.0)), J("b", X), J("c", Y)]
     legs = [J("d", Z, parent="base", follows=("m", 2.0, 0.0)), J("e", X), J("f", Y)]
-    typed = TypedModel(made_up(tmp_path, J("m", Z), *arms, *legs))
+    typed = MultiDofModel(made_up(tmp_path, J("m", Z), *arms, *legs))
     start = np.array([0.3, 0.1, 0.2, 0.4, 0.5])
     assert np.allclose(typed.to_q(typed.from_q(start), near=start), start, rtol=0, atol=1e-14)
     q_typed = typed.from_q(start)
@@ -410,7 +410,7 @@ def test_every_reader_of_quaternions_refuses_a_wrong_norm_with_joint_norm_and_in
 
 
 def test_the_quaternion_of_a_floating_base_is_checked_and_normalised_like_a_balls() -> None:
-    floating = TypedModel(nk.load_nao(base="floating"))
+    floating = MultiDofModel(nk.load_nao(base="floating"))
     q = floating.robot.neutral()
     q_typed = floating.from_q(q)
     for reader in (floating.to_q, floating.com, floating.fk, lambda q: floating.jacobian(q, "LFoot")):

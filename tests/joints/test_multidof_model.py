@@ -13,7 +13,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
-from nao_kin.joints import TypedModel
+from nao_kin.joints import MultiDofModel
 from nao_kin.joints.grouping import RULES
 from nao_kin.robot.nao import VERSIONS
 
@@ -22,8 +22,8 @@ BATCHES = [(), (1,), (0,), (2, 3)]
 
 
 @functools.cache
-def typed_nao(version: str = "v6", rule: str = "coincident") -> TypedModel:
-    return TypedModel(nk.load_nao(version), rule=rule)
+def typed_nao(version: str = "v6", rule: str = "coincident") -> MultiDofModel:
+    return MultiDofModel(nk.load_nao(version), rule=rule)
 
 
 def wide(robot: nk.RobotModel, n: int, seed: int = 1) -> np.ndarray:
@@ -48,7 +48,7 @@ def frames(model: pin.Model, q: np.ndarray, count: int) -> tuple[np.ndarray, np.
     return poses, jacobians, np.array(pin.centerOfMass(model, data, q))
 
 
-def worst_differences(robot: nk.RobotModel, typed: TypedModel, q: np.ndarray) -> tuple[float, float, float]:
+def worst_differences(robot: nk.RobotModel, typed: MultiDofModel, q: np.ndarray) -> tuple[float, float, float]:
     """Largest difference of any frame's pose, any frame's velocity map, and the centre of mass."""
     q_typed, E, count = typed.from_q(q), typed.velocity_matrix(q), robot.model.nframes
     worst = np.zeros(3)
@@ -163,7 +163,7 @@ def test_only_the_links_inside_balls_need_coordinates_beside_the_fifteen_joints(
 
 
 def test_carriers_are_the_inner_joints_of_merged_ones(each_nao) -> None:
-    typed = TypedModel(each_nao)
+    typed = MultiDofModel(each_nao)
     inner = [part for joint in typed.pairs for part in joint.joints[:-1]]
     assert sorted(typed.carriers) == sorted(inner)
 
@@ -206,7 +206,7 @@ def test_limits_carry_over_where_a_coordinate_is_a_joint_value(nao) -> None:
 
 def test_a_follower_is_as_fast_as_its_driver_makes_it(tmp_path) -> None:
     motor, universal = J("m", Z), [J("a", Z, parent="base", follows=("m", -0.5, 0.2)), J("b", X)]
-    typed = TypedModel(made_up(tmp_path, motor, *universal))
+    typed = MultiDofModel(made_up(tmp_path, motor, *universal))
     row, speed = typed.rows["a+b"].start, typed.model.upperVelocityLimit[typed.rows["m"].start]
     assert speed > 0.0
     assert typed.model.upperVelocityLimit[row] == 0.5 * speed
@@ -214,7 +214,7 @@ def test_a_follower_is_as_fast_as_its_driver_makes_it(tmp_path) -> None:
 
 
 def test_masses_and_frames_are_the_robots(each_nao) -> None:
-    typed = TypedModel(each_nao, rule="concurrent")
+    typed = MultiDofModel(each_nao, rule="concurrent")
     assert sum(inertia.mass for inertia in typed.model.inertias) == pytest.approx(each_nao.mass, abs=1e-14)
     count = each_nao.model.nframes
     for mine, theirs in zip(list(typed.model.frames)[:count], each_nao.model.frames, strict=True):
@@ -289,7 +289,7 @@ def test_a_typed_model_survives_pickling(nao) -> None:
 )
 def test_other_robots_keep_their_frames_velocities_and_centre_of_mass(name, base, rule) -> None:
     robot = nk.load_robot(name, base=base)
-    typed = TypedModel(robot, rule=rule)
+    typed = MultiDofModel(robot, rule=rule)
     q = wide(robot, 20)
     pose, velocity, com = worst_differences(robot, typed, q)
     assert max(pose, velocity, com) < 1e-12
@@ -302,7 +302,7 @@ def test_other_robots_keep_their_frames_velocities_and_centre_of_mass(name, base
 
 def test_a_floating_nao_is_carried_by_its_base() -> None:
     nao = nk.load_nao("v6", base="floating")
-    typed = TypedModel(nao)
+    typed = MultiDofModel(nao)
     q = wide(nao, 50)
     assert max(worst_differences(nao, typed, q)) < 1e-13
     assert np.array_equal(typed.from_q(q)[:, :7], q[:, :7])
@@ -351,7 +351,7 @@ CHAINS = {
 @pytest.mark.parametrize("name", CHAINS)
 def test_made_up_robots_keep_their_frames_velocities_and_centre_of_mass(tmp_path, name, rule, base) -> None:
     robot = made_up(tmp_path, *CHAINS[name], base=base)
-    typed = TypedModel(robot, rule=rule)
+    typed = MultiDofModel(robot, rule=rule)
     q = wide(robot, 10)
     assert max(worst_differences(robot, typed, q)) < 1e-13
     assert np.allclose(typed.com(typed.from_q(q)), robot.com(q), rtol=0, atol=1e-14)
@@ -365,7 +365,7 @@ def test_made_up_robots_keep_their_frames_velocities_and_centre_of_mass(tmp_path
 
 def test_a_robot_without_joints_is_its_own_typed_model(tmp_path) -> None:
     robot = made_up(tmp_path)
-    typed = TypedModel(robot)
+    typed = MultiDofModel(robot)
     assert typed.from_q(np.zeros((2, 0))).shape == (2, 0)
     assert typed.to_q(np.zeros((2, 0))).shape == (2, 0)
     assert np.allclose(typed.com([]), robot.com([]), rtol=0, atol=1e-15)
@@ -375,7 +375,7 @@ def test_a_robot_without_joints_is_its_own_typed_model(tmp_path) -> None:
 def test_nearly_meeting_axes_cost_no_more_than_they_miss_by(tmp_path, size) -> None:
     joints = [J("a", Z), J("b", X, (0.1, size, 0)), J("c", Y, (-0.1, 0.2, size)), J("d", Z, (0.3, 0, 0.1))]
     robot = made_up(tmp_path, *joints)
-    typed = TypedModel(robot, rule="concurrent", tolerance=size)
+    typed = MultiDofModel(robot, rule="concurrent", tolerance=size)
     assert len(typed.pairs) == 2
     residual = typed.pairs[0].residual
     assert 0 < residual <= size
@@ -424,13 +424,13 @@ def test_unknown_names_are_refused_with_the_nearest(nao) -> None:
         with pytest.raises(UnknownName, match="joint"):
             typed.groups[name]  # type: ignore[index]
     with pytest.raises(UnknownName, match="rule"):
-        TypedModel(nao, rule="none")
+        MultiDofModel(nao, rule="none")
     with pytest.raises(BadArgument, match="tolerance"):
-        TypedModel(nao, tolerance=0.0)
+        MultiDofModel(nao, tolerance=0.0)
 
 
 def test_a_robot_without_mass_has_no_centre_of_mass(tmp_path) -> None:
     path = tmp_path / "massless.urdf"
     path.write_text('<robot name="massless"><link name="only"/></robot>')
     with pytest.raises(BadArgument, match="no mass"):
-        TypedModel(nk.RobotModel.from_urdf(path)).com([])
+        MultiDofModel(nk.RobotModel.from_urdf(path)).com([])

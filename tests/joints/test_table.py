@@ -152,4 +152,3 @@ def test_names_are_escaped_in_notebooks(tmp_path) -> None:
 
 def test_earlier_names_are_the_same_things() -> None:
     assert nk.joints.LowerPair is nk.joints.KinematicPair
-    assert nk.typed.TypedModel is nk.joints.MultiDofModel

@@ -9,14 +9,13 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, DegreesWarning, FormerNameWarning, NotFinite, OutsideLimits
+from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
 # No bound of one end is the bound of another, and b = 0 is outside at both ends.
@@ -203,23 +202,3 @@ def test_the_quaternion_of_a_floating_base_is_checked_however_small_the_numbers(
     for shaped in (q, q[None], q.tolist()):
         with pytest.raises(BadArgument, match=r"must be a unit quaternion .* norm 0\.5"):
             free.fk(shaped, "b_l")
-
-
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda nao, **limits: nao.configuration({"HeadYaw": 3.0}, **limits),
-        lambda nao, **limits: nao.posture("Stand", HeadYaw=3.0, **limits),
-        lambda nao, **limits: nao.fk(nao.configuration({"HeadYaw": 3.0}, limits="ignore"), "Head", **limits),
-        lambda nao, **limits: nao.from_body(np.full(26, 3.0), **limits),
-    ],
-    ids=["configuration", "posture", "fk", "from_body"],
-)
-def test_the_former_policy_raise_refuses_values_and_warns_once(ask: Callable[..., Any], nao: nk.NaoModel) -> None:
-    with pytest.raises(OutsideLimits) as expected:
-        ask(nao, limits="enforce")
-    message = '^limits="raise" is now limits="enforce"'
-    with pytest.warns(FormerNameWarning, match=message) as caught, pytest.raises(OutsideLimits) as former:
-        ask(nao, limits="raise")
-    assert str(former.value) == str(expected.value)
-    assert len(caught) == 1

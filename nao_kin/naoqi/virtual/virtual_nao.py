@@ -15,10 +15,9 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin._core.warn import START_TASK
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
-from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import ABSENT, Service
 from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
@@ -269,11 +268,6 @@ class VirtualNao:
         """
         with self.monitor:
             return np.array(self.base.torso(self.joints.q(sensor=flag(sensor, "sensor"))))
-
-    def start_task(self, task: MotionTask) -> Call:
-        """The former name of `tasks.add`."""
-        START_TASK.warn()
-        return self.tasks.add(task)
 
     def check_open(self) -> None:
         """Raise BadArgument if the virtual NAO is closed.

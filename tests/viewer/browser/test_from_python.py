@@ -17,7 +17,7 @@ from viewer_pages import Page, messages_of, opened, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, DisagreeingJoints, NotARotation, NotFinite, UnknownName, WrongShape
-from nao_kin.joints import TypedModel
+from nao_kin.joints import MultiDofModel
 from nao_kin.viewer import Viewer, handles
 
 HOSTILE = ("__proto__", "</script><script>window.hacked = 1</script>", "a/b", "toString", "Ω" * 200)
@@ -69,7 +69,7 @@ def _in_world(page: Page, number: int) -> np.ndarray:
 def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
 ) -> None:
-    viewer, typed = Viewer(nao), TypedModel(nao)
+    viewer, typed = Viewer(nao), MultiDofModel(nao)
     viewer.display(nao.posture("Crouch"))
     old = nk.load_nao("v4")
     second, third = viewer.add_robot(old, name="second"), viewer.add_robot(typed, opacity=0.5)
@@ -292,7 +292,7 @@ def test_robots_are_named_hidden_and_looked_at_in_the_panel(
 
 
 def test_bad_robots_and_places_are_refused(nao: nk.NaoModel) -> None:
-    viewer, typed = Viewer(nao), TypedModel(nao)
+    viewer, typed = Viewer(nao), MultiDofModel(nao)
     count = len(viewer._messages.names())
     far = np.eye(4)
     far[0, 3] = 1e300
