@@ -147,6 +147,7 @@ def _motions(draw: Callable[..., Any]) -> Motion:
     return Motion(times, names, keys, interpolation, handles)
 
 
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 @settings(max_examples=20, deadline=None)
 @given(_motions())
 def test_json_and_npz_lose_nothing(tmp_path_factory: pytest.TempPathFactory, motion: Motion) -> None:
@@ -156,6 +157,7 @@ def test_json_and_npz_lose_nothing(tmp_path_factory: pytest.TempPathFactory, mot
         assert read_motion(folder / "a") == motion
 
 
+@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 @settings(max_examples=20, deadline=None)
 @given(_motions())
 def test_curves_are_the_same_in_python_and_naoqi(tmp_path_factory: pytest.TempPathFactory, motion: Motion) -> None:

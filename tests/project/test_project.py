@@ -95,7 +95,7 @@ def test_make_help_names_the_commands_for_people() -> None:
     assert names == ["help", "demo", "test", "test-all", "docs", "generate", "bench", "clean"]
 
 
-@pytest.mark.parametrize("target", ["test", "test-all", "test ROOM=ik", "quick ROOM=ik"])
+@pytest.mark.parametrize("target", ["test", "test-all", "test ROOM=ik"])
 def test_kernels_are_compiled_before_the_time_of_a_test_is_measured(target: str) -> None:
     done = subprocess.run(["make", "-n", *target.split()], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.index("warm_up(") < done.stdout.index("pytest -n")

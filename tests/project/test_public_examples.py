@@ -10,7 +10,6 @@ from typing import Any, get_args, get_type_hints
 from public_names import called, offered
 
 NEEDS_A_ROBOT = "reads a robot, or a server of qi, on the network"
-NEEDS_THE_LOCK = "for the services of a virtual NAO, which hold its lock"
 WITHOUT = {
     "distributed.connect": "starts processes of its own",
     "naoqi.JointSource.connect": NEEDS_A_ROBOT,
@@ -25,7 +24,6 @@ WITHOUT = {
     "naoqi.QiServer": NEEDS_A_ROBOT,
     "naoqi.QiServer.close": NEEDS_A_ROBOT,
     "naoqi.readings": NEEDS_A_ROBOT,
-    "naoqi.VirtualNao.start_task": NEEDS_THE_LOCK,
     "viewer.Viewer.open": "opens a browser window",
     "viewer.Viewer.save_png": "starts a browser",
     "viewer.Viewer.save_video": "starts a browser",
