@@ -581,7 +581,7 @@ def _check_shape(camera: str, size: tuple[int, int], shape: float) -> None:
     else:  # the smallest whole image of which the size can be a part
         whole = max(width, round(height * shape)), max(height, round(width / shape))
     raise BadArgument(
-        f"an image of {camera} has not the shape {width} × {height} pixels, expected width × height as in "
+        f"an image of {camera} cannot be {width} × {height} pixels, expected width × height as in "
         f"{whole[0]} × {whole[1]}; Camera.cropped gives a part of an image"
     )
 

@@ -142,24 +142,28 @@ DAMAGED = {
 }
 
 
-@pytest.mark.parametrize("name", DAMAGED)
-def test_a_damaged_mesh_is_left_out_everywhere(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).write_text(DAMAGED[name])
+def test_a_damaged_mesh_is_left_out_everywhere(tmp_path: Path) -> None:
     code = """
-import sys, warnings
+import pathlib, sys, warnings
 import nao_kin as nk
 warnings.simplefilter("ignore")
-robot = nk.RobotModel.from_file(sys.argv[1])
-assert len(robot.geometry("collision").geometryObjects) == 1
-assert robot.link_shapes.links == ("b",), robot.link_shapes.links
-robot.clearance(robot.random(0, 5), exact=True)
-nk.export.srdf(robot, sys.argv[2], samples=20)
-try:
-    nk.robot.Obstacle.mesh("it", sys.argv[3], [0, 0, 0])
-except nk.errors.BadInputFile:
-    print("refused")
+for folder in sorted(pathlib.Path(sys.argv[1]).iterdir()):
+    print(folder.name, flush=True)  # the last one, if the process ends
+    robot = nk.RobotModel.from_file(folder / "r.urdf")
+    assert len(robot.geometry("collision").geometryObjects) == 1
+    assert robot.link_shapes.links == ("b",), robot.link_shapes.links
+    robot.clearance(robot.random(0, 5), exact=True)
+    nk.export.srdf(robot, folder / "r.srdf", samples=20)
+    try:
+        nk.robot.Obstacle.mesh("it", folder / folder.name, [0, 0, 0])
+    except nk.errors.BadInputFile:
+        print("refused")
 """
-    assert _run(code, str(_robot(tmp_path, _mesh(name))), str(tmp_path / "r.srdf"), str(tmp_path / name)) == "refused\n"
+    for name, text in DAMAGED.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / name).write_text(text)
+        assert _robot(tmp_path / name, _mesh(name)).name == "r.urdf"
+    assert _run(code, str(tmp_path)).split() == [word for name in sorted(DAMAGED) for word in (name, "refused")]
 
 
 @pytest.mark.parametrize("size", ["-1 1 1", "1e300 1 1"])
