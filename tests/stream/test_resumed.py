@@ -543,7 +543,7 @@ def test_the_file_is_what_is_printed(command: Callable[..., tuple[int, str, str]
         "rows_resumed": 0,
         "bad_rows": 0,
         "first_bad_rows": [],
-        "clamped": {"rows": 0, "largest": 0.0, "joint": ""},
+        "clamped": {"rows": 0, "largest": 0.0, "joint": "", "joints": {}},
         "notes": [],
     }
 

@@ -369,7 +369,8 @@ def test_points_lines_and_meshes_are_in_a_saved_page(browser: Any, nao: nk.NaoMo
         vertices = page.run("() => naoKin.extras.shapes.get('file').children[0].geometry.attributes.position.count")
         assert vertices == len(solid.vertices)
         # Neither a shadow nor a ghost of the robot takes them for parts of it.
-        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+        # The planes of flat soles are on the floor, not the lowest vertices.
+        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=3e-4)
 
 
 def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewer) -> None:
