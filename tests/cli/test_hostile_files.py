@@ -176,6 +176,8 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Any, st
 
 @pytest.mark.parametrize("case", HOSTILE)
 def test_a_hostile_file_is_one_line(answers: dict[str, tuple[Any, str]], case: str) -> None:
+    if HOSTILE[case][2] == "calibrate":
+        pytest.importorskip("cv2", reason="OpenCV is not installed")
     code, said = answers[case]
     *notes, message = said.splitlines()
     assert code == 2, said[-500:]
