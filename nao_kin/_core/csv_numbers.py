@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import MAX_NUMBERS
 from nao_kin._core.headings import (
+    LONGEST_HEADING,
     TIME_UNITS,
     IsoTimes,
     is_decimal,
@@ -40,8 +41,6 @@ _LARGE = 1 << 20
 _PARSED_AT_ONCE = 1 << 20
 # Beginnings of comment lines above the header.
 _COMMENTS = ("#", "%", "//")
-# Longer headings would take long to understand.
-_LONGEST_HEADING = 200
 # Number of bytes of the first rows, which show the decimal mark and the form of times.
 _SHOWN_ROWS = 1 << 16
 _COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
@@ -104,8 +103,8 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
         above += last
         size += sum(map(len, lines[above - last : above]))
     longest = max(map(len, fields))
-    if longest > _LONGEST_HEADING:
-        raise BadInputFile(name, f"a heading of {longest} characters, expected at most {_LONGEST_HEADING}", line)
+    if longest > LONGEST_HEADING:
+        raise BadInputFile(name, f"a heading of {longest} characters, expected at most {LONGEST_HEADING}", line)
     rows = _SECONDS_FRACTION.sub(b"", block[size : size + _SHOWN_ROWS]) if delimiter != "," else b""
     commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
     return CsvHead(tuple(fields), line, delimiter, "," if commas else ".", above, size, tuple(first))

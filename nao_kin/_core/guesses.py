@@ -43,9 +43,9 @@ def public_index() -> dict[str, tuple[str, ...]]:
                     if isinstance(entry, ast.Constant) and isinstance(entry.value, str):
                         found[entry.value].append(f"{owner}.{entry.value}")
             elif isinstance(node, ast.ClassDef) and node.name in classes:
-                for name, owner in _members(node):
+                for name, one in _members(node):
                     if not name.startswith("_"):
-                        found[name].append(f"{owner}.{name}")
+                        found[name].append(f"{one}.{name}")
     return {name: tuple(dict.fromkeys(sorted(places, key=len))) for name, places in found.items()}
 
 

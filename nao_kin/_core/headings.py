@@ -55,7 +55,7 @@ _TIME = re.compile(
 _LIKE_TIME = re.compile(r"(?:^|[^a-z])(?:time|stamp|timestamp|clock)(?:$|[^a-z])", re.IGNORECASE)
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 # A longer text is no heading; matching it would take the square of its length.
-_LONGEST_HEADING = 200
+LONGEST_HEADING = 200
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
 DEVICE = "Device/SubDeviceList/"
 _SENSOR = re.compile(rf"(?:{DEVICE})?(?:InertialSensor/)?(?P<name>.+?)(?:/Sensor/Value)?")
@@ -103,7 +103,7 @@ class Heading:
 def read_heading(text: str) -> Heading:
     """Return the name and the unit of a heading; for a key of NAOqi's devices, the joint."""
     text = text.strip()
-    match = _HEADING.fullmatch(text) if len(text) <= _LONGEST_HEADING else None
+    match = _HEADING.fullmatch(text) if len(text) <= LONGEST_HEADING else None
     name, unit = (text, None) if match is None else (match["name"], match["unit"])
     device = _DEVICE.fullmatch(name)
     return Heading(name if device is None else device["joint"], unit)
