@@ -21,17 +21,9 @@ LITTLE = {
     "bench_ik": "--targets 50 --rounds 1",
     "bench_ik_numeric": "--targets 4 --rounds 1 --robots nao",
     "bench_imitation": "--frames 60 --rounds 1",
-    "bench_loops": "--counts 50 --rounds 1",
-    "bench_motion": "--keys 20 --times 100 --turns 1",
-    "bench_naoqi": "--calls 100 --sessions 4",
-    "bench_reach": "--samples 2000 --rounds 1",
-    "bench_rotation_functions": "--counts 10 --repeats 1",
-    "bench_rotations": "--counts 10 --repeats 1",
-    "bench_screws": "--counts 10 --repeats 1",
     "bench_stream": "--rows 500 1000 --rounds 1",
     "bench_viewer": "--rounds 1 --seconds 0.2",
     "bench_whole_body": "--poses 2 --rounds 1",
-    "bench_world": "--count 50 --rounds 1",
 }
 
 
