@@ -95,7 +95,7 @@ generate: $(FULL) web-packages ## all files that are generated: URDFs, meshes, d
 
 # The first are checked with every change. The second take minutes: `make test-all` checks whether they draw what is committed.
 GENERATED := generate_page_messages generate_urdf generate_joint_diagram generate_room_map generate_gallery
-DRAWN := generate_meshes generate_collision_shapes draw_explanations
+DRAWN := generate_meshes generate_collision_shapes draw_explanations draw_pages
 
 check-generated: $(DEV)
 	for script in $(GENERATED); do $(BIN)/python scripts/$$script.py --check || exit 1; done

@@ -12,11 +12,11 @@ from sphinx.util.inspect import TypeAliasForwardRef
 import nao_kin
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(HERE.parent / "scripts")]
 
 from docstring_markup import ARRAYS, as_written, types_in_public_words  # noqa: E402 - found beside this file
 from lecture_pages import write_lecture  # noqa: E402
-from live_robot import write_robot  # noqa: E402
+from live_pages import write_pages  # noqa: E402
 from parameter_tables import write_tables  # noqa: E402
 from search_ranks import setup_ranks  # noqa: E402
 from shown_names import setup_names  # noqa: E402
@@ -92,5 +92,5 @@ def setup(app: Sphinx) -> None:
     setup_names(app)
     setup_ranks(app)
     write_tables(HERE / "_generated" / "parameters.md")
-    write_robot(HERE / "_generated" / "static" / "robot.html")
+    write_pages(HERE / "_generated" / "static")
     write_lecture(HERE.parent / "examples" / "notebooks", HERE / "lecture")

@@ -3,15 +3,13 @@
 The torso is upright, and placed so that the centre of mass is where the plan requires it: above the standing sole.
 
 Example:
-    python scripts/walk_and_draw.py    # replaces docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg here
-    python scripts/walk_and_draw.py --folder /tmp
+    python scripts/walk_and_draw.py    # writes walk_and_draw.html
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,9 +19,7 @@ from numpy.typing import NDArray
 import nao_kin as nk
 from nao_kin.rotations import rot_x
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
 FPS = 30.0
-SIZE = (1120, 760)
 
 Floats = NDArray[np.float64]
 
@@ -222,19 +218,28 @@ def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[s
     return all(fine for _, fine, _ in checks)
 
 
-def main() -> int:
-    """Compute the motion, check it, and write the clip and the picture."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--folder",
-        type=Path,
-        default=DOCS,
-        help="with _static and images (default: docs of this repository, whose files are replaced)",
-    )
-    parser.add_argument("--no-picture", action="store_true", help="the clip only: needs no browser")
-    options = parser.parse_args()
-    nao = nk.load_nao(base="floating")
+@dataclass(frozen=True)
+class Shown:
+    """The motion and what the page shows besides.
 
+    Attributes:
+        nao: the robot.
+        q: configurations at `FPS`, shape (n, nq).
+        centre: the middle of the figure eight.
+        drawing: a configuration in which the hand draws.
+        fine: whether all checks are satisfied.
+    """
+
+    nao: nk.NaoModel
+    q: Floats
+    centre: Floats
+    drawing: Floats
+    fine: bool
+
+
+def compute() -> Shown:
+    """Compute the motion, and print its checks."""
+    nao = nk.load_nao(base="floating")
     walked = walk()
     print(f"walk, {len(STEPS)} steps:")
     walking, path = balanced(nao, walked, swinging_arms(nao, walked), {})
@@ -246,34 +251,41 @@ def main() -> int:
     print(f"draw, {EIGHTS} times round:")
     drawing, path = balanced(nao, drawn, q, drawing_path(nao, drawn, q, centre))
     fine &= report(nao, drawn, drawing, path)
-    if not fine:
+    posed = drawing.q[len(drawing.q) // 2 - round(0.6 * EIGHT_TIME * FPS)]
+    return Shown(nao, np.concatenate([walking.sampled(FPS), drawing.sampled(FPS)[1:]]), centre, posed, fine)
+
+
+def viewer_of(shown: Shown) -> nk.Viewer:
+    """Return a viewer with the motion, the figure eight and the centre of mass."""
+    viewer = nk.Viewer(shown.nao)
+    viewer.add_line("eight", eight(shown.centre, np.linspace(0.0, 1.0, 73)), color=(0.85, 0.2, 0.5))
+    viewer.show_com()
+    viewer.animate(shown.q, FPS)
+    viewer.camera("three-quarter")
+    return viewer
+
+
+def last_pose() -> nk.Viewer:
+    """Return a viewer that shows the robot while its hand draws."""
+    shown = compute()
+    viewer = viewer_of(shown)
+    viewer.show_support_polygon()
+    viewer.display(shown.drawing)
+    return viewer
+
+
+def main() -> int:
+    """Compute the motion, check it, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--html", type=Path, default=Path("walk_and_draw.html"), help="the page to write")
+    options = parser.parse_args()
+    shown = compute()
+    if not shown.fine:
         return 1
-
-    q = np.concatenate([walking.sampled(FPS), drawing.sampled(FPS)[1:]])
-    clip, picture = options.folder / "_static" / "walk_and_draw.html", options.folder / "images" / "walk_and_draw.jpg"
-    with nk.Viewer(nao) as viewer:
-        viewer.add_line("eight", eight(centre, np.linspace(0.0, 1.0, 73)), color=(0.85, 0.2, 0.5))
-        viewer.show_com()
-        viewer.animate(q, FPS)
-        viewer.camera("three-quarter")
-        for file in (clip, picture):
-            file.parent.mkdir(parents=True, exist_ok=True)
-        print(f"{viewer.save_html(clip, overwrite=True)}: {len(q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
-        if not options.no_picture:
-            viewer.show_support_polygon()
-            viewer.display(drawing.q[len(drawing.q) // 2 - round(0.6 * EIGHT_TIME * FPS)])
-            write_picture(viewer, picture)
+    with viewer_of(shown) as viewer:
+        clip = viewer.save_html(options.html, overwrite=True)
+        print(f"{clip}: {len(shown.q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
     return 0
-
-
-def write_picture(viewer: nk.Viewer, path: Path) -> None:
-    """Write the displayed scene as a JPEG."""
-    from PIL import Image
-
-    with tempfile.TemporaryDirectory() as temporary:
-        png = viewer.save_png(Path(temporary) / "picture.png", size=SIZE)
-        Image.open(png).convert("RGB").save(path, quality=85)
-    print(path)
 
 
 if __name__ == "__main__":

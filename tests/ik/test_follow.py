@@ -545,13 +545,13 @@ def test_sampled_turns_the_base_at_constant_speed() -> None:
 @pytest.mark.full
 def test_the_script_walks_and_draws_and_writes_a_clip(tmp_path: Path) -> None:
     root = Path(__file__).resolve().parents[2]
-    command = [sys.executable, str(root / "scripts" / "walk_and_draw.py"), "--folder", str(tmp_path), "--no-picture"]
+    command = [sys.executable, str(root / "scripts" / "walk_and_draw.py"), "--html", "walk.html"]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     answers = [line.split()[0] for line in done.stdout.splitlines() if line.startswith("  ")]
     assert answers == ["yes"] * 12
-    clip = tmp_path / "_static" / "walk_and_draw.html"
+    clip = tmp_path / "walk.html"
     assert 1_000_000 < clip.stat().st_size < 2_700_000  # a page of 2.5 MB, and what moves in it
 
 

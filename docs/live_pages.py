@@ -1,0 +1,31 @@
+"""Write the pages with a robot that the documentation shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from walk_and_draw import compute, viewer_of
+
+import nao_kin as nk
+
+
+def write_pages(folder: Path) -> None:
+    """Write the page of `nao-kin view --html`, and the walk of {doc}`following_paths`.
+
+    A file that is the same already stays, because Sphinx copies what is new. The walk takes ten seconds: it is computed
+    again only when its script or its robot is newer.
+    """
+    viewer = nk.Viewer(nk.load_nao())
+    viewer.display(viewer.robot.posture("StandInit"))
+    _write(folder / "robot.html", viewer)
+    walk = folder / "walk_and_draw.html"
+    sources = [path.stat().st_mtime for path in Path(nk.__file__).parent.rglob("*.[pj][ys]")]
+    if not walk.exists() or walk.stat().st_mtime < max(sources):
+        _write(walk, viewer_of(compute()))
+
+
+def _write(path: Path, viewer: nk.Viewer) -> None:
+    page = viewer.static_html()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != page:
+        path.write_text(page, encoding="utf-8")
