@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 from pathlib import Path
 
 from walk_and_draw import compute, viewer_of
@@ -21,7 +23,9 @@ def write_pages(folder: Path) -> None:
     walk = folder / "walk_and_draw.html"
     sources = [path.stat().st_mtime for path in Path(nk.__file__).parent.rglob("*.[pj][ys]")]
     if not walk.exists() or walk.stat().st_mtime < max(sources):
-        _write(walk, viewer_of(compute()))
+        with contextlib.redirect_stdout(io.StringIO()):
+            viewer_of_walk = viewer_of(compute())
+        _write(walk, viewer_of_walk)
 
 
 def _write(path: Path, viewer: nk.Viewer) -> None:

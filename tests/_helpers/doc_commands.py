@@ -35,7 +35,7 @@ SKIPPED = {
 # Lines that end with another exit code than 0, as their page says.
 ENDS_WITH = {'nao-kin ik LLeg --target "0 0.05 -0.5 0 0 0"': 1}
 # On this page most lines fail, as it shows; tests/cli/test_printed_output.py compares what they say.
-FAILING = "troubleshooting.md"
+FAILING = "installation.md"
 # The lines of this page are each for another tool, and have a folder each.
 SEPARATE = "tools.md"
 # On these pages lines use files that Python writes.

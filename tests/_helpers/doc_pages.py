@@ -14,7 +14,7 @@ PAGES = [
     *(page for page in sorted(DOCS.glob("[!_]*/*.md")) if page.parent.name != "lecture"),
 ]
 # Pages on which every Python block that prints is followed by a block with its output.
-_EXACT = "choregraphe", "coming_from", "courses", "getting_started", "logs", "troubleshooting"
+_EXACT = "choregraphe", "coming_from", "courses", "getting_started", "installation", "logs"
 PRINTED = [DOCS / f"{name}.md" for name in _EXACT]
 
 _BLOCK = re.compile(r"^```(\w+|\{code-block\} sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)

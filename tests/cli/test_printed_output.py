@@ -47,7 +47,7 @@ def test_blocks_print_what_stands_under_them(page: Path, tmp_path: Path, monkeyp
 
 
 def _commands() -> list[tuple[str, list[str]]]:
-    shown = [text.splitlines() for kind, text in blocks(DOCS / "troubleshooting.md") if kind == "text"]
+    shown = [text.splitlines() for kind, text in blocks(DOCS / "installation.md") if kind == "text"]
     return [(lines[0].removeprefix("$ "), lines[1:]) for lines in shown if lines[0].startswith("$ nao-kin ")]
 
 
@@ -122,7 +122,7 @@ def test_the_page_quotes_what_is_said_where_kernels_cannot_be_kept(
     kernel = kernel_cache.CachedKernel(_twice, "a test", "test", lambda: numba.float64(numba.float64))
     with pytest.warns(nk.errors.NotCachedWarning) as caught:
         kernel.ready()
-    page = (DOCS / "troubleshooting.md").read_text(encoding="utf-8")
+    page = (DOCS / "installation.md").read_text(encoding="utf-8")
     for part in re.split(r"\(.*?\)", str(caught[0].message), maxsplit=1):
         assert part in page
 

@@ -186,8 +186,8 @@ def test_where_no_scheduler_answers_one_line_says_so() -> None:
 
 @pytest.mark.full
 def test_the_program_of_the_documentation_runs(tmp_path: Path) -> None:
-    text = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    text = (ROOT / "docs" / "large_files.md").read_text(encoding="utf-8")
+    block = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)[-1]
     program = tmp_path / "program.py"
     for shown, fewer in (("1_000_000", "10_000"), ("100_000", "1_000"), ("workers=2", "workers=1")):
         assert shown in block
