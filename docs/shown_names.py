@@ -14,13 +14,15 @@ from sphinx.application import Sphinx
 
 import nao_kin as nk
 
-# Module → how programs write it. `typed` is another name of `joints`.
+# Module → how programs write it.
 _WRITTEN = {f"nao_kin{name}": f"nk{name}" for name in ("", ".rotations.rank_one", ".viewer.figures")} | {
     room.__name__: f"nk.{name}"
     for name in nk.__all__
-    if name != "typed" and isinstance(room := getattr(nk, name), ModuleType)
+    if isinstance(room := getattr(nk, name), ModuleType)
 }
 _NAME = re.compile(r"\b(nao_kin(?:\.\w+)*)\.(\w*)")
+# Before a method of a robot that has an entry of its own.
+_METHOD = re.compile(r"^RobotModel\.$")
 
 
 def setup_names(app: Sphinx) -> None:
@@ -48,7 +50,7 @@ def _list_functions(app: Sphinx, what: str, module: str, obj: Any, options: Any,
 def _show(app: Sphinx, doctree: nodes.document) -> None:
     for entry in doctree.findall(addnodes.desc):
         for text in list(entry.findall(nodes.Text)):
-            text.parent.replace(text, nodes.Text(_NAME.sub(_written, text)))
+            text.parent.replace(text, nodes.Text(_NAME.sub(_written, _METHOD.sub("nao.", text))))
 
 
 def _written(name: re.Match[str]) -> str:

@@ -69,7 +69,7 @@ def test_entries_show_names_as_programs_write_them(site: Path) -> None:
     for page in (site / "reference").glob("*.html"):
         text = page.read_text(encoding="utf-8")
         prefixes = set(re.findall(r'class="sig-prename descclassname"><span class="pre">([^<]*)', text))
-        assert all(prefix.startswith("nk.") for prefix in prefixes), page.name
+        assert all(prefix.startswith(("nk.", "nao.")) for prefix in prefixes), page.name
         found[page.stem] = prefixes
         # Types name no internal module; examples show what Python prints.
         text = re.sub(r"<pre>.*?</pre>", "", text, flags=re.DOTALL)

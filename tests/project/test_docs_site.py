@@ -184,7 +184,7 @@ def test_no_label_of_a_drawing_is_cut(reader: Reader, drawing: Path) -> None:
         ("quaternion", "Conventions"),
         ("inverse kinematics", "Inverse kinematics"),
         ("fk", "nao_kin.RobotModel.fk"),
-        ("calibrated camera", "Use a calibrated camera"),
+        ("calibrated camera", "Calibrate joints and cameras"),
         ("mujoco", "MuJoCo"),
         ("joint limits", "Configurations and poses"),
     ],
