@@ -100,6 +100,13 @@ def test_a_notebook_stands_here_as_it_was_run_last(path: Path) -> None:
     assert {output["name"] for output in outputs if output["output_type"] == "stream"} == {"stdout"}
 
 
+def test_the_page_of_the_paper_names_every_error_that_its_notebook_refutes() -> None:
+    refuted = re.findall(r"^! (.*?): printed: ", "".join(printed(FOLDER / "paper.ipynb")), re.MULTILINE)
+    page = (FOLDER.parent / "docs" / "paper.md").read_text("utf-8")
+    assert len(refuted) == 11
+    assert sorted(refuted) == sorted(re.findall(r"^\| ((?:problem \d|appendix).*?) \|", page, re.MULTILINE))
+
+
 def test_the_lecture_has_its_seven_notebooks() -> None:
     assert [path.stem[0] for path in LECTURE] == list("1234567")
 
