@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping
-from functools import partial
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ import typer
 
 from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
-from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.cache import warm_up
@@ -59,30 +57,18 @@ def numba_problem(variables: Mapping[str, str]) -> list[str]:
 
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
     """Run a program in a separate process; return its exit code (None without one), its output, and its last error."""
+    command = [sys.executable, "-c", program]
+    given: Any = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "env": dict(variables)}
     try:
-        with uninterrupted():
-            probe = subprocess.Popen(
-                [sys.executable, "-c", program],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                env=dict(variables),
-                start_new_session=True,
-            )
-            registered = before_ending(partial(kill_group, probe))
-    except OSError as error:
+        probe = subprocess.run(command, timeout=_PROBE_SECONDS, **given)
+    except (OSError, subprocess.TimeoutExpired) as error:
         return None, "", str(error)
-    with registered, probe:
-        try:
-            out, errors = probe.communicate(timeout=_PROBE_SECONDS)
-        except subprocess.TimeoutExpired:
-            return None, "", f"it did not load within {_PROBE_SECONDS} s"
-        finally:
-            if probe.poll() is None:
-                probe.kill()
-    lines = errors.strip().splitlines()
-    return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
+    lines = probe.stderr.strip().splitlines()
+    return (
+        probe.returncode,
+        probe.stdout,
+        abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}",
+    )
 
 
 # --- `nao-kin doctor`, which does not import the libraries, so that it can report a crash.

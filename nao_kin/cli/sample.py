@@ -6,7 +6,7 @@ from pathlib import Path
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import choice
-from nao_kin.cli.options import OUTPUT, OutputOptions, argument, command, option
+from nao_kin.cli.options import OutputOptions, argument, command, option
 from nao_kin.cli.output import print_json, print_table, print_written
 from nao_kin.errors import BadArgument
 
@@ -32,22 +32,22 @@ def sample(
     sample_names: list[str] | None = argument(
         "NAME", "A sample; several, or all. Default: list them, or with -o write all.", None
     ),
-    folder: str | None = option(
-        "FOLDER", "Write the files into this folder; it is made if needed. Default: the current one.", *OUTPUT
+    output: str | None = option(
+        "FOLDER", "Write the files into this folder; it is made if needed. Default: the current one."
     ),
     written: OutputOptions,
 ) -> None:
     """Write small files to try the other commands with, or list them."""
-    if folder == "-":
+    if output == "-":
         raise BadArgument("--output is the folder for the samples, and - is not one; leave it out for this folder")
-    if not sample_names and folder is None:
+    if not sample_names and output is None:
         if written.json:
             print_json({"samples": [{"name": name, "purpose": purpose} for name, purpose in SAMPLES.items()]})
         else:
             print_table(("name", "what it is"), SAMPLES.items())
         return
     names = [choice(name, NAMES, "sample") for name in sample_names or [_ALL]]
-    folder = "." if folder is None else folder
+    folder = output or "."
     with atomic.errors_naming(folder):
         Path(folder).mkdir(parents=True, exist_ok=True)
     paths = [Path(folder, name) for name in dict.fromkeys(SAMPLES if _ALL in names else names)]
