@@ -54,14 +54,16 @@ _motion = typer.Typer(
     invoke_without_command=True,
     rich_markup_mode=None,
 )
-_ORDER = ("info", "joints", "dh", "fk", "ik", "check", "reach", "view", "export", "sample")
-_WORLD = ("balance", "odometry", "state", "collisions", "camera", "calibrate")
-_SERVICES = ("serve", "run", "live", "warmup", "doctor")
-_OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
-for _name in (*_ORDER, *_WORLD, "imitate", *_SERVICES, *_OF_MOTIONS):
-    # Listed in the help without its options, which `Group` makes when the command is called.
-    _group = _motion if _name in _OF_MOTIONS else app
-    _group.command(_name.removeprefix("motion "), help=COMMANDS[_name].function.__doc__)(lambda: None)
+_COMMANDS = (
+    "info joints dh fk ik check reach view export sample balance odometry state collisions camera calibrate imitate "
+    "serve run live warmup doctor"
+).split()
+_OF_MOTIONS = ("convert", "check", "info", "plot")
+for _group, _names in ((app, _COMMANDS), (_motion, _OF_MOTIONS)):
+    for _name in _names:
+        # Listed in the help without its options, which `Group` makes when the command is called.
+        _about = COMMANDS[_name if _group is app else f"motion {_name}"].function.__doc__
+        _group.command(_name, help=_about)(lambda: None)
 app.add_typer(_motion)
 
 

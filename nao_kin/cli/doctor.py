@@ -39,22 +39,6 @@ print(numba_problem())
 _PROBE_SECONDS = 120
 
 
-def model_problem(variables: Mapping[str, str]) -> list[str]:
-    """Return the problem if the NAO does not load."""
-    code, out, problem = _probed(_PROBE, variables)
-    if code == 0 and out.startswith("25 "):
-        return []
-    return [
-        f"the model could not be tried: {problem}" if code is None else f"the NAO does not load: {with_remedy(problem)}"
-    ]
-
-
-def numba_problem(variables: Mapping[str, str]) -> list[str]:
-    """Return the problem if Numba is installed and does not load: it refuses a NumPy newer than itself."""
-    code, out, problem = _probed(_NUMBA_PROBE, variables)
-    return [found] if (found := out.strip() if code == 0 else f"numba does not load: {problem}") else []
-
-
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
     """Run a program in a separate process; return its exit code (None without one), its output, and its last error."""
     command = [sys.executable, "-c", program]
@@ -64,11 +48,8 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
     except (OSError, subprocess.TimeoutExpired) as error:
         return None, "", str(error)
     lines = probe.stderr.strip().splitlines()
-    return (
-        probe.returncode,
-        probe.stdout,
-        abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}",
-    )
+    said = lines[-1] if lines else f"the process ended with code {probe.returncode}"
+    return probe.returncode, probe.stdout, abbreviated(said)
 
 
 # --- `nao-kin doctor`, which does not import the libraries, so that it can report a crash.
@@ -120,9 +101,13 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[s
         for library in libraries
         if library["version"] is None and library["location"] is None and library["name"] not in _OPTIONAL
     ]
-    problems += [*_clashes(_version("pin"), _location("pinocchio"), variables), *model_problem(variables)]
+    problems += _clashes(_version("pin"), _location("pinocchio"), variables)
+    code, out, said = _probed(_PROBE, variables)
+    if code != 0 or not out.startswith("25 "):
+        problems.append(f"the NAO does not load: {with_remedy(said)}")
     if _extra_version(EXTRAS["batch"]) is not None:
-        problems += numba_problem(variables)
+        code, out, said = _probed(_NUMBA_PROBE, variables)
+        problems += filter(None, [out.strip() if code == 0 else f"numba does not load: {said}"])
     browser = None
     try:
         browser = str(find_browsers(variables)[0])

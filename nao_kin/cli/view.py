@@ -132,7 +132,7 @@ def view(
     speed = given.rate if fps is None and given.rate is not None else speed
     posed = file is not None or given.posture is not None or bool(given.joint)
     with closing(page.viewer(model)) as viewer:
-        vertical = None if up is None else _vertical(viewer, up)
+        vertical = None if up is None else numbers_of(up, "--up", 3) if "," in up else viewer.rest(up)
         if many:
             viewer.animate(q, speed, up=vertical, balance=balance)
         elif posed or vertical is not None:
@@ -165,8 +165,3 @@ def view(
             wait_for_signal()
         elif open_:
             viewer.wait(_BROWSER_SECONDS)
-
-
-def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:
-    """Return the vertical of --up: three numbers, or the name of a posture."""
-    return tuple(numbers_of(text, "--up", 3)) if "," in text else viewer.rest(text)
