@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 _CHUNK = 8192
 
 
-@command("balance", "Example: nao-kin balance --posture Crouch; nao-kin balance walk.csv --sole LLeg --json")
+@command(
+    "balance",
+    "Example: nao-kin balance --posture Crouch; nao-kin balance walk.csv --sole LLeg --json",
+    needs={"contacts": "file", "forces": "file"},
+)
 def balance(
     *,
     file: str | None = shared.CONFIGURATIONS,

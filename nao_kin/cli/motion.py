@@ -11,11 +11,11 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.sides import Hips
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written, progress
-from nao_kin.cli.sources import MotionFile, OverlapOptions, check_motion_file, recorded
+from nao_kin.cli.sources import MotionFile, OverlapOptions, check_motion_file, recorded, settings
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -306,9 +306,9 @@ def imitate(
     written.check({"": sink, "--html": html})
     check_motion_file(sink, to)
     model = robot.load()
-    skeleton = imitation.read_skeleton(file, source=source, names=_pairs(names), rate=rate, units=units, up=up).between(
-        start, end
-    )
+    points = settings(names, "--names", "POINT=JOINT, as in left_wrist=LeftHand") or None
+    skeleton = imitation.read_skeleton(file, source=source, names=points, rate=rate, units=units, up=up)
+    skeleton = skeleton.between(start, end)
     with progress("imitate", shown=not written.json):
         made = imitation.imitate(
             model,
@@ -329,17 +329,6 @@ def imitate(
         typer.echo(made.describe(), err=True)
     if not made.ok:
         raise typer.Exit(1)
-
-
-def _pairs(names: list[str] | None) -> dict[str, str] | None:
-    """Return the values of --names, point → joint."""
-    found = {}
-    for text in names or ():
-        point, sign, joint = text.partition("=")
-        if not (point and sign and joint):
-            raise BadArgument(f"--names {quoted(text)}: expected POINT=JOINT, as in left_wrist=LeftHand")
-        found[point.strip()] = joint.strip()
-    return found or None
 
 
 def _write_page(model: RobotModel, made: Imitation, path: str, *, overwrite: bool) -> None:

@@ -64,17 +64,28 @@ class JointOptions:
             raise BadArgument(error.describe(degrees=deg)) from None
 
 
-def joint_values(settings: list[str] | None, option: str, model: RobotModel, deg: bool) -> dict[str, float]:
-    """Return the values of an option of NAME=VALUE settings, by name [rad, m or ratio]."""
-    values: dict[str, float] = {}
-    for setting in settings or ():
-        name, _, text = setting.partition("=")
+def settings(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
+    """Return the values of an option of NAME=VALUE settings, by name."""
+    values: dict[str, str] = {}
+    for text in texts or ():
+        name, sign, value = text.rpartition("=")
         name = name.strip()
-        value = finite_decimal(text)
-        if value is None:
-            raise BadArgument(f"{option} {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
+        if not sign or not name:
+            raise BadArgument(f"{option} {quoted(text)}: expected {example}")
         if name in values:
             raise BadArgument(f"{option} names {abbreviated(name)} twice")
+        values[name] = value.strip()
+    return values
+
+
+def joint_values(texts: list[str] | None, option: str, model: RobotModel, deg: bool) -> dict[str, float]:
+    """Return the numbers of an option of NAME=VALUE settings, by name [rad, m or ratio]."""
+    example = "NAME=VALUE with a number, as in HeadYaw=0.3"
+    values: dict[str, float] = {}
+    for name, text in settings(texts, option, example).items():
+        value = finite_decimal(text)
+        if value is None:
+            raise BadArgument(f"{option} {quoted(f'{name}={text}')}: expected {example}")
         values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
     return values
 
@@ -364,14 +375,8 @@ class FileOptions(JointOptions):
     @property
     def renamed(self) -> dict[str, str | None] | None:
         """The columns of --columns: name in the file → heading, None to leave the column out."""
-        columns: dict[str, str | None] = {}
-        for setting in self.columns or ():
-            name, sign, heading = setting.rpartition("=")
-            if not sign or name in columns:
-                wrong = "names a column twice" if name in columns else "expected NAME=HEADING, as in yaw=HeadYaw"
-                raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
-            columns[name.strip()] = heading.strip() or None
-        return columns or None
+        columns = settings(self.columns, "--columns", "NAME=HEADING, as in yaw=HeadYaw")
+        return {name: heading or None for name, heading in columns.items()} or None
 
     @property
     def value_of_missing(self) -> str | float | None:
@@ -389,11 +394,9 @@ class FileOptions(JointOptions):
         }
         if not headings:
             return self, {}
-        option = f"--{next(iter(headings))}"
-        if file is None or file == "-":
-            why = "names columns of FILE; name it" if file is None else "reads FILE twice; name a file instead of -"
-            raise BadArgument(f"{option} {why}")
-        used, arrays = _sensors(file, headings, self.file_deg)
+        if file == "-":
+            raise BadArgument(f"--{next(iter(headings))} reads FILE twice; name a file instead of -")
+        used, arrays = _sensors(str(file), headings, self.file_deg)
         return self.skipping(used), dict(zip(headings, arrays, strict=True))
 
     def skipping(self, headings: Iterable[str]) -> FileOptions:

@@ -85,4 +85,4 @@ def test_contacts_and_forces_are_columns_of_the_file(
         assert [row["margin"] for row in rows] == pytest.approx(wanted.margin.tolist(), abs=1e-9)
         assert [row["soles"] for row in rows] == [["LLeg", "RLeg"], ["RLeg"]]
     assert "unknown column 'letf'" in refused(capsys, str(path), "--contacts", "letf,right")
-    assert "--forces names columns of FILE" in refused(capsys, "--posture", "Stand", "--forces", "left,right")
+    assert "--forces needs FILE" in refused(capsys, "--posture", "Stand", "--forces", "left,right")
