@@ -147,7 +147,7 @@ def test_bad_input_is_refused_in_one_line(
     )
     short = _write(tmp_path / "short.csv", nao.joint_names[:20], nao.random(1, 2)[:, :20])
     assert "missing joints" in _refused(capsys, str(short), *html)
-    assert "name the FILE to play" in _refused(capsys, "--posture", "Stand", "--balance", *html)
+    assert "--balance needs FILE" in _refused(capsys, "--posture", "Stand", "--balance", *html)
     assert "cannot be read" in _refused(capsys, str(tmp_path / "none.csv"), *html)
     assert "leave out --posture" in _refused(capsys, str(short), "--posture", "Stand", *html)
     assert "cannot write" in _refused(capsys, "--html", str(tmp_path / "no" / "x.html"))
