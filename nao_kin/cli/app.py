@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -16,18 +15,14 @@ import typer
 import nao_kin
 from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
-from nao_kin._core.text import MAX_ECHOED, abbreviated, quoted
+from nao_kin._core.text import abbreviated
 from nao_kin.cli import (  # noqa: F401
     balance,
-    calibrate,
     camera,
-    collisions,
-    completion,
     doctor,
     export,
     fk,
     ik,
-    imitate,
     motion,
     naoqi,
     odometry,
@@ -36,18 +31,10 @@ from nao_kin.cli import (  # noqa: F401
     sample,
     view,
 )
-from nao_kin.cli.options import COMMANDS, Group, UsageError
+from nao_kin.cli.options import COMMANDS
 from nao_kin.cli.output import print_note
+from nao_kin.cli.parsing import VARIABLE, Group, UsageError, complete, usage_message
 from nao_kin.errors import DegreesWarning, NaoKinError, NaoKinWarning
-
-# A quoted text, or a word, that is too long for a message.
-_LONG = re.compile(rf"'[^']{{{MAX_ECHOED},}}'|\S{{{MAX_ECHOED + 1},}}")
-
-# Kinds of errors of typer's validator → what was expected.
-_EXPECTED = {"float_parsing": "a number", "int_parsing": "a whole number", "int_from_float": "a whole number"}
-# What typer says without this validator, as version 0.26 does.
-_EXPECTED |= {"float": "a number", "integer": "a whole number"}
-_INVALID = re.compile(r"Invalid value for '([^']+)': (?:'(.*)' is not a valid (float|integer)|(.*))", re.DOTALL)
 
 app = typer.Typer(
     name="nao-kin",
@@ -60,15 +47,24 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_ORDER = ("info", "joints", "dh", "fk", "ik", "check", "reach", "view", "export", "sample")
-_WORLD = ("balance", "odometry", "state", "collisions", "camera", "calibrate")
-_SERVICES = ("serve", "run", "live", "warmup", "doctor")
-_OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
-for _name in (*_ORDER, *_WORLD, "imitate", *_SERVICES, *_OF_MOTIONS):
-    # Listed in the help without its options, which `Group` makes when the command is called.
-    _group = motion.app if _name in _OF_MOTIONS else app
-    _group.command(_name.removeprefix("motion "), help=COMMANDS[_name][0].__doc__)(lambda: None)
-app.add_typer(motion.app)
+_motion = typer.Typer(
+    name="motion",
+    cls=Group,
+    epilog=COMMANDS["motion convert"].example,
+    invoke_without_command=True,
+    rich_markup_mode=None,
+)
+_COMMANDS = (
+    "info joints dh fk ik check reach view export sample balance odometry state collisions camera calibrate imitate "
+    "serve run live warmup doctor"
+).split()
+_OF_MOTIONS = ("convert", "check", "info", "plot")
+for _group, _names in ((app, _COMMANDS), (_motion, _OF_MOTIONS)):
+    for _name in _names:
+        # Listed in the help without its options, which `Group` makes when the command is called.
+        _about = COMMANDS[_name if _group is app else f"motion {_name}"].function.__doc__
+        _group.command(_name, help=_about)(lambda: None)
+app.add_typer(_motion)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -78,8 +74,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:
         return _fail("standard output is closed")
-    if completion.VARIABLE in os.environ:
-        return completion.complete(app)
+    if VARIABLE in os.environ:
+        return complete(app)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? instead
@@ -91,8 +87,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except NaoKinError as error:
         return _fail(str(error))
     except UsageError as error:
-        path = getattr(getattr(error, "ctx", None), "command_path", "nao-kin")
-        return _fail(f"{_usage(error)} (see {path} --help)")
+        return _fail(usage_message(error))
     except ImportError as error:
         return _fail(f"{with_remedy(str(error))} (see nao-kin doctor)")
     except (KeyboardInterrupt, typer.Abort):
@@ -109,32 +104,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"cannot {what}: {error.strerror or error}")
 
 
-def _usage(error: Any) -> str:
-    """Return the message of a usage error; of a value that typer's validator refused, with the option and the value."""
-    refused = getattr(error.__cause__, "errors", None)
-    if refused is None or error.param is None:
-        message = str(error.format_message()).rstrip(".")
-        invalid = _INVALID.fullmatch(message)
-        if invalid is None:
-            return _LONG.sub(_shortened, message)
-        name, value, kind, reason = invalid.groups()
-    else:
-        first, flags = refused()[0], error.param.opts
-        name = next((flag for flag in flags if flag.startswith("--")), error.param.metavar or error.param.name)
-        value, kind, reason = first["input"], first["type"], first.get("ctx", {}).get("error", first["msg"])
-    if kind in _EXPECTED:
-        return f"{name} {quoted(value)}: expected {_EXPECTED[kind]}"
-    return _LONG.sub(_shortened, f"{name}: {reason}".rstrip("."))
-
-
 def _fail(message: str) -> int:
     print_note(message)
     return 2
-
-
-def _shortened(match: re.Match[str]) -> str:
-    text = match.group()
-    return f"'{abbreviated(text[1:-1])}'" if text.startswith("'") and text.endswith("'") else abbreviated(text)
 
 
 def _discard_output() -> None:
@@ -188,5 +160,16 @@ def _program(
     ] = False,
 ) -> None:
     """Kinematics of the NAO humanoid."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@_motion.callback()
+def _motion_program(context: typer.Context) -> None:
+    """Convert, check, describe and draw motion files.
+
+    Formats are recognised by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, python (Choregraphe
+    export), xar and naoqi (arguments of angleInterpolation); naodevils, bhuman and xap can only be read.
+    """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())

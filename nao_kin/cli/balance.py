@@ -1,4 +1,4 @@
-"""`nao-kin balance`: what touches the floor, and how far a robot is from tipping."""
+"""`nao-kin balance` and `collisions`: how far a robot is from tipping, and from touching itself."""
 
 from __future__ import annotations
 
@@ -6,33 +6,41 @@ import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import typer
 
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
-from nao_kin.cli.options import CONFIGURATIONS, CONTACTS, FORCES, JSON, LIMITS, RobotOptions, command, option
-from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_table, units
-from nao_kin.cli.sources import FileOptions, numbers_of
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import RobotOptions, command, option
+from nao_kin.cli.output import degrees_per, print_json, print_json_list, print_note, print_table, units
+from nao_kin.cli.sources import FileOptions, OverlapOptions, numbers_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.robot import RobotModel
+    from collections.abc import Sequence
+
+    from nao_kin.robot import Contact, RobotModel
     from nao_kin.world import Balance
 
 # Rows of a file that are set down at a time.
 _CHUNK = 8192
 
 
-@command("balance", "Example: nao-kin balance --posture Crouch; nao-kin balance walk.csv --sole LLeg --json")
+@command(
+    "balance",
+    "Example: nao-kin balance --posture Crouch; nao-kin balance walk.csv --sole LLeg --json",
+    needs={"contacts": "file", "forces": "file"},
+)
 def balance(
     *,
-    file: str | None = CONFIGURATIONS,
+    file: str | None = shared.CONFIGURATIONS,
     given: FileOptions,
     sole: list[str] | None = option("NAME", "A sole on the floor; repeatable. Default: what is lowest."),
-    contacts: str | None = CONTACTS,
-    forces: str | None = FORCES,
+    contacts: str | None = shared.CONTACTS,
+    forces: str | None = shared.FORCES,
     gravity: str | None = option("X,Y,Z", "Direction of gravity in the root link. Default: normal to the soles."),
     outline: Literal["sole", "sensors"] = option(None, "Outline of a sole.", default="sole"),
-    limits: LimitPolicy = LIMITS,
-    json: bool = JSON,
+    limits: LimitPolicy = shared.LIMITS,
+    json: bool = shared.JSON,
     robot: RobotOptions,
 ) -> None:
     """Set a robot down, and print what touches the floor, its margin and its tilt angles.
@@ -43,7 +51,8 @@ def balance(
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
     read, measured = given.measured(file, contacts=contacts, forces=forces)
-    model, q, times, many = read.configurations(robot, file, limits=limits)
+    model = robot.load()
+    q, times, many = read.configurations(model, file, limits=limits)
     from nao_kin.world import balance
 
     elsewhere = [name for name in sole or () if not _on_a_foot(model, name)]
@@ -61,14 +70,10 @@ def balance(
             _print_one(model, found)
         return
     parts = (
-        balance(model, q[k : k + _CHUNK], **options, **{what: rows[k : k + _CHUNK] for what, rows in measured.items()})
+        (k, balance(model, q[k : k + _CHUNK], **options, **{name: m[k : k + _CHUNK] for name, m in measured.items()}))
         for k in range(0, len(q), _CHUNK)
     )
-    rows = (
-        row
-        for start, part in zip(range(0, len(q), _CHUNK), parts, strict=True)
-        for row in _rows(part, start, times, deg)
-    )
+    rows = (row for k, part in parts for row in _rows(part, k, times, deg))
     if json:
         print_json_list(head, "configurations", rows)
         return
@@ -140,3 +145,88 @@ def _rows(found: Balance, start: int, times: Floats | None, deg: bool) -> list[d
 
 def _names(names: tuple[str, ...], mask: Any) -> list[str]:
     return [name for name, on in zip(names, mask, strict=True) if on]
+
+
+# --- `nao-kin collisions`.
+
+
+@command(
+    "collisions", "Example: nao-kin collisions --posture Crouch --margin 0.005; nao-kin collisions walk.csv --json"
+)
+def collisions(
+    *,
+    file: str | None = shared.CONFIGURATIONS,
+    given: FileOptions,
+    margin: float = option(
+        "M", "List links nearer than this [m]; negative: only those that overlap by more.", default=0.0
+    ),
+    accepted: OverlapOptions,
+    limits: LimitPolicy = shared.LIMITS,
+    json: bool = shared.JSON,
+    robot: RobotOptions,
+) -> None:
+    """Print the links that overlap, and the clearance: of one configuration, or of every row of a file.
+
+    Input is as for nao-kin fk. Links that a joint connects, or that always or never touch, are not compared. A motion
+    gives one row for each of its key times, or --rate rows per second. Exit code 1 if links overlap.
+    """
+    model, rule = robot.load(), accepted.rule
+    q, times, _ = given.configurations(model, file, limits=limits)
+    q = q[0] if file is None else q
+    options: Any = {"tolerance": rule.tolerance, "allowed": rule.allowed, "exact": rule.exact}
+    clearance = model.clearance(q, **options)
+    contacts = model.collisions(q, margin=margin, **options)
+    print_note(*clearance.notes)
+    free = np.asarray(clearance.is_free)
+    if json:
+        head = {"robot": model.name, "margin": margin, "units": {"length": "m"}}
+        rows = [_contact_row(contact, times) for contact in contacts]
+        if file is None:
+            print_json({**head, "clearance": clearance.as_dict(), "contacts": rows})
+        else:
+            print_json({**head, "configurations": len(q), "overlapping": int((~free).sum()), "contacts": rows})
+    elif file is None:
+        if contacts:
+            cells = [(_pair(contact), _mm(contact.distance)) for contact in contacts]
+            print_table(("links", "distance\n[mm]"), cells, numbers=("distance\n[mm]",))
+        if clearance.pair_index >= 0:
+            one, other = clearance.pairs[int(clearance.pair_index)]
+            print(f"clearance {_mm(float(clearance.distance))} mm: {one} and {other}")
+        else:
+            print("no clearance: there are no pairs of links to compare")
+    else:
+        if contacts:
+            _print_pairs(contacts, times)
+        print(f"links overlap in {int((~free).sum())} of {len(q)} configurations")
+    if not free.all():
+        raise typer.Exit(1)
+
+
+def _contact_row(contact: Contact, times: Floats | None) -> dict[str, Any]:
+    where: dict[str, Any] = {"row": contact.index[0]} if contact.index else {}
+    if times is not None:
+        where["time"] = float(times[contact.index[0]])
+    return {**where, **contact.as_dict()}
+
+
+def _print_pairs(contacts: Sequence[Contact], times: Floats | None) -> None:
+    """Print one line for each pair of links: in how many rows it is listed, and the worst."""
+    of_pair: dict[str, list[Contact]] = {}
+    for contact in contacts:
+        of_pair.setdefault(_pair(contact), []).append(contact)
+    rows = []
+    for names, several in of_pair.items():
+        worst = min(several, key=lambda contact: contact.distance)
+        row = worst.index[0]
+        when = str(row) if times is None else f"{times[row]:.6g}"
+        rows.append((names, str(len(several)), _mm(worst.distance), when))
+    columns = ("links", "rows", "least distance\n[mm]", "in row" if times is None else "at\n[s]")
+    print_table(columns, sorted(rows, key=lambda cells: float(cells[2])), numbers=columns[1:])
+
+
+def _pair(contact: Contact) -> str:
+    return f"{contact.links[0]}, {contact.links[1]}"
+
+
+def _mm(distance: float) -> str:
+    return f"{distance * 1e3:.1f}"

@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping
-from functools import partial
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ import typer
 
 from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
-from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.cache import warm_up
@@ -41,48 +39,17 @@ print(numba_problem())
 _PROBE_SECONDS = 120
 
 
-def model_problem(variables: Mapping[str, str]) -> list[str]:
-    """Return the problem if the NAO does not load."""
-    code, out, problem = _probed(_PROBE, variables)
-    if code == 0 and out.startswith("25 "):
-        return []
-    return [
-        f"the model could not be tried: {problem}" if code is None else f"the NAO does not load: {with_remedy(problem)}"
-    ]
-
-
-def numba_problem(variables: Mapping[str, str]) -> list[str]:
-    """Return the problem if Numba is installed and does not load: it refuses a NumPy newer than itself."""
-    code, out, problem = _probed(_NUMBA_PROBE, variables)
-    return [found] if (found := out.strip() if code == 0 else f"numba does not load: {problem}") else []
-
-
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
     """Run a program in a separate process; return its exit code (None without one), its output, and its last error."""
+    command = [sys.executable, "-c", program]
+    given: Any = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "env": dict(variables)}
     try:
-        with uninterrupted():
-            probe = subprocess.Popen(
-                [sys.executable, "-c", program],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                env=dict(variables),
-                start_new_session=True,
-            )
-            registered = before_ending(partial(kill_group, probe))
-    except OSError as error:
+        probe = subprocess.run(command, timeout=_PROBE_SECONDS, **given)
+    except (OSError, subprocess.TimeoutExpired) as error:
         return None, "", str(error)
-    with registered, probe:
-        try:
-            out, errors = probe.communicate(timeout=_PROBE_SECONDS)
-        except subprocess.TimeoutExpired:
-            return None, "", f"it did not load within {_PROBE_SECONDS} s"
-        finally:
-            if probe.poll() is None:
-                probe.kill()
-    lines = errors.strip().splitlines()
-    return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
+    lines = probe.stderr.strip().splitlines()
+    said = lines[-1] if lines else f"the process ended with code {probe.returncode}"
+    return probe.returncode, probe.stdout, abbreviated(said)
 
 
 # --- `nao-kin doctor`, which does not import the libraries, so that it can report a crash.
@@ -134,9 +101,13 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[s
         for library in libraries
         if library["version"] is None and library["location"] is None and library["name"] not in _OPTIONAL
     ]
-    problems += [*_clashes(_version("pin"), _location("pinocchio"), variables), *model_problem(variables)]
+    problems += _clashes(_version("pin"), _location("pinocchio"), variables)
+    code, out, said = _probed(_PROBE, variables)
+    if code != 0 or not out.startswith("25 "):
+        problems.append(f"the NAO does not load: {with_remedy(said)}")
     if _extra_version(EXTRAS["batch"]) is not None:
-        problems += numba_problem(variables)
+        code, out, said = _probed(_NUMBA_PROBE, variables)
+        problems += filter(None, [out.strip() if code == 0 else f"numba does not load: {said}"])
     browser = None
     try:
         browser = str(find_browsers(variables)[0])

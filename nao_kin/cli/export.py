@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import FILE_DEG, TIMELINE, OutOptions, OutputOptions, RobotOptions, command, flag, option
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import MotionFile
 from nao_kin.errors import BadArgument
@@ -59,6 +60,7 @@ def _field(name: str) -> tuple[str, Any, Any]:
     "export",
     "Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --nao v6",
     without=("package_dir",),
+    needs={"timeline": "motion", "file_deg": "motion"},
 )
 def export(
     *,
@@ -68,8 +70,8 @@ def export(
         "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUT, if that is .urdf, .srdf or .glb.",
     ),
     options: export_options(),  # type: ignore[valid-type]  # evaluated when the command is called
-    timeline: str | None = TIMELINE,
-    file_deg: bool = FILE_DEG,
+    timeline: str | None = shared.TIMELINE,
+    file_deg: bool = shared.FILE_DEG,
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
@@ -77,19 +79,14 @@ def export(
     from nao_kin import export as exports
 
     path = target.path
-    if format_ is None:
-        format_ = _FORMATS.get(Path(path).suffix.lower())
+    format_ = format_ or _FORMATS.get(Path(path).suffix.lower())
     if format_ is None:
         raise BadArgument(f"--format is missing: give one of {', '.join(exports.FORMATS)}")
     if atomic.leads_to_standard_output(path) and written.json:
         raise BadArgument(f"{path} and --json both write to standard output; give one")
     chosen = {name: value for name, value in vars(options).items() if value is not None}
     exports.check_options(format_, chosen)
-    if timeline is not None and "motion" not in chosen:
-        raise BadArgument("--timeline chooses a motion in the file of --motion; give both")
     model = robot.load()
-    if file_deg and "motion" not in chosen:
-        raise BadArgument("--file-deg is the unit of the file of --motion; give both")
     if "motion" in chosen:
         chosen["motion"] = MotionFile(chosen["motion"], timeline=timeline, file_deg=file_deg).read(model)
     done = exports.write(model, path, format_, overwrite=written.force, **chosen)

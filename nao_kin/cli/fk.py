@@ -5,25 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
-from nao_kin.cli.options import (
-    CSV,
-    FRAME,
-    LIMITS,
-    OUTPUT,
-    REFERENCE,
-    OutputOptions,
-    RobotOptions,
-    argument,
-    command,
-    option,
-)
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import Needs, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
     fixed,
     print_json,
@@ -39,7 +29,7 @@ from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
-    from nao_kin.stream import PoseColumns, PoseStyle, StreamResult
+    from nao_kin.stream import PoseColumns, PoseStyle
 
 
 # --- Output of poses: JSON, CSV, a table, or lines as they come.
@@ -145,8 +135,8 @@ _EXAMPLES = (
 class PoseOptions:
     """The options of the poses of a configuration."""
 
-    frame: list[str] | None = FRAME
-    reference: str | None = REFERENCE
+    frame: list[str] | None = shared.FRAME
+    reference: str | None = shared.REFERENCE
     as_: PoseFormat = option(None, "Format of a pose.", default="rpy")
 
     def frames(self, model: RobotModel) -> list[str]:
@@ -164,31 +154,16 @@ class PoseOptions:
 class StreamOptions:
     """The options of poses that are written to a file."""
 
-    output: str | None = option("FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", *OUTPUT)
-    on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: treatment of bad rows. Default: stop.")
-    dtype: Literal["float32", "float64"] | None = option(None, "With -o: type of the numbers. Default: float64.")
+    output: str | None = option("FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.")
+    on_error: Literal["stop", "skip", "nan"] = option(None, "With -o: treatment of bad rows.", default="stop")
+    dtype: Literal["float32", "float64"] = option(None, "With -o: type of the numbers.", default="float64")
 
-    def check(self, files: list[str], written: OutputOptions) -> None:
-        """Refuse contradictory options, and a file that may not be written, before anything is loaded."""
-        for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
-            if self.output is None and value is not None:
-                raise BadArgument(f"{name} is for files; name one with --output")
-        if self.output is None and len(files) > 1:
-            raise BadArgument(f"{len(files)} files; several files need --output")
-        if self.output is not None and not files:
-            raise BadArgument("--output is for the rows of a file; name the FILE to read")
-        written.check({"--output": self.sink}, continued=self._continued)
+    needs: ClassVar[Needs] = {"on_error": "output", "dtype": "output", "output": "file"}
 
     @property
     def sink(self) -> str | None:
         """The file to write; None for none."""
         return "/dev/stdout" if self.output == "-" else self.output
-
-    @property
-    def _continued(self) -> bool:
-        """Whether an interrupted run has left parts of the output."""
-        target = None if self.sink is None else atomic.replaced_file(self.sink)
-        return target is not None and target.with_name(f"{target.name}.parts").is_dir()
 
 
 @command("fk", _EXAMPLES)
@@ -199,8 +174,8 @@ def fk(
     ),
     given: FileOptions,
     wanted: PoseOptions,
-    limits: LimitPolicy = LIMITS,
-    csv: bool = CSV,
+    limits: LimitPolicy = shared.LIMITS,
+    csv: bool = shared.CSV,
     streamed: StreamOptions,
     written: OutputOptions,
     robot: RobotOptions,
@@ -217,14 +192,19 @@ def fk(
     the same command again to continue an interrupted run.
     """
     files = file or []
-    streamed.check(files, written)
     if streamed.sink is not None:
-        model, result = _stream(files, given, wanted, streamed, limits, robot)
-        _report(model, result, written.json)
+        target = atomic.replaced_file(streamed.sink)
+        # An interrupted run, which is continued, has left parts of the output.
+        continued = target is not None and target.with_name(f"{target.name}.parts").is_dir()
+        written.check({"--output": streamed.sink}, continued=continued)
+        _stream(robot.load(), files, given, wanted, streamed, limits, json=written.json)
         return
+    if len(files) > 1:
+        raise BadArgument(f"{len(files)} files; several files need --output")
     from nao_kin.stream import PoseColumns
 
-    model, q, times, many = given.configurations(robot, next(iter(files), None), limits=limits)
+    model = robot.load()
+    q, times, many = given.configurations(model, next(iter(files), None), limits=limits)
     frames, reference = wanted.frames(model), wanted.reference
     # Refuse unknown frames before anything is printed.
     model.frame_ids(frames if reference is None else [*frames, reference])
@@ -241,20 +221,20 @@ def fk(
 
 
 def _stream(
+    model: RobotModel,
     files: list[str],
     given: FileOptions,
     wanted: PoseOptions,
     streamed: StreamOptions,
     limits: LimitPolicy,
-    robot: RobotOptions,
-) -> tuple[RobotModel, StreamResult]:
-    """Write the poses of files, which may be larger than memory; return the robot and the summary."""
+    *,
+    json: bool,
+) -> None:
+    """Write the poses of files, which may be larger than memory; print a summary, and notes on bad and clamped rows."""
     from nao_kin import stream
 
     one = files[0] if len(files) == 1 else None
-    moves = given.check(files[0], unread=one in (None, "-"))
-    model = robot.load()
-    path, hips = (None, given.hips) if one is None else given.motion(model, one, moves=moves, limits=limits)
+    path, hips = given.motion(model, files[0], limits=limits, unread=one in (None, "-"))
     result = stream.fk(
         model,
         files if path is None else stream.Configurations(path.q, path.times, str(one)),
@@ -262,11 +242,11 @@ def _stream(
         str(streamed.sink),
         reference=wanted.reference,
         as_=wanted.style,
-        dtype=streamed.dtype or "float64",
+        dtype=streamed.dtype,
         limits=limits if path is None else "ignore",
         degrees=given.file_deg,
         poses_in_degrees=given.deg,
-        on_error=streamed.on_error or "stop",
+        on_error=streamed.on_error,
         columns=given.renamed,
         ignore_other=given.ignore_other,
         missing=given.value_of_missing,
@@ -274,11 +254,6 @@ def _stream(
         progress=True,
         overwrite=True,  # checked before, where a continued file is recognised
     )
-    return model, result
-
-
-def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
-    """Print a summary of the output, and on standard error the omitted and changed rows."""
     if json:
         print_json(result.as_dict())
     else:
@@ -290,8 +265,7 @@ def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
     if result.bad_rows:
         done = "left out" if result.rows_written < result.rows_read else "written as nan"
         print_note(f"{result.bad_rows} bad rows of {result.rows_read} {done}:")
-        for bad in result.first_bad_rows:
-            print_note(f"  {bad}")
+        print_note(*(f"  {bad}" for bad in result.first_bad_rows))
         if result.bad_rows > len(result.first_bad_rows):
             print_note(f"  and {result.bad_rows - len(result.first_bad_rows)} more")
 

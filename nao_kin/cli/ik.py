@@ -4,37 +4,21 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
-from contextlib import closing, nullcontext
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.sides import Hips
-from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    COLUMNS,
-    CSV,
-    DEG,
-    FILE_DEG,
-    HIPS,
-    IGNORE_OTHER,
-    LIMITS,
-    OUTPUT,
-    OutputOptions,
-    RobotOptions,
-    argument,
-    command,
-    flag,
-    option,
-)
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import Needs, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written, units
 from nao_kin.cli.sources import FileOptions, joint_values, numbers_of
 from nao_kin.errors import BadArgument, NaoKinError, UnknownName
@@ -50,10 +34,6 @@ LEGS = "Legs"
 _FEET = ("LLeg", "RLeg")
 # The largest number of unreached targets that are named one by one.
 _MAX_NAMED = 5
-# The largest number of ranges of targets that are listed.
-_MAX_RANGES = 30
-# This many targets may take seconds, and get a status line.
-_MANY = 2000
 # The clip of a list of targets shows so many solutions per second.
 _FPS = 25.0
 
@@ -85,24 +65,24 @@ class Request:
     near: str | None = option(
         "POSTURE|FILE", "Prefer solutions near a posture or the configurations in a file. Default: all joints at zero."
     )
-    columns: list[str] | None = COLUMNS
-    ignore_other: bool = IGNORE_OTHER
-    hips: Hips | None = HIPS
+    columns: list[str] | None = shared.COLUMNS
+    ignore_other: bool = shared.IGNORE_OTHER
+    hips: Hips | None = shared.HIPS
     every: bool = flag("Print every solution.", "--all")
-    limits: Literal["enforce", "ignore"] = LIMITS
+    limits: Literal["enforce", "ignore"] = shared.LIMITS
     numeric: bool = flag("Use the numeric solver even if there is a closed form.")
     analytic: bool = flag("Use the closed form that EAIK finds for up to six joints of any robot, with all branches.")
     lock: list[str] | None = option("NAME=VALUE", "With --analytic: keep a joint at this value; repeatable.")
-    deg: bool = DEG
-    file_deg: bool = FILE_DEG
-    csv: bool = CSV
-    output: str | None = option("FILE", "Write the CSV here.", *OUTPUT)
+    deg: bool = shared.DEG
+    file_deg: bool = shared.FILE_DEG
+    csv: bool = shared.CSV
+    output: str | None = option("FILE", "Write the CSV here.")
     html: str | None = option("FILE", "Write a page with the robot in the best solution, and the other ones as ghosts.")
-
-    @property
-    def towards(self) -> list[float] | None:
-        """The three numbers of --direction."""
-        return None if self.direction is None else numbers_of(self.direction, "--direction", 3)
+    needs: ClassVar[Needs] = {
+        **dict.fromkeys(("columns", "ignore_other", "hips"), "near"),
+        "file_deg": "file|near",
+        "lock": "analytic",
+    }
 
     def targets(self, model: RobotModel) -> Targets:
         """Return the one target, or those of the file."""
@@ -124,9 +104,6 @@ class Request:
         if self.near is None:
             return None
         if self.near in model.posture_names:
-            if self.columns or self.ignore_other or self.hips:
-                instead = "--columns, --ignore-other and --hips are for a file of configurations"
-                raise BadArgument(f"{instead}; --near is a posture")
             return model.posture(self.near)
         path = Path(self.near)
         if self.near != "-" and path.suffix.lower() not in (".csv", ".json") and not path.exists():
@@ -154,13 +131,9 @@ def ik(request: Request, written: OutputOptions, robot: RobotOptions) -> None:
     The exit code is 1 if a target is not reached; the nearest pose is then printed if there is one.
     """
     html, output, json = request.html, request.output, written.json
-    if (request.file is None) == (request.target is None):
+    if request.file is None and request.target is None:
         raise BadArgument('give one target with --target "NUMBERS", or the FILE of a list of them')
     written.check({"--output": output, "--html": html}, csv=request.csv, kind="csv")
-    if request.near is None and (request.columns or request.ignore_other or request.hips):
-        raise BadArgument("--columns, --ignore-other and --hips are for a file of configurations; name it with --near")
-    if request.file_deg and request.file is None and request.near is None:
-        raise BadArgument("--file-deg is for the FILE of targets and that of --near; --deg is for --target")
     model = robot.load()
     targets = request.targets(model)
     found = _solved(model, request, targets, request.preferred(model, len(targets.values)))
@@ -191,74 +164,50 @@ def ik(request: Request, written: OutputOptions, robot: RobotOptions) -> None:
 
 
 def _solved(model: RobotModel, request: Request, targets: Targets, near: Floats | None) -> IKResult:
-    """Return the answer for one target or for a list."""
-    from rich.console import Console
-
-    solve = _solver(model, request, targets)
-    values = targets.values if targets.many else targets.values[0]
-    if near is not None and not targets.many and near.ndim == 2:
-        near = near[0]
-    console = Console(file=sys.stderr)
-    shown = len(targets.values) >= _MANY and console.is_terminal
-    with console.status(f"{len(targets.values)} targets") if shown else nullcontext():
-        return solve(values, near)
-
-
-def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[Floats, Floats | None], IKResult]:
-    """Return the function of `nao_kin.ik` for this frame and this kind of target."""
+    """Return the answer of the function of `nao_kin.ik` for this frame and this kind of target."""
     from nao_kin import ik as room
 
-    frame, kind, limits, direction = request.frame, targets.kind, request.limits, request.towards
-    chosen = [option for option in ("numeric", "analytic") if getattr(request, option)]
-    limb = LEGS if frame == LEGS else None if chosen else room.limb_of_frame(model, frame)
-    if len(chosen) > 1:
-        raise BadArgument("give one of --numeric and --analytic")
-    if limb == LEGS and chosen:
-        raise BadArgument(f"--{chosen[0]} solves for one frame; Legs has two")
+    frame, kind, limits = request.frame, targets.kind, request.limits
+    direction = None if request.direction is None else numbers_of(request.direction, "--direction", 3)
+    general = request.numeric or request.analytic
+    limb = LEGS if frame == LEGS else None if general else room.limb_of_frame(model, frame)
+    is_arm = limb in ("LArm", "RArm")
+    if limb == LEGS and general:
+        raise BadArgument("--numeric and --analytic solve for one frame; Legs has two")
     if request.analytic and kind != "pose":
         raise BadArgument("--analytic takes poses: 6, 7 or 16 numbers")
-    if request.lock and not request.analytic:
-        raise BadArgument("--lock is for --analytic")
     if limb != LEGS and request.priority is not None:
         raise BadArgument("--priority is for Legs, which has two feet")
-    is_arm = limb in ("LArm", "RArm")
-    if not (is_arm and kind == "position"):
-        for option, value in (("--direction", direction), ("--criterion", request.criterion)):
-            if value is not None:
-                raise BadArgument(
-                    f"{option} is for positions of a hand, three numbers, solved by the closed form of an arm"
-                )
-    if direction is not None and request.criterion is not None:
-        raise BadArgument("with --direction there is no freedom for --criterion to use; leave out --criterion")
+    if not (is_arm and kind == "position") and (direction or request.criterion):
+        form = "positions of a hand, three numbers, solved by the closed form of an arm"
+        raise BadArgument(f"--direction and --criterion are for {form}")
 
-    def solve(target: Floats, near: Floats | None) -> IKResult:
-        if limb == LEGS:
-            left, right, priority = target[..., 0, :, :], target[..., 1, :, :], request.priority or "balanced"
-            return room.legs(model, left, right, near=near, limits=limits, priority=priority)
-        common: Any = {"frame": frame, "near": near, "limits": limits}
-        if limb in _FEET and kind == "pose":
-            return room.leg(model, limb[0], target, **common)
-        if limb == "Head" and kind == "position":
-            if frame not in model.semantics.cameras:
-                return room.head(model, position=target, **common)
-            return room.look_at(model, target, frame, near=near, limits=limits)
-        if limb == "Head":
-            if kind == "pose":
-                print_note(
-                    f"only the orientation of a pose is used for {frame}; its two joints cannot set the position too"
-                )
-            return room.head(model, target if kind == "orientation" else target[..., :3, :3], **common)
-        if is_arm and kind != "orientation":
-            criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
-            return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
-        if request.analytic:
-            held = joint_values(request.lock, "--lock", model, request.deg)
-            return room.analytic(model, frame, target, locked=held, near=near, limits=limits)
-        if kind == "orientation":  # the position of the pose has no weight
-            target, common["weights"] = join_poses(target, np.zeros(3)), (0.0, 0.1)
-        return room.numeric(model, T=target, **common)
-
-    return solve
+    target = targets.values if targets.many else targets.values[0]
+    if limb == LEGS:
+        left, right = target[..., 0, :, :], target[..., 1, :, :]
+        return room.legs(model, left, right, near=near, limits=limits, priority=request.priority or "balanced")
+    common: Any = {"frame": frame, "near": near, "limits": limits}
+    if limb in _FEET and kind == "pose":
+        return room.leg(model, limb[0], target, **common)
+    if limb == "Head" and kind == "position":
+        if frame not in model.semantics.cameras:
+            return room.head(model, position=target, **common)
+        return room.look_at(model, target, frame, near=near, limits=limits)
+    if limb == "Head":
+        if kind == "pose":
+            print_note(
+                f"only the orientation of a pose is used for {frame}; its two joints cannot set the position too"
+            )
+        return room.head(model, target if kind == "orientation" else target[..., :3, :3], **common)
+    if is_arm and kind != "orientation":
+        criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
+        return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
+    if request.analytic:
+        held = joint_values(request.lock, "--lock", model, request.deg)
+        return room.analytic(model, frame, target, locked=held, near=near, limits=limits)
+    if kind == "orientation":  # the position of the pose has no weight
+        target, common["weights"] = join_poses(target, np.zeros(3)), (0.0, 0.1)
+    return room.numeric(model, T=target, **common)
 
 
 @dataclass(frozen=True)
@@ -341,7 +290,8 @@ class _Answers:
             nothing = np.isnan(found.best[missed]).any(axis=-1)
             for chosen, what in ((nothing, "have no row"), (~nothing, "have the nearest pose in their row")):
                 if chosen.any():
-                    print_note(f"targets {_ranges(np.array(missed)[chosen])} {what}")
+                    rows = abbreviated(", ".join(map(str, np.array(missed)[chosen].tolist())))
+                    print_note(f"targets {rows} {what}")
 
     def document(self, targets: int) -> dict[str, Any]:
         """Return the answer for JSON."""
@@ -399,10 +349,3 @@ class _Answers:
                 if int(found.count) > 1:
                     viewer.show_ghosts(found.solutions[1 : int(found.count)], first=2)
             return str(viewer.save_html(html, overwrite=overwrite))
-
-
-def _ranges(rows: NDArray[np.intp]) -> str:
-    """Return ascending numbers as text, with neighbours combined."""
-    parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-    shown = ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]}–{part[-1]}" for part in parts[:_MAX_RANGES])
-    return shown if len(parts) <= _MAX_RANGES else f"{shown} and more, which --json lists"

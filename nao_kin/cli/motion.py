@@ -1,9 +1,9 @@
-"""`nao-kin motion`: convert, check, describe and draw motion files."""
+"""`nao-kin motion` and `imitate`: motion files, converted, checked, described, drawn, or made of a person's motion."""
 
 from __future__ import annotations
 
 import io
-import math
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,66 +12,36 @@ import typer
 from nao_kin._core import files as atomic
 from nao_kin._core.sides import Hips
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import (
-    ALLOW,
-    COLUMNS,
-    EXACT,
-    HIPS,
-    JSON,
-    MISSING,
-    OUTSIDE,
-    TOLERANCE,
-    Group,
-    OutOptions,
-    OutputOptions,
-    RobotOptions,
-    command,
-    flag,
-    option,
-)
-from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.sources import MotionFile, check_posture, pairs_of, recorded, refuse_both
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written, progress
+from nao_kin.cli.sources import MotionFile, OverlapOptions, check_motion_file, recorded, settings
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
+    from nao_kin.imitation import Imitation
     from nao_kin.motion import Motion, MotionReport, MotionViolation
     from nao_kin.robot import RobotModel
 
 
-app = typer.Typer(
-    name="motion",
-    cls=Group,
-    epilog="Example: nao-kin motion convert wave.xar wave.csv --limits clamp --slow-down",
-    invoke_without_command=True,
-    rich_markup_mode=None,
+@command(
+    "motion convert",
+    "Example: nao-kin motion convert wave.xar wave.csv --limits clamp --slow-down",
+    needs={"gap": "loop", "balance": "slow_down"},
 )
-
-
-@app.callback()
-def _motion(context: typer.Context) -> None:
-    """Convert, check, describe and draw motion files.
-
-    Formats are recognised by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, python (Choregraphe
-    export), xar and naoqi (arguments of angleInterpolation); naodevils, bhuman and xap can only be read.
-    """
-    if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
-
-
-@command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --limits clamp --slow-down")
 def convert(
     *,
     source: MotionFile,
     target: OutOptions,
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
-    hips: Hips | None = HIPS,
+    hips: Hips | None = shared.HIPS,
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
     mirror: bool = flag("Exchange left and right."),
     reverse: bool = flag("Play the motion backwards."),
     stretch: float | None = option("F", "Multiply the duration by F."),
     loop: int | None = option("N", "Repeat the motion N times."),
     gap: float | None = option("S", "With --loop: seconds from each end to the next beginning."),
-    limits: Literal["clamp", "ignore"] = option(None, OUTSIDE, default="ignore"),
+    limits: Literal["clamp", "ignore"] = option(None, shared.OUTSIDE, default="ignore"),
     slow_down: bool = flag("Slow down where a joint would be too fast."),
     balance: bool = flag("With --slow-down: also until the robot does not tip."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
@@ -86,18 +56,13 @@ def convert(
     """
     from nao_kin import motion as motions
 
-    if gap is not None and loop is None:
-        raise BadArgument("--gap is the pause of --loop; give both")
-    if balance and not slow_down:
-        raise BadArgument("--balance is for --slow-down")
-    if stretch is not None and not 0.0 < stretch < math.inf:
+    if stretch is not None and stretch <= 0.0:
         raise BadArgument(f"--stretch must be a positive number, got {stretch:g}")
     if loop is not None and loop < 1:
         raise BadArgument(f"--loop must be at least 1, got {loop}")
     sink = target.path
     written.check({"": sink})
     model = robot.load()
-    check_posture(model, posture)
     motion = source.read(model)
     changes = list[motions.Change]()
 
@@ -130,7 +95,11 @@ def convert(
     print_written(sink)
 
 
-@command("motion check", "Example: nao-kin motion check log.csv --missing Stand --limits measured --ignore-other")
+@command(
+    "motion check",
+    "Example: nao-kin motion check log.csv --missing Stand --limits measured --ignore-other",
+    needs={"tolerance": "collisions", "allow": "collisions", "exact": "collisions"},
+)
 def check(
     *,
     source: MotionFile,
@@ -138,31 +107,24 @@ def check(
     rate: float | None = option("N", "Samples per second for curves without a closed form, and for collisions."),
     collisions: bool = flag("Also list links that overlap."),
     balance: bool = flag("Also say which soles carry, and where the robot tips at this speed."),
-    tolerance: float = TOLERANCE,
-    allow: list[str] | None = ALLOW,
-    exact: bool = EXACT,
+    accepted: OverlapOptions,
     limits: Literal["enforce", "measured"] = option(
         None, "measured: accept joints past their limits by the noise of sensors.", default="enforce"
     ),
-    columns: list[str] | None = COLUMNS,
-    hips: Hips | None = HIPS,
-    missing: str | None = MISSING,
+    columns: list[str] | None = shared.COLUMNS,
+    hips: Hips | None = shared.HIPS,
+    missing: str | None = shared.MISSING,
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
-    json: bool = JSON,
+    json: bool = shared.JSON,
     robot: RobotOptions,
 ) -> None:
     """Check limits, coupled limits, speeds, and joints of one motor, also between keys; exit code 1 for violations."""
     from nao_kin import motion as motions
-    from nao_kin.robot import CollisionRule
 
     model = robot.load()
-    check_posture(model, posture)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
     fill = "hold" if posture is None else posture
-    if not collisions and (tolerance or allow or exact):
-        raise BadArgument("--tolerance, --allow and --exact are for --collisions")
-    rule = CollisionRule(tolerance, pairs_of(allow), exact) if collisions else False
-    refuse_both(posture, missing)
+    rule = accepted.rule if collisions else False
     motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
     report = motions.check(model, motion, fill=fill, collisions=rule, balance=balance, limits=limits, **chosen)
     if json:
@@ -176,7 +138,7 @@ def check(
 
 
 @command("motion info", "Example: nao-kin motion info wave.xar --json")
-def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
+def info(*, source: MotionFile, json: bool = shared.JSON, robot: RobotOptions) -> None:
     """Print joints, keys, times and ranges of a motion."""
     model = robot.load()
     motion = source.read(model)
@@ -297,3 +259,83 @@ def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
 
 def _cell(value: object) -> str:
     return f"{value + 0.0:.5g}" if isinstance(value, float) else str(value)
+
+
+# --- `nao-kin imitate`.
+
+# Configurations per second of the page.
+_FPS = 30.0
+
+
+@command("imitate", "Example: nao-kin imitate circles.bvh -o circles.xar --html circles.html --legs follow")
+def imitate(
+    *,
+    file: str = argument("FILE", "BVH, JSON, CSV, .npy or .npz file of a skeleton; - for standard input."),
+    target: OutOptions,
+    to: str | None = option("FORMAT", "Format of OUT, as in nao-kin motion. Default: by its suffix."),
+    html: str | None = option("PAGE", "Also write a page of the robot beside the person as a stick figure."),
+    source: str | None = option("NAME", "Naming or order of points: mediapipe, mixamo, cmu … Default: found."),
+    names: list[str] | None = option("POINT=JOINT", "The joint of FILE that is a point; repeatable."),
+    rate: float | None = option("HZ", "Frames per second of a file without times, or instead of its times."),
+    units: str | None = option("UNIT", "m, cm, mm, inch or cmu. Default: by the size of the trunk."),
+    up: str | None = option("AXIS", "The axis that points up: z, y, -y … Default: that of the source."),
+    start: float | None = option("S", "Leave out the frames before this time [s]."),
+    end: float | None = option("S", "Leave out the frames after this time [s]."),
+    legs: Literal["stand", "follow", "ignore"] = option(
+        None, "stand: feet in place; follow: the person's steps; ignore: arms and head alone.", default="stand"
+    ),
+    mirror: bool = flag("Imitate as a mirror image, such as of a person who faces the robot."),
+    hands: Literal["direction", "place", "mixed"] = option(
+        None, "Directions of the arms, places of the hands, or places where hands are near.", default="direction"
+    ),
+    cutoff: float = option("HZ", "Filter out motion above this frequency; 0 for no filter.", default=4.0),
+    accepted: OverlapOptions,
+    written: OutputOptions,
+    robot: RobotOptions,
+) -> None:
+    """Write a person's motion as one that the robot can play; exit code 1 if it still violates a limit.
+
+    Arms and head take the person's directions, legs lean the trunk or make steps, arms make room for other links, and
+    the motion takes longer where a joint would be too fast or the robot would tip. The report says how far it is from
+    the person.
+    """
+    from nao_kin import imitation
+    from nao_kin.motion import write_motion
+
+    sink = target.path
+    written.check({"": sink, "--html": html})
+    check_motion_file(sink, to)
+    model = robot.load()
+    points = settings(names, "--names", "POINT=JOINT, as in left_wrist=LeftHand") or None
+    skeleton = imitation.read_skeleton(file, source=source, names=points, rate=rate, units=units, up=up)
+    skeleton = skeleton.between(start, end)
+    with progress("imitate", shown=not written.json):
+        made = imitation.imitate(
+            model,
+            skeleton,
+            legs=legs,
+            mirror=mirror,
+            target=hands,
+            cutoff=cutoff,
+            collisions=accepted.rule,
+        )
+    write_motion(made.motion, sink, format=to, overwrite=True)
+    if html is not None:
+        _write_page(model, made, html, overwrite=written.force)
+    if written.json:
+        print_json({"output": sink, "html": html, **made.as_dict()})
+    else:
+        print_written(sink, *([] if html is None else [html]))
+        typer.echo(made.describe(), err=True)
+    if not made.ok:
+        raise typer.Exit(1)
+
+
+def _write_page(model: RobotModel, made: Imitation, path: str, *, overwrite: bool) -> None:
+    from nao_kin.viewer import Viewer
+
+    clip = made.motion.configurations(model, rate=_FPS, fill=made.q[0])
+    with closing(Viewer(model)) as viewer:
+        viewer.animate(clip.q, _FPS, balance=bool(made.report.balance), figure=made.figure(clip.times))
+        viewer.camera("front")
+        viewer.save_html(path, overwrite=overwrite)

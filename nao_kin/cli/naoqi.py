@@ -17,7 +17,8 @@ import typer
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
-from nao_kin.cli.options import JSON, OTHER_ROBOTS, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import OTHER_ROBOTS, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.sources import check_motion_file, posture_or_number
 from nao_kin.cli.view import ExtraPage, LivePage
@@ -43,11 +44,6 @@ class VirtualOptions(ExtraPage):
     view: bool = flag("Show the robot in a live page.")
     log: bool = flag("Print what the virtual NAO says, and its log.")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.view:
-            self.refuse("add --view")
-
     @property
     def begin(self) -> dict[str, Any]:
         """The arguments of the virtual NAO that are given."""
@@ -63,7 +59,7 @@ def serve(
     robot: RobotOptions,
     virtual: VirtualOptions,
     awake: bool = flag("Start with stiffness, as after wakeUp."),
-    json: bool = JSON,
+    json: bool = shared.JSON,
 ) -> None:
     """Serve a virtual NAO to NAOqi scripts, until Ctrl-C.
 
@@ -71,10 +67,6 @@ def serve(
     stiffness, like a robot that was just switched on. Its simulation is kinematic: joints move within their limits and
     maximum speeds, without mass. Commands to joints without stiffness are reported on standard error.
     """
-    if not host.strip():
-        raise BadArgument(
-            "--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let other machines in"
-        )
     with served(robot, virtual, host=host, port=port, awake=awake, kinds=("limp", "kernels")) as done:
         if json:
             print(dumps(done))  # one line: the reader waits for its end
@@ -180,9 +172,7 @@ def run(
         for name, value in own.items():
             if value not in (None, False):
                 raise BadArgument(f"--{name} is for a virtual NAO of the script's own; leave out --port and --host")
-        where = _HOST if host is None else host.strip()
-        if not where:
-            raise BadArgument("--host is empty; expected an address, such as 127.0.0.1")
+        where = (host or _HOST).strip()
         number = whole_number(_PORT if port is None else port, "port", 1, 65535)
         code = run_script(script, arguments or [], endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
     raise typer.Exit(code)
@@ -200,9 +190,9 @@ def live(
     lola: str | None = option("SOCKET", "Read a NAO6's RoboCup interface instead, from its Unix socket."),
     rate: float = option("N", "Largest number of readings per second.", default=_RATE),
     missing: str | None = option("VALUE", "Values of joints whose sensors give none: a posture, or a number."),
-    output: str | None = option("FILE", "Write the readings as a motion at the end.", *OUTPUT),
+    output: str | None = option("FILE", "Write the readings as a motion at the end."),
     seconds: float | None = option("S", "End after this many seconds of readings, or as many without one."),
-    view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
+    view: bool = flag("Show the robot in a live page, the default.", "--view/--no-view", default=True),
     page: LivePage,
     written: OutputOptions,
     robot: RobotOptions,
@@ -215,8 +205,6 @@ def live(
         raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
     if seconds is not None and not seconds > 0.0:
         raise BadArgument(f"--seconds must be a positive number, got {seconds:g}")
-    if not view:
-        page.refuse("leave out --no-view")
     if output is not None:
         check_motion_file(output)  # now, not after the recording
         atomic.check_replaceable(output, overwrite=written.force)

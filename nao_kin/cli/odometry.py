@@ -11,19 +11,8 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
 from nao_kin._core.headings import DEVICE, INERTIAL, read_heading, sensor_name
-from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    CONTACTS,
-    FORCES,
-    GYRO,
-    OUTPUT,
-    OUTSIDE,
-    OutputOptions,
-    RobotOptions,
-    argument,
-    command,
-    option,
-)
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
     column_writer,
     csv_text,
@@ -35,17 +24,17 @@ from nao_kin.cli.output import (
     print_written,
     units,
 )
-from nao_kin.cli.sources import FileOptions, Input, headings_of
+from nao_kin.cli.sources import FileOptions, headings_of
 from nao_kin.errors import BadInputFile
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
     from nao_kin.world import State
 
-_ANGLES = ("roll", "pitch", "yaw")
-_COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
 # Columns that are named if they are left out.
 _MAX_NAMED = 12
+_ANGLES = ("roll", "pitch", "yaw")
+_COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
 _FILE = "CSV or JSON file of configurations with times, or a motion; - for standard input."
 
 
@@ -54,22 +43,22 @@ class LogOptions:
     """The options of a log with sensors."""
 
     sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot.")
-    contacts: str | None = CONTACTS
-    forces: str | None = FORCES
-    gyro: str | None = GYRO
-    limits: LimitPolicy = option(None, OUTSIDE, default="ignore")
+    contacts: str | None = shared.CONTACTS
+    forces: str | None = shared.FORCES
+    gyro: str | None = shared.GYRO
+    limits: LimitPolicy = option(None, shared.OUTSIDE, default="ignore")
     longest_gap: float = option("S", "Largest time between two rows of a segment [s].", default=0.5)
 
     def read(
         self, given: FileOptions, robot: RobotOptions, file: str, **sensors: str | None
-    ) -> tuple[Input, Floats, dict[str, Any]]:
-        """Return the log, its times, and the arguments of `odometry`, with those of more `sensors`."""
-        moves, model = given.check(file), robot.load()
+    ) -> tuple[RobotModel, Floats, Floats, dict[str, Any]]:
+        """Return the robot, q, times, and the other arguments of `odometry`, with those of more `sensors`."""
+        model = robot.load()
         columns = {"contacts": self.contacts, "forces": self.forces, "gyro": self.gyro, **sensors}
         columns, others, notes = self._found(given, model, file, columns)
         read, measured = given.skipping(others).measured(file, **columns)
         try:
-            log = read.recording(model, file, self.sole, moves=moves, limits=self.limits)
+            log = read.recording(model, file, self.sole, limits=self.limits)
         except BadInputFile as error:
             if "--ignore-other" not in error.reason:
                 raise
@@ -78,15 +67,16 @@ class LogOptions:
         if log.times is None:
             raise BadInputFile(file, "no column of times, which odometry needs")
         print_note(*notes)
-        return log, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}
+        return model, log.q, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}
 
     def _found(
         self, given: FileOptions, model: RobotModel, file: str, typed: dict[str, str | None]
     ) -> tuple[dict[str, str | None], list[str], list[str]]:
         """Return the columns of sensors, by option, other columns of sensors to leave out, and notes on both.
 
-        They are those that are typed, or, if none is, those whose headings are the names of the robot's sensors. The
-        angles of an inertial unit are preferred to its accelerometer, and force sensors to the sums on the soles.
+        They are those that are typed, or, if none is, those whose headings are the names of the robot's sensors, once
+        each. The angles of an inertial unit are preferred to its accelerometer, and force sensors to the sums on the
+        soles.
         """
         sensors = model.semantics.force_sensors
         sums = tuple(dict.fromkeys(f"{name.rpartition('/')[0]}/TotalWeight" for name in sensors))
@@ -98,31 +88,18 @@ class LogOptions:
             if is_known and heading not in (given.renamed or {}) and name not in (*model.joint_names, *model.mimics):
                 by_name.setdefault(name, []).append(heading)
         found: dict[str, list[str]] = {}
-        lacking = []
-        sampled = any(option is not None for option in (given.posture, given.rate, given.timeline))
-        for what, names in () if sampled or any(typed.values()) else known:
-            missing = [name for name in names if name not in by_name]
-            if what not in typed or what in found or not names or (names is sums and self.sole):
-                continue
-            if what == "accelerometer" and "angles" in found:
-                continue
-            if missing:
-                lacking += [f"--{what} needs {', '.join(missing)} too"] if len(missing) < len(names) else []
-                continue
-            twice = next((by_name[name] for name in names if len(by_name[name]) > 1), None)
-            if twice is not None:
-                both = " and ".join(map(quoted, twice))
-                advice = f"--columns leaves one out, as in --columns {quoted(twice[1] + '=')}"
-                raise BadInputFile(file, f"{both} are columns of one sensor; {advice}", 1)
-            found[what] = [by_name[name][0] for name in names]
-        used = {read_heading(name).name for names in found.values() for name in names}
-        used |= {name.strip() for text in typed.values() for name in (text or "").split(",")}
-        others = [name for names in by_name.values() for name in names if not {name, read_heading(name).name} & used]
+        for what, names in () if given.of_motion or any(typed.values()) else known:
+            second = (what == "accelerometer" and "angles" in found) or (names is sums and self.sole)
+            alone = all(len(by_name.get(name, ())) == 1 for name in names)
+            if names and alone and not second and what in typed.keys() - found:
+                found[what] = [by_name[name][0] for name in names]
         columns = typed | {what: ",".join(names) for what, names in found.items()}
+        used = {read_heading(name.strip()).name for text in columns.values() for name in (text or "").split(",")}
+        others = [name for names in by_name.values() for name in names if read_heading(name).name not in used]
         notes = [f"sensors by their names: {' '.join(f'--{what} {columns[what]}' for what in found)}"] if found else []
         if others and not given.ignore_other:
             more = f" and {len(others) - _MAX_NAMED} more" if len(others) > _MAX_NAMED else ""
-            notes.append("; ".join([f"columns left out: {', '.join(others[:_MAX_NAMED])}{more}", *lacking]))
+            notes.append(f"columns left out: {', '.join(others[:_MAX_NAMED])}{more}")
         return columns, others, notes
 
 
@@ -135,7 +112,7 @@ def odometry(
     *,
     file: str = argument("FILE", _FILE),
     sensors: LogOptions,
-    output: str | None = option("FILE", "Write the CSV here.", *OUTPUT),
+    output: str | None = option("FILE", "Write the CSV here."),
     given: FileOptions,
     written: OutputOptions,
     robot: RobotOptions,
@@ -151,8 +128,8 @@ def odometry(
     from nao_kin.rotations import rpy_from_matrix
     from nao_kin.world import odometry as walked
 
-    log, times, options = sensors.read(given, robot, file)
-    path = walked(log.model, times, log.q, **options)
+    model, q, times, options = sensors.read(given, robot, file)
+    path = walked(model, times, q, **options)
     print_note(*path.notes)
     valid = path.valid
     numbers = np.full((len(times), 6), np.nan)
@@ -170,7 +147,7 @@ def odometry(
         else:
             atomic.write_text(output, text)
     if written.json:
-        head = {"robot": log.model.name, "units": units(given.deg), "segments": path.segments}
+        head = {"robot": model.name, "units": units(given.deg), "segments": path.segments}
         print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
     elif output is not None:
         print_written(output)
@@ -189,7 +166,7 @@ def state(
     accelerometer: str | None = option(
         "HEADINGS", "Columns of FILE, with commas: x, y and z of the accelerometer, in any unit and of either sign."
     ),
-    output: str | None = option("FILE", "Write the rows here: .csv, .npz, .parquet, .arrow or .feather.", *OUTPUT),
+    output: str | None = option("FILE", "Write the rows here: .csv, .npz, .parquet, .arrow or .feather."),
     given: FileOptions,
     written: OutputOptions,
     robot: RobotOptions,
@@ -205,15 +182,15 @@ def state(
     write = None if output is None else column_writer(output)
     from nao_kin.world import state as found
 
-    log, times, options = sensors.read(given, robot, file, angles=angles, accelerometer=accelerometer)
-    result = found(log.model, log.q, times=times, **options)
+    model, q, times, options = sensors.read(given, robot, file, angles=angles, accelerometer=accelerometer)
+    result = found(model, q, times=times, **options)
     print_note(*result.notes)
     if write is not None:
         write(_columns(result, given.deg))
     path = result.odometry
     summary = {"steps": int(path.steps.sum()), "distance": path.distance, "segments": path.segments}
     if written.json:
-        head = {"robot": log.model.name, "units": units(given.deg), "rows": len(times)}
+        head = {"robot": model.name, "units": units(given.deg), "rows": len(times)}
         print_json(head | {"valid_rows": int(result.valid.sum()), "seconds": result.seconds, **summary})
         return
     if output is not None:
@@ -221,7 +198,7 @@ def state(
     if output is None or not atomic.leads_to_standard_output(output):
         lines = {name: f"{seconds:.2f} s" for name, seconds in result.seconds.items()}
         lines |= {"steps": str(summary["steps"]), "distance": f"{path.distance:.3f} m"}
-        print_table(["", log.model.name], (lines | {"segments": str(path.segments)}).items())
+        print_table(["", model.name], (lines | {"segments": str(path.segments)}).items())
 
 
 def _columns(found: State, deg: bool) -> dict[str, Any]:

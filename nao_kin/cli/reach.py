@@ -6,13 +6,13 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import OUTPUT, REFERENCE, SEED, OutputOptions, RobotOptions, argument, command, option
+from nao_kin._core.text import abbreviated
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 _ENDINGS = (".npz", ".vtk", ".ply")
 
 
-@command("reach", "Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html")
+@command("reach", "Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html", needs={"by": "html|output"})
 def reach(
     *,
     frame: str = argument("FRAME", "A frame, or a chain for its end effector."),
-    samples: str = option("N", "Number of configurations, such as 200000 or 1e7.", default="1e6"),
+    samples: int = option("N", "Number of configurations, such as 200000 or 1e7.", default=1_000_000),
     voxel: float = option("M", "Edge of a voxel [m].", default=0.01),
-    seed: int = SEED,
-    reference: str | None = REFERENCE,
-    output: str | None = option("FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", *OUTPUT),
+    seed: int = shared.SEED,
+    reference: str | None = shared.REFERENCE,
+    output: str | None = option("FILE", "Write the map: .npz, which a later run continues, .vtk or .ply."),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
-    by: str | None = option(
-        "NAME", "Quantity of the colours in --html and .ply: best (default), mean, count or coverage."
+    by: Literal["best", "mean", "count", "coverage"] = option(
+        None, "Quantity of the colours in --html and .ply.", default="best"
     ),
     threads: int | None = option("N", "Number of threads. Default: one per core."),
     written: OutputOptions,
@@ -46,10 +46,6 @@ def reach(
     Joint values are uniformly distributed inside their limits. With -o map.npz, the same command continues an earlier
     run, even one that was ended by Ctrl-C: its samples up to then are saved.
     """
-    requested = _count(samples)
-    if by is not None and html is None and (output is None or Path(output).suffix.lower() != ".ply"):
-        raise BadArgument("--by is the quantity of the colours in --html and .ply; give one of them")
-    by = "best" if by is None else by
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
@@ -60,7 +56,6 @@ def reach(
     from nao_kin._kernels import KERNELS, warm_up
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
-    room.check_column(by)
     previous = None
     if output is not None and continued and Path(output).is_file():
         previous = room.load(output)
@@ -68,7 +63,7 @@ def reach(
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
         done = previous.ranges[-1][1] if previous.ranges else 0
-        if done > requested:
+        if done > samples:
             raise BadArgument(f"{abbreviated(output)} has {done} samples already; ask for at least as many")
 
     # A signal ends the sampling; the program ends when the samples so far are written.
@@ -77,7 +72,7 @@ def reach(
             found = room.workspace(
                 model,
                 frame,
-                requested,
+                samples,
                 voxel=voxel,
                 seed=seed,
                 reference=reference,
@@ -87,22 +82,12 @@ def reach(
                 stop=ending,
             )
         files = _written(model, found, output, html, by, force=written.force) if found.samples else []
-        if found.samples < requested:
+        if found.samples < samples:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
-            print_note(f"ended after {found.samples} of {requested} samples; {kept}")
+            print_note(f"ended after {found.samples} of {samples} samples; {kept}")
         else:
             _report(found, files, written.json)
         sys.stdout.flush()
-
-
-def _count(text: str) -> int:
-    try:
-        value = decimal(text)
-        if value != int(value):
-            raise ValueError
-    except (ValueError, OverflowError):
-        raise BadArgument(f"--samples {quoted(text)}: expected a whole number, such as 200000 or 1e7") from None
-    return int(value)
 
 
 def _written(
@@ -121,39 +106,37 @@ def _written(
 
 
 def _report(found: ReachMap, files: list[str], json: bool) -> None:
-    summary = _summary(found)
+    settings, best = found.settings, int(found.best_steps.argmax())
+    lower, upper = found.indices.min(axis=0) * found.voxel, (found.indices.max(axis=0) + 1) * found.voxel
+    position = found.centres[best].tolist()
     if json:
-        print_json({**summary, "files": files})
+        document = {
+            "robot": settings.robot,
+            "frame": settings.frame,
+            "reference": settings.reference,
+            "joints": list(settings.joints),
+            "samples": found.samples,
+            "seed": settings.seed,
+            "voxel": found.voxel,
+            "voxels": len(found.count),
+            "volume": found.volume,
+            "lower": lower.tolist(),
+            "upper": upper.tolist(),
+            "best": {"manipulability": float(found.best[best]), "position": position},
+            "mean_coverage": float(found.coverage.mean()),
+            "files": files,
+        }
+        print_json(document)
         return
     if any(atomic.leads_to_standard_output(file) for file in files):
         return  # standard output may contain only the file
-    settings, best = found.settings, summary["best"]
     print(
         f"{settings.frame} in {settings.reference} of {settings.robot}, {found.samples} samples, seed {settings.seed}"
     )
-    print(f"{summary['voxels']} voxels of {1000 * found.voxel:g} mm, {1000 * found.volume:.4g} dm³")
-    for axis, low, high in zip("xyz", summary["lower"], summary["upper"], strict=True):
+    print(f"{len(found.count)} voxels of {1000 * found.voxel:g} mm, {1000 * found.volume:.4g} dm³")
+    for axis, low, high in zip("xyz", lower.tolist(), upper.tolist(), strict=True):
         print(f"{axis} from {low:.3f} to {high:.3f} m")
-    place = ", ".join(f"{coordinate:.3f}" for coordinate in best["position"])
-    print(f"best manipulability {best['manipulability']:.4g} at ({place}) m")
+    place = ", ".join(f"{coordinate:.3f}" for coordinate in position)
+    print(f"best manipulability {found.best[best]:.4g} at ({place}) m")
     for file in files:
         print(file)
-
-
-def _summary(found: ReachMap) -> dict[str, Any]:
-    settings, best = found.settings, int(found.best_steps.argmax())
-    return {
-        "robot": settings.robot,
-        "frame": settings.frame,
-        "reference": settings.reference,
-        "joints": list(settings.joints),
-        "samples": found.samples,
-        "seed": settings.seed,
-        "voxel": found.voxel,
-        "voxels": len(found.count),
-        "volume": found.volume,
-        "lower": (found.indices.min(axis=0) * found.voxel).tolist(),
-        "upper": ((found.indices.max(axis=0) + 1) * found.voxel).tolist(),
-        "best": {"manipulability": float(found.best[best]), "position": found.centres[best].tolist()},
-        "mean_coverage": float(found.coverage.mean()),
-    }

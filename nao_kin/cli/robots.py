@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nao_kin._core.arrays import finite_or_none
-from nao_kin.cli.options import DEG, JSON, SEED, RobotOptions, argument, command, flag, option
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, progress
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @command("info", "Example: nao-kin info --nao v5 --json")
-def info(*, robot: RobotOptions, json: bool = JSON) -> None:
+def info(*, robot: RobotOptions, json: bool = shared.JSON) -> None:
     """Print a robot's name, degrees of freedom, mass, chains, postures and file."""
     model = robot.load()
     facts: dict[str, object] = {
@@ -63,8 +64,8 @@ def joints(
     typed: bool = flag("Merge revolute joints that share a centre into one joint."),
     rule: str | None = option("RULE", "Merge by coincident joint centres (default) or concurrent axes."),
     tolerance: float | None = option("M", "Largest distance of merged axes from their common point [m]."),
-    deg: bool = DEG,
-    json: bool = JSON,
+    deg: bool = shared.DEG,
+    json: bool = shared.JSON,
     robot: RobotOptions,
 ) -> None:
     """Print each joint's axis, centre, limits, lower pair and anatomical name, and its axis as Plücker coordinates.
@@ -141,8 +142,8 @@ def dh(
     *,
     modified: bool = flag("Craig's convention: a and α come before the joint."),
     symbolic: bool = flag("Print the pose of the frame as a formula of the joints' values; needs sympy."),
-    deg: bool = DEG,
-    json: bool = JSON,
+    deg: bool = shared.DEG,
+    json: bool = shared.JSON,
     robot: RobotOptions,
 ) -> None:
     """Print the Denavit–Hartenberg parameters of the chain from the root to a frame.
@@ -189,8 +190,8 @@ def check(
     *,
     robot: RobotOptions,
     samples: int = option("N", "Number of configurations, 1 to 100000.", default=500),
-    seed: int = SEED,
-    json: bool = JSON,
+    seed: int = shared.SEED,
+    json: bool = shared.JSON,
 ) -> None:
     """Compare poses, rotations, Jacobians and limits with Pinocchio, eigenpy, yourdfpy; exit code 1 if they differ."""
     from nao_kin import crosscheck

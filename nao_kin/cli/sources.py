@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -20,18 +20,8 @@ from nao_kin._core.files import opened, read_bounded, read_table_text
 from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
 from nao_kin._core.sides import Hips
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import (
-    COLUMNS,
-    DEG,
-    FILE_DEG,
-    HIPS,
-    IGNORE_OTHER,
-    MISSING,
-    TIMELINE,
-    RobotOptions,
-    argument,
-    option,
-)
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import Needs, argument, flag, option
 from nao_kin.cli.output import print_note
 from nao_kin.errors import (
     BadArgument,
@@ -44,7 +34,7 @@ from nao_kin.errors import (
 
 if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
-    from nao_kin.robot import LimitPolicy, OutsideRows, RobotModel
+    from nao_kin.robot import CollisionRule, LimitPolicy, OutsideRows, RobotModel
 
 
 @dataclass(frozen=True)
@@ -55,13 +45,12 @@ class JointOptions:
         "NAME", "Start from a predefined posture; for a motion, the values of joints that it does not name."
     )
     joint: list[str] | None = option("NAME=VALUE", "Set a joint; repeatable. Other joints are at zero.")
-    deg: bool = DEG
+    deg: bool = shared.DEG
 
     def configuration(self, model: RobotModel, *, limits: LimitPolicy) -> Floats:
         """Return the configuration; without a posture only the named joints must be inside their limits."""
         deg = self.deg
         values = joint_values(self.joint, "--joint", model, deg)
-        check_posture(model, self.posture)
         try:
             if self.posture is None:
                 return model.configuration(values, limits=limits)
@@ -75,17 +64,28 @@ class JointOptions:
             raise BadArgument(error.describe(degrees=deg)) from None
 
 
-def joint_values(settings: list[str] | None, option: str, model: RobotModel, deg: bool) -> dict[str, float]:
-    """Return the values of an option of NAME=VALUE settings, by name [rad, m or ratio]."""
-    values: dict[str, float] = {}
-    for setting in settings or ():
-        name, _, text = setting.partition("=")
+def settings(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
+    """Return the values of an option of NAME=VALUE settings, by name."""
+    values: dict[str, str] = {}
+    for text in texts or ():
+        name, sign, value = text.rpartition("=")
         name = name.strip()
-        value = finite_decimal(text)
-        if value is None:
-            raise BadArgument(f"{option} {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
+        if not sign or not name:
+            raise BadArgument(f"{option} {quoted(text)}: expected {example}")
         if name in values:
             raise BadArgument(f"{option} names {abbreviated(name)} twice")
+        values[name] = value.strip()
+    return values
+
+
+def joint_values(texts: list[str] | None, option: str, model: RobotModel, deg: bool) -> dict[str, float]:
+    """Return the numbers of an option of NAME=VALUE settings, by name [rad, m or ratio]."""
+    example = "NAME=VALUE with a number, as in HeadYaw=0.3"
+    values: dict[str, float] = {}
+    for name, text in settings(texts, option, example).items():
+        value = finite_decimal(text)
+        if value is None:
+            raise BadArgument(f"{option} {quoted(f'{name}={text}')}: expected {example}")
         values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
     return values
 
@@ -122,15 +122,26 @@ def check_motion_file(path: str, to: str | None = None) -> None:
         raise BadArgument(f"no motion format for {abbreviated(path)}; end it in one of: {', '.join(suffixes)}")
 
 
-def pairs_of(allow: list[str] | None) -> list[tuple[str, str]]:
-    """Return the pairs of links of --allow."""
-    pairs = []
-    for text in allow or ():
-        names = [name.strip() for name in text.split(",")]
-        if len(names) != 2:
-            raise BadArgument(f"--allow {quoted(text)}: expected two links, as in l_ankle,r_ankle")
-        pairs.append((names[0], names[1]))
-    return pairs
+@dataclass(frozen=True)
+class OverlapOptions:
+    """The overlaps of links that are accepted."""
+
+    tolerance: float = option("M", "Overlap of links that is accepted [m].", default=0.0)
+    allow: list[str] | None = option("LINK,LINK", "Two links that may overlap; repeatable.")
+    exact: bool = flag("Where hulls overlap, compare the meshes.")
+
+    @property
+    def rule(self) -> CollisionRule:
+        """The rule for `nao_kin.motion.check` and `nao_kin.imitation.imitate`."""
+        from nao_kin.robot import CollisionRule
+
+        pairs = []
+        for text in self.allow or ():
+            names = [name.strip() for name in text.split(",")]
+            if len(names) != 2:
+                raise BadArgument(f"--allow {quoted(text)}: expected two links, as in l_ankle,r_ankle")
+            pairs.append((names[0], names[1]))
+        return CollisionRule(self.tolerance, pairs, self.exact)
 
 
 def read_columns(
@@ -203,18 +214,6 @@ def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
     return [name.strip() for parts in texts for name in parts if name.strip()]
 
 
-def check_posture(model: RobotModel, posture: str | None) -> None:
-    """Refuse a posture if the robot has none."""
-    if posture is not None and not model.posture_names:
-        raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
-
-
-def refuse_both(posture: str | None, missing: str | None) -> None:
-    """Refuse --posture together with --missing."""
-    if posture is not None and missing is not None:
-        raise BadArgument("--posture and --missing both give the values of joints that a motion does not name")
-
-
 def posture_or_number(text: str | None) -> str | float | None:
     """Return a number, or the name of a posture, of `--missing`."""
     number = None if text is None else finite_decimal(text)
@@ -227,10 +226,10 @@ class MotionFile:
 
     file: str = argument("FILE", "A motion file of any format, - for standard input.")
     from_: str | None = option("FORMAT", "Format of FILE. Default: by its content.")
-    deg: bool = DEG
-    file_deg: bool = FILE_DEG
-    timeline: str | None = TIMELINE
-    ignore_other: bool = IGNORE_OTHER
+    deg: bool = shared.DEG
+    file_deg: bool = shared.FILE_DEG
+    timeline: str | None = shared.TIMELINE
+    ignore_other: bool = shared.IGNORE_OTHER
 
     def read(self, model: RobotModel) -> Motion:
         """Return the motion of a robot's joints; print a note if its angles seem to be in another unit."""
@@ -267,29 +266,16 @@ def recorded(
         return motion if hips is None else motions.share_motors(model, motion, hips).motion
     if source.from_ is not None or source.timeline is not None:
         raise BadArgument("--columns and --missing are for a table; leave out --from and --timeline")
-    options = FileOptions(
-        posture=None,
-        joint=None,
-        deg=source.deg,
-        file_deg=source.file_deg,
-        columns=columns,
-        ignore_other=source.ignore_other,
-        rate=None,
-        hips=hips,
-        missing=missing,
-        timeline=None,
-    )
+    options = FileOptions(file_deg=source.file_deg, columns=columns, ignore_other=source.ignore_other, missing=missing)
     log = options.log(model, source.file, hips=hips or "average")
-    print_note(*log.notes)
     if log.times is None:
         raise BadInputFile(source.file, "it has no times: a motion needs a column of them")
     return motions.Motion(log.times, model.joint_names, log.q[:, model.nq_base :])
 
 
 class Input(NamedTuple):
-    """A robot, configurations (n, nq), their times (n,) [s] if they have any, and whether they are a list."""
+    """Configurations (n, nq), their times (n,) [s] if they have any, and whether they are a list."""
 
-    model: RobotModel
     q: Floats
     times: Floats | None
     many: bool
@@ -299,96 +285,70 @@ class Input(NamedTuple):
 class FileOptions(JointOptions):
     """The options of a file of whole configurations or of a motion, and of one configuration without a file."""
 
-    file_deg: bool = FILE_DEG
-    columns: list[str] | None = COLUMNS
-    ignore_other: bool = IGNORE_OTHER
+    file_deg: bool = shared.FILE_DEG
+    columns: list[str] | None = shared.COLUMNS
+    ignore_other: bool = shared.IGNORE_OTHER
     rate: float | None = option("N", "For a motion: configurations per second.")
-    hips: Hips | None = HIPS
-    missing: str | None = MISSING
-    timeline: str | None = TIMELINE
+    hips: Hips | None = shared.HIPS
+    missing: str | None = shared.MISSING
+    timeline: str | None = shared.TIMELINE
+    needs: ClassVar[Needs] = dict.fromkeys(
+        ("file_deg", "columns", "ignore_other", "rate", "hips", "missing", "timeline"), "file"
+    )
 
     def configurations(
-        self, robot: RobotOptions, file: str | None, *, limits: LimitPolicy, sampling: float | None = None
+        self, model: RobotModel, file: str | None, *, limits: LimitPolicy, sampling: float | None = None
     ) -> Input:
-        """Load the robot, and return it with the configurations of a file or of the options.
+        """Return the configurations of a file or of the options.
 
         With `sampling`, a table that can be read as a motion is one, and so many configurations per second are its
         --rate unless that is given.
         """
-        moves = self.check(file)
-        return self.configurations_of(robot.load(), file, moves=moves, limits=limits, sampling=sampling)
-
-    def configurations_of(
-        self,
-        model: RobotModel,
-        file: str | None,
-        *,
-        moves: bool,
-        limits: LimitPolicy,
-        sampling: float | None = None,
-    ) -> Input:
-        """Return the robot with configurations, as `configurations` does; `moves` is the result of `check`."""
         if file is None:
-            return Input(model, self.configuration(model, limits=limits)[None], None, False)
-        path, hips = self.motion(model, file, moves=moves, limits=limits, sampling=sampling)
+            return Input(self.configuration(model, limits=limits)[None], None, False)
+        path, hips = self.motion(model, file, limits=limits, sampling=sampling)
         if path is not None:
-            return Input(model, path.q, path.times, True)
-        log = self.log(model, file, limits="ignore" if limits == "clamp" else limits, hips=hips)
-        q = _clamped(model, log.q) if limits == "clamp" else log.q
-        print_note(*log.notes)
-        return Input(model, q, log.times, log.many)
+            return Input(path.q, path.times, True)
+        log = self.log(model, file, limits=limits, hips=hips)
+        return Input(log.q, log.times, log.many)
 
-    def recording(
-        self, model: RobotModel, file: str, soles: Sequence[str] | None, *, moves: bool, limits: LimitPolicy
-    ) -> Input:
-        """Return a robot with the configurations of a log of the joints that move its soles.
+    def recording(self, model: RobotModel, file: str, soles: Sequence[str] | None, *, limits: LimitPolicy) -> Input:
+        """Return the configurations of a log of the joints that move a robot's soles.
 
-        A table with times may lack other joints; values that it does not have, in columns that it has, are NaN. `moves`
-        is the result of `check`.
+        A table with times may lack other joints; values that it does not have, in columns that it has, are NaN.
         """
         from nao_kin.robot import serial_chain
 
         whole = self if self.missing is not None else replace(self, missing="0")
-        as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
-        table = None if as_motion else whole._log_columns(model, file)
+        table = None if self.of_motion else whole._log_columns(model, file)
         if table is None or not table.timed:
-            return self.configurations_of(model, file, moves=moves, limits=limits)
+            return self.configurations(model, file, limits=limits)
         chains = [serial_chain(model, model.tree.root, sole) for sole in soles or model.semantics.soles]
         needed = {joint for chain in chains for joint in chain.coordinates}
         if self.missing is None and not needed <= model.joints_by_motor(table.names).keys():
             if not self.columns:
-                return self.configurations_of(model, file, moves=moves, limits=limits)
+                return self.configurations(model, file, limits=limits)
             whole = self  # the error says which joints are missing
-        log = whole.log(model, file, limits="ignore" if limits == "clamp" else limits, hips=self.hips or "average")
-        q = _clamped(model, log.q) if limits == "clamp" else log.q
-        print_note(*log.notes)
-        return Input(model, np.where(log.gaps, np.nan, q), log.times, True)
+        log = whole.log(model, file, limits=limits, hips=self.hips or "average")
+        return Input(np.where(log.gaps, np.nan, log.q), log.times, True)
 
-    def check(self, file: str | None, *, unread: bool = False) -> bool:
-        """Refuse options that do not fit the input; return whether it is a motion, False for `unread` input."""
-        if file is None and (self.file_deg or self.columns or self.ignore_other or self.hips or self.missing):
-            raise BadArgument("--file-deg, --columns, --ignore-other, --hips and --missing are for a file; name it")
-        refuse_both(self.posture, self.missing)
-        moves = file is not None and not unread and is_motion(file)
-        for name, value in (("--rate", self.rate), ("--timeline", self.timeline)):
-            if file is None and value is not None:
-                raise BadArgument(f"{name} is for a motion; name its FILE")
-            if not moves and value is not None:
-                reason = f"{quoted(file)} has no times: it gives whole configurations"
-                raise BadArgument(f"{name} is for a motion, and {reason}")
-        if file is not None and not moves and self.posture is not None:
-            raise BadArgument("a file gives whole configurations; leave out --posture and --joint")
-        return moves
+    @property
+    def of_motion(self) -> bool:
+        """Whether an option is given that only a motion has."""
+        return any(option is not None for option in (self.posture, self.rate, self.timeline))
 
     def motion(
-        self, model: RobotModel, file: str, *, moves: bool, limits: LimitPolicy, sampling: float | None = None
+        self, model: RobotModel, file: str, *, limits: LimitPolicy, sampling: float | None = None, unread: bool = False
     ) -> tuple[Trajectory | None, Hips | None]:
-        """Return the configurations of a motion; for another file None, and the rule for its hips.
+        """Return the configurations of a motion; for another file, and `unread` input, None, and the rule for its hips.
 
-        A motion is a file that `check` calls one, except a table of whole configurations without options of motions.
+        A motion is every file with times except a table of whole configurations without options of motions.
         """
-        as_motion = any(option is not None for option in (self.posture, self.rate, self.timeline))
-        as_motion |= sampling is not None and not (self.columns or self.ignore_other or self.missing)
+        moves = not unread and is_motion(file)
+        if self.joint or (self.of_motion and not moves):
+            reason = f"{quoted(file)} gives whole configurations"
+            raise BadArgument(f"{reason}; leave out --posture, --joint, --rate and --timeline")
+        as_motion = self.of_motion or (sampling is not None and not (self.columns or self.ignore_other or self.missing))
         log = None if as_motion else self._log_columns(model, file)
         if not moves or log is not None:
             return None, "average" if self.hips is None and log is not None and log.timed else self.hips
@@ -401,7 +361,6 @@ class FileOptions(JointOptions):
             )
         source = MotionFile(file, None, self.deg, self.file_deg, self.timeline, self.ignore_other)
         motion, note = source.read_with_note(model)
-        check_posture(model, self.posture)
         rest: Any = self.posture if self.missing is None else model.configuration({}, missing=self.value_of_missing)
         path = motion.configurations(
             model,
@@ -416,14 +375,8 @@ class FileOptions(JointOptions):
     @property
     def renamed(self) -> dict[str, str | None] | None:
         """The columns of --columns: name in the file → heading, None to leave the column out."""
-        columns: dict[str, str | None] = {}
-        for setting in self.columns or ():
-            name, sign, heading = setting.rpartition("=")
-            if not sign or name in columns:
-                wrong = "names a column twice" if name in columns else "expected NAME=HEADING, as in yaw=HeadYaw"
-                raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
-            columns[name.strip()] = heading.strip() or None
-        return columns or None
+        columns = settings(self.columns, "--columns", "NAME=HEADING, as in yaw=HeadYaw")
+        return {name: heading or None for name, heading in columns.items()} or None
 
     @property
     def value_of_missing(self) -> str | float | None:
@@ -441,11 +394,9 @@ class FileOptions(JointOptions):
         }
         if not headings:
             return self, {}
-        option = f"--{next(iter(headings))}"
-        if file is None or file == "-":
-            why = "names columns of FILE; name it" if file is None else "reads FILE twice; name a file instead of -"
-            raise BadArgument(f"{option} {why}")
-        used, arrays = _sensors(file, headings, self.file_deg)
+        if file == "-":
+            raise BadArgument(f"--{next(iter(headings))} reads FILE twice; name a file instead of -")
+        used, arrays = _sensors(str(file), headings, self.file_deg)
         return self.skipping(used), dict(zip(headings, arrays, strict=True))
 
     def skipping(self, headings: Iterable[str]) -> FileOptions:
@@ -453,19 +404,22 @@ class FileOptions(JointOptions):
         return replace(self, columns=[*(self.columns or ()), *(f"{name}=" for name in dict.fromkeys(headings))])
 
     def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: Hips | None = None) -> Any:
-        """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
+        """Return the whole configurations in a file, as `nao_kin.stream.read_log` does, and print its notes."""
         from nao_kin.stream import read_log
 
-        return read_log(
+        log = read_log(
             model,
             file,
-            limits=limits,
+            limits="ignore" if limits == "clamp" else limits,
             degrees=self.file_deg,
             columns=self.renamed,
             ignore_other=self.ignore_other,
             hips=hips,
             missing=self.value_of_missing,
         )
+        q = _clamped(model, log.q) if limits == "clamp" else log.q
+        print_note(*log.notes)
+        return replace(log, q=q)
 
     def _log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
         """Return the columns of a file of whole configurations; None for other files, and unread standard input."""

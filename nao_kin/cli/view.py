@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import FRAME, OUTPUT, OutputOptions, RobotOptions, argument, command, flag, option
+from nao_kin.cli import options as shared
+from nao_kin.cli.options import Needs, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written, progress
 from nao_kin.cli.sources import FileOptions, frame_names, numbers_of
 from nao_kin.errors import BadArgument
@@ -21,21 +22,15 @@ if TYPE_CHECKING:
 
 
 # --- The live page of a command.
-#
-# Its options are --host and --port, or --page-host and --page-port if --host and --port are those of a virtual NAO.
 
 _HOST = "127.0.0.1"
 _HOST_HELP = f"Address to serve the page on; 0.0.0.0 lets other machines in. Default: {_HOST}."
 _PORT_HELP = "Port of the page. Default: the next free one."
 
-# Note for a page that is served on all addresses of this machine.
-_ELSEWHERE = "on another machine, put the name or the address of this one into the page's address"
-_EVERYWHERE = ("", "0.0.0.0", "::")
-
 
 @dataclass(frozen=True)
 class LivePage:
-    """The options of a live page; an empty address is refused."""
+    """The options of a live page."""
 
     page_host: str | None = option("ADDRESS", _HOST_HELP, "--host")
     page_port: int | None = option("N", _PORT_HELP, "--port")
@@ -47,37 +42,19 @@ class LivePage:
         "--token/--no-token",
         default=None,
     )
-    prefix: ClassVar[str] = "--"
-
-    def __post_init__(self) -> None:
-        if self.page_host is not None and not self.page_host.strip():
-            raise BadArgument(
-                f"{self.prefix}host is empty; expected an address, such as {_HOST}, or 0.0.0.0 to let other machines in"
-            )
-
-    @property
-    def host(self) -> str:
-        """The address to serve on."""
-        return _HOST if self.page_host is None else self.page_host.strip()
-
-    def refuse(self, instead: str) -> None:
-        """Refuse the options if no page is shown; `instead` ends the message with the remedy."""
-        if any(value is not None for value in (self.page_host, self.page_port, self.allow_host or None, self.token)):
-            options = f"{self.prefix}host, {self.prefix}port, --allow-host and --token"
-            raise BadArgument(f"{options} are for the live page; {instead}")
 
     def viewer(self, robot: RobotModel) -> Viewer:
         """Return a viewer of a robot, which the caller closes."""
         from nao_kin.viewer import Viewer
 
-        names = self.allow_host or ()
-        return Viewer(robot, host=self.host, port=self.page_port, allow_hosts=names, token=self.token)
+        host = (self.page_host or _HOST).strip()
+        return Viewer(robot, host=host, port=self.page_port, allow_hosts=self.allow_host or (), token=self.token)
 
     def address(self, viewer: Viewer) -> str:
         """Start serving the page and return its address; print a note if other machines need another address."""
         url = viewer.url
-        if self.host in _EVERYWHERE:
-            print_note(_ELSEWHERE)
+        if viewer.host in ("0.0.0.0", "::"):
+            print_note("on another machine, put the name or the address of this one into the page's address")
         return url
 
 
@@ -87,7 +64,7 @@ class ExtraPage(LivePage):
 
     page_host: str | None = option("ADDRESS", _HOST_HELP)
     page_port: int | None = option("N", _PORT_HELP)
-    prefix: ClassVar[str] = "--page-"
+    needs: ClassVar[Needs] = dict.fromkeys(("page_host", "page_port", "allow_host", "token"), "view")
 
 
 # --- The command.
@@ -96,7 +73,11 @@ _FPS = 30.0
 _BROWSER_SECONDS = 30.0
 
 
-@command("view", "Example: nao-kin view --posture StandInit --html nao.html")
+@command(
+    "view",
+    "Example: nao-kin view --posture StandInit --html nao.html",
+    needs={"fps": "file", "balance": "file", "video": "file"},
+)
 def view(
     *,
     file: str | None = argument("[FILE]", "CSV or JSON trajectory or motion to play, - for standard input.", None),
@@ -106,8 +87,8 @@ def view(
     ),
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
     balance: bool = flag("Also plot the margins of the balance while FILE plays, red where the robot tips."),
-    frame: list[str] | None = FRAME,
-    output: str | None = option("FILE", "The same as --html, --png or --video, by the ending of FILE.", *OUTPUT),
+    frame: list[str] | None = shared.FRAME,
+    output: str | None = option("FILE", "The same as --html, --png or --video, by the ending of FILE."),
     html: str | None = option("FILE", "Write the page with everything in it, and end."),
     png: str | None = option("FILE", "Write a picture, and end."),
     video: str | None = option("FILE", "Write a .webm video, or a .zip of PNG files, 30 pictures a second, and end."),
@@ -116,7 +97,7 @@ def view(
     ),
     open_: bool = flag("Open the live page in this machine's browser."),
     wait: bool | None = flag(
-        "Serve until Ctrl-C, the default; --no-wait needs --open or a file to write.",
+        "Serve a live page until Ctrl-C, the default without a file to write; --no-wait needs --open or such a file.",
         "--wait/--no-wait",
         default=None,
     ),
@@ -133,41 +114,29 @@ def view(
     """
     if output is not None:
         kind = Path(output).suffix.lower()
-        given_already = {".html": html, ".png": png, ".webm": video, ".zip": video}
-        if given_already.get(kind, output) is not None:
+        if {".html": html, ".png": png, ".webm": video, ".zip": video}.get(kind, output) is not None:
             raise BadArgument(f"--output {abbreviated(output)}: expected one .html, .png, .webm or .zip file")
         html, png = output if kind == ".html" else html, output if kind == ".png" else png
         video = output if kind in (".webm", ".zip") else video
     files = [path for path in (html, png, video) if path is not None]
-    live = open_ or not files
-    if not live and wait:
-        raise BadArgument("--wait is for a live page; with --html, --png or --video, add --open to serve one too")
+    live = open_ or wait or not files
     if wait is False and not (open_ or files):
         raise BadArgument("--no-wait without --open shows nothing: add --open, --html, --png or --video")
-    if fps is not None and file is None:
-        raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
-    if not live and png is None and video is None and (page.page_host is not None or page.page_port is not None):
-        raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
-    if not live and (page.allow_host or page.token is not None):
-        raise BadArgument("--allow-host and --token are for a live page; with --html, --png or --video, add --open")
     written.check({"--html": html, "--png": png, "--video": video})
-    if video is not None and file is None:
-        raise BadArgument("--video films a motion; name the FILE to play")
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
-    model, q, _, many = given.configurations(robot, file, limits="ignore", sampling=speed)
-    if balance and not many:
-        raise BadArgument("--balance plots the margins of a motion; name the FILE to play")
-    if video is not None and not many:
-        raise BadArgument(f"--video films a motion, and {file} has one configuration")
+    model = robot.load()
+    q, _, many = given.configurations(model, file, limits="ignore", sampling=speed)
+    if (balance or video is not None) and not many:
+        raise BadArgument(f"--balance and --video are for a motion, and {file} has one configuration")
     speed = given.rate if fps is None and given.rate is not None else speed
-    chosen = file is not None or given.posture is not None or bool(given.joint)
+    posed = file is not None or given.posture is not None or bool(given.joint)
     with closing(page.viewer(model)) as viewer:
-        vertical = None if up is None else _vertical(viewer, up)
+        vertical = None if up is None else numbers_of(up, "--up", 3) if "," in up else viewer.rest(up)
         if many:
             viewer.animate(q, speed, up=vertical, balance=balance)
-        elif chosen or vertical is not None:
-            viewer.display(q[0] if chosen else viewer.q, up=vertical)
+        elif posed or vertical is not None:
+            viewer.display(q[0] if posed else viewer.q, up=vertical)
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))
         viewer.camera(camera)
@@ -196,8 +165,3 @@ def view(
             wait_for_signal()
         elif open_:
             viewer.wait(_BROWSER_SECONDS)
-
-
-def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:
-    """Return the vertical of --up: three numbers, or the name of a posture."""
-    return tuple(numbers_of(text, "--up", 3)) if "," in text else viewer.rest(text)

@@ -17,7 +17,12 @@ def said(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
 
 def refused(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     """Return the single error line of a command that refuses its input."""
-    assert run([command, *arguments]) == 2
+    return refused_line(capsys, command, *arguments)
+
+
+def refused_line(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    """Return the single error line of words that are refused."""
+    assert run(arguments) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("nao-kin: ")

@@ -84,7 +84,7 @@ def test_wrong_words_are_one_line(capsys: pytest.CaptureFixture, tmp_path: Path)
     assert "not in front of" in refused(capsys, "CameraTop", *_STAND, "--point", "-1 0 0")
     assert "expected 2" in refused(capsys, "CameraTop", "--pixel", "320 0 1")
     assert "give one" in refused(capsys, "CameraTop", "--pixel", "320 0", "--point", "1 0 0")
-    assert "--csv is for" in refused(capsys, "CameraTop", "--csv")
+    assert "--csv needs FILE" in refused(capsys, "CameraTop", "--csv")
     file = tmp_path / "a.csv"
     for text, words in (
         ("a,b\n1,2\n", "line 1: has the columns a, b; expected u, v or x, y, z"),

@@ -60,9 +60,9 @@ def test_a_log_and_a_motion_name_rows_and_times(tmp_path: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--margin", "nan"], "margin must be finite, got nan"),
+        (["--margin", "nan"], "--margin 'nan': expected a number"),
         (["--posture", "Stnd"], "nearest: Stand"),
-        (["--rate", "5"], "--rate is for a motion"),
+        (["--rate", "5"], "--rate needs FILE"),
         (["missing.csv"], "missing.csv"),
     ],
 )
@@ -92,7 +92,7 @@ def test_overlaps_may_be_accepted(tmp_path: Path, capsys: pytest.CaptureFixture[
         ([*crouch, "--allow", "l_ankle"], "expected two links"),
         ([*crouch, "--allow", "l_ankel,r_ankle"], "unknown link 'l_ankel'"),
         ([*crouch, "--tolerance", "-1"], "tolerance"),
-        ([*check, "--tolerance", "0.01"], "are for --collisions"),
+        ([*check, "--tolerance", "0.01"], "needs --collisions"),
     ):
         assert run(wrong) == 2
         assert reason in capsys.readouterr().err

@@ -9,20 +9,31 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from nao_kin.cli.app import run
-from nao_kin.cli.completion import SETUP, VARIABLE
+from nao_kin.cli.parsing import SETUP, VARIABLE
 
 ROOT = Path(__file__).resolve().parents[2]
 NAO_KIN = [sys.executable, "-m", "nao_kin"]
 
 
-def _asked(shell: str, **words: str) -> subprocess.CompletedProcess[str]:
-    env = {**os.environ, "PYTHONPATH": str(ROOT), VARIABLE: shell, **words}
-    return subprocess.run(NAO_KIN, capture_output=True, text=True, env=env, timeout=60)
+@pytest.fixture
+def asked(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str]]:
+    """What the program answers to a shell: its exit code, and what it prints."""
+
+    def answer(shell: str, **words: str) -> tuple[int, str]:
+        for name, text in {VARIABLE: shell, **words}.items():
+            monkeypatch.setenv(name, text)
+        code = run([])
+        out, err = capsys.readouterr()
+        assert err == ""
+        return code, out
+
+    return answer
 
 
 @pytest.fixture
@@ -35,7 +46,6 @@ def env(tmp_path: Path) -> dict[str, str]:
     return {**os.environ, **home, "PYTHONPATH": str(ROOT), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
@@ -62,54 +72,60 @@ def env(tmp_path: Path) -> dict[str, str]:
         ("--version ", None),
     ],
 )
-def test_bash_completes(line: str, expected: list[str] | None, env: dict[str, str]) -> None:
-    words = ["nao-kin", *line.split(" ")]
+def test_bash_completes(line: str, expected: list[str] | None, asked: Callable[..., tuple[int, str]]) -> None:
+    words = f"nao-kin {line}"
+    found = asked("complete_bash", COMP_WORDS=words, COMP_CWORD=str(words.count(" ")))[1].split()
+    if expected is None:
+        assert {"fk", "ik", "motion"} <= set(found)
+    else:
+        assert found == expected
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+def test_bash_gets_the_names_by_the_script(env: dict[str, str]) -> None:
     script = f"""
         eval "$({VARIABLE}=source_bash nao-kin)"
-        COMP_WORDS=({shlex.join(words)}) COMP_CWORD={len(words) - 1}
+        COMP_WORDS=(nao-kin fk --frame LArm,CameraTop_o) COMP_CWORD=3
         _nao_kin_completion nao-kin
         printf '%s\\n' "${{COMPREPLY[@]}}"
         complete -p nao-kin
     """
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, env=env)
-    assert done.stderr == ""
-    *found, declared = done.stdout.splitlines()
-    assert declared == "complete -o default -F _nao_kin_completion nao-kin"
-    if expected is None:
-        assert {"fk", "ik", "motion"} <= set(found)
-        assert not any(word[0].isdigit() for word in found)
-    else:
-        assert found == (expected or [""])
+    declared = "complete -o default -F _nao_kin_completion nao-kin"
+    assert (done.stderr, done.stdout.splitlines()) == ("", ["LArm,CameraTop_optical_frame", declared])
 
 
-def test_zsh_and_fish_get_names_with_their_help() -> None:
-    zsh = _asked("complete_zsh", _TYPER_COMPLETE_ARGS="nao-kin export --forc")
-    assert zsh.stdout.startswith("""_arguments '*: :(("--force":"Replace""")
-    fish = _asked("complete_fish", _TYPER_COMPLETE_ARGS="nao-kin do", _TYPER_COMPLETE_FISH_ACTION="get-args")
-    assert fish.stdout.startswith("doctor\tPrint versions")
-    assert "compdef _nao_kin_completion nao-kin" in _asked("source_zsh").stdout
-    assert "complete --command nao-kin" in _asked("source_fish").stdout
+def test_zsh_and_fish_get_names_with_their_help(asked: Callable[..., tuple[int, str]]) -> None:
+    zsh = asked("complete_zsh", _TYPER_COMPLETE_ARGS="nao-kin export --forc")[1]
+    assert zsh.startswith("""_arguments '*: :(("--force":"Replace""")
+    fish = asked("complete_fish", _TYPER_COMPLETE_ARGS="nao-kin do", _TYPER_COMPLETE_FISH_ACTION="get-args")[1]
+    assert fish.startswith("doctor\tPrint versions")
+    assert "compdef _nao_kin_completion nao-kin" in asked("source_zsh")[1]
+    assert "complete --command nao-kin" in asked("source_fish")[1]
 
 
 @pytest.mark.parametrize(("line", "code"), [("nao-kin do", 0), ("nao-kin fk wal", 1)])
-def test_fish_completes_files_where_there_are_no_names(line: str, code: int) -> None:
-    done = _asked("complete_fish", _TYPER_COMPLETE_ARGS=line, _TYPER_COMPLETE_FISH_ACTION="is-args")
-    assert (done.returncode, done.stderr) == (code, "")
+def test_fish_completes_files_where_there_are_no_names(
+    line: str, code: int, asked: Callable[..., tuple[int, str]]
+) -> None:
+    assert asked("complete_fish", _TYPER_COMPLETE_ARGS=line, _TYPER_COMPLETE_FISH_ACTION="is-args")[0] == code
 
 
 @pytest.mark.parametrize("name", ["none.urdf", "pipe.urdf", "code.urdf.xacro"])
-def test_a_robot_that_does_not_load_completes_nothing_and_says_nothing(tmp_path: Path, name: str) -> None:
+def test_a_robot_that_does_not_load_completes_nothing_and_says_nothing(
+    tmp_path: Path, name: str, asked: Callable[..., tuple[int, str]]
+) -> None:
     os.mkfifo(tmp_path / "pipe.urdf")  # which would wait for ever
     ran = tmp_path / "ran"
     link = f"""<link name="L${{open('{ran}', 'w').close()}}"/>"""
     head = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="a" value="b"/>'
     (tmp_path / "code.urdf.xacro").write_text(f"{head}{link}</robot>")
     words = f"nao-kin fk --urdf {tmp_path / name} --frame L"
-    done = _asked("complete_bash", COMP_WORDS=words, COMP_CWORD="5")
-    assert (done.stdout.strip(), done.stderr) == ("", "")
+    assert asked("complete_bash", COMP_WORDS=words, COMP_CWORD="5")[1].strip() == ""
     assert not ran.exists()
 
 
+@pytest.mark.full
 @pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
 def test_fish_completes_after_the_line_of_the_page(env: dict[str, str]) -> None:
     page = (ROOT / "docs/command_line.md").read_text(encoding="utf-8")
@@ -125,6 +141,7 @@ def test_fish_completes_after_the_line_of_the_page(env: dict[str, str]) -> None:
         assert (done.stdout.split(), done.stderr) == (found, "")
 
 
+@pytest.mark.full
 @pytest.mark.skipif(shutil.which("zsh") is None, reason="zsh is not installed")
 def test_zsh_completes_after_the_line_of_the_page(env: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / ".zshrc").write_text("PROMPT='ready> '; autoload -Uz compinit; compinit -u\n")

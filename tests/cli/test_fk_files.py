@@ -237,7 +237,7 @@ def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
     said = refused(command, "part.csv", *more, "--ignore-other", "--missing", "Sand")
     assert "unknown posture 'Sand' (nearest: Stand" in said
     said = refused(command, "part.csv", *more, "--missing", "Stand", "--posture", "Stand")
-    assert "--posture and --missing both give the values" in said
+    assert "--posture and --missing exclude each other" in said
 
 
 @pytest.mark.parametrize("reader", READERS[:3], ids=lambda reader: reader[0])

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import sys
 from pathlib import Path
 
 import pytest
+from command_line import refused_line as _refused
 from mjcf_samples import BOX, write
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.cli.options import COMMANDS, with_options
+from nao_kin.cli.options import COMMANDS
+from nao_kin.cli.parsing import options_of
 
 ARM = f"""<worldbody><body name="base">{BOX}<body name="hand" pos="0 0 .5"><joint name="J" axis="0 1 0" range="-1 1"/>
   {BOX}</body></body></worldbody>"""
@@ -23,14 +24,6 @@ def _json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
     out, err = capsys.readouterr()
     assert err == ""
     return json.loads(out)
-
-
-def _refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert run(arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err
 
 
 def test_an_mjcf_is_a_robot_to_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,11 +48,11 @@ def test_a_plain_file_is_expanded_when_that_is_asked_for(tmp_path: Path, capsys:
     path.write_text('<robot name="${1 + 1}"><link name="l"/></robot>')
     assert "xacro=True (--xacro) expands it" in _refused(capsys, "info", "--urdf", str(path))
     assert _json(capsys, "info", "--urdf", str(path), "--xacro")["name"] == "2"
-    assert "--xacro is for the file that --urdf names" in _refused(capsys, "info", "--xacro")
+    assert "--xacro needs --urdf" in _refused(capsys, "info", "--xacro")
 
 
 def test_every_command_that_reads_a_robot_can_be_asked_to_expand_it() -> None:
-    parameters = [inspect.signature(with_options(name)).parameters for name in COMMANDS]
+    parameters = [options_of(name)[0] for name in COMMANDS]
     reading = [names for names in parameters if "urdf" in names]
     assert len(reading) > 10
     assert all("xacro" in names for names in reading)
@@ -84,7 +77,7 @@ def test_meshes_are_found_in_folders_given(tmp_path: Path, capsys: pytest.Captur
 def test_folders_and_files_that_make_no_sense_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "give --urdf" in _refused(capsys, "info", "--package-dir", str(tmp_path))
+    assert "--package-dir needs --urdf" in _refused(capsys, "info", "--package-dir", str(tmp_path))
     assert "there is no folder" in _refused(capsys, "fk", "--urdf", str(nao.urdf_path), "--package-dir", "nowhere")
     (tmp_path / "a.xml").write_text("<html/>")
     assert "a URDF has <robot> and an MJCF <mujoco>" in _refused(capsys, "info", "--urdf", str(tmp_path / "a.xml"))

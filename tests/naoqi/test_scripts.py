@@ -656,7 +656,7 @@ def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
         (("x.py", "--port", "1", "--speed", "2"), "--speed is for a virtual NAO of the script's own; leave out --port"),
         (("x.py", "--port", "70000"), "port must be at most 65535, got 70000"),
         (("x.py", "--port", "0"), "port must be at least 1, got 0"),
-        (("x.py", "--host", " "), "--host is empty; expected an address"),
+        (("x.py", "--host", " "), "--host is empty"),
         (("x.py", "--port", "1", "--asleep"), "--asleep is for a virtual NAO of the script's own; leave out --port"),
         (
             ("x.py", "--port", "1", "--behaviors", "."),

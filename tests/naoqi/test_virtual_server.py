@@ -543,7 +543,7 @@ def test_a_port_in_use_is_named(capsys: pytest.CaptureFixture[str], shared: Serv
         (("--host", ""), "--host is empty"),
         (("--host", "192.0.2.1"), "cannot listen on 192.0.2.1"),
         (("--speed", "0"), "speed must be positive"),
-        (("--speed", "nan"), "speed must be finite"),
+        (("--speed", "nan"), "--speed 'nan': expected a number"),
         (("--posture", "Standing"), "nearest: Stand"),
         (("--nao", "v7"), "v6"),
         (("--offsets", "none.toml"), "none.toml"),

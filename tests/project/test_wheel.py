@@ -44,11 +44,13 @@ def python(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return python
 
 
-def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
+def test_the_wheel_holds_the_urdfs_the_samples_and_the_type_marker(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     assert "nao_kin/_urdf_files/LICENSE" in names  # goes into ROS packages
     assert {f"nao_kin/_urdf_files/nao_{version}.urdf" for version in ("v32", "v33", "v4", "v5", "v6")} <= names
     assert {f"nao_kin/_urdf_files/meshes/{path.name}" for path in (ROOT / "urdf" / "meshes").iterdir()} <= names
+    samples = [path for path in (ROOT / "nao_kin" / "cli" / "samples").rglob("*") if path.is_file()]
+    assert {str(path.relative_to(ROOT)) for path in samples} <= names
     assert "nao_kin/py.typed" in names
     assert not [name for name in names if name.startswith(("tests", "scripts", "urdf"))]
 

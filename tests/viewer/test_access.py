@@ -405,19 +405,14 @@ def test_the_command_line_serves_other_names_and_asks_for_a_token() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("view", "--html", "x.html", "--token"), "--allow-host and --token are for a live page"),
-        (("view", "--html", "x.html", "--allow-host", "a"), "--allow-host and --token are for a live page"),
         (("view", "--allow-host", "http://a/"), "without scheme"),
         (("view", "--allow-host", "*", "--no-token"), "needs a token"),
-        (("view", "--token", "--no-token"), "is given twice"),
-        (("serve", "--token"), "add --view"),
-        (("serve", "--page-port", "7001"), "--page-host, --page-port, --allow-host and --token are for the live page"),
+        (("serve", "--token"), "needs --view"),
+        (("serve", "--page-port", "7001"), "--page-port needs --view"),
         (("serve", "--view", "--page-host", " "), "--page-host is empty"),
-        (("run", "x.py", "--allow-host", "a"), "add --view"),
-        (("run", "x.py", "--no-token"), "add --view"),
+        (("run", "x.py", "--allow-host", "a"), "needs --view"),
+        (("run", "x.py", "--no-token"), "needs --view"),
         (("run", "x.py", "--view", "--page-host", ""), "--page-host is empty"),
-        (("live", "tcp://127.0.0.1:1", "--no-view", "--token"), "leave out --no-view"),
-        (("live", "tcp://127.0.0.1:1", "--no-view", "--port", "7000"), "leave out --no-view"),
         (("live", "tcp://127.0.0.1:1", "--host", " "), "--host is empty"),
     ],
 )

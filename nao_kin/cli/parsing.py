@@ -1,0 +1,295 @@
+"""From the words of a command line to the call of a command: its options, their values, and completion by a shell."""
+
+from __future__ import annotations
+
+import inspect
+import io
+import os
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import redirect_stderr
+from dataclasses import MISSING as REQUIRED, Field, fields, is_dataclass
+from functools import wraps
+from inspect import Parameter
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+import typer
+from typer.completion import completion_init  # type: ignore[attr-defined]  # imported there from a private module
+from typer.core import TyperGroup
+
+import nao_kin as nk
+from nao_kin._core.arrays import finite_decimal
+from nao_kin._core.text import abbreviated, nearest_names, quoted
+from nao_kin.cli import sample
+from nao_kin.cli.options import COMMANDS, Needs, RobotOptions
+from nao_kin.errors import BadArgument
+
+if TYPE_CHECKING:
+    from nao_kin.robot import RobotModel
+
+# Pairs of options that exclude each other.
+_EXCLUDING = (
+    ("urdf", "robot"),
+    ("nao", "urdf"),
+    ("nao", "robot"),
+    ("csv", "json"),
+    ("csv", "output"),
+    ("posture", "missing"),
+    ("file", "target"),
+    ("numeric", "analytic"),
+    ("direction", "criterion"),
+    ("pixel", "point"),
+    ("file", "pixel"),
+    ("file", "point"),
+)
+
+
+class _Option(NamedTuple):
+    """An option or an argument: the name and the type of its parameter, and what is declared."""
+
+    name: str
+    kind: Any
+    field: Field[Any]
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """The words that give the option; none for an argument."""
+        names: tuple[str, ...] | None = self.field.metadata.get("names")
+        if names is None:
+            return ()
+        return names or (f"--{self.name.strip('_').replace('_', '-')}", *(["-o"] if self.name == "output" else []))
+
+    @property
+    def label(self) -> str:
+        """The option in a message."""
+        return self.flags[0].partition("/")[0] if self.flags else self.field.metadata["metavar"].strip("[]")
+
+    @property
+    def several(self) -> bool:
+        """Whether it takes a list of values."""
+        return get_origin(self.kind) is list
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The values of an option with choices."""
+        return get_args(self.kind) if get_origin(self.kind) is Literal else ()
+
+    def parameter(self) -> Parameter:
+        """Return the parameter for typer, to which each value is text."""
+        default, metavar, help = self.field.default, self.field.metadata["metavar"], self.field.metadata["help"]
+        if default is not None and default is not REQUIRED and not isinstance(default, bool):
+            help += f" Default: {default:g}." if isinstance(default, float) else f" Default: {default}."
+        kind: Any = bool if self.kind is bool else list[str] if self.several or self.flags else str
+        about: dict[str, Any] = {"help": help, "show_default": False}
+        if self.kind is not bool:
+            about |= {"metavar": metavar or f"<{'|'.join(self.choices)}>", "autocompletion": _completed(self)}
+        info = typer.Option(*self.flags, **about) if self.flags else typer.Argument(**about)
+        missing = Parameter.empty if default is REQUIRED else None
+        kind = kind if default is REQUIRED else kind | None
+        return Parameter(self.name, Parameter.KEYWORD_ONLY, default=missing, annotation=Annotated[kind, info])
+
+    def value(self, given: Any) -> Any:
+        """Return the value of what was given: a flag, a text, or texts."""
+        if self.kind is bool or self.several:
+            return given
+        if isinstance(given, list) and len(given) > 1:
+            times = "twice" if len(given) == 2 else f"{len(given)} times"
+            raise BadArgument(f"{self.label} is given {times}; give it once")
+        text = given[0] if isinstance(given, list) else given
+        if self.flags and not text.strip():
+            raise BadArgument(f"{self.label} is empty")
+        if self.choices and text not in self.choices:
+            raise BadArgument(f"{self.label} {quoted(text)}: expected one of {', '.join(self.choices)}")
+        if self.kind not in (int, float):
+            return text
+        number = finite_decimal(text)
+        if number is None or (self.kind is int and not number.is_integer()):
+            raise BadArgument(f"{self.label} {quoted(text)}: expected a {'whole ' if self.kind is int else ''}number")
+        return number if self.kind is float else int(text) if text.strip().lstrip("+-").isdigit() else int(number)
+
+
+def _option(name: str, kind: Any, declared: Field[Any]) -> _Option:
+    alone = [part for part in get_args(kind) if part is not NoneType] if get_origin(kind) in (Union, UnionType) else []
+    return _Option(name, alone[0] if alone else kind, declared)
+
+
+def options_of(name: str) -> tuple[dict[str, _Option], dict[str, tuple[Any, list[str]]], Needs]:
+    """Return the options of a command by name, its groups (class and names) by parameter, and what each option needs.
+
+    The annotations of the function are evaluated now and not before, because one of them may import a library.
+    """
+    declared = COMMANDS[name]
+    options, groups, needs = dict[str, _Option](), dict[str, tuple[Any, list[str]]](), dict(declared.needs)
+    for parameter in inspect.signature(declared.function, eval_str=True).parameters.values():
+        kind = parameter.annotation
+        if not is_dataclass(kind):
+            options[parameter.name] = _option(parameter.name, kind, parameter.default)
+            continue
+        types = get_type_hints(kind)
+        members = [member for member in fields(kind) if member.name not in declared.without]
+        groups[parameter.name] = kind, [member.name for member in members]
+        options |= {member.name: _option(member.name, types[member.name], member) for member in members}
+        needs |= getattr(kind, "needs", {})
+    return options, groups, needs
+
+
+def with_options(name: str) -> Callable[..., None]:
+    """Return the function of a command for typer, with an argument for each of its options."""
+    options, groups, needs = options_of(name)
+    function = COMMANDS[name].function
+
+    @wraps(function)
+    def run(**texts: Any) -> None:
+        given = {option: text for option, text in texts.items() if text not in (None, [], ())}
+        _check(options, given, needs)
+        values = {
+            option: about.value(given[option]) if option in given else about.field.default
+            for option, about in options.items()
+        }
+        together = {
+            parameter: kind(**{option: values.pop(option) for option in members})
+            for parameter, (kind, members) in groups.items()
+        }
+        function(**values, **together)
+
+    parameters = [option.parameter() for option in options.values()]
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
+
+
+def _check(options: Mapping[str, _Option], given: Mapping[str, Any], needs: Needs) -> None:
+    """Refuse options that exclude each other, and options without those that they need."""
+    for one, other in _EXCLUDING:
+        if one in given and other in given:
+            raise BadArgument(f"{options[one].label} and {options[other].label} exclude each other; give one")
+    for name, needed in needs.items():
+        for names in (needed,) if isinstance(needed, str) else needed:
+            if name in given and not given.keys() & set(names.split("|")):
+                needed_labels = " or ".join(options[other].label for other in names.split("|"))
+                raise BadArgument(f"{options[name].label} needs {needed_labels}")
+
+
+# typer carries its own copy of click; this is the base class of that copy's usage errors.
+UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+# Words that are often tried → what was meant.
+_MEANT = {
+    "help": "nao-kin --help",
+    "version": "nao-kin --version",
+    "forward": "nao-kin fk",
+    "inverse": "nao-kin ik",
+    "convert": "nao-kin motion convert",
+    "show": "nao-kin view",
+    "ik --frame": "FRAME is an argument, as in nao-kin ik LArm",
+    "ik --posture": "--near prefers solutions near a posture",
+    "reach --frame": "FRAME is an argument, as in nao-kin reach LArm",
+}
+
+
+def usage_message(error: Any) -> str:
+    """Return the message of a usage error, with the nearest options for an unknown one."""
+    see = "" if error.ctx is None else f"see {error.ctx.command_path} --help"
+    if not hasattr(error, "possibilities"):
+        return abbreviated(error.format_message().rstrip(".")) + (f" ({see})" if see else "")
+    name, command = error.option_name, error.ctx.command
+    known = [flag[2:] for option in command.get_params(error.ctx) for flag in option.opts if flag.startswith("--")]
+    near = ", ".join(f"--{flag}" for flag in nearest_names(name.lstrip("-"), known, similar=0.6))
+    advice = f"nearest: {near}" if near else see
+    if name.endswith("-completion"):  # what other programs with typer have
+        shell = os.path.basename(os.environ.get("SHELL", ""))
+        advice = f"to set up completion: {SETUP.get(shell, SETUP['bash'])}"
+    return f"no such option: {abbreviated(name)} ({_MEANT.get(f'{error.ctx.info_name} {name}', advice)})"
+
+
+class Group(TyperGroup):
+    """A group of commands that makes the options of a command when it is called, and names the nearest commands."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that the first argument names; its options are made now, those of the others never."""
+        if args[0] not in self.commands:
+            meant = _MEANT.get(args[0].lower())
+            near = nearest_names(args[0], self.commands) if meant is None else (meant,)
+            advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
+            raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
+        name = " ".join([*ctx.command_path.split()[1:], args[0]])
+        if name in COMMANDS:
+            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+            alone.command(args[0], epilog=COMMANDS[name].example)(with_options(name))
+            self.commands[args[0]] = typer.main.get_command(alone)
+        return super().resolve_command(ctx, args)
+
+
+# --- Completion by a shell: of commands, options, choices and names.
+
+# The environment variable with which a shell asks, by typer's rule for the program's name.
+VARIABLE = "_NAO_KIN_COMPLETE"
+
+# Shell → the line that sets its completion up, once.
+SETUP = {
+    "bash": f"{VARIABLE}=source_bash nao-kin >> ~/.bashrc",
+    "zsh": f"{VARIABLE}=source_zsh nao-kin >> ~/.zshrc",
+    "fish": "mkdir -p ~/.config/fish/completions; "
+    f"{VARIABLE}=source_fish nao-kin > ~/.config/fish/completions/nao-kin.fish",
+}
+
+
+# Option → the names that complete its value, from the table that also checks the value, given a function that loads
+# the robot of the command line.
+_NAMES: dict[str, Callable[[Callable[[], RobotModel]], Iterable[str]]] = {
+    **dict.fromkeys(("posture", "near", "missing"), lambda load: load().posture_names),
+    **dict.fromkeys(("frame", "reference"), lambda load: load().frame_names),
+    "joints": lambda load: load().joint_names,
+    "nao": lambda load: nk.robot.nao.VERSIONS,
+    "robot": lambda load: ("nao", *nk.robot.robot_names()),
+    "format_": lambda load: nk.export.FORMATS,
+    "from_": lambda load: nk.motion.FORMATS,
+    "to": lambda load: [name for name, known in nk.motion.FORMATS.items() if known.write is not None],
+    "sample_names": lambda load: sample.NAMES,
+}
+
+
+def _completed(option: _Option) -> Callable[[Any, str], list[str]] | None:
+    """Return typer's function for the names that complete the value of an option; None if there are none."""
+    table = _NAMES.get(option.name)
+    if table is None and not option.choices:
+        return None
+
+    def completed(ctx: Any, incomplete: str) -> list[str]:
+        before = incomplete[: incomplete.rfind(",") + 1] if option.name == "frame" else ""  # several with commas
+        return [before + name for name in (option.choices if table is None else table(lambda: _robot(ctx.params)))]
+
+    return completed
+
+
+def _robot(parameters: Mapping[str, Any]) -> RobotModel:
+    """Return the robot that the words of a line name.
+
+    A key that is pressed neither waits for a named pipe nor runs the code of a xacro file.
+    """
+    texts = {name: text for name, text in parameters.items() if text}
+    given = {
+        option.name: texts[option.name] if option.name in ("package_dir", "xacro") else texts[option.name][-1]
+        for option in fields(RobotOptions)
+        if option.name in texts
+    }
+    read = [given[name] for name in ("urdf", "offsets") if name in given]
+    if "xacro" in given or any(path.endswith(".xacro") for path in read) or not all(map(os.path.isfile, read)):
+        raise BadArgument("no robot in a regular file of data")
+    return RobotOptions(**given).load()
+
+
+def complete(app: typer.Typer) -> int:
+    """Print what completes the words in the environment, or the script for a shell, and return the exit code.
+
+    Nothing else is printed: a message would stand in the middle of the line that is typed.
+    """
+    completion_init()
+    try:
+        with redirect_stderr(io.StringIO()):
+            app(prog_name="nao-kin", complete_var=VARIABLE)
+    except SystemExit as end:
+        return int(end.code or 0)
+    except Exception:
+        return 1  # the words before are no command
+    return 0
