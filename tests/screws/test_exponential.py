@@ -97,7 +97,7 @@ def test_the_exponential_is_that_of_scipys_matrices() -> None:
         assert_near(screws.exp(twist), scipy.linalg.expm(screws.hat(twist)), atol=1e-14)
 
 
-@pytest.mark.parametrize("size", [1e-200, 1e-20, 1e140])
+@pytest.mark.parametrize("size", [1e-20, 1e20])
 def test_velocities_of_any_size_keep_their_digits(size) -> None:
     assert_near(screws.exp([size, 0, 0, 0, 0, math.pi / 2])[:3, 3] / size, [2 / math.pi, 2 / math.pi, 0], atol=4 * EPS)
     T = screws.pose(rotations.rot_z(math.pi / 2), [size, 0, 0])
