@@ -315,14 +315,14 @@ def matrix_from_rpy(rpy: ArrayLike) -> Floats:
     return _composed(rpy, "xyz", "fixed")
 
 
-def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
+def rpy_from_matrix(R: ArrayLike) -> Floats:
     """Roll, pitch and yaw of a rotation, R = Rz(yaw) Ry(pitch) Rx(roll), with pitch in [−π/2, π/2].
 
-    The principal solution of `euler_from_matrix(R, "xyz", axes="fixed")`, which also gives the other one.
+    The principal solution of `euler_from_matrix(R, "xyz", axes="fixed")`, which also gives the other one. Yaw is zero
+    where pitch = ±π/2.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
-        at_lock: which angle is zero where pitch = ±π/2: the "first", roll, or the "third", yaw.
 
     Returns:
         (roll, pitch, yaw), shape (..., 3) [rad].
@@ -331,7 +331,7 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
         >>> nk.rotations.rpy_from_matrix(nk.rotations.rot_z(0.3) @ nk.rotations.rot_x(0.1))
         array([0.1, 0. , 0.3])
     """
-    return euler_from_matrix(R, "xyz", axes="fixed", at_lock=at_lock).angles
+    return euler_from_matrix(R, "xyz", axes="fixed").angles
 
 
 # --- Rotations about arbitrary axes, consecutive ones perpendicular: Davenport angles.

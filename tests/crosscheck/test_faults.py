@@ -507,7 +507,7 @@ TIE_BREAK_FAULTS: tuple[ConversionFault, ...] = (
     ConversionFault(
         "roll zero at lock",
         "rpy_from_matrix",
-        lambda R: rotations.rpy_from_matrix(R, at_lock="first"),
+        lambda R: rotations.euler_from_matrix(R, "xyz", axes="fixed", at_lock="first").angles,
         {"rpy_from_matrix"},
     ),
     ConversionFault(

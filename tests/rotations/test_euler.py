@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import math
 
-import eigenpy
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -64,13 +63,6 @@ def beside_lock(sequence, rng):
 
 
 @each_convention
-def test_matrix_is_the_product_of_the_elementary_turns(sequence, axes):
-    triples = many_angles((500, 3))
-    R = matrix_from_euler(triples, sequence, axes=axes)
-    assert worst(R, product_of_turns(sequence, axes, triples.T)) < 1e-15
-
-
-@each_convention
 def test_matrix_agrees_with_scipy(sequence, axes):
     triples = np.random.default_rng(1).uniform(-7.0, 7.0, (200, 3))
     expected = Rotation.from_euler(scipy_sequence(sequence, axes), triples).as_matrix()
@@ -117,16 +109,6 @@ def test_angles_agree_with_scipy_away_from_lock(sequence, axes):
     assert clear.sum() > 200
     assert worst(found.angles[clear], expected[clear]) < 1e-13
     assert not found.locked.any()
-
-
-@for_all("sequence", sorted({s for s, _ in CONVENTIONS}))
-def test_eigen_finds_one_of_the_two_triples(sequence):
-    axes = ["xyz".index(axis) for axis in sequence]
-    for R in random_rotations(100, seed=4):
-        theirs = eigenpy.toEulerAngles(R, *axes)
-        ours = euler_from_matrix(R, sequence, axes="moving")
-        off = [np.abs(np.angle(np.exp(1j * (theirs - triple)))).max() for triple in (ours.angles, ours.other)]
-        assert min(off) < 1e-12
 
 
 @each_convention
@@ -201,10 +183,9 @@ def test_rpy_is_what_pinocchio_means_by_it():
         assert worst(pin.rpy.matrixToRpy(R), rpy) < 1e-13
 
 
-def test_rpy_at_lock_keeps_roll_or_yaw_at_zero():
+def test_rpy_at_lock_keeps_yaw_at_zero():
     R = matrix_from_rpy([0.3, math.pi / 2, 0.1])
     assert worst(rpy_from_matrix(R), [0.2, math.pi / 2, 0.0]) < 1e-15
-    assert worst(rpy_from_matrix(R, at_lock="first"), [0.0, math.pi / 2, -0.2]) < 1e-15
 
 
 def test_the_fixed_axis_matrix_of_the_paper_has_both_its_solutions():

@@ -14,11 +14,9 @@ from rotation_samples import (
     beside,
     integer_rotations,
     many_rotations,
-    random_rotations,
     turns,
     worst,
 )
-from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, ZeroNorm
 from nao_kin.rotations import (
@@ -172,14 +170,6 @@ def test_integer_rotations_have_the_angles_of_the_cube():
     degrees = np.degrees(angle)
     counts = {a: int((np.abs(degrees - a) < 1e-13).sum()) for a in (0, 90, 120, 180)}
     assert counts == {0: 1, 90: 6, 120: 8, 180: 9}
-
-
-def test_scipy_finds_the_same_rotation_vectors():
-    R = random_rotations(500, seed=6)
-    expected = Rotation.from_matrix(R).as_rotvec()
-    assert worst(log(R), expected) < 1e-12
-    axis, angle = natural_invariants(R)
-    assert worst(axis * angle[:, None], expected) < 1e-12
 
 
 def test_a_rotation_vector_may_be_many_turns_long():

@@ -91,25 +91,18 @@ OF_ANGLES = {
     "matrix_from_mrp": (rotations.matrix_from_mrp, (3,), (3, 3)),
     "rotation_between (a)": (lambda a: rotations.rotation_between(a, AXIS), (3,), (3, 3)),
     "rotation_between (b)": (lambda b: rotations.rotation_between(AXIS, b, axis=X), (3,), (3, 3)),
+    "matrix_from_euler (three axes)": (lambda a: rotations.matrix_from_euler(a, "zxz", axes="fixed"), (3,), (3, 3)),
+    "euler_rate_jacobian": (
+        lambda a: rotations.euler_rate_jacobian(a, "xyx", axes="fixed", expressed_in="fixed"),
+        (3,),
+        (3, 3),
+    ),
     "euler_rate_jacobian_inverse": (
         lambda a: rotations.euler_rate_jacobian_inverse(a, "zyx", axes="moving", expressed_in="moving"),
         (3,),
         (3, 3),
     ),
 }
-for _sequence, _axes in CONVENTIONS:
-    OF_ANGLES[f"matrix_from_euler {_sequence} {_axes}"] = (
-        lambda a, s=_sequence, x=_axes: rotations.matrix_from_euler(a, s, axes=x),
-        (3,),
-        (3, 3),
-    )
-    for _side in ("fixed", "moving"):
-        OF_ANGLES[f"euler_rate_jacobian {_sequence} {_axes} {_side}"] = (
-            lambda a, s=_sequence, x=_axes, e=_side: rotations.euler_rate_jacobian(a, s, axes=x, expressed_in=e),
-            (3,),
-            (3, 3),
-        )
-OF_LINEAR = ("matrix_from_linear", rotations.matrix_from_linear)
 
 of_matrices = for_all("name", OF_MATRICES)
 of_angles = for_all("name", OF_ANGLES)

@@ -184,15 +184,6 @@ def test_the_inverse_of_the_rates_is_exact_up_to_lock_and_refused_there(sequence
         euler_rate_jacobian_inverse([[1, 1, 1], [0.4, pole, 1]], sequence, axes=axes_, expressed_in=side)
 
 
-def test_roll_pitch_and_yaw_rates_agree_with_pinocchio():
-    for rpy in np.random.default_rng(1).uniform(-1.4, 1.4, (50, 3)):
-        for side, frame in (("fixed", pin.LOCAL_WORLD_ALIGNED), ("moving", pin.LOCAL)):
-            ours = euler_rate_jacobian(rpy, "xyz", axes="fixed", expressed_in=side)
-            assert worst(ours, pin.rpy.computeRpyJacobian(rpy, frame)) < 1e-15
-            inverse = euler_rate_jacobian_inverse(rpy, "xyz", axes="fixed", expressed_in=side)
-            assert worst(inverse, pin.rpy.computeRpyJacobianInverse(rpy, frame)) < 2e-14
-
-
 def test_the_frame_of_the_angular_velocity_must_be_given_and_known():
     for function in (euler_rate_jacobian, euler_rate_jacobian_inverse):
         with pytest.raises(BadArgument, match="expressed_in= must be given"):

@@ -10,8 +10,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from nao_kin._core.arrays import Vector, choice
-from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import UnknownName
 from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.rows import (
     VERSIONS,
@@ -400,8 +399,6 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         >>> names["CameraTop"], names["CameraTop_fixed"], names["LHandThumb1"]
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
-    if not isinstance(parameters, NaoParameters):
-        raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
     digits = f"{parameters.version.removeprefix('v').replace('.', '')}0"[:2]
     names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
     for frame in parameters.frames:

@@ -336,9 +336,7 @@ class VersionPage(VersionTables):
         return VersionTables(**tables, placeholder=self.placeholder or base.placeholder, colours=colours)
 
 
-def overlaid(
-    what: str, base: Iterable[_Row], changes: Sequence[_Row] = (), without: Sequence[str] = ()
-) -> tuple[_Row, ...]:
+def overlaid(what: str, base: Iterable[_Row], changes: Sequence[_Row], without: Sequence[str]) -> tuple[_Row, ...]:
     """Return the rows of `base` with some of them changed, left out (by key) or added.
 
     A new row takes the position of the first row of the same place that was left out, or follows the last row of that
