@@ -188,7 +188,7 @@ def _rounded(value: float) -> str:
 def check(
     *,
     robot: RobotOptions,
-    samples: int = option("N", "Number of configurations, 1 to 100000.", default=500),
+    samples: int = option("N", "Number of configurations, at least 1.", default=500),
     seed: int = SEED,
     json: bool = JSON,
 ) -> None:
