@@ -65,6 +65,7 @@ REFUSED = (
     "nk.robot.write_offsets('a.toml', {}, about=1.0)",
     "nk.rotations.check_rotation(np.zeros((3, 3)), name='L' * 100_000)",
     "nk.rotations.check_rotation(np.zeros((3, 3)), name='a\\0\\x1b[31m')",
+    "nk.rotations.random_rotation(0, 2**63)",
     "nk.rotations.RotationSpline(np.arange(3), nk.rotations.rot_x([0.0, 1.0, 3.0]), end=[0, 2**63, 0])",
     "nk.world.dynamic_balance(NAO, np.linspace(0.0, 1e200, 5), np.zeros((5, 25)))",
     "nk.reach.workspace(NAO, 'LArm', samples=100).coarser(10**20)",
