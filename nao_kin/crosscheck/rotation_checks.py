@@ -410,8 +410,9 @@ def _jacobian(name: str, sample: RotationSample, conversions: Conversions) -> Fl
     used = (sample.natural[1] > _SMALL) | (sample.natural[1] == 0.0)
     v = sample.logarithms[used]
     theirs = each(pin.Jexp3, (3, 3), -v if name.startswith("left") else v)
-    ours = getattr(conversions, name)(v)
-    return _used(used, difference(ours, np.linalg.inv(theirs) if name.endswith("inverse") else theirs))
+    if name.endswith("inverse"):
+        theirs = np.asarray(np.linalg.inv(theirs), dtype=np.float64)
+    return _used(used, difference(getattr(conversions, name)(v), theirs))
 
 
 for _name in ("left_jacobian", "left_jacobian_inverse", "right_jacobian", "right_jacobian_inverse"):
