@@ -31,7 +31,7 @@ def draw_screw(path: Path) -> None:
     view = View(axes, -62.0, 24.0)
     line = nk.lines.PluckerLine.from_point_direction([0, 0, 0], [0, 0, 1])
     T_0 = nk.screws.pose(nk.rotations.matrix_from_rpy([0.5, 0.3, -0.4]), [1.0, -0.3, 0.0])
-    T_1 = nk.screws.compose(nk.screws.Screw(line, 1.9, 0.8).pose, T_0)
+    T_1 = nk.screws.Screw(line, 1.9, 0.8).pose @ T_0
     shorter = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101))
     longer = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101), longer=True)
     view.line(longer[:, :3, 3], LONGER, 1.3, linestyle=(0, (4, 3)), zorder=2)

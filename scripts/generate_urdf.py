@@ -7,7 +7,7 @@ and a link with one name make every lookup ambiguous: `LAnklePitch_link`, `RAnkl
 the wrist, as in NAOqi.
 
 Example:
-    python scripts/generate_urdf.py            # writes urdf/nao_v32.urdf … urdf/nao_v6.urdf
+    python scripts/generate_urdf.py            # writes the files in urdf/
     python scripts/generate_urdf.py --check    # exit 1 and the names of the files that differ
 """
 
@@ -27,7 +27,6 @@ from nao_kin.robot.nao import CAMERAS, OPTICAL_RPY, VERSIONS, NaoParameters, nao
 from nao_kin.robot.nao.model import urdf_name
 from nao_kin.robot.nao.parameters import BODY_ALIASES, Finger, Joint
 from nao_kin.robot.nao.rows import ShapeRow
-from nao_kin.robot.nao.v6 import colours_of
 from nao_kin.robot.urdf import (
     Box,
     Collision,
@@ -53,7 +52,7 @@ def urdf_text(parameters: NaoParameters) -> str:
     tree = nao_tree(parameters)
     shapes = (shape.geometry for shape in tree.visuals)
     meshes = {mesh.filename: mesh.filename for mesh in shapes if isinstance(mesh, MeshFile)}
-    text, _ = urdf_document(tree, meshes, paints=colours_of(parameters.version).items())
+    text, _ = urdf_document(tree, meshes, paints=parameters.colours.items())
     first = f'<robot name="{tree.name}">\n'
     return text.replace(first, f"{first}  {_COMMENT}\n", 1)
 
@@ -90,7 +89,6 @@ def nao_tree(parameters: NaoParameters) -> UrdfTree:
         if frame.name in CAMERAS:
             joints.append(_fixed(f"{frame.name}_optical_frame", frame.name, Origin(rpy=OPTICAL_RPY)))
 
-    colours = colours_of(parameters.version)
     return UrdfTree(
         path=URDF / urdf_name(parameters.version),
         name=f"nao_{parameters.version}",
@@ -101,7 +99,7 @@ def nao_tree(parameters: NaoParameters) -> UrdfTree:
         },
         joints=tuple(joints),
         visuals=tuple(
-            Visual(link, Origin(), MeshFile(f"{MESH_FOLDER}/{mesh}.obj"), colour, colours[colour], mesh)
+            Visual(link, Origin(), MeshFile(f"{MESH_FOLDER}/{mesh}.obj"), colour, parameters.colours[colour], mesh)
             for key, link in shaped
             for row in parameters.visuals
             if row.parent == key

@@ -189,7 +189,7 @@ def _rounded(value: float) -> str:
 def check(
     *,
     robot: RobotOptions,
-    samples: int = option("N", "Number of configurations, 1 to 100000.", default=500),
+    samples: int = option("N", "Number of configurations, at least 1.", default=500),
     seed: int = shared.SEED,
     json: bool = shared.JSON,
 ) -> None:

@@ -18,9 +18,6 @@ from nao_kin.robot import RobotModel, check_robot
 
 # Configurations compared in one step, few enough to limit memory and to update a progress bar.
 _CHUNK = 100
-# More configurations would take most of an hour without new results.
-_MOST_SAMPLES = 100_000
-_LARGEST_SEED = 2**128 - 1
 
 
 def run(
@@ -46,9 +43,9 @@ def run(
 
     Args:
         robot: a robot with a fixed base.
-        samples: number of configurations, 1 to 100000: zero, inside, on and outside the limits, at and near multiples
+        samples: number of configurations, at least 1: zero, inside, on and outside the limits, at and near multiples
             of π/2.
-        seed: seed of the random configurations, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
+        seed: seed of the random configurations, at least 0; equal seeds give equal reports.
         conversions: the functions under test; None for the library's own.
         steps: the robot's numbers for the kinematics from elementary rotations, as `steps_of_nao` returns
             them; None for those of `robot`.
@@ -67,14 +64,10 @@ def run(
         True
     """
     check_robot(robot)
-    if conversions is not None and not isinstance(conversions, Conversions):
-        raise BadArgument(f"conversions must be Conversions, got {type(conversions).__name__}")
-    if steps is not None and not (isinstance(steps, Sequence) and all(isinstance(step, Step) for step in steps)):
-        raise BadArgument("steps must be a sequence of steps, as steps_of_nao returns them")
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
-    samples = whole_number(samples, "samples", 1, _MOST_SAMPLES)
-    seed = whole_number(seed, "seed", 0, _LARGEST_SEED)
+    samples = whole_number(samples, "samples", 1)
+    seed = whole_number(seed, "seed", 0)
     tested = conversions or Conversions()
     chosen = tuple(steps_of(robot) if steps is None else steps)
     second = oracle_of(robot)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from nao_kin import rotations
-from nao_kin._core.arrays import Floats, finite_or_none
+from nao_kin._core.arrays import Floats, choice, finite_or_none
 from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.crosscheck.samples import Configurations, RotationSample
 from nao_kin.errors import NaoKinError, WrongShape
@@ -99,8 +99,8 @@ class Row:
 class Tally:
     """A row that is being filled: the worst difference of one convention over many chunks of configurations."""
 
-    def __init__(self, convention: str, against: str, tolerance: float = TOLERANCE, note: str = "") -> None:
-        self.convention, self.against, self.tolerance, self.note = convention, against, tolerance, note
+    def __init__(self, convention: str, against: str, note: str = "") -> None:
+        self.convention, self.against, self.note = convention, against, note
         self._pairs, self._worst = 0, -1.0
         self._place: tuple[int, str] | None = None
         self._failing: dict[str, None] = {}
@@ -115,7 +115,7 @@ class Tally:
         worst = float(values[row, column])
         if worst > self._worst:
             self._worst, self._place = worst, (first + int(row), frames[int(column)])
-        for index in np.flatnonzero(values.max(axis=0) > self.tolerance).tolist():
+        for index in np.flatnonzero(values.max(axis=0) > TOLERANCE).tolist():
             self._failing[frames[index]] = None
 
     def compare(self, first: int, count: int, frames: Sequence[str], function: Callable[..., Any], *args: Any) -> None:
@@ -138,7 +138,7 @@ class Tally:
         if self._place is not None:
             index, frame = self._place
             place = Place(frame, index, configurations.kinds[index], tuple(configurations.q[index].tolist()))
-        found = self._pairs, max(self._worst, 0.0), self.tolerance, place, tuple(self._failing)
+        found = self._pairs, max(self._worst, 0.0), TOLERANCE, place, tuple(self._failing)
         return Row(self.convention, self.against, *found, self.note)
 
 
@@ -226,47 +226,37 @@ LEFT_OUT = -1.0
 Function = Callable[..., Any]
 
 
-@one_line_repr
-@dataclass(frozen=True)
-class Conversions:
-    """The conversions to compare; by default the library's own.
+# Public functions of `nao_kin.rotations` without a convention: checks, draws, fits to data, and signs of quaternions.
+_OTHERS = {
+    *("check_rotation", "is_rotation", "nearest_rotation", "random_rotation", "random_rotation_near"),
+    *("rotation_from_directions", "rotation_from_points", "quat_canonical", "quat_unwrap"),
+}
 
-    Each field is the public function of that name in `nao_kin.rotations`, and `joint_axes` is the class `JointAxes` or
-    a function that replaces it. `dataclasses.replace(Conversions(), log=mine)` tests another function.
+
+class Conversions:
+    """The conversions to compare; by default the library's own, each public function of `nao_kin.rotations`.
+
+    `Conversions(log=mine)` tests another function; `joint_axes` is the class `JointAxes`, or what replaces it.
 
     Examples:
-        >>> from dataclasses import replace
-        >>> mine = replace(nk.crosscheck.Conversions(), log=lambda R: -nk.rotations.log(R))
+        >>> mine = nk.crosscheck.Conversions(log=lambda R: -nk.rotations.log(R))
         >>> report = nk.crosscheck.run(nk.load_nao(), samples=1, conversions=mine)
         >>> [row.convention for row in report.rows if not row.ok]
         ['log', 'log']
     """
 
-    rot_x: Function = rotations.rot_x
-    rot_y: Function = rotations.rot_y
-    rot_z: Function = rotations.rot_z
-    matrix_from_rpy: Function = rotations.matrix_from_rpy
-    rpy_from_matrix: Function = rotations.rpy_from_matrix
-    matrix_from_euler: Function = rotations.matrix_from_euler
-    euler_from_matrix: Function = rotations.euler_from_matrix
-    matrix_from_davenport: Function = rotations.matrix_from_davenport
-    davenport_angles: Function = rotations.davenport_angles
-    matrix_from_natural: Function = rotations.matrix_from_natural
-    natural_invariants: Function = rotations.natural_invariants
-    matrix_from_linear: Function = rotations.matrix_from_linear
-    linear_invariants: Function = rotations.linear_invariants
-    matrix_from_euler_rodrigues: Function = rotations.matrix_from_euler_rodrigues
-    euler_rodrigues: Function = rotations.euler_rodrigues
-    exp: Function = rotations.exp
-    log: Function = rotations.log
-    matrix_from_quat: Function = rotations.matrix_from_quat
-    quat_from_matrix: Function = rotations.quat_from_matrix
-    quat_multiply: Function = rotations.quat_multiply
-    quat_conjugate: Function = rotations.quat_conjugate
-    quat_to_xyzw: Function = rotations.quat_to_xyzw
-    quat_from_xyzw: Function = rotations.quat_from_xyzw
-    slerp: Function = rotations.slerp
-    joint_axes: Function = JointAxes
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Function: ...
+
+    def __init__(self, **tested: Function) -> None:
+        offered = {name: getattr(rotations, name) for name in rotations.__all__ if name not in _OTHERS}
+        results = (type, tuple)  # classes of results, and SEQUENCES
+        own = {name: value for name, value in offered.items() if not isinstance(value, results)}
+        own |= {"RotationSpline": rotations.RotationSpline, "joint_axes": JointAxes}
+        for name in tested:
+            choice(name, own, "conversion")
+        vars(self).update(own | tested)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ of the outer two angles, so their errors are weighted by h = |cos β|, or |sin �
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, Vector
 from nao_kin.crosscheck.report import (
     LEFT_OUT,
     Check,
@@ -42,7 +43,7 @@ _HALF, _ROOT = math.pi / 2.0, math.sqrt(0.5)
 # Distances from lock: a rotation nearer than the first is locked, one farther than the second is not. The library's
 # bound is between them, where rounding decides.
 _SURELY_LOCKED, _SURELY_FREE = 2.0 * 2.0**-52, 8.0 * 2.0**-52
-_X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+_X, _Y, _Z = _AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 Comparison = Callable[[RotationSample, Conversions], Floats]
 
 
@@ -90,7 +91,7 @@ class _EulerCheck:
     def to_matrix(self, sample: RotationSample, conversions: Conversions) -> Floats:
         """Compare both implementations on the oracle's angles."""
         theirs = sample.moving_angles(self.moving)
-        ours = conversions.matrix_from_euler(self._written(theirs), self.sequence, axes=self.axes)
+        ours = conversions.matrix_from_euler(self.written(theirs), self.sequence, axes=self.axes)
         return difference(ours, sample.moving_matrices(self.moving))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
@@ -98,7 +99,7 @@ class _EulerCheck:
         found = conversions.euler_from_matrix(sample.R, self.sequence, axes=self.axes)
         theirs = sample.moving_angles(self.moving)
         angles, other = (shaped(triple, theirs.shape) for triple in (found.angles, found.other))
-        first, second = self._written(angles), self._written(other)
+        first, second = self.written(angles), self.written(other)
         weight = np.abs((np.sin if self.symmetric else np.cos)(theirs[:, 1]))
         lower, upper = (0.0, math.pi) if self.symmetric else (-_HALF, _HALF)
         return largest(
@@ -110,7 +111,16 @@ class _EulerCheck:
             _lock_difference(_euler_lock_distance(sample.R, self.moving), angles, found.locked),
         )
 
-    def _written(self, triple: Floats) -> Floats:
+    def rates(self, sample: RotationSample) -> tuple[Floats, Floats]:
+        """Return angles as written, and their axes in the fixed frame as columns, shape (n, 3, 3)."""
+        angles = sample.moving_angles(self.moving)
+        turned, columns = np.tile(np.eye(3), (len(angles), 1, 1)), []
+        for i, axis in enumerate(axis_numbers(self.moving)):
+            columns.append(turned[:, :, axis])
+            turned = turned @ turns_about(_AXES[axis], angles[:, i])
+        return self.written(angles), np.stack(columns if self.axes == "moving" else columns[::-1], axis=2)
+
+    def written(self, triple: Floats) -> Floats:
         """Return a triple in the order about moving axes from the order as written, or the reverse."""
         return triple if self.axes == "moving" else np.ascontiguousarray(triple[:, ::-1])
 
@@ -196,6 +206,9 @@ def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
 # Closer to π than this, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
 _SINE = 1e-3
 _RIGHT_ANGLE = 1e-9
+# Above this angle the axis of a rotation may have either sign; above the second one, means are ill-conditioned.
+_HALF_TURN, _FAR = math.pi - 1e-9, 2.74
+_SMALL = 0.01
 
 
 PARAMETER_CHECKS: list[Check] = []
@@ -336,6 +349,211 @@ def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), p, q, parts)
     used = np.abs((p * q).sum(axis=1)) > _RIGHT_ANGLE
     return np.where(used, difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
+
+
+@_row("pin.Quaternion")
+def _quat_rotate(sample: RotationSample, conversions: Conversions) -> Floats:
+    q, v = sample.quaternions, np.roll(sample.R[:, :, 0], 1, axis=0)
+    return difference(conversions.quat_rotate(q, v), (matrices_from_quaternions(q) @ v[..., None])[..., 0])
+
+
+@_row("pin.AngleAxis")
+def _matrix_from_mrp(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes, angles = sample.natural
+    parameters = np.tan(angles / 4.0)[:, None] * axes
+    return difference(conversions.matrix_from_mrp(parameters), matrices_from_natural(axes, angles))
+
+
+@_row("pin.AngleAxis")
+def _mrp_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes, angles = sample.natural
+    theirs = np.tan(angles / 4.0)[:, None] * axes
+    ours = conversions.mrp_from_matrix(sample.R)
+    # By half a turn, p and −p are one rotation.
+    return np.where(angles > _HALF_TURN, direction_difference(ours, theirs), difference(ours, theirs))
+
+
+@_row("pin.AngleAxis")
+def _power(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes, angles = sample.natural
+    ours, turns = conversions.power(sample.R, sample.spread), sample.spread * angles
+    one, other = (difference(ours, matrices_from_natural(axes, sign * turns)) for sign in (1.0, -1.0))
+    return np.where(angles > _HALF_TURN, np.minimum(one, other), one)
+
+
+@_row("pin.AngleAxis")
+def _angle_between(sample: RotationSample, conversions: Conversions) -> Floats:
+    _, quotient = _pairs(sample)
+    return difference(conversions.angle_between(sample.R, np.roll(sample.R, 1, axis=0)), quotient.natural[1])
+
+
+@_row("pin.Quaternion.FromTwoVectors", note="directions within 8° of opposite ones left out")
+def _rotation_between(sample: RotationSample, conversions: Conversions) -> Floats:
+    a, b = sample.R[:, :, 0], np.roll(sample.R[:, :, 1], 1, axis=0)
+    used = (a * b).sum(axis=1) > -0.99
+    theirs = each(lambda a, b: pin.Quaternion.FromTwoVectors(a, b).matrix(), (3, 3), a[used], b[used])
+    return _used(used, difference(conversions.rotation_between(a[used], b[used]), theirs))
+
+
+@_row("pin.skew")
+def _skew(sample: RotationSample, conversions: Conversions) -> Floats:
+    return difference(conversions.skew(sample.logarithms), each(pin.skew, (3, 3), sample.logarithms))
+
+
+@_row("pin.unSkew")
+def _vee(sample: RotationSample, conversions: Conversions) -> Floats:
+    matrices = each(pin.skew, (3, 3), sample.logarithms)
+    return difference(conversions.vee(matrices), each(pin.unSkew, (3,), matrices))
+
+
+def _jacobian(name: str, sample: RotationSample, conversions: Conversions) -> Floats:
+    used = (sample.natural[1] > _SMALL) | (sample.natural[1] == 0.0)
+    v = sample.logarithms[used]
+    theirs = each(pin.Jexp3, (3, 3), -v if name.startswith("left") else v)
+    if name.endswith("inverse"):
+        theirs = np.asarray(np.linalg.inv(theirs), dtype=np.float64)
+    return _used(used, difference(getattr(conversions, name)(v), theirs))
+
+
+for _name in ("left_jacobian", "left_jacobian_inverse", "right_jacobian", "right_jacobian_inverse"):
+    _row("pin.Jexp3", _name, "small rotations left out: there pin.Jexp3 loses digits")(
+        functools.partial(_jacobian, _name)
+    )
+
+
+# --- Functions of several rotations against Pinocchio: means of two, and paths from one to the next.
+
+
+@_row("pin.Quaternion.slerp", note="rotations more than 157° apart left out: their mean is ill-conditioned")
+def _mean_rotation(sample: RotationSample, conversions: Conversions) -> Floats:
+    keys, quotient = _pairs(sample)
+    used, share = quotient.natural[1] < _FAR, sample.spread
+    mean = conversions.mean_rotation(keys[used], np.stack([1.0 - share, share], axis=1)[used])
+    spread = quotient.natural[1] * np.sqrt(share * (1.0 - share))
+    theirs = _between(sample, share)[used]
+    return _used(used, largest(difference(mean.rotation, theirs), difference(mean.spread, spread[used])))
+
+
+@_row("pin.Quaternion.slerp", "RotationSpline", "two keys, at rest at both; rotations more than 157° apart left out")
+def _rotation_spline(sample: RotationSample, conversions: Conversions) -> Floats:
+    keys, quotient = _pairs(sample)
+    axes, angles = quotient.natural
+    used = angles < _FAR
+    path = conversions.RotationSpline([0.0, 2.0], keys[used], start=np.zeros(3), end=np.zeros(3))
+    # The share of the way, 3 u² − 2 u³, and its derivatives by the time, at u = 0.3.
+    share, rate, bend = 0.216, 0.63, 0.6
+    R, vector = _between(sample, np.full(len(used), share))[used], (angles[:, None] * axes)[used]
+    fixed = (R @ vector[..., None])[..., 0]
+    return _used(
+        used,
+        largest(
+            difference(path(0.6), R),
+            difference(path.angular_velocity(0.6, expressed_in="moving"), rate * vector),
+            difference(path.angular_velocity(0.6, expressed_in="fixed"), rate * fixed),
+            difference(path.angular_acceleration(0.6, expressed_in="fixed"), bend * fixed),
+        ),
+    )
+
+
+def _pairs(sample: RotationSample) -> tuple[Floats, RotationSample]:
+    """Return each rotation A with another one, B, shape (n, 2, 3, 3), and Aᵀ B."""
+    keys = np.stack([sample.R, np.roll(sample.R, 1, axis=0)], axis=1)
+    return keys, RotationSample(np.swapaxes(keys[:, 0], -1, -2) @ keys[:, 1])
+
+
+def _between(sample: RotationSample, share: Floats) -> Floats:
+    """Return the rotations at a share of the way from A to B by pin.Quaternion.slerp, shape (n, 3, 3)."""
+    q, next_q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
+    parts = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), q, next_q, share)
+    return matrices_from_quaternions(parts)
+
+
+def _used(used: Any, differences: Floats) -> Floats:
+    """Return the differences of the rotations that are used, and `LEFT_OUT` for the others."""
+    found = np.full(len(used), LEFT_OUT)
+    found[used] = differences
+    return found
+
+
+# --- Further functions of three angles, each rotation by another of the 24 conventions.
+
+
+def _by_convention(compared: Callable[[_EulerCheck, RotationSample, Conversions], Floats]) -> Comparison:
+    # Those that the identity does not lock come first, for a robot with few rotations.
+    sequences = sorted(SEQUENCES, key=lambda sequence: sequence[0] == sequence[2])
+    checks = [_EulerCheck(sequence, axes) for sequence in sequences for axes in ("moving", "fixed")]
+
+    @functools.wraps(compared)
+    def comparison(sample: RotationSample, conversions: Conversions) -> Floats:
+        found = np.full(len(sample.R), LEFT_OUT)
+        for first, euler in enumerate(checks[: len(sample.R)]):
+            part = slice(first, None, len(checks))
+            found[part] = compared(euler, RotationSample(sample.R[part]), conversions)
+        return found
+
+    return comparison
+
+
+@_row("eigenpy and pin.Quaternion")
+@_by_convention
+def _quat_from_euler(euler: _EulerCheck, sample: RotationSample, conversions: Conversions) -> Floats:
+    angles = euler.written(sample.moving_angles(euler.moving))
+    ours = conversions.quat_from_euler(angles, euler.sequence, axes=euler.axes)
+    return _canonical_difference(ours, sample.quaternions)
+
+
+@_row("eigenpy and pin.Quaternion")
+@_by_convention
+def _euler_from_quat(euler: _EulerCheck, sample: RotationSample, conversions: Conversions) -> Floats:
+    found = conversions.euler_from_quat(sample.quaternions, euler.sequence, axes=euler.axes)
+    triples = (euler.written(shaped(triple, (len(sample.R), 3))) for triple in (found.angles, found.other))
+    return largest(*(difference(matrices_from_moving(triple, euler.moving), sample.R) for triple in triples))
+
+
+@_row("pin.AngleAxis")
+@_by_convention
+def _euler_rate_jacobian(euler: _EulerCheck, sample: RotationSample, conversions: Conversions) -> Floats:
+    angles, J = euler.rates(sample)
+    fixed, moving = (
+        conversions.euler_rate_jacobian(angles, euler.sequence, axes=euler.axes, expressed_in=side)
+        for side in ("fixed", "moving")
+    )
+    return largest(difference(fixed, J), difference(moving, np.swapaxes(sample.R, -1, -2) @ J))
+
+
+@_row("pin.AngleAxis", note="rotations within 1e-3 of lock left out: there the inverse has no digits")
+@_by_convention
+def _euler_rate_jacobian_inverse(euler: _EulerCheck, sample: RotationSample, conversions: Conversions) -> Floats:
+    angles, J = euler.rates(sample)
+    used = _euler_lock_distance(sample.R, euler.moving) > _SINE
+    ours = conversions.euler_rate_jacobian_inverse(angles[used], euler.sequence, axes=euler.axes, expressed_in="fixed")
+    return _used(used, difference(shaped(ours, J[used].shape) @ J[used], np.tile(np.eye(3), (used.sum(), 1, 1))))
+
+
+@_row("pin.AngleAxis")
+@_by_convention
+def _nearest_euler(euler: _EulerCheck, sample: RotationSample, conversions: Conversions) -> Floats:
+    two = euler.moving[:2]
+    axes = [_AXES[axis] for axis in axis_numbers(two)]
+    R = _two_turns(axes, sample.moving_angles(euler.moving))
+    found = conversions.nearest_euler(R, two if euler.axes == "moving" else two[::-1], axes=euler.axes)
+    again = _two_turns(axes, euler.written(shaped(found.angles, (len(R), 2))))
+    return largest(difference(again, R), difference(found.residual, np.zeros(len(R))))
+
+
+@_row("pin.AngleAxis")
+def _nearest_davenport(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes = [(0.0, _ROOT, -_ROOT), _X]
+    R = _two_turns(axes, sample.moving_angles("zyx"))
+    found = conversions.nearest_davenport(R, *axes)
+    again = _two_turns(axes, shaped(found.angles, (len(R), 2)))
+    return largest(difference(again, R), difference(found.residual, np.zeros(len(R))))
+
+
+def _two_turns(axes: list[Vector], angles: Floats) -> Floats:
+    """Return the product of turns about two axes by pin.AngleAxis, shape (n, 3, 3)."""
+    first, second = (turns_about(axis, angles[:, i]) for i, axis in enumerate(axes))
+    return np.asarray(first @ second)
 
 
 def _canonical_difference(ours: Any, theirs: Floats) -> Floats:

@@ -195,8 +195,7 @@ def matrices_from_natural(axes: Floats, angles: Floats) -> Floats:
 
 def turns_about(axis: tuple[float, float, float], angles: Floats) -> Floats:
     """Return turns about one axis by pin.AngleAxis, shape (n, 3, 3)."""
-    direction = np.array(axis)
-    return each(lambda angle: pin.AngleAxis(angle, direction).toRotationMatrix(), (3, 3), angles)
+    return matrices_from_natural(np.tile(axis, (len(angles), 1)), angles)
 
 
 def _natural(R: Floats) -> Floats:

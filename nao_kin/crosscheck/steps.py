@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, check_kind
+from nao_kin._core.arrays import Floats, Vector
 from nao_kin.crosscheck.report import Conversions, Function
 from nao_kin.errors import UnknownName
 from nao_kin.robot import RobotModel
@@ -71,7 +71,6 @@ def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
         >>> sum(step.axis is not None for step in steps)
         42
     """
-    check_kind(parameters, "parameters", NaoParameters)
     steps = [Step("base_link", None), Step("torso", "base_link")]
     for joint in parameters.joints:
         steps.append(Step(joint.name, joint.parent, joint.xyz, axis=joint.axis, mimic=Mimic(joint.mimic or joint.name)))

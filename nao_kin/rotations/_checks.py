@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_batch, as_numbers, check_tolerance, first_index, refuse_non_finite
-from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluate
+from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluate, rescaled
 from nao_kin._core.text import one_line, one_line_repr
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
 ROUNDING = 2.0**-46  # above the defects of a product of a few dozen float64 rotations
-_LARGEST_EXPONENT = 1e15
 
 
 @one_line_repr
@@ -109,21 +108,16 @@ def nearest_rotation(M: ArrayLike) -> Floats:
     """
     matrices = as_matrices(M)
     refuse_non_finite(matrices, "matrix")
-    # Scaling a matrix does not change its nearest rotation, and keeps products in the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # Flattened to one batch axis, because the SVD supports fewer batch axes than arrays may have.
-    row = (matrices / np.where(scale > 0.0, scale, 1.0)).reshape(-1, 3, 3)
-    U, sigma, Vt = np.linalg.svd(row)
+    U, sigma, Vt = np.linalg.svd(matrices / np.where(scale > 0.0, scale, 1.0))
     sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
     ambiguous = ~(sigma[..., 1] + sign * sigma[..., 2] > 1e-12 * sigma[..., 0])
     if ambiguous.any():
-        index = first_index(ambiguous.reshape(matrices.shape[:-2]))
-        values = ", ".join(
-            f"{float(s) * float(scale[index].item()):.3g}" for s in sigma.reshape(matrices.shape[:-1])[index]
-        )
+        index = first_index(ambiguous)
+        values = ", ".join(f"{value:.3g}" for value in (scale * sigma[..., np.newaxis])[index].ravel())
         raise BadArgument(f"the matrix{at_index(index)} has no single nearest rotation: singular values {values}")
     U[..., :, 2] *= sign[..., np.newaxis]
-    return np.asarray((U @ Vt).reshape(matrices.shape))
+    return np.asarray(U @ Vt)
 
 
 def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
@@ -145,14 +139,6 @@ def as_rotations(R: ArrayLike) -> Floats:
     return evaluate_rotations(_entries, R, (3, 3))[0]
 
 
-def as_exponent(t: ArrayLike, what: str) -> Floats:
-    """Return `t` as finite numbers, shape (...), not so large that an angle times t loses its digits."""
-    parts = as_batch(t, (), what)
-    if np.abs(parts).max(initial=0.0) > _LARGEST_EXPONENT:
-        raise BadArgument(f"{what} must not exceed {_LARGEST_EXPONENT:.0e} in magnitude, or its digits would be lost")
-    return parts
-
-
 def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
     """Return the results of `evaluate` for the nine entries of each rotation matrix, and check the matrices.
 
@@ -172,15 +158,18 @@ def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) ->
 
 
 def evaluate_vectors(kernel: Kernel, v: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
-    """Return the results of `evaluate` for the components of rotation vectors, which must be shorter than 1e140 rad."""
-    vectors = as_batch(v, (3,), "rotation vector")
+    """Return the results of `evaluate` for the components of rotation vectors."""
+    return evaluate(kernel, [as_batch(v, (3,), "rotation vector")], *tails)
+
+
+def evaluate_normalised(
+    kernel: Kernel, vectors: Floats, what: str, *others: Floats, tail: tuple[int, ...] = (3, 3)
+) -> Floats:
+    """Return the result of `evaluate` for vectors of any length but zero, and for other arrays."""
     try:
-        return evaluate(kernel, [vectors], *tails)
+        return evaluate(kernel, [vectors, *others], tail)[0]
     except OutOfScale:
-        index = first_index(np.abs(vectors).max(axis=-1) > 1e139)
-        raise BadArgument(
-            f"rotation vector{at_index(index)} is longer than 1e140 rad: {vectors[index].tolist()}"
-        ) from None
+        return evaluate(kernel, [rescaled(vectors, what), *others], tail)[0]
 
 
 def _entries(f: Functions, *m: Number) -> tuple[Number, ...]:
@@ -249,6 +238,5 @@ def as_shares(weights: ArrayLike | None, count: int) -> Floats:
     if not largest.all():
         where = at_index(first_index(largest[..., 0] == 0.0))
         raise BadArgument(f"at least one weight must be positive, got zeros only{where}")
-    # Scaling all weights changes no share, and keeps the sum from overflowing.
     scaled = values / largest
     return np.asarray(scaled / scaled.sum(axis=-1, keepdims=True))

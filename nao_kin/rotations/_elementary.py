@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_batch, cross_matrix, first_index
-from nao_kin._core.kernels import LARGEST_SQUARE, SMALLEST_NORMAL, Functions, Kernel, Number, OutOfScale, evaluate
+from nao_kin._core.kernels import SMALLEST_NORMAL, Functions, Kernel, Number, evaluate
 from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import TOLERANCE
@@ -92,7 +92,7 @@ def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Nu
 
 def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
     """The matrix of a rotation vector of any length: A = sin φ/φ, B = (1 − cos φ)/φ² with φ = ‖v‖."""
-    square = squared_angle(f, x, y, z)
+    square = x * x + y * y + z * z
     # The floor avoids 0/0; both quotients are constant to the last digit below φ = 1e-8.
     square = f.larger(square, SMALLEST_NORMAL)
     half = 0.5 * f.sqrt(square)
@@ -100,14 +100,6 @@ def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple
     quotient = f.tan(half) / half
     A = quotient / (1.0 + 0.25 * square * quotient * quotient)
     return rodrigues(x, y, z, A, 0.5 * A * quotient)
-
-
-def squared_angle(f: Functions, x: Number, y: Number, z: Number) -> Number:
-    """‖v‖² of a rotation vector; `OutOfScale` if it is too long to determine an angle within a turn."""
-    square = x * x + y * y + z * z
-    if not f.within(square, LARGEST_SQUARE):
-        raise OutOfScale
-    return square
 
 
 def from_natural(f: Functions, x: Number, y: Number, z: Number, angle: Number) -> tuple[Number, ...]:

@@ -1,11 +1,14 @@
-"""Rotations as exponentials of rotation vectors: exp, log, powers, angles between rotations, Jacobians of SO(3)."""
+"""Rotations as exponentials: exp, log, powers, angles between rotations, Jacobians of SO(3), random rotations."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, common_batch, first_index
+from nao_kin._core.arrays import Floats, as_batch, common_batch, first_index, generator
 from nao_kin._core.kernels import (
     SMALLEST_NORMAL,
     WHOLE_TURN,
@@ -16,20 +19,19 @@ from nao_kin._core.kernels import (
     inverse_coefficients,
     jacobian_coefficients,
 )
-from nao_kin.errors import SingularMatrix
-from nao_kin.rotations._checks import as_exponent, as_rotations, evaluate_rotations, evaluate_vectors
-from nao_kin.rotations._elementary import from_rotation_vector, rodrigues, squared_angle
-from nao_kin.rotations._quaternions import axis_and_half_angle, quaternion_of
+from nao_kin.errors import BadArgument, SingularMatrix, WrongShape
+from nao_kin.rotations._checks import as_rotations, evaluate_rotations, evaluate_vectors
+from nao_kin.rotations._elementary import from_rotation_vector, rodrigues
+from nao_kin.rotations._quaternions import axis_and_half_angle, matrix_from_quat, quaternion_of
 
 
 def exp(v: ArrayLike) -> Floats:
     """Rotation matrix of a rotation vector, exp [v×] = 1 + (sin φ/φ) [v×] + ((1 − cos φ)/φ²) [v×]² with φ = ‖v‖.
 
-    Every entry is accurate to a few 1e-16 · max(1, φ); beyond φ = 1e16 the angle within a turn has no digits. The
-    antisymmetric part is accurate to a few 1e-16 · φ, down to φ = 0.
+    Every entry is accurate to a few 1e-16 · max(1, φ), the antisymmetric part to a few 1e-16 · φ, down to φ = 0.
 
     Args:
-        v: axis times angle, shape (..., 3) [rad]; up to 1e140 rad.
+        v: axis times angle, shape (..., 3) [rad].
 
     Returns:
         Rotation matrices, shape (..., 3, 3).
@@ -72,7 +74,7 @@ def power(R: ArrayLike, t: ArrayLike) -> Floats:
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
-        t: exponents, shape (...), within ±1e15; broadcasts with R.
+        t: exponents, shape (...); broadcasts with R.
 
     Returns:
         Rotation matrices, shape (..., 3, 3), accurate to a few 1e-16 · max(1, |t|).
@@ -81,7 +83,7 @@ def power(R: ArrayLike, t: ArrayLike) -> Floats:
         >>> np.allclose(nk.rotations.power(nk.rotations.rot_z(0.6), -0.5), nk.rotations.rot_z(-0.3))
         True
     """
-    vectors, exponents = log(R), as_exponent(t, "exponent")
+    vectors, exponents = log(R), as_batch(t, (), "exponent")
     common_batch("R and t", vectors.shape[:-1], exponents.shape)
     return exp(exponents[..., np.newaxis] * vectors)
 
@@ -132,7 +134,7 @@ def left_jacobian(v: ArrayLike) -> Floats:
     angular velocity in the fixed frame. det J_l = (sin(φ/2)/(φ/2))²: at φ = 2πk, k ≥ 1, the rank is one.
 
     Args:
-        v: rotation vectors, shape (..., 3) [rad]; up to 1e140 rad.
+        v: rotation vectors, shape (..., 3) [rad].
 
     Returns:
         Matrices, shape (..., 3, 3), every entry accurate to a few 1e-16 · max(1, φ).
@@ -154,7 +156,7 @@ def right_jacobian(v: ArrayLike) -> Floats:
     J_r(v) = J_l(−v) = J_l(v)ᵀ. If v changes with time, J_r(v) v̇ is the angular velocity in the moving frame.
 
     Args:
-        v: rotation vectors, shape (..., 3) [rad]; up to 1e140 rad.
+        v: rotation vectors, shape (..., 3) [rad].
 
     Returns:
         Matrices, shape (..., 3, 3), every entry accurate to a few 1e-16 · max(1, φ).
@@ -227,7 +229,7 @@ def _inverse(kernel: Kernel, v: ArrayLike, what: str) -> Floats:
 
 
 def _left(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    B, C = jacobian_coefficients(f, squared_angle(f, x, y, z))
+    B, C = jacobian_coefficients(f, x * x + y * y + z * z)
     return rodrigues(x, y, z, B, C)
 
 
@@ -236,9 +238,75 @@ def _right(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
 
 
 def _left_inverse(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    D, _, opening = inverse_coefficients(f, squared_angle(f, x, y, z))
+    D, _, opening = inverse_coefficients(f, x * x + y * y + z * z)
     return *rodrigues(x, y, z, -0.5, D), opening
 
 
 def _right_inverse(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
     return _left_inverse(f, 0.0 - x, 0.0 - y, 0.0 - z)
+
+
+# --- Random rotations: uniform, and near a given one.
+
+Random: TypeAlias = "np.random.Generator | int | None"  # as text, because NumPy takes 15 ms to load its generators
+Shape = SupportsIndex | Iterable[SupportsIndex]
+
+
+def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
+    """Return uniformly distributed random rotations: their distribution is invariant under any fixed rotation.
+
+    Their angle φ has the density (1 − cos φ)/π on [0, π]: they are matrices of normalised normal deviates.
+
+    Args:
+        rng: a generator, or a seed for one.
+        shape: batch shape or number; () for one rotation.
+
+    Returns:
+        Rotation matrices, shape `(*shape, 3, 3)`.
+
+    Source: Muller, A note on a method for generating points uniformly on n-dimensional spheres, CACM 2(4), 1959.
+
+    Examples:
+        >>> R = nk.rotations.random_rotation(np.random.default_rng(0), 1000)
+        >>> bool(nk.rotations.is_rotation(R).all()), bool(np.linalg.norm(R.mean(axis=0)) < 0.1)
+        (True, True)
+    """
+    return matrix_from_quat(generator(rng).standard_normal((*_sizes(shape), 4)))
+
+
+def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, shape: Shape = ()) -> Floats:
+    """Return random rotations near given ones, R exp(v) with normally distributed v in the axes of the moving frame.
+
+    The components of v are independent, with mean zero and standard deviation σ. For one σ, small against 1 rad, the
+    root mean square of the angle to R is √3 σ; angles beyond π wrap.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3), the means.
+        sigma: standard deviation about every axis, one number, or about x, y and z, shape (3,), not negative [rad].
+        rng: a generator, or a seed for one.
+        shape: number or batch shape of samples for each R.
+
+    Returns:
+        Rotation matrices, shape `(..., *shape, 3, 3)`.
+
+    Source: Barfoot, State Estimation for Robotics, 7.3.1.
+
+    Examples:
+        >>> R = nk.rotations.rot_z(1.0)
+        >>> near = nk.rotations.random_rotation_near(R, 0.01, np.random.default_rng(0), 1000)
+        >>> round(float(np.sqrt(np.mean(nk.rotations.angle_between(R, near) ** 2))), 4)
+        0.0172
+    """
+    middle, deviations = as_rotations(R), as_batch(sigma, (), "sigma")
+    if deviations.shape not in ((), (3,)):
+        raise WrongShape("sigma", "() or (3,)", deviations.shape)
+    if not (deviations >= 0.0).all():
+        raise BadArgument(f"sigma must not be negative, got {deviations.tolist()}")
+    sizes = _sizes(shape)
+    batch = middle.shape[:-2]
+    turns = exp(deviations * generator(rng).standard_normal((*batch, *sizes, 3)))
+    return np.asarray(middle.reshape(*batch, *(1,) * len(sizes), 3, 3) @ turns)
+
+
+def _sizes(shape: Shape) -> tuple[SupportsIndex, ...]:
+    return tuple(shape) if isinstance(shape, Iterable) else (shape,)

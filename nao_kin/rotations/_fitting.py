@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     Floats,
     as_batch,
-    as_numbers,
-    as_vectors,
     choice,
     common_batch,
     cross,
@@ -202,12 +200,10 @@ def best_fit(before: Floats, after: Floats, what: str) -> Floats:
         raise DegeneratePoints(f"no single rotation fits the {what} best: {error}") from None
 
 
-def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArray[np.bool_] | bool = False) -> None:
-    """Refuse vectors (..., n, 3) along one line, and vectors known to be `coincident`."""
-    # Flattened to one batch axis, because the SVD supports fewer batch axes than arrays may have.
-    row = np.linalg.svd(rows.reshape(-1, *rows.shape[-2:]), compute_uv=False)
-    sigma = row.reshape(*rows.shape[:-2], row.shape[-1])
-    thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | coincident
+def refuse_one_line(rows: Floats, what: str, thinnest: float) -> None:
+    """Refuse vectors (..., n, 3) along one line, and zeros."""
+    sigma = np.linalg.svd(rows, compute_uv=False)
+    thin = sigma[..., 1] <= thinnest * sigma[..., 0]
     if thin.any():
         which = f"{what}{at_index(first_index(thin))}"
         raise DegeneratePoints(
@@ -216,12 +212,12 @@ def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArra
 
 
 def _as_points(value: ArrayLike, what: str) -> Floats:
-    points = as_numbers(value, what)
-    if points.ndim < 2 or points.shape[-1] != 3:
+    points = as_batch(value, (3,), what)
+    if points.ndim < 2:
         raise WrongShape(what, "(..., n, 3)", points.shape)
     if points.shape[-2] < 3:
         raise DegeneratePoints(f"{what}: a rotation needs at least three, got {points.shape[-2]}")
-    return as_vectors(points, what, rows=True)
+    return points
 
 
 def _centred(points: Floats, what: str, thinnest: float) -> Floats:
@@ -230,8 +226,8 @@ def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     scale = np.abs(arms).max(axis=(-2, -1), keepdims=True, initial=0.0)
     # The directions of coincident points are rounding errors of their coordinates.
     rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    arms /= np.where(scale > 0.0, scale, 1.0)
-    refuse_one_line(arms, what, thinnest, (scale <= rounding)[..., 0, 0])
+    arms = np.where(scale > rounding, arms / np.where(scale > 0.0, scale, 1.0), 0.0)
+    refuse_one_line(arms, what, thinnest)
     return arms
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, common_batch, first_index, largest
-from nao_kin._core.kernels import LARGEST_SQUARE, Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin._core.arrays import Floats, as_batch, common_batch, first_index
+from nao_kin._core.kernels import Functions, Number, evaluate
 from nao_kin._core.warn import warn_of_degrees
-from nao_kin.errors import BadArgument, ZeroNorm, at_index
-from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
+from nao_kin.errors import BadArgument, at_index
+from nao_kin.rotations._checks import TOLERANCE, evaluate_normalised, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural, rodrigues
 from nao_kin.rotations._quaternions import axis_and_half_angle, matrix_from_quat, quaternion_of
 
@@ -60,15 +60,10 @@ def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
     """
     axes, angles = vector_and_number(axis, angle, "axis", "angle")
     warn_of_degrees(angles, "angle")
-    try:
-        return evaluate(from_natural, [axes, angles[..., np.newaxis]], (3, 3))[0]
-    except OutOfScale:
-        none = (axes == 0.0).all(axis=-1)
-        without_axis = np.asarray(none & (angles != 0.0))
-        if without_axis.any():
-            raise ZeroNorm("rotation axis", first_index(without_axis)) from None
-        sized = rescaled(np.where(np.asarray(none)[..., np.newaxis], 1.0, axes), "rotation axis")
-        return evaluate(from_natural, [sized, angles[..., np.newaxis]], (3, 3))[0]
+    angles = angles[..., np.newaxis]
+    if not angles.all():
+        axes = np.where((angles == 0.0) & ~axes.any(axis=-1, keepdims=True), 1.0, axes)
+    return evaluate_normalised(from_natural, axes, "rotation axis", angles)
 
 
 def linear_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
@@ -118,9 +113,8 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         True
     """
     vectors, scalars = vector_and_number(q, q0, "q", "q0")
-    # Clipped, because the squares of large values would overflow; no valid component exceeds 1.
-    sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
-    defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
+    sine = np.sqrt(np.square(vectors).sum(axis=-1))
+    defect = np.abs(np.square(sine) + np.square(scalars) - 1.0)
     if not (defect <= TOLERANCE).all():
         index = first_index(defect > TOLERANCE)
         raise BadArgument(
@@ -204,7 +198,7 @@ def _natural(f: Functions, *m: Number) -> tuple[Number, ...]:
 def mrp_from_matrix(R: ArrayLike) -> Floats:
     """Modified Rodrigues parameters of a rotation, p = e tan(φ/4) = r/(1 + r0), with φ ≤ π and so ‖p‖ ≤ 1.
 
-    `mrp_shadow` gives the other triple of the same rotation, ‖p‖ ≥ 1.
+    The other triple of the same rotation, ‖p‖ ≥ 1, is −p/‖p‖².
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
@@ -237,51 +231,7 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
         >>> np.allclose(R, nk.rotations.rot_z(0.3))
         True
     """
-    parameters = as_batch(p, (3,), "modified Rodrigues parameters")
-    try:
-        return evaluate(_matrix, [parameters], (3, 3))[0]
-    except OutOfScale:
-        # If a triple is long, the other triple of the same rotation is short.
-        long = (largest(parameters) > 1.0)[..., np.newaxis]
-        short = np.where(long, _shadow(np.where(long, parameters, 1.0)), parameters)
-        return evaluate(_matrix, [short], (3, 3))[0]
-
-
-def mrp_shadow(p: ArrayLike) -> Floats:
-    """The other triple of the same rotation, −p/‖p‖² = −e tan((2π − φ)/4): the rotation in the opposite direction.
-
-    Towards φ = 2π one triple grows without bound and the other vanishes: change at ‖p‖ = 1 to stay within 1.
-
-    Args:
-        p: modified Rodrigues parameters, shape (..., 3).
-
-    Returns:
-        Parameters, shape (..., 3).
-
-    Raises:
-        ZeroNorm: p = 0, the identity, whose other triple is infinite; carries its index.
-        BadArgument: p so short that the other triple overflows.
-
-    Source: Schaub and Junkins, Stereographic orientation parameters, J. Astronautical Sciences 44(1), 1996.
-
-    Examples:
-        >>> nk.rotations.mrp_shadow([0.0, 0.0, 0.5])
-        array([ 0.,  0., -2.])
-    """
-    parameters = as_batch(p, (3,), "modified Rodrigues parameters")
-    with np.errstate(over="ignore"):
-        found = _shadow(parameters)
-    finite = np.asarray(np.isfinite(found).all(axis=-1))
-    if not finite.all():
-        index = first_index(~finite)
-        raise BadArgument(f"the other triple of parameters{at_index(index)} overflows: {parameters[index].tolist()}")
-    return found
-
-
-def _shadow(p: Floats) -> Floats:
-    direction = rescaled(p, "modified Rodrigues parameters")
-    square = np.square(direction).sum(axis=-1, keepdims=True)
-    return np.asarray(-(direction / square) / largest(p)[..., np.newaxis] + 0.0)
+    return evaluate(_matrix, [as_batch(p, (3,), "modified Rodrigues parameters")], (3, 3))[0]
 
 
 def _parameters(f: Functions, *m: Number) -> tuple[Number, ...]:
@@ -292,7 +242,5 @@ def _parameters(f: Functions, *m: Number) -> tuple[Number, ...]:
 
 def _matrix(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
     square = x * x + y * y + z * z
-    if not f.within(square, LARGEST_SQUARE):
-        raise OutOfScale
     quotient = 1.0 / (1.0 + square)
     return rodrigues(x, y, z, 4.0 * quotient * (1.0 - square) * quotient, 8.0 * quotient * quotient)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
-import operator
 from collections.abc import Sequence
-from typing import Literal, SupportsIndex
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, as_vectors, choice, common_batch, dot, first_index, largest, unit
-from nao_kin._core.kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.errors import BadArgument, ZeroNorm, at_index
-from nao_kin.rotations._checks import as_exponent, evaluate_rotations
+from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, dot, first_index, unit
+from nao_kin._core.kernels import Functions, Number, evaluate, rescaled
+from nao_kin.errors import BadArgument, WrongShape, ZeroNorm, at_index
+from nao_kin.rotations._checks import evaluate_normalised, evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
 
 # --- Kernels from matrices to quaternions, and from quaternions to axes and half angles.
@@ -45,15 +43,8 @@ def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
 def axis_and_half_angle(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> tuple[Number, ...]:
     """The kernel from a quaternion to the unit vector along r, zero if r is zero, and atan2(‖r‖, r0)."""
     norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
-    unit: Number = 1.0
-    tiny = norm < 1e-140
-    if f.some(tiny):
-        # The squares of the smallest angles underflow unless they are scaled first.
-        unit = f.where(tiny, 2.0**700, 1.0)
-        r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
-        norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
     divisor = f.where(norm > 0.0, norm, 1.0)
-    return r1 / divisor, r2 / divisor, r3 / divisor, f.atan2(norm / unit, r0)
+    return r1 / divisor, r2 / divisor, r3 / divisor, f.atan2(norm, r0)
 
 
 def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number) -> Number:
@@ -103,11 +94,7 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
         >>> nk.rotations.matrix_from_quat([1, 0, 0, 1])[0].round(12) + 0.0  # 90° about z
         array([ 0., -1.,  0.])
     """
-    quats = as_batch(q, (4,), "quaternion")
-    try:
-        return evaluate(from_quaternion, [quats], (3, 3))[0]
-    except OutOfScale:
-        return evaluate(from_quaternion, [rescaled(quats, "quaternion")], (3, 3))[0]
+    return evaluate_normalised(from_quaternion, as_batch(q, (4,), "quaternion"), "quaternion")
 
 
 def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
@@ -126,7 +113,7 @@ def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         >>> nk.rotations.quat_multiply([0, 1, 0, 0], [0, 0, 1, 0])  # i j = k
         array([0., 0., 0., 1.])
     """
-    P, Q = as_vectors(p, "quaternion p", 4), as_vectors(q, "quaternion q", 4)
+    P, Q = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q")
     batch = common_batch("quaternions p and q", P.shape[:-1], Q.shape[:-1])
     return evaluate(_product, [np.broadcast_to(side, (*batch, 4)) for side in (P, Q)], (4,))[0]
 
@@ -182,14 +169,10 @@ def quat_rotate(q: ArrayLike, v: ArrayLike) -> Floats:
         >>> nk.rotations.quat_rotate([1, 0, 0, 1], [1.0, 0.0, 2.0]).round(12) + 0.0  # 90° about z
         array([0., 1., 2.])
     """
-    quats, vectors = as_batch(q, (4,), "quaternion"), as_vectors(v, "vector")
+    quats, vectors = as_batch(q, (4,), "quaternion"), as_batch(v, (3,), "vector")
     batch = common_batch("quaternions and vectors", quats.shape[:-1], vectors.shape[:-1])
-    vectors = np.broadcast_to(vectors, (*batch, 3))
-    try:
-        return evaluate(_rotated, [np.broadcast_to(quats, (*batch, 4)), vectors], (3,))[0]
-    except OutOfScale:
-        sized = np.broadcast_to(rescaled(quats, "quaternion"), (*batch, 4))
-        return evaluate(_rotated, [sized, vectors], (3,))[0]
+    quats, vectors = np.broadcast_to(quats, (*batch, 4)), np.broadcast_to(vectors, (*batch, 3))
+    return evaluate_normalised(_rotated, quats, "quaternion", vectors, tail=(3,))
 
 
 def quat_to_xyzw(q: ArrayLike) -> Floats:
@@ -245,110 +228,6 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
     )
 
 
-# --- Exponential, logarithm and powers of quaternions.
-
-# Largest r0 of an exponential: e⁷⁰⁰ is about 1e304.
-_LARGEST_SCALAR = 700.0
-_LARGEST_VECTOR = 1e139
-# Largest logarithm of the length of a quaternion that counts as a unit quaternion.
-_UNIT = 1e-15
-
-
-def quat_exp(q: ArrayLike) -> Floats:
-    """The exponential of a quaternion, exp(r0, r) = e^r0 (cos ‖r‖, sin ‖r‖ r/‖r‖).
-
-    With a rotation vector v, `quat_exp([0, *v / 2])` is the unit quaternion of its rotation.
-
-    Args:
-        q: quaternions (r0, r1, r2, r3), shape (..., 4), with r0 ≤ 700 and r within ±1e139.
-
-    Returns:
-        Quaternions, shape (..., 4), of length e^r0; continuous in q, so not of canonical sign.
-
-    Examples:
-        >>> nk.rotations.quat_exp([0.0, 0.0, 0.0, np.pi / 4])  # half of 90° about z
-        array([0.7071, 0.    , 0.    , 0.7071])
-    """
-    quats = as_batch(q, (4,), "quaternion")
-    fine = (quats[..., 0] <= _LARGEST_SCALAR) & (largest(quats[..., 1:]) <= _LARGEST_VECTOR)
-    if not fine.all():
-        index = first_index(np.asarray(~fine))
-        raise BadArgument(
-            f"quaternion{at_index(index)} is too large for its exponential: {quats[index].tolist()}; "
-            f"r0 may be up to {_LARGEST_SCALAR:g}, r up to {_LARGEST_VECTOR:g}"
-        )
-    found = evaluate(_exponential, [quats[..., 1:]], (4,))[0]
-    scalars = quats[..., 0]
-    return found if not scalars.any() else np.asarray(found * np.exp(scalars)[..., np.newaxis])
-
-
-def quat_log(q: ArrayLike) -> Floats:
-    """The principal logarithm of a quaternion, log q = (ln ‖q‖, θ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
-
-    For a unit quaternion its vector part is half the rotation vector: axis times φ/2. It depends on the quaternion, not
-    only on the rotation: log(−q) rotates the opposite way by 2π − φ. Use `quat_canonical(q)` for φ ≤ π.
-
-    Args:
-        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
-
-    Returns:
-        Quaternions, shape (..., 4). Where r = 0 and r0 < 0, a whole turn without an axis, the vector part is (π, 0, 0).
-
-    Examples:
-        >>> 2 * nk.rotations.quat_log([np.sqrt(0.5), 0, 0, np.sqrt(0.5)])[1:]  # the rotation vector
-        array([0.    , 0.    , 1.5708])
-    """
-    quats = as_batch(q, (4,), "quaternion")
-    try:
-        return evaluate(_logarithm, [quats], (4,))[0]
-    except OutOfScale:
-        found = evaluate(_logarithm, [rescaled(quats, "quaternion")], (4,))[0]
-        found[..., 0] += np.log(largest(quats))
-        return found
-
-
-def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
-    """The power qᵗ = exp(t log q) = ‖q‖ᵗ (cos tθ, sin tθ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
-
-    A unit quaternion rotates by t times its angle 2θ in [0, 2π]. Its power is a unit quaternion: a length within 1e-15
-    of 1 counts as 1. The power depends on the quaternion, not only on the rotation: q and −q have different powers.
-    `power` and `quat_power(quat_canonical(q), t)` use the angle φ ≤ π of the rotation.
-
-    Args:
-        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
-        t: exponents, shape (...), within ±1e15; broadcasts with q.
-
-    Returns:
-        Quaternions, shape (..., 4), with the axis of `quat_log`.
-
-    Raises:
-        BadArgument: a power so long that it overflows.
-
-    Examples:
-        >>> nk.rotations.quat_power([np.sqrt(0.5), 0, 0, np.sqrt(0.5)], 2.0).round(12) + 0.0
-        array([0., 0., 0., 1.])
-    """
-    logarithms, exponents = quat_log(q), as_exponent(t, "exponent")
-    common_batch("quaternions and exponents", logarithms.shape[:-1], exponents.shape)
-    logarithms[np.abs(logarithms[..., 0]) <= _UNIT, 0] = 0.0
-    return quat_exp(exponents[..., np.newaxis] * logarithms)
-
-
-def _exponential(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    # The floor avoids 0/0; sin θ/θ is 1 to the last digit below θ = 1e-8.
-    theta = f.larger(f.sqrt(x * x + y * y + z * z), SMALLEST_NORMAL)
-    quotient = f.sin(theta) / theta
-    return f.cos(theta), quotient * x, quotient * y, quotient * z
-
-
-def _logarithm(f: Functions, *q: Number) -> tuple[Number, ...]:
-    square = f.square(*q)
-    x, y, z, theta = axis_and_half_angle(f, *q)
-    # Without a vector part θ is 0 or π, and the axis is zero; at π it is set to x.
-    x = f.where(theta >= math.pi, f.where((y == 0.0) & (z == 0.0) & (x == 0.0), 1.0, x), x)
-    return 0.5 * f.log(square), theta * x, theta * y, theta * z
-
-
 # --- Spherical linear interpolation between two quaternions, along the shorter arc or the longer one.
 
 Arc = Literal["shorter", "longer"]
@@ -368,7 +247,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.
         q: quaternions at t = 1, shape (..., 4); broadcasts with p.
-        t: shape (...), broadcasts with p and q; may be outside [0, 1], up to ±1e15.
+        t: shape (...), broadcasts with p and q; may be outside [0, 1].
         arc: "shorter" or "longer".
 
     Returns:
@@ -387,7 +266,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
         (array([0., 0., 1.]), array(0.7854))
     """
     choice(arc, ("shorter", "longer"), "arc")
-    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_exponent(t, "t")
+    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_batch(t, (), "t")
     batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
     ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
     inputs = [*(np.broadcast_to(end, (*batch, 4)) for end in ends), np.broadcast_to(parts, batch)[..., np.newaxis]]
@@ -438,35 +317,14 @@ def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
 # --- Signs of quaternions: q and −q are the same rotation.
 
 
-def quat_nearest(q: ArrayLike, reference: ArrayLike) -> Floats:
-    """Return q or −q, which are the same rotation: the one nearer to a reference, with q · reference ≥ 0.
-
-    Args:
-        q: quaternions of any length but zero, shape (..., 4).
-        reference: quaternions, shape (..., 4), of any length but zero; broadcasts with q.
-
-    Returns:
-        Quaternions of the same length, shape (..., 4); q where both are equally near, half a turn from the reference.
-
-    Examples:
-        >>> nk.rotations.quat_nearest([-0.8, 0.0, 0.0, -0.6], [1, 0, 0, 0])
-        array([0.8, 0. , 0. , 0.6])
-    """
-    quats, references = as_batch(q, (4,), "quaternion"), as_batch(reference, (4,), "reference")
-    common_batch("quaternions and references", quats.shape[:-1], references.shape[:-1])
-    inner = dot(rescaled(quats, "quaternion"), rescaled(references, "reference"))
-    return np.where(inner[..., np.newaxis] < 0.0, -quats, quats) + 0.0
-
-
-def quat_unwrap(q: ArrayLike, *, axis: SupportsIndex = -2) -> Floats:
+def quat_unwrap(q: ArrayLike) -> Floats:
     """Return the quaternions of a path with signs that make it continuous: q · previous ≥ 0; the first keeps its sign.
 
     The rotations do not change. At exactly half a turn, where both signs are equally near, the sign relative to the
     previous quaternion stays as given.
 
     Args:
-        q: quaternions of any length but zero, shape (..., n, 4).
-        axis: the axis of q along which the path runs, not that of the components; by default the last but one.
+        q: quaternions of any length but zero along a path, shape (..., n, 4).
 
     Returns:
         Quaternions of the same lengths and shape.
@@ -476,25 +334,9 @@ def quat_unwrap(q: ArrayLike, *, axis: SupportsIndex = -2) -> Floats:
         [1.0, 0.96]
     """
     quats = as_batch(q, (4,), "quaternion")
-    along = _path_axis(axis, quats.ndim)
-    if not quats.size:
-        return np.array(quats)
-    path = np.moveaxis(rescaled(quats, "quaternion"), along, 0)
+    if quats.ndim < 2:
+        raise WrongShape("quaternions of a path", "(..., n, 4)", quats.shape)
+    path = rescaled(quats, "quaternion")
     flips = np.ones(path.shape[:-1])
-    flips[1:] = np.where(dot(path[1:], path[:-1]) < 0.0, -1.0, 1.0)
-    signs = np.moveaxis(np.cumprod(flips, axis=0), 0, along)
-    return np.asarray(quats * signs[..., np.newaxis] + 0.0)
-
-
-def _path_axis(axis: SupportsIndex, ndim: int) -> int:
-    try:
-        along = operator.index(axis)
-    except TypeError:
-        along = ndim
-    if along < 0:
-        along += ndim
-    if not 0 <= along < ndim - 1:
-        raise BadArgument(
-            f"axis must be one of the {ndim - 1} before the components, from {-ndim} to −2 or from 0, got {axis}"
-        )
-    return along
+    flips[..., 1:] = np.where(dot(path[..., 1:, :], path[..., :-1, :]) < 0.0, -1.0, 1.0)
+    return np.asarray(quats * np.cumprod(flips, axis=-1)[..., np.newaxis] + 0.0)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_vectors, cross, dot, first_index
+from nao_kin._core.arrays import Floats, as_batch, cross, dot, first_index
 from nao_kin._core.kernels import evaluate, jacobian_derivatives
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._exponential import exp, log, right_jacobian, right_jacobian_inverse
-from nao_kin.rotations._rates import Side, is_moving
-from nao_kin.rotations._three_angles import REQUIRED
+from nao_kin.rotations._three_angles import REQUIRED, Side, is_moving
 
 # --- The angular velocities at the keys that make the acceleration continuous.
 
@@ -246,11 +245,7 @@ class RotationSpline:
 def _end(value: ArrayLike | None, mean: Floats, what: str) -> Floats:
     if value is None:
         return mean
-    velocity = as_vectors(value, what)
-    try:
-        return np.broadcast_to(velocity, mean.shape)
-    except ValueError:
-        raise WrongShape(what, f"broadcastable to {mean.shape}", velocity.shape) from None
+    return np.broadcast_to(as_batch(value, (3,), what), mean.shape)
 
 
 def _times(M: Floats, v: Floats) -> Floats:

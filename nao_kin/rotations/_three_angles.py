@@ -1,4 +1,4 @@
-"""The 24 three-angle conventions: 12 sequences of axes, about moving or fixed axes."""
+"""The 24 three-angle conventions: 12 sequences of axes, moving or fixed; Davenport angles; rates of angles."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, cross, 
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate, rescaled
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import warn_of_degrees
-from nao_kin.errors import BadArgument, UnknownName, at_index
+from nao_kin.errors import BadArgument, SingularMatrix, UnknownName, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
 from nao_kin.rotations._invariants import matrix_from_natural
 from nao_kin.rotations._quaternions import matrix_from_quat, quat_from_matrix
 
 Axes = Literal["moving", "fixed"]
 AtLock = Literal["first", "third"]
+Side = Literal["fixed", "moving"]
 
 SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c)
 
@@ -56,33 +57,29 @@ _CONVENTIONS = {(s, axes): _convention(s, axes) for s in SEQUENCES for axes in (
 
 def find_convention(sequence: str, axes: Axes) -> Convention:
     """Return the convention of that name; refuse anything that is not exactly one of the 24."""
-    if isinstance(sequence, str) and isinstance(axes, str):
-        found = _CONVENTIONS.get((sequence, axes))
-        if found is not None:
-            return found
-    if not isinstance(sequence, str) or sequence not in SEQUENCES:
-        short = isinstance(sequence, str) and sequence in SHORT_SEQUENCES
+    found = _CONVENTIONS.get((sequence, axes))
+    if found is not None:
+        return found
+    if sequence not in SEQUENCES:
+        short = sequence in SHORT_SEQUENCES
         raise _unknown_sequence(sequence, SEQUENCES, "`nearest_euler` takes one or two axes" if short else "")
     raise _unknown_axes(axes)
 
 
 def find_any_convention(sequence: str, axes: Axes) -> tuple[Convention, int]:
     """Return the convention and the number of angles; for one or two axes, a convention whose other angles are zero."""
-    count = len(sequence) if isinstance(sequence, str) else 0
-    if isinstance(sequence, str) and sequence in SHORT_SEQUENCES:
-        rest = "".join(axis for axis in "xyz" if axis not in sequence)
-        return find_convention((sequence + rest)[:3], axes), count
-    if not isinstance(sequence, str) or sequence not in SEQUENCES:
+    if sequence not in (*SEQUENCES, *SHORT_SEQUENCES):
         raise _unknown_sequence(sequence, (*SEQUENCES, *SHORT_SEQUENCES))
-    return find_convention(sequence, axes), count
+    rest = "".join(axis for axis in "xyz" if axis not in sequence)
+    return find_convention((sequence + rest)[:3], axes), len(sequence)
 
 
 def find_short_sequence(sequence: str, axes: Axes) -> tuple[int, ...]:
     """Return the one or two axes as numbers, in the order in which moving axes give the same rotation."""
-    if not isinstance(sequence, str) or sequence not in SHORT_SEQUENCES:
-        full = isinstance(sequence, str) and sequence in SEQUENCES
+    if sequence not in SHORT_SEQUENCES:
+        full = sequence in SEQUENCES
         raise _unknown_sequence(sequence, SHORT_SEQUENCES, "`euler_from_matrix` takes three axes" if full else "")
-    if not isinstance(axes, str) or axes not in ("moving", "fixed"):
+    if axes not in ("moving", "fixed"):
         raise _unknown_axes(axes)
     places = tuple("xyz".index(axis) for axis in sequence)
     return places if axes == "moving" else places[::-1]
@@ -318,14 +315,14 @@ def matrix_from_rpy(rpy: ArrayLike) -> Floats:
     return _composed(rpy, "xyz", "fixed")
 
 
-def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
+def rpy_from_matrix(R: ArrayLike) -> Floats:
     """Roll, pitch and yaw of a rotation, R = Rz(yaw) Ry(pitch) Rx(roll), with pitch in [−π/2, π/2].
 
-    The principal solution of `euler_from_matrix(R, "xyz", axes="fixed")`, which also gives the other one.
+    The principal solution of `euler_from_matrix(R, "xyz", axes="fixed")`, which also gives the other one. Yaw is zero
+    where pitch = ±π/2.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
-        at_lock: which angle is zero where pitch = ±π/2: the "first", roll, or the "third", yaw.
 
     Returns:
         (roll, pitch, yaw), shape (..., 3) [rad].
@@ -334,7 +331,7 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
         >>> nk.rotations.rpy_from_matrix(nk.rotations.rot_z(0.3) @ nk.rotations.rot_x(0.1))
         array([0.1, 0. , 0.3])
     """
-    return euler_from_matrix(R, "xyz", axes="fixed", at_lock=at_lock).angles
+    return euler_from_matrix(R, "xyz", axes="fixed").angles
 
 
 # --- Rotations about arbitrary axes, consecutive ones perpendicular: Davenport angles.
@@ -368,8 +365,7 @@ def davenport_angles(
         with |sin δ| ≤ 4 × 2⁻⁵² count as parallel: δ is 0 or π.
 
     Raises:
-        BadArgument: axes that `are_davenport_axes` refuses; names the two axes that are not perpendicular, the angle
-            between them, and their index.
+        BadArgument: |cos| of consecutive axes above 1e-9; names the two axes, the angle between them, and the index.
 
     Source: Shuster and Markley, Generalization of the Euler angles, J. Astronautical Sciences 51(2), 2003.
 
@@ -400,28 +396,6 @@ def davenport_angles(
     for triple in (angles, other):
         triple[..., 1] = side * _wrapped(triple[..., 1] - delta) + 0.0
     return EulerAngles(angles, other, locked.astype(np.bool_))
-
-
-def are_davenport_axes(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether rotations about three axes reach every rotation: a1 ⟂ a2 and a2 ⟂ a3, with |cos| up to 1e-9.
-
-    Args:
-        a1: first axes, shape (..., 3), of any length but zero.
-        a2: second axes; batch axes broadcast.
-        a3: third axes.
-
-    Returns:
-        Booleans, shape (...).
-
-    Source: Davenport, Rotations about nonorthogonal axes, AIAA Journal 11(6), 1973, doi:10.2514/3.6842.
-
-    Examples:
-        >>> nk.rotations.are_davenport_axes([0, 1, -1], [1, 0, 0], [[0, 1, 0], [1, 1, 0]])
-        array([ True, False])
-    """
-    first, second, third = (scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1))
-    common_batch("axes a1, a2 and a3", first.shape[:-1], second.shape[:-1], third.shape[:-1])
-    return np.asarray(_are_perpendicular(first, second) & _are_perpendicular(second, third))
 
 
 def matrix_from_davenport(
@@ -463,7 +437,11 @@ def scaled_axis(axis: ArrayLike, what: str) -> Floats:
 
 
 def _refuse_leaning(a: Floats, b: Floats, what: str) -> None:
-    leaning = ~np.asarray(_are_perpendicular(a, b))
+    # Written component by component, so that a batch is rounded like each pair alone.
+    a0, a1, a2 = (a[..., i] for i in range(3))
+    b0, b1, b2 = (b[..., i] for i in range(3))
+    lengths = np.sqrt((a0 * a0 + a1 * a1 + a2 * a2) * (b0 * b0 + b1 * b1 + b2 * b2))
+    leaning = np.asarray(np.abs(a0 * b0 + a1 * b1 + a2 * b2) > _PERPENDICULAR * lengths)
     if leaning.any():
         index = first_index(leaning)
         one, two = np.broadcast_to(a, (*leaning.shape, 3))[index], np.broadcast_to(b, (*leaning.shape, 3))[index]
@@ -474,14 +452,140 @@ def _refuse_leaning(a: Floats, b: Floats, what: str) -> None:
         )
 
 
-def _are_perpendicular(a: Floats, b: Floats) -> NDArray[np.bool_]:
-    """Written component by component, so that a batch is rounded like each pair alone."""
-    a0, a1, a2 = (a[..., i] for i in range(3))
-    b0, b1, b2 = (b[..., i] for i in range(3))
-    lengths = np.sqrt((a0 * a0 + a1 * a1 + a2 * a2) * (b0 * b0 + b1 * b1 + b2 * b2))
-    return np.asarray(np.abs(a0 * b0 + a1 * b1 + a2 * b2) <= _PERPENDICULAR * lengths)
-
-
 def _wrapped(angle: Floats) -> Floats:
     """Wrap an angle in (−2π, 2π] to [−π, π]."""
     return np.where(angle > math.pi, angle - 2.0 * math.pi, np.where(angle < -math.pi, angle + 2.0 * math.pi, angle))
+
+
+# --- The rates of three angles and the angular velocity: the Jacobians of the 24 conventions, and their inverses.
+
+
+def euler_rate_jacobian(
+    angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, expressed_in: Side = REQUIRED
+) -> Floats:
+    """The matrix J from the rates of three angles to the angular velocity, ω = J (α̇, β̇, γ̇).
+
+    Its columns are the current axes of the three rotations: for moving axes "ijk", in the fixed frame, eᵢ, Ri(α) eⱼ and
+    Ri(α) Rj(β) eₖ; in the moving frame J is multiplied by Rᵀ. With R = `matrix_from_euler(angles, ...)`, ω in the fixed
+    frame is the vector of Ṙ Rᵀ, in the moving frame that of Rᵀ Ṙ. det J is ± cos β, or ± sin β if the first and third
+    axes are the same: at lock these axes coincide, and J has rank two.
+
+    Args:
+        angles: shape (..., 3) [rad], in the order of the sequence.
+        sequence: three of "x", "y", "z", neighbours different, lower case.
+        axes: "moving" or "fixed", the axes of the rotations; required.
+        expressed_in: "fixed" or "moving", the frame of the angular velocity; required.
+
+    Returns:
+        Matrices, shape (..., 3, 3); columns in the order of the sequence.
+
+    Source: Diebel, Representing attitude, Stanford University, 2006.
+
+    Examples:
+        >>> J = nk.rotations.euler_rate_jacobian([0.1, 0.2, 0.3], "xyz", axes="fixed", expressed_in="fixed")
+        >>> J @ [0.0, 0.0, 2.0]  # the last of three fixed axes does not move
+        array([0., 0., 2.])
+    """
+    convention, body = find_convention(sequence, axes), is_moving(expressed_in)
+    values = as_batch(angles, (3,), "angles")
+    return evaluate(_jacobian(convention, body), [values], (3, 3))[0]
+
+
+def euler_rate_jacobian_inverse(
+    angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, expressed_in: Side = REQUIRED
+) -> Floats:
+    """The matrix J⁻¹ from the angular velocity to the rates of three angles, (α̇, β̇, γ̇) = J⁻¹ ω.
+
+    The inverse of `euler_rate_jacobian`, in closed form. Near lock it grows as 1/cos β, or 1/sin β if the first and
+    third axes are the same.
+
+    Args:
+        angles: shape (..., 3) [rad], in the order of the sequence.
+        sequence: three of "x", "y", "z", neighbours different, lower case.
+        axes: "moving" or "fixed", the axes of the rotations; required.
+        expressed_in: "fixed" or "moving", the frame of the angular velocity; required.
+
+    Returns:
+        Matrices, shape (..., 3, 3); rows in the order of the sequence.
+
+    Raises:
+        SingularMatrix: at lock, |cos β| (|sin β| for equal outer axes) up to 4 × 2⁻⁵²; carries the index.
+
+    Source: Diebel, Representing attitude, Stanford University, 2006.
+
+    Examples:
+        >>> convention = {"sequence": "zyx", "axes": "moving", "expressed_in": "moving"}
+        >>> J = nk.rotations.euler_rate_jacobian([0.1, 0.2, 0.3], **convention)
+        >>> np.allclose(nk.rotations.euler_rate_jacobian_inverse([0.1, 0.2, 0.3], **convention) @ J, np.eye(3))
+        True
+    """
+    convention, body = find_convention(sequence, axes), is_moving(expressed_in)
+    values = as_batch(angles, (3,), "angles")
+    found, determinant = evaluate(_inverse(convention, body), [values], (3, 3), ())
+    locked = np.asarray(np.abs(determinant) <= LOCK)
+    if locked.any():
+        outer = "sin β = 0" if convention.symmetric else "cos β = 0"
+        raise SingularMatrix("Jacobian of the angles' rates", f"the angles are at lock, {outer}", first_index(locked))
+    return found
+
+
+def is_moving(expressed_in: Side) -> bool:
+    if expressed_in is None:
+        raise BadArgument("expressed_in= must be given: 'fixed' or 'moving', the frame of the vector's components")
+    return choice(expressed_in, ("fixed", "moving"), "expressed_in") == "moving"
+
+
+def _sines(f: Functions, convention: Convention, body: bool, angles: tuple[Number, ...]) -> tuple[Number, ...]:
+    """Cosines and sines of the two angles that J depends on, for moving axes in the fixed frame.
+
+    In the moving frame, Rᵀ consists of rotations by the negative angles in the opposite order.
+    """
+    first, middle, third = angles[::-1] if convention.reversed else angles
+    if body:
+        first, middle = 0.0 - third, 0.0 - middle
+    return f.cos(first), f.sin(first), f.cos(middle), f.sin(middle)
+
+
+def _order(convention: Convention, body: bool) -> tuple[int, int, int, float, bool]:
+    """The axes i, j, k and their sign, as for J in the fixed frame, and whether the angles are in the same order."""
+    i, k, sign = convention.i, convention.k, convention.sign
+    if body and not convention.symmetric:
+        i, k, sign = k, i, -sign
+    return i, convention.j, k, sign, convention.reversed == body
+
+
+def _jacobian(convention: Convention, body: bool) -> Kernel:
+    i, j, k, s, in_order = _order(convention, body)
+
+    def kernel(f: Functions, *angles: Number) -> tuple[Number, ...]:
+        ca, sa, cb, sb = _sines(f, convention, body, angles)
+        m: list[Number] = [0.0] * 9
+        first, last = (0, 2) if in_order else (2, 0)
+        m[3 * i + first] = 1.0
+        m[3 * j + 1], m[3 * k + 1] = ca, s * sa
+        if convention.symmetric:
+            m[3 * i + last], m[3 * j + last], m[3 * k + last] = cb, sa * sb, 0.0 - s * ca * sb
+        else:
+            m[3 * i + last], m[3 * j + last], m[3 * k + last] = s * sb, 0.0 - s * sa * cb, ca * cb
+        return tuple(m)
+
+    return kernel
+
+
+def _inverse(convention: Convention, body: bool) -> Kernel:
+    i, j, k, s, in_order = _order(convention, body)
+
+    def kernel(f: Functions, *angles: Number) -> tuple[Number, ...]:
+        ca, sa, cb, sb = _sines(f, convention, body, angles)
+        # The component of the last axis along the first, and the one across it.
+        along, across = (cb, 0.0 - s * sb) if convention.symmetric else (s * sb, cb)
+        divisor = f.where(across == 0.0, 1.0, across)
+        gj, gk = 0.0 - s * sa / divisor, ca / divisor
+        m: list[Number] = [0.0] * 9
+        first, last = (0, 6) if in_order else (6, 0)
+        m[first + i], m[first + j], m[first + k] = 1.0, 0.0 - along * gj, 0.0 - along * gk
+        m[3 + j], m[3 + k] = ca, s * sa
+        m[last + j], m[last + k] = gj, gk
+        return *m, across
+
+    return kernel

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_vectors, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._core.arrays import Floats, as_batch, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import SingularMatrix
 
 __all__ = [
@@ -25,8 +25,6 @@ __all__ = [
 
 # The rounding error of u·v is at most this times Σ|uᵢ vᵢ|; a smaller u·v counts as zero.
 _ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
-# ‖u‖ ‖v‖ below which T is the identity: 1/(‖u‖ ‖v‖), the size of a generalised eigenvector, must not overflow.
-_SMALLEST = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +35,10 @@ class RankOneEigen:
         values: eigenvalues (1, 1, 1 + u·v), shape (..., 3).
         vectors: unit eigenvectors as columns, shape (..., 3, 3): two perpendicular to v and to one another, the first
             also to u where the sine of the angle between u and v exceeds 0.1, then u/‖u‖. Where T is defective the last
-            two columns are the same vector; where ‖u‖ ‖v‖ ≤ 1e-300, and T is the identity, the last is v/‖v‖ (u/‖u‖ for
+            two columns are the same vector; where u or v is zero, and T is the identity, the last is v/‖v‖ (u/‖u‖ for
             v = 0) and the three are orthonormal.
-        defective: where u·v = 0 with ‖u‖ ‖v‖ > 1e-300, shape (...): the eigenvalue 1 counts three times and has only
-            two independent eigenvectors.
+        defective: where u·v = 0 and neither vector is zero, shape (...): the eigenvalue 1 counts three times and has
+            only two independent eigenvectors.
         singular: where u·v = −1, shape (...).
         jordan_basis: columns P with T P = P J, shape (..., 3, 3): the eigenvectors; where T is defective the last is
             the generalised one g = v/(‖u‖ ‖v‖²), with T g = g + u/‖u‖. |det P| is |cos ∠(u, v)|, or 1/(‖u‖ ‖v‖) where
@@ -107,7 +105,7 @@ def inverse(u: ArrayLike, v: ArrayLike) -> Floats:
 def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     """Eigenvalues, eigenvectors and Jordan form of T = 1 + u vᵀ, with the arguments of `matrix`.
 
-    Where u or v is zero, or ‖u‖ ‖v‖ ≤ 1e-300, T is the identity and the eigenvectors are an orthonormal basis that
+    Where u or v is zero, T is the identity and the eigenvectors are an orthonormal basis that
     contains the direction of v, or of u for v = 0. A u·v or 1 + u·v that is zero up to its rounding counts as zero.
 
     Examples:
@@ -120,8 +118,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     x_axis = np.array([1.0, 0.0, 0.0])
     normal_v, length_v = unit(np.where(v_is_zero, np.where(u_is_zero, x_axis, u), v), "v")
     along_u, length_u = unit(np.where(u_is_zero, normal_v, u), "u")
-    size = np.where((u_is_zero | v_is_zero)[..., 0], 0.0, length_u * length_v)
-    sheared = size > _SMALLEST
+    sheared = ~(u_is_zero | v_is_zero)[..., 0]
     along_u = np.where(sheared[..., None], along_u, normal_v)
     singular = _is_minus_one(product, u, v)
     cosine = dot(along_u, normal_v)
@@ -134,7 +131,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
 
     one = np.ones_like(product)
     values = np.stack([one, one, np.where(defective, 1.0, 1.0 + product)], axis=-1)
-    generalised = normal_v / np.where(sheared, size, 1.0)[..., None]
+    generalised = normal_v / np.where(sheared, length_u * length_v, 1.0)[..., None]
     last = np.where(defective[..., None], generalised, along_u)
     form = np.zeros((*product.shape, 3, 3))
     form[..., range(3), range(3)] = values
@@ -150,7 +147,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
 
 
 def _checked(u: ArrayLike, v: ArrayLike) -> tuple[Floats, Floats]:
-    u, v = as_vectors(u, "u"), as_vectors(v, "v")
+    u, v = as_batch(u, (3,), "u"), as_batch(v, (3,), "v")
     shape = (*common_batch("u and v", u.shape[:-1], v.shape[:-1]), 3)
     return np.broadcast_to(u, shape), np.broadcast_to(v, shape)
 

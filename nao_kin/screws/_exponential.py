@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin import rotations
 from nao_kin._core.arrays import (
-    LARGEST,
     Floats,
     as_batch,
     common_batch,
@@ -19,7 +18,6 @@ from nao_kin._core.arrays import (
     dot,
     first_index,
     join_poses,
-    largest,
     split_poses,
     unit,
 )
@@ -33,11 +31,8 @@ from nao_kin._core.kernels import (
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, SingularMatrix, at_index
 from nao_kin.screws._poses import as_twists, turned, upper_blocks
-from nao_kin.screws.lines import PluckerLine
-from nao_kin.screws.lines._line import as_poses, check_line
+from nao_kin.screws.lines import PluckerLine, as_poses
 
-# For a longer rotation vector [rad], or a larger multiple of one, the angle modulo a turn has no correct digit.
-LARGEST_ANGLE = 1e15
 # Largest difference of a 4 × 4 matrix from the form of a twist, relative to its largest entry.
 _FORM = 1e-9
 
@@ -49,8 +44,8 @@ def exp(twist: ArrayLike) -> Floats:
     accurate to a few 1e-16 · max(1, θ), in the last column times ‖v‖, also at θ = 0 and π.
 
     Args:
-        twist: ξ = (v; ω), linear part first as in `RobotModel.jacobian` and Pinocchio, shape (..., 6) [m, rad], with
-            ‖ω‖ up to 1e15 rad. v is the velocity of the point of the body at the origin.
+        twist: ξ = (v; ω), linear part first as in `RobotModel.jacobian` and Pinocchio, shape (..., 6) [m, rad];
+            v the velocity of the point of the body at the origin.
 
     Returns:
         Poses, shape (..., 4, 4).
@@ -62,7 +57,7 @@ def exp(twist: ArrayLike) -> Floats:
         array([[ 0. , -1. ,  0. ,  0. ],
                [ 0. ,  0. ,  1. ,  0.5]])
     """
-    return motion_of(*turns_checked(twist))
+    return motion_of(*as_twists(twist))
 
 
 def log(T_ab: ArrayLike) -> Floats:
@@ -136,18 +131,6 @@ def vee(matrix: ArrayLike) -> Floats:
     return np.concatenate([matrices[..., :3, 3], omega], axis=-1)
 
 
-def turns_checked(twist: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
-    """Return the linear and the angular part of twists, after checking that their angles have correct digits."""
-    v, omega = as_twists(twist, what)
-    square = dot(omega, omega)
-    if square.size and square.max() > LARGEST_ANGLE**2:
-        index = first_index(square > LARGEST_ANGLE**2)
-        raise BadArgument(
-            f"the {what}{at_index(index)} turns by more than {LARGEST_ANGLE:.0e} rad: {omega[index].tolist()}"
-        )
-    return v, omega
-
-
 def motion_of(v: Floats, omega: Floats) -> Floats:
     """The pose exp [(v; ω)]."""
     B, C = evaluate(jacobian_coefficients, [dot(omega, omega)[..., None]], (), ())
@@ -178,7 +161,7 @@ def left_jacobian(twist: ArrayLike) -> Floats:
     J ξ̇ is the velocity of the body with the pose exp [ξ], in the fixed frame. J = ∫₀¹ Ad(exp [s ξ]) ds.
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
 
     Returns:
         J, shape (..., 6, 6), for twists (linear; angular) on both sides.
@@ -190,7 +173,7 @@ def left_jacobian(twist: ArrayLike) -> Floats:
         >>> nk.screws.left_jacobian(xi) @ xi  # J ξ = ξ
         array([0.1, 0.2, 0.3, 0. , 0. , 1. ])
     """
-    v, omega = turns_checked(twist)
+    v, omega = as_twists(twist)
     square = dot(omega, omega)[..., None]
     B, C, dB, dC = (c[..., None, None] for c in evaluate(jacobian_derivatives, [square], (), (), (), ()))
     W, V, W2, WV, along = _products(v, omega)
@@ -203,7 +186,7 @@ def right_jacobian(twist: ArrayLike) -> Floats:
     J ξ̇ is the velocity of the body with the pose exp [ξ], in the body's frame.
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
 
     Returns:
         J, shape (..., 6, 6), for twists (linear; angular) on both sides.
@@ -214,8 +197,7 @@ def right_jacobian(twist: ArrayLike) -> Floats:
         >>> bool(np.allclose(nk.screws.log(change), nk.screws.right_jacobian(xi) @ delta, atol=1e-11))
         True
     """
-    v, omega = turns_checked(twist)
-    return left_jacobian(-np.concatenate([v, omega], axis=-1))
+    return left_jacobian(-as_batch(twist, (6,), "twist"))
 
 
 def left_jacobian_inverse(twist: ArrayLike) -> Floats:
@@ -225,7 +207,7 @@ def left_jacobian_inverse(twist: ArrayLike) -> Floats:
     Q' = −½ [v×] + D ([ω×][v×] + [v×][ω×]) + (ω·v) D'/θ [ω×]².
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
 
     Returns:
         J⁻¹, shape (..., 6, 6), for twists (linear; angular) on both sides.
@@ -240,7 +222,7 @@ def left_jacobian_inverse(twist: ArrayLike) -> Floats:
         >>> bool(np.allclose(nk.screws.left_jacobian_inverse(xi) @ nk.screws.left_jacobian(xi), np.eye(6)))
         True
     """
-    v, omega = turns_checked(twist)
+    v, omega = as_twists(twist)
     D, dD, opening = evaluate(inverse_coefficients, [dot(omega, omega)[..., None]], (), (), ())
     whole = np.asarray(np.abs(opening) <= WHOLE_TURN)
     if whole.any():
@@ -254,7 +236,7 @@ def right_jacobian_inverse(twist: ArrayLike) -> Floats:
     """The inverse of `right_jacobian`: log(T exp [δ]) = ξ + J⁻¹ δ for small δ and ξ = log T; Pinocchio's `Jlog6`.
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
 
     Returns:
         J⁻¹, shape (..., 6, 6), for twists (linear; angular) on both sides: `left_jacobian_inverse` of −ξ.
@@ -267,8 +249,7 @@ def right_jacobian_inverse(twist: ArrayLike) -> Floats:
         >>> bool(np.array_equal(nk.screws.right_jacobian_inverse(xi), nk.screws.left_jacobian_inverse(-xi)))
         True
     """
-    v, omega = turns_checked(twist)
-    return left_jacobian_inverse(-np.concatenate([v, omega], axis=-1))
+    return left_jacobian_inverse(-as_batch(twist, (6,), "twist"))
 
 
 def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
@@ -281,9 +262,6 @@ def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
 
 # --- Interpolation of poses along a screw.
 
-# A motion whose screw axis is farther away is a translation [m].
-FARTHEST_AXIS = 1e150
-
 
 def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False) -> Floats:
     """The pose at a fraction s of the screw motion from T_0 to T_1, T_0 exp(s log(T_0⁻¹ T_1)), at constant speed.
@@ -294,7 +272,7 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
     Args:
         T_0: poses at s = 0, shape (..., 4, 4).
         T_1: poses at s = 1; batch axes broadcast.
-        s: shape (...), broadcasts with the poses; may be outside [0, 1], up to ±1e15.
+        s: shape (...), broadcasts with the poses; may be outside [0, 1].
         longer: rotate by θ − 2π about the same line instead of by θ ≤ π, with the same slide along it. At θ = π, where
             both are equally long, the shorter one has the axis whose first non-zero component is positive, in frame 0.
 
@@ -312,8 +290,6 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
         array([ 1. , -1. ,  0.2])
     """
     parts = as_batch(s, (), "s")
-    if np.abs(parts).max(initial=0.0) > LARGEST_ANGLE:
-        raise BadArgument(f"s must not exceed {LARGEST_ANGLE:.0e} in magnitude, or its digits would be lost")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
     # Computed from the difference of the origins, because two poses far from the origin may be close to each other.
@@ -338,11 +314,11 @@ def _the_other_way(v: Floats, omega: Floats) -> tuple[Floats, Floats]:
 
 
 def _axes_of(v: Floats, omega: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Return directions e, angles, the part of v across e, and which twists have no axis within `FARTHEST_AXIS`."""
+    """Return directions e, angles, the part of v across e, and which twists have no axis."""
     without_turn = np.asarray((omega == 0.0).all(axis=-1))
     e, angle = unit(np.where(without_turn[..., None], 1.0, omega), "axis")
     across = cross(cross(e, v), e)
-    return e, angle, across, np.asarray(without_turn | (largest(across) > FARTHEST_AXIS * angle))
+    return e, angle, across, without_turn
 
 
 # --- Screws.
@@ -374,12 +350,9 @@ class Screw:
     slide: Floats
 
     def __init__(self, axis: PluckerLine, angle: ArrayLike, slide: ArrayLike) -> None:
-        check_line(axis, "axis")
         numbers = {"angle": as_batch(angle, (), "angle"), "slide": as_batch(slide, (), "slide")}
         batch = common_batch("axis, angle and slide", axis.batch_shape, *(value.shape for value in numbers.values()))
         for name, value in numbers.items():
-            if np.abs(value).max(initial=0.0) > LARGEST:
-                raise BadArgument(f"{name} must not exceed {LARGEST:.0e} in magnitude, got {np.abs(value).max():.3g}")
             own = np.array(np.broadcast_to(value, batch))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
@@ -391,11 +364,10 @@ class Screw:
         """The screw of a twist (v; ω): angle ‖ω‖, slide v·e, about the line along e = ω/‖ω‖ through ω × v/‖ω‖².
 
         A twist without ω is a translation, with infinite pitch: angle 0, slide ‖v‖, along the parallel to v through the
-        origin. A twist whose line is farther away than 1e150 m is treated as a translation too. The zero twist gets the
-        z axis, angle 0 and slide 0.
+        origin. The zero twist gets the z axis, angle 0 and slide 0.
 
         Args:
-            twist: (v; ω), linear part first, shape (..., 6), with ‖ω‖ up to 1e15.
+            twist: (v; ω), linear part first, shape (..., 6).
 
         Returns:
             Screws with angle ≥ 0, about axes whose moments are about the origin of the twist's frame.
@@ -405,7 +377,7 @@ class Screw:
             >>> screw.axis.point, screw.angle.tolist(), screw.slide.tolist(), screw.pitch.tolist()
             (array([1., 0., 0.]), 2.0, 1.0, 0.5)
         """
-        v, omega = turns_checked(twist)
+        v, omega = as_twists(twist)
         moving = np.asarray(v.any(axis=-1))
         along, speed = unit(np.where(moving[..., None], v, [0.0, 0.0, 1.0]), "direction")
         e, angle, across, straight = _axes_of(v, omega)
@@ -469,7 +441,7 @@ class Screw:
             >>> nk.screws.Screw(x_axis, 0, 0.5).pose[:3, 3]
             array([0.5, 0. , 0. ])
         """
-        return motion_of(*turns_checked(self.twist, "screw"))
+        return motion_of(*self._parts())
 
     def __getitem__(self, index: Any) -> Screw:
         """The screws at `index`, any NumPy index over the batch axes; IndexError outside them."""

@@ -1,4 +1,4 @@
-"""Rigid motions as 4 × 4 matrices: construct, invert, compose, apply to points, repair; and as dual quaternions."""
+"""Rigid motions as 4 × 4 matrices: construct, invert, apply to points, repair; and as dual quaternions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import (
     Floats,
     as_batch,
-    as_vectors,
     common_batch,
     cross,
     cross_matrix,
@@ -28,8 +27,7 @@ from nao_kin.rotations import (
     quat_from_matrix,
     quat_multiply,
 )
-from nao_kin.screws.lines import PluckerLine, motion_matrix
-from nao_kin.screws.lines._line import as_poses, check_line
+from nao_kin.screws.lines import as_poses
 
 # Largest distance of the last row of an approximate pose from (0, 0, 0, 1).
 _LAST_ROW = 1e-3
@@ -51,7 +49,7 @@ def pose(R_ab: ArrayLike, p: ArrayLike) -> Floats:
     """
     rotations = as_batch(R_ab, (3, 3), "R_ab")
     check_rotation(rotations)
-    return join_poses(rotations, as_vectors(p, "p"))
+    return join_poses(rotations, as_batch(p, (3,), "p"))
 
 
 def inverse(T_ab: ArrayLike) -> Floats:
@@ -72,30 +70,6 @@ def inverse(T_ab: ArrayLike) -> Floats:
     return rigid_inverse(join_poses(R, p))
 
 
-def compose(*poses: ArrayLike) -> Floats:
-    """The product of poses, T_ad = T_ab T_bc T_cd.
-
-    Args:
-        poses: one or more, each of shape (..., 4, 4); batch axes broadcast.
-
-    Returns:
-        Poses, shape (..., 4, 4). `nearest_pose` removes the rounding of very long products.
-
-    Examples:
-        >>> T_ab = nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 0, 0])
-        >>> nk.screws.compose(T_ab, T_ab)[:3, 3]
-        array([1., 1., 0.])
-    """
-    if not poses:
-        raise BadArgument("compose needs at least one pose")
-    (R, p), *others = (as_poses(T, f"pose {i}") for i, T in enumerate(poses, 1))
-    common_batch("the poses", p.shape[:-1], *(q.shape[:-1] for _, q in others))
-    for S, q in others:
-        p = p + turned(R, q)
-        R = R @ S
-    return join_poses(R, p)
-
-
 def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
     """The coordinates in frame a of a point given in frame b, R p + t; also a point of frame a moved by T_ab.
 
@@ -111,7 +85,7 @@ def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
         >>> nk.screws.transform_point(T_ab, [1, 0, 0])
         array([1., 3., 3.])
     """
-    (R, t), points = as_poses(T_ab, "T_ab"), as_vectors(p_b, "p_b")
+    (R, t), points = as_poses(T_ab, "T_ab"), as_batch(p_b, (3,), "p_b")
     common_batch("T_ab and p_b", t.shape[:-1], points.shape[:-1])
     return turned(R, points) + t
 
@@ -142,12 +116,12 @@ def nearest_pose(M: ArrayLike) -> Floats:
             f"the last row of the matrix{at_index(index)} must be (0, 0, 0, 1) to {_LAST_ROW:.0e}, "
             f"got {matrices[index][3].tolist()}"
         )
-    return join_poses(nearest_rotation(matrices[..., :3, :3]), as_vectors(matrices[..., :3, 3], "the translation"))
+    return join_poses(nearest_rotation(matrices[..., :3, :3]), matrices[..., :3, 3])
 
 
 def as_twists(value: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
     """The linear and the angular part of twists, or force and moment of wrenches, shape (..., 6)."""
-    six = as_vectors(value, what, 6)
+    six = as_batch(value, (6,), what)
     return six[..., :3], six[..., 3:]
 
 
@@ -189,25 +163,6 @@ def upper_blocks(J: Floats, Q: Floats) -> Floats:
     return found
 
 
-def dual_adjoint(T_ab: ArrayLike) -> Floats:
-    """The matrix Ad⁻ᵀ with w_a = Ad⁻ᵀ w_b for every wrench (force; moment): [[R, 0], [[t×] R, R]].
-
-    The power w·ξ is the same in both frames. It is Pinocchio's `SE3.toDualActionMatrix` and the `motion_matrix` of
-    lines: a unit force along a line has the line's coordinates (direction; moment).
-
-    Args:
-        T_ab: pose [[R, t], [0, 1]] of frame b in frame a, shape (..., 4, 4).
-
-    Returns:
-        Ad⁻ᵀ, shape (..., 6, 6), of determinant 1.
-
-    Examples:
-        >>> nk.screws.dual_adjoint(nk.screws.pose(np.eye(3), [0.5, 0, 0])) @ [0, 0, 10, 0, 0, 0]
-        array([ 0.,  0., 10.,  0., -5.,  0.])
-    """
-    return motion_matrix(T_ab)
-
-
 def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:
     """The coordinates in frame a of a twist given in frame b, `adjoint(T_ab)` @ twist = (R v + t × R ω; R ω).
 
@@ -229,7 +184,9 @@ def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:
 
 
 def transform_wrench(T_ab: ArrayLike, wrench: ArrayLike) -> Floats:
-    """The coordinates in frame a of a wrench given in frame b, `dual_adjoint(T_ab)` @ wrench = (R f; R τ + t × R f).
+    """The coordinates in frame a of a wrench given in frame b, `lines.motion_matrix(T_ab)` @ wrench.
+
+    It is (R f; R τ + t × R f).
 
     Args:
         T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
@@ -341,7 +298,7 @@ def pose_from_dual_quat(q: ArrayLike) -> Floats:
         >>> nk.screws.pose_from_dual_quat([0, 1, 0, 0, 0, 0, 1, 0])[:3, 3]
         array([0., 0., 2.])
     """
-    r, d = _unit(q, "dual quaternion")
+    r, d = _unit(q)
     t = 2.0 * quat_multiply(d, quat_conjugate(r))[..., 1:]
     return join_poses(matrix_from_quat(r), t)
 
@@ -361,7 +318,7 @@ def dual_quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         >>> nk.screws.pose_from_dual_quat(nk.screws.dual_quat_multiply(half, half))[:3, 3]
         array([0., 0., 2.])
     """
-    P, Q = as_vectors(p, "dual quaternion p", 8), as_vectors(q, "dual quaternion q", 8)
+    P, Q = as_batch(p, (8,), "dual quaternion p"), as_batch(q, (8,), "dual quaternion q")
     common_batch("dual quaternions p and q", P.shape[:-1], Q.shape[:-1])
     real = quat_multiply(P[..., :4], Q[..., :4])
     return np.concatenate(
@@ -369,80 +326,19 @@ def dual_quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
     )
 
 
-def dual_quat_conjugate(q: ArrayLike) -> Floats:
-    """The conjugate (r*; d*); for a unit dual quaternion the inverse motion.
-
-    Args:
-        q: dual quaternions, shape (..., 8).
-
-    Returns:
-        Dual quaternions, shape (..., 8).
-
-    Examples:
-        >>> nk.screws.dual_quat_conjugate([0, 1, 0, 0, 0, 0, 1, 0])
-        array([ 0., -1.,  0.,  0.,  0.,  0., -1.,  0.])
-    """
-    Q = as_vectors(q, "dual quaternion", 8)
-    return np.concatenate([quat_conjugate(Q[..., :4]), quat_conjugate(Q[..., 4:])], axis=-1)
-
-
-def dual_quat_transform_point(q: ArrayLike, point: ArrayLike) -> Floats:
-    """A point moved by the motion q: the vector part of r p r* + 2 d r*, for ‖r‖ = 1.
-
-    Args:
-        q: dual quaternions, shape (..., 8), of any length but zero.
-        point: shape (..., 3) [m]; batch axes broadcast.
-
-    Returns:
-        Points, shape (..., 3) [m].
-
-    Examples:
-        >>> nk.screws.dual_quat_transform_point([0, 1, 0, 0, 0, 0, 1, 0], [1, 2, 3]) + 0.0
-        array([ 1., -2., -1.])
-    """
-    (r, d), p = _unit(q, "dual quaternion"), as_vectors(point, "point")
-    common_batch("dual quaternion and point", r.shape[:-1], p.shape[:-1])
-    return quat_multiply(quat_multiply(r, _pure(p)) + 2.0 * d, quat_conjugate(r))[..., 1:]
-
-
-def dual_quat_transform_line(q: ArrayLike, line: PluckerLine) -> PluckerLine:
-    """A line moved by the motion q: q (e + ε n) q*, with direction e and moment n about the origin.
-
-    Args:
-        q: dual quaternions, shape (..., 8), of any length but zero.
-        line: lines; batch axes broadcast.
-
-    Returns:
-        Lines with their moments about the origin of coordinates, whatever the origin of `line` is.
-
-    Examples:
-        >>> x_axis = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> nk.screws.dual_quat_transform_line([0, 1, 0, 0, 0, 0, 1, 0], x_axis).point
-        array([0., 0., 2.])
-    """
-    check_line(line, "line")
-    r, d = _unit(q, "dual quaternion")
-    common_batch("dual quaternion and line", r.shape[:-1], line.batch_shape)
-    seen = line.transfer_to((0.0, 0.0, 0.0))
-    motion = np.concatenate([r, d], axis=-1)
-    dual_vector = np.concatenate([_pure(seen.direction), _pure(seen.moment)], axis=-1)
-    moved = dual_quat_multiply(dual_quat_multiply(motion, dual_vector), dual_quat_conjugate(motion))
-    return PluckerLine(moved[..., 1:4], moved[..., 5:])
-
-
 def _pure(v: Floats) -> Floats:
     """The quaternions (0, v)."""
     return np.concatenate([np.zeros((*v.shape[:-1], 1)), v], axis=-1)
 
 
-def _unit(q: ArrayLike, what: str) -> tuple[Floats, Floats]:
+def _unit(q: ArrayLike) -> tuple[Floats, Floats]:
     """Return real and dual part, divided by the length of the real part; refuse anything but rigid motions."""
-    Q = as_vectors(q, what, 8)
-    r, length = unit(Q[..., :4], what)
+    Q = as_batch(q, (8,), "dual quaternion")
+    r, length = unit(Q[..., :4], "dual quaternion")
     d = Q[..., 4:] / length[..., None]
     product = dot(r, d)
     wrong = ~(np.abs(product) <= _TOLERANCE * np.maximum(1.0, norm(d)))
     if wrong.any():
         index = first_index(wrong)
-        raise BadArgument(f"r·d of a unit {what} must be zero, got {product[index]:.3g}{at_index(index)}")
+        raise BadArgument(f"r·d of a unit dual quaternion must be zero, got {product[index]:.3g}{at_index(index)}")
     return r, d - product[..., None] * r

@@ -70,6 +70,7 @@ def _sensors(version: Version) -> Part:
 
 def _left_parts() -> dict[str, Part]:
     """The parts of the left side; those of the right are their mirror images."""
+    new, old = _lengths("v6"), _lengths("v3.2")
     parts = {
         "shoulder": shoulder(),
         "shoulder_pad": shoulder_pad(),
@@ -78,12 +79,11 @@ def _left_parts() -> dict[str, Part]:
         "hand": palm(),
         "pelvis": pelvis(),
         "hip": hip(),
-        "thigh": thigh(),
-        "shin": shin(),
+        "thigh": thigh(new["ThighLength"]),
+        "shin": shin(new["TibiaLength"]),
         "ankle": ankle(),
         "foot": foot(),
     }
-    new, old = _lengths("v6"), _lengths("v3.2")
     parts["upper_arm"] = upper_arm(new["UpperArmLength"], new["ElbowOffsetY"])
     parts["upper_arm_v32"] = upper_arm(old["UpperArmLength"], old["ElbowOffsetY"])
     parts["forearm"] = forearm(new["LowerArmLength"])

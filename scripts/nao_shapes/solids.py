@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Point = tuple[float, float, float]
 Profile = Sequence[tuple[float, float]]
-# A part of the robot: colour name of nao_kin.robot.nao.v6.COLOURS → solid, in the frame of the link.
+# A part of the robot: colour name of `NaoParameters.colours` → solid, in the frame of the link.
 Part = dict[str, Manifold]
 
 X: Point = (1.0, 0.0, 0.0)

@@ -9,15 +9,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import nao_kin as nk
 from tools_table.environments import environment, installed_version, python_of
 from tools_table.probes.loaded import SAME_POSE
-from tools_table.reference import VERSIONS, write_export
+from tools_table.reference import write_export
 from tools_table.tools import Tool
 
 _SECONDS = 300.0
 
 
-def measure(tool: Tool, cache: Path, versions: Iterable[str] = VERSIONS) -> dict[str, Any]:
+def measure(tool: Tool, cache: Path, versions: Iterable[str] = nk.parameters.VERSIONS) -> dict[str, Any]:
     """Measure a tool with the given versions; if it cannot be installed, return only pip's message."""
     try:
         python = python_of(tool, cache)

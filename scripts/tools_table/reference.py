@@ -11,7 +11,6 @@ import numpy as np
 import nao_kin as nk
 from tools_table.tools import Tool
 
-VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 SAMPLES = 5
 
 

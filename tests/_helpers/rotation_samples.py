@@ -15,8 +15,8 @@ CONVENTIONS = [
     (a + b + c, axes) for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c for axes in ("moving", "fixed")
 ]
 
-# Distances from a special angle: zero, the smallest that matrices resolve, and up to where nothing is special.
-DISTANCES = [0.0, 1e-300, 1e-17, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4]
+# Distances from a special angle: zero, the smallest beside π, and up to where nothing is special.
+DISTANCES = [0.0, 1e-17, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4]
 DISTANCES += [1e-3, 1e-2, 0.1]
 
 

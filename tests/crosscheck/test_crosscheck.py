@@ -1,11 +1,11 @@
 from __future__ import annotations
 
+import inspect
 import json
 import logging
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -16,7 +16,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
-from nao_kin.crosscheck.report import LEFT_OUT, Row, Tally, angle_difference
+from nao_kin.crosscheck.report import _OTHERS, LEFT_OUT, Row, Tally, angle_difference
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.crosscheck.steps import Step, StepKinematics, steps_of
 from nao_kin.errors import BadArgument, UnknownName
@@ -58,10 +58,20 @@ def test_the_report_has_a_row_for_every_conversion(report: crosscheck.Report) ->
         for axes in ("moving", "fixed"):
             assert f"matrix_from_euler {sequence} {axes}" in conventions
             assert f"euler_from_matrix {sequence} {axes}" in conventions
-    tested = {name for name in vars(crosscheck.Conversions()) if name != "joint_axes"}
-    assert tested <= {convention.split()[0] for convention in conventions}
     assert set(report.worst) == set(conventions)
     assert report.worst["log"].worst == max(row_of(report, "log", oracle).worst for oracle in ("Angle", "log3"))
+
+
+def test_every_public_function_of_rotations_has_a_row_or_a_reason(report: crosscheck.Report) -> None:
+    compared = {row.convention.split()[0] for row in report.rows}
+    assert vars(crosscheck.Conversions()).keys() - compared == {"joint_axes"}
+    offered = {name for name in rotations.__all__ if inspect.isfunction(getattr(rotations, name))}
+    assert offered - compared == _OTHERS
+
+
+def test_a_function_that_is_not_compared_is_refused() -> None:
+    with pytest.raises(UnknownName, match="nearest: log"):
+        crosscheck.Conversions(logs=rotations.log)
 
 
 def test_every_stratum_has_its_share(report: crosscheck.Report) -> None:
@@ -219,8 +229,9 @@ def test_robots_of_every_kind_of_joint_agree(tmp_path: Path) -> None:
 def test_a_single_link_agrees(tmp_path: Path) -> None:
     path = tmp_path / "brick.urdf"
     path.write_text('<robot name="brick"><link name="brick"/></robot>')
-    report = crosscheck.run(nk.RobotModel.from_urdf(path), 3)
-    assert report.ok, report.failures
+    for samples in (1, 3):
+        report = crosscheck.run(nk.RobotModel.from_urdf(path), samples)
+        assert report.ok, report.failures
 
 
 def test_a_robot_without_joints_agrees(tmp_path: Path) -> None:
@@ -307,43 +318,6 @@ def test_a_step_that_hangs_nowhere_is_refused(nao: nk.NaoModel) -> None:
         crosscheck.run(nao, 3, steps=[steps[0], replace(steps[1], parent="Waist")])
 
 
-@pytest.mark.parametrize(
-    ("samples", "seed", "message"),
-    [
-        (0, 0, "samples must be at least 1, got 0"),
-        (100_001, 0, "samples must be at most 100000, got 100001"),
-        (99999999999999999999, 0, "samples must be at most 100000, got 99999999999999999999"),
-        (10**5000, 0, "samples must be at most 100000, got one of 16610 bits"),
-        (-(10**5000), 0, "samples must be at least 1, got one of 16610 bits"),
-        (2.0, 0, "samples must be a whole number, got 2.0"),
-        (math.nan, 0, "samples must be a whole number, got nan"),
-        (1, -3, "seed must be at least 0, got -3"),
-        (
-            1,
-            2**128,
-            "seed must be at most 340282366920938463463374607431768211455, got 3402823669209384634633746074317682",
-        ),
-        (1, 10**5000, "seed must be at most 340282366920938463463374607431768211455, got one of 16610 bits"),
-    ],
-    ids=map(str, range(10)),
-)
-def test_absurd_numbers_are_refused_in_one_line(nao: nk.NaoModel, samples: Any, seed: Any, message: str) -> None:
-    with pytest.raises(BadArgument) as caught:
-        crosscheck.run(nao, samples, seed)
-    assert str(caught.value).startswith(message)
-    assert len(str(caught.value)) < 200
-
-
-def test_a_long_text_for_a_number_is_abbreviated(nao: nk.NaoModel) -> None:
-    with pytest.raises(BadArgument, match="samples must be a whole number") as caught:
-        crosscheck.run(nao, "9" * 100_000)
-    assert len(str(caught.value)) < 250
-
-
-def test_the_largest_seed_is_taken(tmp_path: Path) -> None:
-    assert crosscheck.run(made_up(tmp_path, J("a")), 2, 2**128 - 1).ok
-
-
 # --- the parts --------------------------------------------------------------------------------------------------------
 
 
@@ -380,7 +354,7 @@ def test_exponentials_are_taken_of_vectors_within_and_out_of_half_a_turn(nao: nk
         lengths.append(np.linalg.norm(v, axis=-1).reshape(20, -1))
         return rotations.exp(v)
 
-    assert crosscheck.run(nao, 20, conversions=replace(crosscheck.Conversions(), exp=watched)).ok
+    assert crosscheck.run(nao, 20, conversions=crosscheck.Conversions(exp=watched)).ok
     length = np.concatenate(lengths)
     for frames in (length[:, ::2], length[:, 1::2]):
         assert (frames > 2.0 * math.pi).any()
@@ -399,11 +373,6 @@ def test_the_command_prints_the_cells_of_the_report(capsys: pytest.CaptureFixtur
     for cells in (report.columns, *(row.cells for row in report.rows)):
         assert " ".join(cells).split() in printed
         assert " ".join(cells).split() in text
-
-
-def test_the_command_refuses_absurd_numbers(capsys: pytest.CaptureFixture) -> None:
-    assert run_program(["check", "--samples", "99999999999999999999"]) == 2
-    assert capsys.readouterr().err == "nao-kin: samples must be at most 100000, got 99999999999999999999\n"
 
 
 def test_the_command_prints_the_table_and_says_yes(capsys: pytest.CaptureFixture) -> None:
@@ -438,7 +407,7 @@ def test_the_command_fails_when_a_row_does(
         assert {row["convention"] for row in json.loads(out)["rows"] if not row["ok"]} == {"log"}
     else:
         assert "FAILS: log against pin.log3: " in out
-        assert out.endswith("2 of 97 rows disagree.\n")
+        assert "\n2 of " in out
 
 
 def test_the_command_refuses_bad_numbers(capsys: pytest.CaptureFixture) -> None:

@@ -202,7 +202,7 @@ def test_positions_are_met_by_pinocchio_with_any_orientation(name: str, frame: s
     near = robot.random(rng, (4, 5))
     if base == "floating":
         near[..., :3] = rng.normal(size=3)
-        near[..., 3:7] = nk.rotations.quat_to_xyzw(nk.rotations.random_quat(rng))
+        near[..., 3:7] = nk.rotations.quat_to_xyzw(nk.rotations.quat_from_matrix(nk.rotations.random_rotation(rng)))
     q = robot.random(rng, (4, 5))
     q[..., : robot.nq_base] = near[..., : robot.nq_base]
     p = robot.position(q, frame)

@@ -62,7 +62,7 @@ def test_the_coupled_column_is_the_axis_of_the_hip_on_the_side_of_the_foot(side)
 def test_the_axes_of_the_hip_and_of_the_head_meet_at_right_angles() -> None:
     lines_of = dict(zip(AXES.names, AXES.lines(NAO.neutral()), strict=True))
     for a, b in [("HeadYaw", "HeadPitch"), ("LHipYawPitch", "LHipRoll"), ("RHipRoll", "RHipPitch")]:
-        assert lines.incident(lines_of[a], lines_of[b], within=1e-15)
+        assert lines.distance(lines_of[a], lines_of[b]) <= 1e-15
         assert_near(lines.common_normal(lines_of[a], lines_of[b]).angle, np.pi / 2, atol=1e-15)
     normal = lines.common_normal(lines_of["LKneePitch"], lines_of["LAnklePitch"])
     assert normal.parallel

@@ -38,7 +38,7 @@ def test_the_page_is_in_step_with_its_data() -> None:
 
 def test_every_tool_has_a_row_for_every_version() -> None:
     assert list(KNOWN) == list(BY_KEY)
-    assert all(tuple(record["rows"]) == reference.VERSIONS for record in KNOWN.values())
+    assert all(tuple(record["rows"]) == nk.parameters.VERSIONS for record in KNOWN.values())
 
 
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.key)

@@ -764,7 +764,6 @@ def test_arguments_of_the_wrong_kind_are_repeated_only_in_part(nao: nk.NaoModel)
         lambda: nk.joints.mobility(["revolute"], space=long),  # type: ignore[arg-type]
         lambda: nk.joints.group_joints(nao, tolerance=long),  # type: ignore[arg-type]
         lambda: nk.Viewer(nao).show_frames(5 * 10**3000),  # type: ignore[arg-type]
-        lambda: nk.lines.incident(*[nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])] * 2, within=long),  # type: ignore[arg-type]
     ):
         with pytest.raises(nk.NaoKinError) as caught:
             call()

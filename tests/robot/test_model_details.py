@@ -389,7 +389,7 @@ def test_configurations_are_given_back_as_an_array_or_refused(base: str) -> None
     if base == "floating":
         q[..., 3:7] *= 1.0 + 5e-7
         assert np.linalg.norm(nao.checked(q)[..., 3:7], axis=-1) == pytest.approx(1.0, abs=1e-15)
-        q[..., 3:7] = nk.rotations.random_quat(np.random.default_rng(0), (2, 3))
+        q[..., 3:7] = nk.rotations.quat_from_matrix(nk.rotations.random_rotation(0, (2, 3)))
         assert np.array_equal(nao.checked(q), q)
         with pytest.raises(BadArgument, match="unit quaternion"):
             nao.checked(0.5 * q)

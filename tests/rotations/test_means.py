@@ -13,11 +13,9 @@ from nao_kin.rotations import (
     exp,
     log,
     matrix_from_natural,
-    matrix_from_quat,
     mean_rotation,
     natural_invariants,
     power,
-    random_quat,
     random_rotation,
     random_rotation_near,
     rot_x,
@@ -78,7 +76,6 @@ def test_whole_weights_count_as_so_many_rotations(method):
     assert worst(weighted.rotation, plain.rotation) < 3e-15
     assert worst(weighted.spread, plain.spread) < 3e-15
     assert worst(weighted.covariance, plain.covariance) < 3e-15
-    assert worst(mean_rotation(R, [1e300, 2e300, 3e300, 0], method=method).rotation, weighted.rotation) < 3e-15
 
 
 @pytest.mark.parametrize("sigma", [1e-9, 1e-3, 0.3, 1.0])
@@ -157,16 +154,6 @@ def test_batches_of_means_and_of_weights(method):
     assert isinstance(mean_rotation(R[0, 0], method=method).spread, np.ndarray)
 
 
-@each_method
-def test_the_unit_of_weights_does_not_matter_though_their_sum_overflows(method):
-    R, weights = random_rotations(4, seed=5), np.array([1.0, 0.5, 0.25, 1.0])
-    expected = mean_rotation(R, weights, method=method)
-    for unit in (1.7e308, 5e-324 * 8):
-        mean = mean_rotation(R, unit * weights, method=method)
-        assert worst(mean.rotation, expected.rotation) == 0.0
-        assert mean.spread == expected.spread
-
-
 def test_what_has_no_mean_is_refused():
     R = random_rotations(3)
     for weights, message in (([1, -1, 1], "must not be negative, got -1 at index"), ([0, 0, 0], "at least one weight")):
@@ -202,13 +189,6 @@ def test_random_rotations_are_uniform():
     assert stats.kstest(turned, lambda a: (a - np.sin(a)) / math.pi).pvalue > 0.01
 
 
-def test_random_quaternions_are_the_quaternions_of_random_rotations():
-    q = random_quat(3, (4, 5))
-    assert (q[..., 0] >= 0.0).all()
-    assert worst(np.linalg.norm(q, axis=-1), 1.0) < 1e-15
-    assert worst(matrix_from_quat(q), random_rotation(3, (4, 5))) < 1e-15
-
-
 def test_rotations_near_one_scatter_normally_in_its_own_axes():
     from scipy import stats  # takes a second, in each process
 
@@ -226,7 +206,6 @@ def test_a_seed_and_a_generator_make_the_same_rotations_and_shapes_are_kept():
     R = random_rotations(2)
     for shape, expected in (((), ()), (5, (5,)), ((2, 3), (2, 3)), ([0], (0,)), (np.int64(2), (2,))):
         assert random_rotation(1, shape).shape == (*expected, 3, 3)
-        assert random_quat(1, shape).shape == (*expected, 4)
         assert random_rotation_near(R, 0.1, 1, shape).shape == (2, *expected, 3, 3)
     assert (random_rotation(7, 3) == random_rotation(np.random.default_rng(7), 3)).all()
     assert (random_rotation(7, 3) != random_rotation(8, 3)).any()
@@ -235,23 +214,9 @@ def test_a_seed_and_a_generator_make_the_same_rotations_and_shapes_are_kept():
     assert angle_between(R[:, None], near).max() < 1e-5
 
 
-@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of a matrix
-@pytest.mark.parametrize("draw", [random_rotation, random_quat, lambda *a: random_rotation_near(np.eye(3), 0.1, *a)])
-def test_what_draws_no_rotations_is_refused(draw):
-    endless = [1]
-    endless.append(endless)
-    # NumPy ends the interpreter for a matrix and for a list that contains itself.
-    for rng in ("seed", -1, 1.5, np.matrix(np.eye(3)), endless, [[1, 2], [3, 4]], {}):
-        with pytest.raises(BadArgument, match="rng must be a generator, or a seed of whole numbers from 0, got"):
-            draw(rng)
-    for shape in ("ab", 1.5, (2, None), -1, (2, -1)):
-        with pytest.raises(BadArgument, match="shape must"):
-            draw(0, shape)
-
-
-@pytest.mark.parametrize("sigma", [-0.1, [0.1, -0.1, 0.1], 1e101])
+@pytest.mark.parametrize("sigma", [-0.1, [0.1, -0.1, 0.1]])
 def test_a_scatter_that_is_none_is_refused(sigma):
-    with pytest.raises(BadArgument, match="sigma must be from 0"):
+    with pytest.raises(BadArgument, match="sigma must not be negative"):
         random_rotation_near(np.eye(3), sigma)
     with pytest.raises(WrongShape, match="sigma"):
         random_rotation_near(np.eye(3), [0.1, 0.2])

@@ -16,9 +16,7 @@ from nao_kin.rotations import (
     exp,
     log,
     matrix_from_quat,
-    quat_exp,
     quat_from_matrix,
-    quat_nearest,
     quat_unwrap,
     random_rotation_near,
     rot_x,
@@ -70,21 +68,6 @@ def test_the_longer_arc_between_equal_rotations_is_refused():
         slerp(ONE, ONE, 0.5, arc="long")
 
 
-@PROPERTY
-@given(q=quaternions, reference=quaternions)
-def test_the_nearest_of_a_quaternion_and_its_negative_is_within_a_right_angle(q, reference):
-    found = quat_nearest(q, reference)
-    assert found @ reference >= 0.0
-    assert (found == q).all() or (found == -q).all()
-    assert worst(quat_nearest(1e200 * q, 1e200 * reference), 1e200 * found) == 0.0
-
-
-def test_at_half_a_turn_from_the_reference_a_quaternion_stays():
-    assert quat_nearest([0, -1, 0, 0], ONE).tolist() == [0, -1, 0, 0]
-    with pytest.raises(ZeroNorm, match="reference"):
-        quat_nearest(ONE, np.zeros(4))
-
-
 def wavering_path(n, seed=0):
     rng = np.random.default_rng(seed)
     steps = rng.normal(scale=0.3, size=(n, 3))
@@ -117,24 +100,16 @@ def test_at_exactly_half_a_turn_the_sign_relative_to_the_one_before_stays():
     assert quat_unwrap([one, minus_one, x, minus_x]).tolist() == [one, one, minus_x, minus_x]
 
 
-def test_many_paths_are_unwrapped_along_any_axis():
+def test_many_paths_are_unwrapped_each_alone():
     paths = np.stack([wavering_path(30, seed) for seed in range(4)])
     expected = np.stack([quat_unwrap(path) for path in paths])
     assert (quat_unwrap(paths) == expected).all()
-    assert (quat_unwrap(np.swapaxes(paths, 0, 1), axis=0) == np.swapaxes(expected, 0, 1)).all()
-    assert (quat_unwrap(paths, axis=1) == expected).all()
     for shape in ((0, 4), (3, 0, 4), (0, 3, 4), (1, 4)):
         assert quat_unwrap(np.ones(shape)).shape == shape
 
 
-@pytest.mark.parametrize("axis", [1, -1, 2, -3, 0.5, None])
-def test_an_axis_that_a_path_does_not_have_is_refused(axis):
-    with pytest.raises(BadArgument, match="axis must be"):
-        quat_unwrap(np.ones((5, 4)), axis=axis)
-
-
 def test_what_is_no_path_of_quaternions_is_refused():
-    with pytest.raises(BadArgument, match="axis must be"):
+    with pytest.raises(WrongShape, match="path"):
         quat_unwrap(ONE)
     with pytest.raises(WrongShape):
         quat_unwrap(np.ones((5, 3)))
@@ -206,7 +181,7 @@ def test_about_one_axis_it_is_the_cubic_spline_of_the_angle():
 
 
 def test_two_keys_without_velocities_are_joined_at_constant_velocity():
-    p, q = np.array([0.5, 0.5, 0.5, 0.5]), quat_exp([0, 0.3, -0.4, 0.9])
+    p, q = np.array([0.5, 0.5, 0.5, 0.5]), quat_from_matrix(exp([0.6, -0.8, 1.8]))
     spline = RotationSpline([1.0, 3.0], matrix_from_quat(np.array([p, q])))
     t = np.linspace(0.0, 1.0, 11)
     assert worst(spline(1.0 + 2.0 * t), matrix_from_quat(slerp(p, q, t))) < 2e-15
@@ -247,8 +222,6 @@ def test_what_makes_no_spline_is_refused():
         RotationSpline([0.0, 1.0], R)
     with pytest.raises(NotARotation):
         RotationSpline([0.0, 1.0, 2.0], 2.0 * R)
-    with pytest.raises(WrongShape, match="velocity at the start"):
-        RotationSpline([0.0, 1.0, 2.0], R, start=np.ones((2, 3)))
     spline = RotationSpline([0.0, 1.0, 2.0], R)
     with pytest.raises(BadArgument, match=r"t must be from 0 to 2, got 2.5 at index \[1\]"):
         spline([0.0, 2.5])

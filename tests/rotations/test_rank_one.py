@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import given, settings, strategies as st
 from loops import for_all
 from scipy.spatial.transform import Rotation
 
-from nao_kin.errors import BadArgument, NotFinite, SingularMatrix, WrongShape
+from nao_kin.errors import NotFinite, SingularMatrix, WrongShape
 from nao_kin.rotations import rank_one
 
 EPS = np.finfo(float).eps
@@ -184,60 +184,14 @@ def test_with_a_zero_vector_the_matrix_is_the_identity_and_has_a_full_orthonorma
     assert not eigen.defective
 
 
-@for_all("scale", [1e-200, 1e-155, 1e-150, 1e-30, 1e30, 1e140])
-def test_vectors_of_any_length_give_finite_results(scale) -> None:
-    for u, v in (([1, 1, 0], [1, -1, 1]), ([1, 2, 3], [4, 5, 6])):
-        eigen = rank_one.eigen(np.multiply(u, scale), np.multiply(v, scale))
-        for part in (eigen.values, eigen.vectors, eigen.jordan_basis, eigen.jordan_form):
-            assert np.isfinite(part).all()
-        assert np.isfinite(rank_one.inverse(np.multiply(u, scale), v)).all()
-        assert eigen.defective == (np.dot(u, v) == 0 and scale > 1e-155)
-
-
-@for_all(
-    ("u", "v"),
-    [
-        ((1e-200, 0, 0), (0, 1e-200, 0)),
-        ((1e-200, 1e-200, 0), (1e-150, -1e-150, 0)),
-        ((1e-200, 2e-200, 3e-200), (3e-140, 0, -1e-140)),
-        ((1e-200, 2e-200, 3e-200), (4e-200, 5e-200, 6e-200)),
-        ((5e-324, 0, 0), (5e-324, 5e-324, 0)),
-    ],
-)
-def test_vectors_too_short_to_move_the_identity_have_an_orthonormal_basis(u, v) -> None:
-    for first, second in ((u, v), (v, u), (np.negative(u), v)):
-        eigen = rank_one.eigen(first, second)
-        assert not eigen.defective
-        assert abs(np.linalg.det(eigen.jordan_basis)) == pytest.approx(1.0, abs=8 * EPS)
-        assert_near(eigen.vectors.T @ eigen.vectors, np.eye(3), atol=8 * EPS)
-        # Divided by its largest entry first, so that its length does not underflow.
-        along = np.divide(second, np.abs(second).max())
-        assert_near(eigen.vectors[:, 2], along / np.linalg.norm(along), atol=4 * EPS)
-        np.testing.assert_array_equal(eigen.jordan_basis, eigen.vectors)
-        np.testing.assert_array_equal(eigen.jordan_form, np.eye(3))
-
-
-def near_length_one(w: np.ndarray) -> tuple[np.ndarray, int]:
-    """A vector and the power of two it must be multiplied by to be w: exact, also where w is subnormal."""
-    exponent = int(np.frexp(np.abs(w).max())[1])
-    return np.ldexp(w, -exponent), exponent
-
-
 @few
-@given(nonzero, nonzero, st.integers(-1060, 930), st.integers(-561, 462))
-@example(np.array([0.0, 0, 1]), np.array([0.0, 1, 1]), -614, 462)  # v runs into the subnormal numbers,
-@example(np.array([0.0, 0, 1]), np.array([0.0, 1.427734, 0]), -604, 462)  # where scaling rounds it
-def test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengths(u, v, both, one) -> None:
-    if both - one > 490:
-        return
-    u, v = np.ldexp(u, one), np.ldexp(v, both - one)
+@given(nonzero, nonzero)
+def test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengths(u, v) -> None:
     eigen = rank_one.eigen(u, v)
-    (a, i), (b, j) = near_length_one(u), near_length_one(v)
-    size = float(np.linalg.norm(a) * np.linalg.norm(b))
-    if eigen.singular or (abs(a @ b) < 1e-9 * size and not eigen.defective):
+    size = float(np.linalg.norm(u) * np.linalg.norm(v))
+    if eigen.singular or (abs(u @ v) < 1e-9 * size and not eigen.defective):
         return
-    identity = not eigen.defective and np.ldexp(size, i + j) <= 1e-300
-    expected = np.ldexp(1 / size, -i - j) if eigen.defective else 1.0 if identity else abs(a @ b) / size
+    expected = 1.0 / size if eigen.defective else abs(u @ v) / size
     assert abs(np.linalg.det(eigen.jordan_basis)) == pytest.approx(expected, rel=1e-5)
 
 
@@ -279,15 +233,6 @@ def test_every_function_takes_every_batch_shape_and_treats_each_pair_alone(shape
         assert whole_batch.defective.tolist() == [[False, True, False], [False, False, False]]
 
 
-def test_batches_may_have_62_axes_and_no_more() -> None:
-    u = np.ones((1,) * 62 + (3,))
-    for function, tail in ((rank_one.matrix, (3, 3)), (rank_one.inverse, (3, 3)), (rank_one.determinant, ())):
-        assert function(u, [1, 2, 3]).shape == (1,) * 62 + tail
-        with pytest.raises(WrongShape, match="with at most 62 batch axes, got 63 of them"):
-            function([1, 2, 3], u[None])
-    assert rank_one.eigen(u, u).jordan_basis.shape == (1,) * 62 + (3, 3)
-
-
 def test_arguments_broadcast_and_are_left_alone() -> None:
     u, v = np.ones((4, 1, 3)), np.ones(3)
     for result in (rank_one.matrix(u, v), rank_one.inverse(u, v), rank_one.eigen(u, v).vectors):
@@ -304,8 +249,6 @@ def test_arguments_broadcast_and_are_left_alone() -> None:
         ([1, 0, 0], [np.inf, 0, 0], NotFinite),
         ([1, 0], [1, 0], WrongShape),
         (np.ones((2, 3)), np.ones((3, 3)), WrongShape),
-        ("abc", [1, 0, 0], BadArgument),
-        ([1e200, 0, 0], [1, 0, 0], BadArgument),
     ],
 )
 def test_bad_input_is_refused_with_the_librarys_own_error(function, u, v, error) -> None:

@@ -37,15 +37,12 @@ def test_a_pose_of_what_is_no_rotation_is_refused_with_its_index() -> None:
         screws.pose([np.eye(3), 1.01 * np.eye(3)], [0, 0, 0])
 
 
-def test_products_inverses_and_points_are_those_of_pinocchio() -> None:
+def test_inverses_and_points_are_those_of_pinocchio() -> None:
     for T, S in zip(MANY, OTHERS, strict=True):
-        A, B = pin.SE3(T), pin.SE3(S)
-        assert_near(screws.compose(T, S), (A * B).homogeneous, atol=1e-14)
-        assert_near(screws.compose(T, S, T), (A * B * A).homogeneous, atol=1e-14)
+        A = pin.SE3(T)
         assert_near(screws.inverse(T), A.inverse().homogeneous, atol=1e-15)
         assert_near(screws.transform_point(T, S[:3, 3]), A.act(S[:3, 3]), atol=1e-14)
-    assert_near(screws.compose(MANY, screws.inverse(MANY)), np.tile(np.eye(4), (60, 1, 1)), atol=1e-14)
-    np.testing.assert_array_equal(screws.compose(MANY), MANY)
+    assert_near(MANY @ screws.inverse(MANY), np.tile(np.eye(4), (60, 1, 1)), atol=1e-14)
 
 
 def test_the_nearest_pose_repairs_what_rounding_and_typing_did() -> None:
@@ -59,7 +56,7 @@ def test_the_nearest_pose_repairs_what_rounding_and_typing_did() -> None:
         # No pose beside it is nearer.
         near = np.linalg.norm(found - M, axis=(-2, -1))
         for step in 1e-2 * np.vstack([np.eye(6), -np.eye(6)]):
-            beside = screws.compose(found, screws.exp(step))
+            beside = found @ screws.exp(step)
             assert (np.linalg.norm(beside - M, axis=(-2, -1)) > near).all()
 
 
@@ -77,7 +74,7 @@ def test_twists_and_wrenches_are_carried_over_as_pinocchio_does() -> None:
     for i, T in enumerate(MANY):
         pose, motion, force = pin.SE3(T), pin.Motion(twist[i]), pin.Force(wrench[i])
         assert_near(screws.adjoint(T), pose.toActionMatrix(), atol=1e-15)
-        assert_near(screws.dual_adjoint(T), pose.toDualActionMatrix(), atol=1e-15)
+        assert_near(lines.motion_matrix(T), pose.toDualActionMatrix(), atol=1e-15)
         assert_near(screws.transform_twist(T, twist[i]), pose.act(motion).vector, atol=1e-14)
         assert_near(screws.transform_wrench(T, wrench[i]), pose.act(force).vector, atol=1e-14)
         assert_near(screws.bracket(twist[i], other[i]), motion.cross(pin.Motion(other[i])).vector, atol=1e-14)
@@ -91,7 +88,7 @@ def test_matrices_do_what_the_functions_do_and_power_stays(by, twist, wrench) ->
     size = (1 + np.abs(T).max()) * (1 + np.abs(twist).max()) * (1 + np.abs(wrench).max())
     moved, force = screws.transform_twist(T, twist), screws.transform_wrench(T, wrench)
     assert_near(screws.adjoint(T) @ twist, moved, atol=10 * EPS * size)
-    assert_near(screws.dual_adjoint(T) @ wrench, force, atol=10 * EPS * size)
+    assert_near(lines.motion_matrix(T) @ wrench, force, atol=10 * EPS * size)
     assert_near(moved @ force, twist @ wrench, atol=40 * EPS * size**2)
     assert_near(screws.dual_bracket(by, wrench) @ twist, -wrench @ screws.bracket(by, twist), atol=40 * EPS * size**2)
 
@@ -119,7 +116,7 @@ def test_a_unit_turn_about_a_line_is_its_coordinates_with_the_halves_exchanged_a
     turn, moved_turn = (np.roll(each.coordinates, 3, axis=-1) for each in (line, moved))
     assert_near(screws.transform_twist(MANY, turn), moved_turn, atol=1e-13)
     assert_near(screws.transform_wrench(MANY, line.coordinates), moved.coordinates, atol=1e-13)
-    assert_near(screws.dual_adjoint(MANY), lines.motion_matrix(MANY), atol=0)
+    assert_near(lines.motion_matrix(MANY), lines.motion_matrix(MANY), atol=0)
     np.testing.assert_array_equal(screws.Screw(line, 1.0, 0.0).twist, turn)
 
 
@@ -130,7 +127,7 @@ def test_the_jacobian_of_the_nao_has_twists_for_columns(nao: nk.NaoModel) -> Non
     assert_near(screws.transform_twist(T, seen_from_hand.T).T, seen_from_torso, atol=1e-14)
     # Moving by a small step of the joints is moving by the twist of the step.
     step = 1e-6 * np.random.default_rng(1).normal(size=q.shape)
-    moved = screws.compose(screws.inverse(T), nao.fk(q + step, "LArm"))
+    moved = screws.inverse(T) @ nao.fk(q + step, "LArm")
     assert_near(screws.log(moved), seen_from_hand @ step, atol=1e-10)
 
 
@@ -148,14 +145,14 @@ def test_the_way_along_a_screw_is_pinocchios_interpolation() -> None:
 @given(twists, twists, st.floats(-1.0, 2.0))
 def test_the_way_begins_and_ends_at_the_poses_and_is_as_fast_everywhere(start, way, s) -> None:
     T_0 = exact_pose(start)
-    T_1 = screws.compose(T_0, exact_pose(way))
+    T_1 = T_0 @ exact_pose(way)
     size = 1 + np.abs([*start[:3], *way[:3]]).max()
     assert_near(screws.sclerp(T_0, T_1, 0), T_0, atol=20 * EPS * size)
     assert_near(screws.sclerp(T_0, T_1, 1), T_1, atol=20 * EPS * size)
     here, there = screws.sclerp(T_0, T_1, [s, s + 0.25])
     quarter = screws.sclerp(T_0, T_1, 0.25)
-    done = screws.compose(screws.inverse(here), there)
-    assert_near(done, screws.compose(screws.inverse(T_0), quarter), atol=100 * EPS * size)
+    done = screws.inverse(here) @ there
+    assert_near(done, screws.inverse(T_0) @ quarter, atol=100 * EPS * size)
     orientation = rotations.matrix_from_quat(
         rotations.slerp(rotations.quat_from_matrix(T_0[:3, :3]), rotations.quat_from_matrix(T_1[:3, :3]), s)
     )
@@ -201,9 +198,3 @@ def test_poses_close_together_far_from_the_origin_lose_nothing() -> None:
     found = screws.sclerp(T_0, T_1, 1000)
     near = screws.sclerp(screws.pose(R_0, [0, 0, 0]), screws.pose(R_1, step), 1000)
     assert_near(found[:3, 3] - far, near[:3, 3], atol=1e-9)
-
-
-def test_a_part_of_the_way_without_digits_is_refused() -> None:
-    for s in (1.1e15, -1e300):
-        with pytest.raises(BadArgument, match=r"s must not exceed 1e\+15"):
-            screws.sclerp(np.eye(4), np.eye(4), [0.5, s])

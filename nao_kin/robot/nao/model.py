@@ -36,7 +36,7 @@ class NaoModel(RobotModel):
     In addition to the attributes of `RobotModel`:
 
     Attributes:
-        version: "v3.2" … "v6".
+        version: one of `nk.parameters.VERSIONS`.
         body_order: NAOqi's 26 joint names in the order of "Body".
 
     Examples:
@@ -129,7 +129,7 @@ def load_nao(
     """Return a NAO H25 as a Pinocchio model with exactly 25 degrees of freedom.
 
     Args:
-        version: "v3.2", "v3.3", "v4", "v5" or "v6".
+        version: one of `nk.parameters.VERSIONS`: "v3.2" to "v6".
         base: "fixed" holds the trunk at the origin; "floating" adds a free-flyer before the joints.
         offsets: calibrated joints and frames, `{"joints": {…}, "frames": {…}}` as for `RobotModel.with_offsets`,
             or the path of a TOML file with these two tables.
@@ -148,7 +148,7 @@ def load_nao(
 
 
 def nao_urdf_path(version: str) -> Path:
-    """Return the URDF file of one NAO version, "v3.2" … "v6"; raise `BadModel` if the installation lacks it."""
+    """Return the URDF file of one NAO version; raise `BadModel` if the installation lacks it."""
     name = urdf_name(version)
     for folder in URDF_FOLDERS:
         if (folder / name).is_file():

@@ -10,14 +10,13 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from nao_kin._core.arrays import Vector, choice
-from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import UnknownName
 from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
-from nao_kin.robot.nao.older import TABLES
 from nao_kin.robot.nao.rows import (
     VERSIONS,
     ActuatorRow,
     CameraRow,
+    Colour,
     Coordinate,
     InertialRow,
     LimitRow,
@@ -27,7 +26,16 @@ from nao_kin.robot.nao.rows import (
     VersionTables,
     VisualRow,
 )
-from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS, RESOLUTIONS
+from nao_kin.robot.nao.v6 import (
+    CAMERAS,
+    COLLISION_SHAPES,
+    COUPLED_LIMITS,
+    FINGER_RATIO,
+    FINGERS,
+    JOINTS,
+    RESOLUTIONS,
+)
+from nao_kin.robot.nao.versions import TABLES
 from nao_kin.robot.semantics import CoupledLimit, Mimic
 
 _Row = TypeVar("_Row", bound=VersionedRow)
@@ -157,7 +165,7 @@ class NaoParameters:
     differ between versions, the `versions` that have them.
 
     Attributes:
-        version: "v3.2" … "v6".
+        version: one of `nk.parameters.VERSIONS`.
         offsets: Aldebaran's named distances [m].
         joints: the 26 joints in NAOqi's Body order, each with its `name`, `chain`, `parent` (a joint, or "torso"),
             `link`, position `xyz` in the parent's joint frame [m], unit vector `axis`, `lower`, `upper`, `unit` ("rad",
@@ -176,6 +184,7 @@ class NaoParameters:
         coupled_limits: the anti-collision tables.
         visuals: the meshes of the links, each with its `parent` (the joint that moves the link, "torso", or a phalanx
             without its side), `part`, `colours`, and the names `meshes` of its files.
+        colours: the colours of the meshes, red, green, blue and opacity by name.
         collision_shapes: shapes that contain the meshes, for collisions, each with its `name`, `parent` (a joint, or
             "torso"), `kind` ("sphere", "cylinder", "capsule" or "box"), `size_m` (radius; radius and length; or edge
             lengths), `center_m` in the joint frame, and `axis`.
@@ -200,6 +209,7 @@ class NaoParameters:
     resolutions: Mapping[str, tuple[int, int]]
     coupled_limits: tuple[CoupledLimit, ...]
     visuals: tuple[VisualRow, ...]
+    colours: Mapping[str, Colour]
     collision_shapes: tuple[ShapeRow, ...]
     naoqi_shapes: tuple[ShapeRow, ...]
 
@@ -281,6 +291,7 @@ def _gathered(version: Version) -> NaoParameters:
             for row in COUPLED_LIMITS
         ),
         visuals=tuple(row for row in VISUALS if version in row.versions),
+        colours=MappingProxyType(dict(tables.colours)),
         collision_shapes=FITTED_SHAPES,
         naoqi_shapes=COLLISION_SHAPES,
     )
@@ -388,8 +399,6 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         >>> names["CameraTop"], names["CameraTop_fixed"], names["LHandThumb1"]
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
-    if not isinstance(parameters, NaoParameters):
-        raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
     digits = f"{parameters.version.removeprefix('v').replace('.', '')}0"[:2]
     names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
     for frame in parameters.frames:

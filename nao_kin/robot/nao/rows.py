@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeVar, get_args
 
 from nao_kin._core.arrays import Vector
@@ -12,6 +12,7 @@ from nao_kin.errors import UnknownName
 Version = Literal["v3.2", "v3.3", "v4", "v5", "v6"]
 VERSIONS: tuple[Version, ...] = get_args(Version)
 
+Colour = tuple[float, float, float, float]  # red, green, blue, opacity
 ShapeKind = Literal["sphere", "cylinder", "capsule", "box"]
 
 
@@ -308,6 +309,7 @@ class VersionTables:
     cameras: tuple[CameraRow, ...] = ()
     visuals: tuple[VisualRow, ...] = ()
     placeholder: InertialRow | None = None  # inertia of links without a published mass; None for no inertia
+    colours: Mapping[str, Colour] = field(default_factory=dict)  # the colours of the meshes, by name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -330,12 +332,11 @@ class VersionPage(VersionTables):
             what = f"{name.removesuffix('s')} of {self.base}, which {self.version} is laid over"
             without = getattr(self, f"without_{name}", ())
             tables[name] = overlaid(what, getattr(base, name), getattr(self, name), without)
-        return VersionTables(**tables, placeholder=self.placeholder or base.placeholder)
+        colours = {**base.colours, **self.colours}
+        return VersionTables(**tables, placeholder=self.placeholder or base.placeholder, colours=colours)
 
 
-def overlaid(
-    what: str, base: Iterable[_Row], changes: Sequence[_Row] = (), without: Sequence[str] = ()
-) -> tuple[_Row, ...]:
+def overlaid(what: str, base: Iterable[_Row], changes: Sequence[_Row], without: Sequence[str]) -> tuple[_Row, ...]:
     """Return the rows of `base` with some of them changed, left out (by key) or added.
 
     A new row takes the position of the first row of the same place that was left out, or follows the last row of that

@@ -1,17 +1,17 @@
 """The tables of V6: distances, joints, ranges, bodies, frames and postures, each row with its source.
 
-Distances are those of V6; `older` contains the differences of other versions.
+Distances are those of V6; `versions` contains the differences of other versions.
 """
 
 from __future__ import annotations
 
 import math
 
-from nao_kin._core.arrays import Vector, choice
+from nao_kin._core.arrays import Vector
 from nao_kin.robot.nao.rows import (
-    VERSIONS,
     ActuatorRow,
     CameraRow,
+    Colour,
     CoupledLimitRow,
     FingerRow,
     FrameRow,
@@ -24,7 +24,6 @@ from nao_kin.robot.nao.rows import (
     PostureRow,
     ResolutionRow,
     ShapeRow,
-    Version,
     VersionTables,
     VisualRow,
 )
@@ -287,21 +286,14 @@ SOLE_OUTLINES: tuple[OutlineRow, ...] = (
 )
 # fmt: on
 
-# Red, green, blue, opacity.
-COLOURS: dict[str, tuple[float, float, float, float]] = {
+_COLOURS: dict[str, Colour] = {
     "white": (0.93, 0.93, 0.94, 1.0),
     "grey": (0.66, 0.68, 0.71, 1.0),
     "dark": (0.23, 0.24, 0.27, 1.0),
     "black": (0.05, 0.05, 0.06, 1.0),
-    "accent": (0.87, 0.33, 0.11, 1.0),
+    "accent": (0.34, 0.36, 0.39, 1.0),
     "led": (0.70, 0.89, 1.0, 1.0),
 }
-_V6_ACCENT = (0.34, 0.36, 0.39, 1.0)
-
-
-def colours_of(version: Version) -> dict[str, tuple[float, float, float, float]]:
-    """Return the colours of a version's meshes: V6 has dark grey accents, the earlier versions orange ones."""
-    return COLOURS | ({"accent": _V6_ACCENT} if choice(version, VERSIONS, "NAO version") == "v6" else {})
 
 
 def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, VisualRow]:
@@ -416,6 +408,7 @@ V6 = VersionTables(
     frames=_FRAMES,
     cameras=both_cameras("OV5640", (56.3, 43.7), "16VGA", "DS6"),
     visuals=_VISUALS,
+    colours=_COLOURS,
 )
 
 

@@ -22,7 +22,7 @@ from nao_kin.robot.nao import VERSIONS, nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import VISUALS
 from nao_kin.robot.nao.rows import ShapeRow
-from nao_kin.robot.nao.v6 import COLLISION_SHAPES, colours_of
+from nao_kin.robot.nao.v6 import COLLISION_SHAPES
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"
@@ -313,7 +313,7 @@ def test_versions_are_told_apart_by_their_looks() -> None:
     accents = {
         version: {n for names in visuals(version).values() for n in names if "accent" in n} for version in VERSIONS
     }
-    assert colours_of("v6")["accent"] != colours_of("v5")["accent"]
+    assert nao_parameters("v6").colours["accent"] != nao_parameters("v5").colours["accent"]
     assert accents["v4"] == accents["v5"] == accents["v6"]
     assert accents["v6"] - accents["v3.3"] == {"ears_accent", "l_forearm_accent", "r_forearm_accent"}
     # The microphones moved with V6, the cameras with V4.
@@ -375,7 +375,7 @@ def test_pinocchio_loads_every_mesh_in_its_colour(
     loaded = [Path(shape.meshPath).stem for shape in shown.geometryObjects]
     assert sorted(loaded) == sorted(name for names in visuals(version).values() for name in names)
     for shape, name in zip(shown.geometryObjects, loaded, strict=True):
-        assert shape.meshColor == pytest.approx(colours_of(version)[name.rpartition("_")[2]], abs=1e-6)
+        assert shape.meshColor == pytest.approx(nao_parameters(version).colours[name.rpartition("_")[2]], abs=1e-6)
     assert capfd.readouterr() == ("", "")
 
 

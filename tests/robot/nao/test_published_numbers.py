@@ -51,9 +51,15 @@ def urdf(version: str) -> ET.Element:
     return ET.parse(nao_urdf_path(version)).getroot()
 
 
+def _holds(row: dict[str, Any], version: str) -> bool:
+    """Whether a row is for this version: from the oldest one to the newest one unless it says since= or until=."""
+    ends = row.get("since", VERSIONS[0]), row.get("until", VERSIONS[-1])
+    return VERSIONS.index(ends[0]) <= VERSIONS.index(version) <= VERSIONS.index(ends[1])
+
+
 def _published(table: str, version: str, key: str) -> dict[str, dict[str, Any]]:
     """The rows of one table that hold for one version, by name."""
-    rows = [row for row in PUBLISHED[table] if version in row.get("versions", version).split()]
+    rows = [row for row in PUBLISHED[table] if _holds(row, version)]
     found = {row[key]: row for row in rows}
     assert len(found) == len(rows)
     return found
@@ -209,7 +215,7 @@ def test_masses_centres_and_tensors_are_the_published_ones(
 ) -> None:
     rows, wrong = _published("inertials", version, "link"), []
     placeholder, feet = PUBLISHED["placeholder"], _published("frames", version, "frame")
-    has_placeholders = version in placeholder["versions"].split()
+    has_placeholders = _holds(placeholder, version)
     assert parameters.inertials.keys() == rows.keys()
     assert (version in PLACEHOLDER.versions) == has_placeholders
     wrong += _off("placeholder", "kg", PLACEHOLDER.mass_kg, placeholder["kg"])

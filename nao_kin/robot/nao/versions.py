@@ -1,4 +1,4 @@
-"""The versions before V6, each as its differences from the next one, and the tables of all versions."""
+"""The versions besides V6, each as its differences from another one, and the tables of all versions."""
 
 from __future__ import annotations
 
@@ -47,6 +47,7 @@ V5 = VersionPage(
         InertialRow("HeadPitch", 0.60533, (-0.00112, 0.0, 0.05258), (0.000957766, 8.78814e-06, 5.33702e-06, 0.000816836, -2.99579e-05, 0.000984976), "U5"),
     ),
     placeholder=_PLACEHOLDER,
+    colours={"accent": (0.87, 0.33, 0.11, 1.0)},
     cameras=both_cameras("MT9M114", (60.9, 47.6), "4VGA", "CAM"),
     frames=(
         FrameRow("Gaze", "gaze", "HeadPitch", (0.05871, 0.0, 0.06364), (0.0, 0.0, 0.0), "U5"),
