@@ -1,4 +1,4 @@
-"""Draw the picture of lights and words in docs/viewer_python.md: a virtual NAO that greets.
+"""Draw the picture of lights in docs/viewer_python.md: a virtual NAO that greets.
 
 Example:
     python scripts/draw_lights.py            # writes lights.jpg into docs/images
@@ -36,12 +36,10 @@ def main() -> None:
         for number, colour in enumerate(RAINBOW):
             robot.call("ALLeds", "fadeRGB", f"FaceLed{number}", colour, 0.0)
         robot.call("ALLeds", "fadeRGB", "ChestLeds", "green", 0.0)
-        robot.post("ALTextToSpeech", "say", "Hello! These are my eyes.")
         state = robot.state()
         viewer = nk.Viewer(robot.robot)
         viewer.display(state.q)
         viewer.show_lights(nk.naoqi.light_colours(state.leds))
-        viewer.say(nk.naoqi.spoken_words(state.saying))
         picture = viewer.save_png(Path(temporary) / "picture.png", camera="three-quarter", size=SIZE, timeout=180.0)
         part = Image.open(picture).convert("RGB").crop(PART)
         height = round(WIDTH * part.height / part.width)

@@ -243,7 +243,7 @@ class SceneRobot:
                 {"link": place[drawable.link], "geometry": drawable.geometry[0]}
                 | {"matrix": by_columns(drawable.T_link_shape @ geometry_pose(drawable.shape))}
                 | {"colour": hex_colour(drawable.rgba), "opacity": drawable.rgba[3]}
-                | {"light": drawable.light, "accent": drawable.accent}
+                | {"light": drawable.light}
                 for drawable in self.drawables
             ],
             "joints": [
@@ -285,7 +285,6 @@ class SceneRobot:
                 {"name": name, "direction": direction, "links": [place[link] for link in links]}
                 for name, (direction, links) in self.cameras.items()
             ],
-            "head": next((index for name, index in place.items() if "head" in name.lower()), None),
             "eyes": [
                 {"name": name, "link": place[self.link_of(name)]}
                 | dict(zip(("horizontal", "vertical"), views.get(name, (None, None)), strict=True))

@@ -328,9 +328,7 @@ KINDS: Mapping[str, Kind] = {
     "shapes": Kind({"shapes": "{ link: number; geometry: object; matrix: number[] }[]"}, blank={"shapes": []}),
     "controls": Kind({"controls": "Control[]"}, blank={"controls": []}),
     "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
-    "edition": Kind({"name": "string"}, blank={"name": ""}),
     "lights": Kind({"lights": "{ name: string; rgb: Vector }[]"}, blank={"lights": []}),
-    "speech": Kind({"text": "string"}, blank={"text": ""}),
     "reach": Kind(
         {"cells": "Uint16Array | null", "values?": "Uint16Array", "frame?": "string", "voxel?": "number"}
         | {"first?": "Vector", "cut?": '{ axis: "x" | "y" | "z"; place: number } | null'}

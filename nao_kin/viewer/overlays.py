@@ -58,8 +58,6 @@ REACH_LABELS = {
 _MAX_CUBES = 40_000
 _MAX_GHOSTS = 64
 _LARGEST_FIRST = 1_000_000
-# The colours of the sold editions of the NAO.
-EDITIONS = ("orange", "blue", "red", "grey")
 # Beyond this, a double resolves angles worse than 1e-10 rad, and a graphics card, which uses floats, distorts robots.
 LARGEST = 1e6
 # A figure: its node, its colour, the radius of a bone, and the size of one that is not seen [m].

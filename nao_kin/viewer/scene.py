@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -23,8 +23,6 @@ from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
 from nao_kin.viewer.messages import content_name, geometry_document, node_name, panel_message
 
 ROBOT = "robot"
-# Suffix of the meshes of our NAO whose colour differs between its editions.
-_ACCENT = "_accent"
 _GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
 
 
@@ -37,7 +35,6 @@ class Drawable:
     shape: Shape
     rgba: Rgba
     light: str = ""  # name of the light, "" for other shapes
-    accent: bool = False  # whether the editions of our NAO differ in its colour
 
     @cached_property
     def geometry(self) -> tuple[str, bytes]:
@@ -91,9 +88,8 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
             continue
         for mesh in loaded[path, geometry.scale]:
             rgba = visual.rgba or mesh.colour or _GREY
-            accent = PurePosixPath(geometry.filename).stem.endswith(_ACCENT)
             for name, part in (lights_of(geometry.filename, mesh) or {"": mesh}).items():
-                found.append(Drawable(visual.link, T_link_shape, part, rgba, name, accent))
+                found.append(Drawable(visual.link, T_link_shape, part, rgba, name))
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         notes.insert(0, f"mesh files not found: {abbreviated(missing[0])}{more}")

@@ -849,34 +849,6 @@ class Viewer(Guessing):
         """
         self._messages.put("lights", self._look.lights(colours))
 
-    def say(self, text: str) -> None:
-        """Show a speech bubble at the head until the next text; "" removes it.
-
-        The bubble is placed at the first link with "head" in its name, or else at the whole robot, and shows at most
-        280 characters. Screen readers read the text.
-
-        Examples:
-            >>> viewer = nk.Viewer(nk.load_nao())
-            >>> viewer.say("Hello")
-        """
-        if not isinstance(text, str):
-            raise BadArgument(f"text must be words to show, got {quoted(text)}")
-        self._messages.put("speech", panel_message("speech", {"text": text}))
-
-    def color_edition(self, name: str) -> None:
-        """Show a NAO's shells in the colour of an edition; meshes that are not this library's keep their colours.
-
-        Args:
-            name: "orange", "blue", "red" or "grey"; "" for the colours of the URDF.
-
-        Examples:
-            >>> viewer = nk.Viewer(nk.load_nao())
-            >>> viewer.color_edition("blue")
-        """
-        if not isinstance(name, str) or name:
-            choice(name, overlays.EDITIONS, "edition")
-        self._messages.put("edition", panel_message("edition", {"name": name}))
-
     # --- other shapes ---------------------------------------------------------------------------------------------
 
     def add_points(

@@ -62,7 +62,6 @@ export function makeViewer(page: App) {
     page.studio.draw();
     page.blank();
     viewer.animator.after_render();
-    page.speech?.place();
     page.labels?.draw();
     page.drawn += 1;
     page.reports.camera();

@@ -35,9 +35,7 @@ export interface Received {
     low: string;
     high: string;
   };
-  edition: { name: string };
   lights: { lights: { name: string; rgb: Vector }[] };
-  speech: { text: string };
   reach: {
     cells: Uint16Array | null;
     values?: Uint16Array;

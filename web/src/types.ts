@@ -29,7 +29,6 @@ export interface About {
   /** The links that move as one; `size` and `matrix` are the edges and the pose in the link of a box of the same inertia. */
   bodies: { link: number; mass: number; centre: Vector; size: Vector; matrix: number[] }[];
   cameras: Camera[];
-  head: number | null;
   eyes: Eye[];
 }
 
@@ -45,8 +44,6 @@ interface ShapeAbout {
   opacity: number;
   /** The name of the light if the shape is one, else empty. */
   light: string;
-  /** Whether its colour differs between the editions of NAO. */
-  accent: boolean;
 }
 
 /** A camera of the robot, which looks along x of its link, and its field of view [rad], null if unknown. */
@@ -112,7 +109,6 @@ export interface Shape {
   mesh: RobotMesh;
   link: number;
   light: string;
-  accent: boolean;
 }
 
 export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshStandardMaterial>;

@@ -223,7 +223,6 @@ def test_what_one_robot_looks_like_leaves_its_equal_alone(browser: Any, nao: nk.
             assert_changed(lambda: viewer.color_links({"Head": 1.0}), f"{own}.scale.size > 0", own=True)
             lit = "() => naoKin.lights.shapes.get('Chest').mesh.userData.lit"
             assert_changed(lambda: viewer.show_lights({"Chest": (0.0, 1.0, 0.0)}), lit, own=True)
-            assert_changed(lambda: viewer.color_edition("blue"), f"{own}.edition === 'blue'", own=True)
 
             def fade() -> None:
                 tab.locator("summary", has_text="View").click()
@@ -460,15 +459,11 @@ def test_what_is_no_shape_is_refused_and_nothing_changes(nao: nk.NaoModel, tmp_p
         (lambda: viewer.add_mesh("a", tmp_path / "nowhere.stl"), BadArgument),
         (lambda: viewer.add_mesh("a", tmp_path / "broken.stl"), BadArgument),
         (lambda: viewer.add_mesh("a", tmp_path / "broken.stl", faces), BadArgument),
-        (lambda: viewer.color_edition("green"), UnknownName),
     ):
         with pytest.raises(error):
             call()
-    assert not any(m.get("kind") in ("extra", "extras", "edition") for m in messages_of(viewer.static_html()))
+    assert not any(m.get("kind") in ("extra", "extras") for m in messages_of(viewer.static_html()))
     viewer.add_points("none", np.zeros((0, 3)))
-    viewer.color_edition("blue")
-    (edition,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "edition")
-    assert edition["name"] == "blue"
 
 
 # --- what pages do ----------------------------------------------------------------------------------------------------

@@ -88,7 +88,7 @@ def test_icons_have_words_on_a_touch_screen_and_where_there_is_room(page: Page, 
     page.tab.set_viewport_size({"width": 1440, "height": 900})
     assert page.run(WORDS) == [[], 0]
     page.tab.set_viewport_size({"width": 1000, "height": 700})
-    assert page.run(WORDS)[0] == ["Record the motion", "Key frames", "Plots", "Trails of frames", "Motion files"]
+    assert page.run(WORDS)[0] == ["Record the motion", "Key frames", "Plots", "Motion files"]
     page.tab.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
 
 
@@ -871,21 +871,9 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.25)
             viewer.display(nao.posture("Stand"))
             tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("Stand")[5]))
-            # Key frames are in the address only; the program knows nothing of them.
-            tab.evaluate(
-                "() => { const { editor } = naoKin.player; editor.open(true); editor.adding(); editor.adding(); }"
-            )
-            tab.wait_for_function("() => location.hash.includes('keys=')")
             tab.reload()
             tab.wait_for_selector("body[data-ready]")
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
-            kept = "() => [naoKin.player.editor.frames.count, naoKin.player.editor.isOpen]"
-            assert tab.evaluate(kept) == [2, True]
-            viewer.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.05)
-            tab.wait_for_function("() => naoKin.player.playback?.playing")
-            tab.evaluate("() => naoKin.panel.address.keepKeys()")
-            assert tab.evaluate("() => naoKin.player.playback === naoKin.player.clip && naoKin.player.playback.playing")
-            assert tab.evaluate(kept) == [2, False]
 
 
 def framed(document: Path, outer: Path, attributes: str) -> Path:
@@ -967,8 +955,8 @@ def test_space_plays_and_pauses(page: Page) -> None:
     # In a text it is a space, a box it checks, and Enter presses a button.
     page.tab.get_by_label("Filter joints").focus()
     press(page, "Space", "Backspace")
-    tool(page, "Trails of frames").press("Enter")
-    box = page.tab.locator(".menu:popover-open").get_by_label("RArm")
+    page.tab.locator("summary", has_text="View").press("Enter")
+    box = page.tab.locator(".view-menu").get_by_label("RArm", exact=True)
     was_checked = box.is_checked()
     box.focus()
     press(page, "Space")

@@ -396,28 +396,6 @@ def test_a_field_of_view_is_two_angles_below_half_a_turn(angles: Any) -> None:
         Semantics(cameras=("camera",), fields_of_view={"camera": angles})
 
 
-@pytest.mark.full
-def test_the_camera_sees_a_floor_and_a_football(drawn: Page) -> None:
-    drawn.switch("Camera view")
-    for name in ("CameraTop", "CameraBottom"):
-        drawn.tab.get_by_label("Camera of the robot").select_option(name)
-        drawn.animation_frames(3)
-        seen = read_png(drawn.tab.locator("#eye .sight").screenshot()).astype(int)[4:-4, 4:-4]
-        # Black and white patches of the ball, and lines on the floor around it.
-        x, y, _ = drawn.run(
-            "() => naoKin.eyes.ball.getWorldPosition(new MeshCat.THREE.Vector3()).project(naoKin.eyes.camera).toArray()"
-        )
-        row, column = (0.5 - 0.5 * y) * seen.shape[0], (0.5 + 0.5 * x) * seen.shape[1]
-        ball = seen[max(0, int(row) - 8) : int(row) + 9, int(column) - 8 : int(column) + 9].mean(axis=2)
-        assert ball.min() < 90, name
-        assert ball.max() > 190, name
-        floor = seen[int(0.75 * len(seen)) :, :40].mean(axis=2)
-        assert np.ptp(floor) > 15, name
-        assert floor.mean() < 235, name
-    drawn.switch("Camera view")
-    assert not drawn.run("() => naoKin.eyes.ball.visible")
-
-
 def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(page: Page, nao: nk.NaoModel) -> None:
     page.switch("Camera view")
     counts = set()
@@ -609,21 +587,6 @@ def test_the_robot_becomes_transparent_and_solid_again(page: Page) -> None:
     assert page.run(opacity) == [pytest.approx(0.1), True]
     page.tab.keyboard.press("End")
     assert page.run(opacity) == [1, False]
-    _close_menu(page)
-
-
-def test_an_edition_recolours_the_accents_and_nothing_else(page: Page, nao: nk.NaoModel) -> None:
-    page.set(nao.posture("StandInit"))
-    colours = "() => naoKin.robot.meshes.map(({ mesh }) => mesh.material.color.getHexString())"
-    accents = "() => naoKin.robot.meshes.map(({ accent }) => accent)"
-    own, is_accent = page.run(colours), page.run(accents)
-    assert 5 <= sum(is_accent) < len(is_accent) / 3
-    _open_menu(page)
-    page.tab.get_by_label("Edition", exact=True).select_option("blue")
-    blue = page.run(colours)
-    assert [a != b for a, b in zip(own, blue, strict=True)] == is_accent
-    page.run("() => naoKin.receive({ kind: 'edition', name: '__proto__' })")
-    assert page.run(colours) == own
     _close_menu(page)
 
 

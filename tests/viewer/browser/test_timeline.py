@@ -1,4 +1,4 @@
-"""The bar under the view by real pointers, keys, fingers and files: key frames, recordings, plots and trails."""
+"""The bar under the view by real pointers, keys, fingers and files: key frames, recordings and plots."""
 
 from __future__ import annotations
 
@@ -332,58 +332,6 @@ def test_a_file_may_be_dropped_on_the_page(page: Page) -> None:
     assert page.q[0] == pytest.approx(math.pi / 4)
 
 
-KEYS = """() => {
-    const { frames, now } = naoKin.player.editor;
-    return { keys: frames.keys, between: frames.interpolation, now };
-}"""
-
-
-@pytest.mark.full
-def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.NaoModel) -> None:
-    make_keys(page)
-    page.tab.get_by_label("Interpolation").select_option("smooth")
-    x, y = across(page, 1.5)
-    page.tab.mouse.click(x, y - 12)
-    page.tab.wait_for_function("() => location.hash.includes('keys=smooth:1.5:')")
-    expected, link = page.run(KEYS), page.tab.url
-    assert expected["now"] == 1.5
-    with opened(browser, link, SIZE) as other:
-        found = other.run(KEYS)
-        assert other.tab.get_by_role("slider", name="Key 3 of 3").is_visible()
-        for key, wanted, posture in zip(found["keys"], expected["keys"], POSTURES, strict=True):
-            assert key["time"] == wanted["time"]
-            assert np.abs(np.subtract(key["q"], nao.posture(posture))).max() < 1e-6
-        assert (found["between"], found["now"]) == ("smooth", 1.5)
-        assert np.abs(other.q - page.q).max() < 1e-6
-        press(other, "Play")
-        other.tab.wait_for_function("() => naoKin.player.time > 1.6 || naoKin.player.time < 1.4")
-
-        # What is no link changes nothing.
-        press(other, "Pause")
-        before = other.run(KEYS)
-        for bad in ("linear:0:HeadYow;0:1", "linear:0:HeadYaw;1:1;0:2", "linear:0:HeadYaw;0:<img>", ";" * 5000):
-            other.run("(bad) => { location.hash = `v=1&keys=${bad}&q=HeadYaw:0.1`; }", bad)
-            assert "The link cannot be opened" in message(other)
-            assert other.run(KEYS) == before
-            other.tab.get_by_role("button", name="Close the message").click()
-
-
-@pytest.mark.full
-def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
-    motion = nk.Motion(np.arange(80.0), nao.joint_names, nao.random(3, 80), "smooth")
-    write_motion(motion, tmp_path / "long.json")
-    drop(page, tmp_path / "long.json")
-    page.tab.get_by_text("The address of this page is without the 80 key frames").wait_for()
-    assert "keys=" not in page.tab.url
-    page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    press(page, "Copy a link to this state")
-    page.tab.get_by_text("Link, without the 80 key frames").wait_for()
-    # A message does not hide the one before.
-    assert page.tab.get_by_text("The address of this page is without").is_visible()
-    assert "keys=" not in page.run("() => navigator.clipboard.readText()")
-    page.tab.context.clear_permissions()
-
-
 @pytest.mark.full
 def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     make_keys(page)
@@ -487,31 +435,6 @@ def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao:
         assert np.abs(page.q - (0.75 * nao.posture("StandInit") + 0.25 * nao.posture("Crouch"))).max() < 1e-6
         press(page, "Key frames")
         assert page.run("() => naoKin.player.playback === naoKin.player.clip")
-
-
-@pytest.mark.full
-def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
-    make_keys(page)
-    press(page, "Trails of frames")
-    page.tab.get_by_label("Along the whole motion").check()
-    for frame in ("Head", "LLeg", "RLeg", "CameraTop", "CameraBottom", "RArm"):
-        page.tab.get_by_role("checkbox", name=frame, exact=True).uncheck()
-    corners = np.array(
-        page.run(
-            """() => {
-                const [tube, ...others] = naoKin.player.trails.group.children;
-                if (others.length) throw new Error("one frame, several trails");
-                return Array.from(tube.geometry.attributes.position.array);
-            }"""
-        )
-    ).reshape(-1, 3)
-    motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
-    way = nao.fk(motion.configurations(nao, rate=100.0).q, "LArm")[:, :3, 3]
-    off = np.linalg.norm(corners[:, None] - way[None], axis=2).min(axis=1)
-    assert off.max() < 0.006
-    assert np.linalg.norm(corners.max(axis=0) - way.max(axis=0)) < 0.01
-    page.tab.locator("#player").get_by_label("None", exact=True).check()
-    assert page.run("() => naoKin.player.trails.group.children.length") == 0
 
 
 @pytest.mark.full

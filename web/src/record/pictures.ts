@@ -71,7 +71,6 @@ export class Pictures {
     this.fit();
     page.viewer.render();
     paintCanvas(ink, page.viewer.renderer.domElement, width, height);
-    page.speech.paint(ink, width, height);
     const scale = Math.min(width, height) / LABELS_ACROSS;
     ink.save();
     ink.scale(scale, scale);
