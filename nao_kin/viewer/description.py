@@ -34,6 +34,7 @@ from nao_kin.viewer.messages import (
     geometry_pose,
     hex_colour,
     panel_message,
+    row,
     typed_array,
 )
 from nao_kin.viewer.scene import Drawable, Driver, carriers, drivers_of, holder, link_paths, robot_drawables
@@ -233,61 +234,65 @@ class SceneRobot:
             "floating": robot.base == "floating",
             "root": "the world" if robot.base == "floating" else semantics.root or robot.tree.root,
             "soles": [
-                {"link": place[link], "corners": feet.points[feet.owner == k].ravel().tolist()}
+                row("Sole", place[link], feet.points[feet.owner == k].ravel().tolist())
                 for k, link in enumerate(semantics.soles)
             ],
             "notes": list(self.notes),
-            "links": [{"name": name, "path": path.split("/")} for name, path in self.paths.items()],
-            "places": [{"path": path.split("/"), "matrix": by_columns(T)} for path, T in self.placements()],
+            "links": [row("Link", name, path.split("/")) for name, path in self.paths.items()],
+            "places": [row("Place", path.split("/"), by_columns(T)) for path, T in self.placements()],
             "shapes": [
-                {"link": place[drawable.link], "geometry": drawable.geometry[0]}
-                | {"matrix": by_columns(drawable.T_link_shape @ geometry_pose(drawable.shape))}
-                | {"colour": hex_colour(drawable.rgba), "opacity": drawable.rgba[3]}
-                | {"light": drawable.light}
+                row(
+                    "ShapeAbout",
+                    place[drawable.link],
+                    drawable.geometry[0],
+                    by_columns(drawable.T_link_shape @ geometry_pose(drawable.shape)),
+                    hex_colour(drawable.rgba),
+                    drawable.rgba[3],
+                    drawable.light,
+                )
                 for drawable in self.drawables
             ],
             "joints": [
-                {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
-                | dict(zip(("pair", "group"), pairs.get(joint.name, ("", -1)), strict=True))
-                | vars(drivers[joint.name])
+                {"name": joint.name, **vars(drivers[joint.name])}
+                | row(
+                    "JointAbout",
+                    child[joint.name],
+                    joint.kind == "prismatic",
+                    joint.axis,
+                    *pairs.get(joint.name, ("", -1)),
+                )
                 for joint in moving
             ],
             "coordinates": [
-                dict(zip(("joint", "column", "lower", "upper", "velocity", "unit"), row, strict=True))
-                for row in zip(
+                row("Coordinate", name, column[name], *map(finite_or_none, bounds), unit)
+                for name, unit, *bounds in zip(
                     robot.joint_names,
-                    column.values(),
-                    *(
-                        map(finite_or_none, bound.tolist())
-                        for bound in (robot.lower, robot.upper, robot.velocity_limits)
-                    ),
                     robot.joint_units,
+                    *(bound.tolist() for bound in (robot.lower, robot.upper, robot.velocity_limits)),
                     strict=True,
                 )
             ],
             "tables": [
-                {"joint": column[table.joint], "of": column[table.of]}
-                | {"at": table.at, "lower": table.lower, "upper": table.upper}
+                row("CoupledLimits", column[table.joint], column[table.of], table.at, table.lower, table.upper)
                 for table in robot.coupled_limits
             ],
             "chains": [
-                {"title": title, "joints": [{"name": name, **vars(drivers[name])} for name in names]}
+                row("Chain", title, [{"name": name, **vars(drivers[name])} for name in names])
                 for title, names in _each_once(chains).items()
             ],
             "postures": self._postures(),
             "mirror": _mirror(robot, drivers),
             "naoqi": _naoqi_order(robot),
             "neutral": robot.neutral().tolist(),
-            "frames": [{"name": name, "link": place[self.link_of(name)]} for name in robot.frame_names],
+            "frames": [row("Frame", name, place[self.link_of(name)]) for name in robot.frame_names],
             "effectors": [name for name in effectors if name in robot.frame_names],
             "bodies": _bodies(robot, child),
             "cameras": [
-                {"name": name, "direction": direction, "links": [place[link] for link in links]}
+                row("Camera", name, direction, [place[link] for link in links])
                 for name, (direction, links) in self.cameras.items()
             ],
             "eyes": [
-                {"name": name, "link": place[self.link_of(name)]}
-                | dict(zip(("horizontal", "vertical"), views.get(name, (None, None)), strict=True))
+                row("Eye", name, place[self.link_of(name)], *views.get(name, (None, None)))
                 for name in semantics.cameras
             ],
         }
@@ -296,7 +301,7 @@ class SceneRobot:
         """Return the robot's postures; if it has none, one with all joints at zero or at the nearest limit to it."""
         robot = self.robot
         postures = {name: robot.posture(name) for name in robot.posture_names} or {"Zero": robot.clamp(robot.neutral())}
-        return [{"name": name, "q": q.tolist(), "up": self.rest.get(name)} for name, q in postures.items()]
+        return [row("Posture", name, q.tolist(), self.rest.get(name)) for name, q in postures.items()]
 
 
 def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -328,8 +333,7 @@ def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, 
     for name, image in images.items():
         driver, sign = drivers[image.joint], image.multiplier
         rows.append(
-            {"column": drivers[name].column, "of": driver.column}
-            | {"multiplier": sign * driver.multiplier, "offset": sign * driver.offset}
+            row("Mirrored", drivers[name].column, driver.column, sign * driver.multiplier, sign * driver.offset)
         )
     return rows
 
@@ -356,6 +360,6 @@ def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]
         if inertia.mass > 0.0:
             link = child.get(robot.model.names[index], 0)
             size, pose = _box_of(float(inertia.mass), np.array(inertia.lever), np.array(inertia.inertia))
-            body = {"link": link, "mass": float(inertia.mass), "centre": np.array(inertia.lever).tolist()}
-            bodies.append(body | {"size": size.tolist(), "matrix": by_columns(pose)})
+            centre = np.array(inertia.lever).tolist()
+            bodies.append(row("Body", link, float(inertia.mass), centre, size.tolist(), by_columns(pose)))
     return bodies
