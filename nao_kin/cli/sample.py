@@ -261,7 +261,6 @@ def _write_photos(nao: NaoModel, path: Path) -> None:
 def _photo(camera: Camera, T_camera_board: Floats) -> bytes:
     """Return the PNG file of the board on a white sheet: the mean of nine rays for each pixel."""
     from nao_kin.screws import inverse
-    from nao_kin.viewer import png_file
 
     width, height = camera.width, camera.height
     v, u = np.mgrid[: _FINER * height, : _FINER * width] / _FINER - (_FINER - 1) / (2 * _FINER)
@@ -278,7 +277,7 @@ def _photo(camera: Camera, T_camera_board: Floats) -> bytes:
     grey = np.where(inside(1), 235.0, 110.0)
     grey[inside(0) & ((column + row) % 2 == 0)] = 25.0
     image = grey.reshape(height, _FINER, width, _FINER).mean(axis=(1, 3)).round().astype(np.uint8)
-    return png_file(image)
+    return atomic.png(image)
 
 
 def _write_observations(nao: NaoModel, path: Path) -> None:

@@ -21,8 +21,8 @@ from typing import Any
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.process import before_ending, uninterrupted
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, NoBrowser
+from nao_kin._core.text import abbreviated
+from nao_kin.errors import NoBrowser
 from nao_kin.viewer.access import Document, live_page, policy
 from nao_kin.viewer.messages import BLANKS, RetainedMessages, panel_message
 from nao_kin.viewer.overlays import SHOWN
@@ -221,8 +221,6 @@ def _removing(key: str) -> bytes | None:
 
 def _checked(size: tuple[int, int]) -> tuple[int, int]:
     """Return the width and the height of a picture, or raise BadArgument."""
-    if not isinstance(size, (tuple, list)) or len(size) != 2:
-        raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
     width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
     return width, height
 

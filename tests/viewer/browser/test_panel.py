@@ -202,31 +202,11 @@ def test_a_pose_is_kept_under_a_name_shown_again_and_removed(page: Page, nao: nk
 # --- numbers and steps ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.full
-def test_tab_leaves_a_number_and_takes_what_was_typed(page: Page) -> None:
-    field(page, "HeadYaw").click()
-    page.tab.keyboard.type("12.5")
-    press(page, "Tab")
-    assert page.q[0] == pytest.approx(math.radians(12.5))
-    assert page.run("() => document.activeElement.ariaLabel") == "HeadPitch"
-    press(page, "Shift+Tab")
-    assert page.run("() => document.activeElement.ariaLabel") == "HeadYaw in degrees"
-
-
 def test_a_number_that_is_only_looked_at_stays_as_exact_as_it_was(page: Page, nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
     field(page, "LKneePitch").click()
     press(page, "Tab", "Shift+Tab", "Enter", "Tab")
     assert np.array_equal(page.q, q)
-
-
-def test_letters_digits_and_signs_arrive_one_by_one(page: Page) -> None:
-    field(page, "HeadYaw").click()
-    for count, letter in enumerate("-1.5", start=1):
-        page.tab.keyboard.type(letter)
-        assert field(page, "HeadYaw").input_value() == "-1.5"[:count]
-    press(page, "Backspace", "7", "Enter")
-    assert page.q[0] == pytest.approx(math.radians(-1.7))
 
 
 def test_escape_gives_the_number_back(page: Page) -> None:
@@ -287,29 +267,6 @@ def test_keys_step_sliders_and_numbers_alike(page: Page, nao: nk.NaoModel, key: 
         assert field(page, "LKneePitch").input_value() == f"{math.degrees(q[column]):.1f}"
 
 
-def test_sliders_go_to_their_ends_and_no_further(page: Page, nao: nk.NaoModel) -> None:
-    page.slider("HeadPitch").focus()
-    for key, limit in (("End", nao.upper[1]), ("ArrowRight", nao.upper[1]), ("Home", nao.lower[1])):
-        press(page, key)
-        assert page.q[1] == pytest.approx(limit, abs=1e-12)
-    press(page, "ArrowLeft", "ArrowRight")
-    assert page.q[1] == pytest.approx(nao.lower[1] + STEP, abs=1e-9)
-
-
-def test_a_hand_steps_by_a_percent_and_radians_by_hundredths(page: Page, nao: nk.NaoModel) -> None:
-    hand, yaw = nao.joint_names.index("LHand"), 0
-    before = page.q[hand]
-    page.slider("LHand").focus()
-    press(page, "ArrowRight", "Shift+ArrowRight")
-    assert page.q[hand] == pytest.approx(before + 0.11, abs=1e-9)
-    choose(page, "Radians")
-    page.slider("HeadYaw").focus()
-    press(page, "ArrowRight", "Control+ArrowRight")
-    assert page.q[yaw] == pytest.approx(0.011, abs=1e-9)
-    assert field(page, "HeadYaw").input_value() == "0.011"
-    choose(page, "Degrees")
-
-
 def test_sliders_say_their_value_and_range(page: Page) -> None:
     page.slider("HeadYaw").focus()
     press(page, "ArrowRight")
@@ -361,42 +318,6 @@ def test_units_and_colours_are_remembered(browser: Any, document: Path) -> None:
                 "rgb(24, 28, 36)"
             )
             tab.close()
-
-
-@pytest.mark.full
-def test_a_browser_that_remembers_nothing_still_switches(browser: Any, document: Path) -> None:
-    forbid = """
-        const refuse = () => { throw new DOMException('forbidden', 'SecurityError'); };
-        Object.defineProperty(window, 'localStorage', { get: refuse });
-        Object.defineProperty(navigator, 'clipboard', { get: refuse });
-    """
-    with visitor(browser, viewport={"width": 900, "height": 600}) as context:
-        tab = context.new_page()
-        errors: list[str] = []
-        tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.add_init_script(forbid)
-        tab.goto(document.as_uri())
-        tab.wait_for_selector("body[data-ready]")
-        tab.get_by_role("button", name="Settings").click()
-        tab.get_by_text("Radians", exact=True).click()
-        tab.keyboard.press("Escape")
-        assert tab.locator('.joint[data-joint="HeadYaw"] .unit').inner_text() == "rad"
-        # The text is there to be taken by hand, all of it selected.
-        tab.get_by_role("button", name="Copy the configuration").click()
-        tab.get_by_role("button", name=re.compile("JSON")).click()
-        assert json.loads(tab.evaluate("() => getSelection().toString()"))["HeadYaw"] == 0.0
-        tab.keyboard.press("Escape")
-        # And there is a field to put one in.
-        tab.get_by_role("button", name="Paste a configuration").click()
-        tab.keyboard.type('{"HeadYow": 1}')
-        tab.get_by_role("button", name="Show it").click()
-        assert "nearest: HeadYaw" in tab.get_by_role("alert").inner_text()
-        tab.get_by_role("textbox", name="Text of a configuration").press("ControlOrMeta+A")
-        tab.keyboard.type('{"HeadYaw": 1}')
-        tab.get_by_role("button", name="Show it").click()
-        assert tab.evaluate("() => naoKin.q[0]") == 1.0
-        tab.locator("dialog").wait_for(state="detached")
-        assert errors == []
 
 
 # --- the list of joints -----------------------------------------------------------------------------------------------
@@ -515,14 +436,6 @@ def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoMo
     assert page.run("() => (naoKin.settle(), naoKin.stance.up)") is None
     press(page, "Control+z")
     assert page.run("() => (naoKin.settle(), [...naoKin.stance.up])") == [0, -1, 0]
-
-
-def test_the_past_is_bounded(page: Page) -> None:
-    page.run("""() => {
-        const { past } = naoKin.panel;
-        for (let i = 0; i < 300; i++) { naoKin.move(0, i / 300); naoKin.settle(); past.finish(); }
-    }""")
-    assert page.run("() => naoKin.panel.past.history.past.length") == 200
 
 
 def test_undo_works_in_a_number_unless_it_is_being_typed(page: Page) -> None:
@@ -672,16 +585,6 @@ class Recorder:
         self.setAngles(names, angles, times)
 
 
-@pytest.mark.parametrize("title", ["setAngles", *full("angleInterpolation")])
-def test_calls_name_all_of_naoqis_joints_in_its_order(page: Page, nao: nk.NaoModel, title: str) -> None:
-    q = nao.random(4)
-    page.set(q)
-    motion = Recorder()
-    exec(copied(page, title), {"motion": motion})
-    assert tuple(motion.names) == nao.body_order
-    assert list(motion.given.values()) == nao.to_body(q).tolist()
-
-
 @pytest.mark.parametrize("title", ["JSON", *full("CSV", "Python", "setAngles", "angleInterpolation")])
 def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel, title: str) -> None:
     q = nao.random(5)
@@ -693,30 +596,6 @@ def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel,
     assert np.array_equal(page.q, q)
     press(page, "Control+z")
     assert np.array_equal(page.q, nao.neutral())
-
-
-def test_lists_arrays_and_chains_are_pasted_too(page: Page, nao: nk.NaoModel) -> None:
-    q = nao.random(6)
-    arm = [q[nao.joint_names.index(name)] for name in nao.chains["LArm"]]
-    for text, expected, accuracy in (
-        (str(q.tolist()), q, 0.0),
-        (", ".join(map(str, q)), q, 0.0),
-        (f"import numpy as np\nq = np.{q!r}", q, 1e-8),
-        (str(q), q, 1e-8),
-        (str(nao.to_body(q).tolist()), q, 0.0),
-        (f'motion.setAngles("Body", np.array({nao.to_body(q).tolist()}), 0.1)', q, 0.0),
-        (f'motion.angleInterpolation(["Head", "LArm"], {[0.5, -0.125, *arm]}, 1.0, True)', None, 0.0),
-    ):
-        page.set(nao.neutral())
-        page.run("(text) => navigator.clipboard.writeText(text)", text)
-        press(page, "ControlOrMeta+V")
-        if expected is None:
-            assert "8 values from angleInterpolation" in said(page)
-            chains = {"HeadYaw": 0.5, "HeadPitch": -0.125} | dict(zip(nao.chains["LArm"], arm, strict=True))
-            expected = nao.neutral()
-            for name, value in chains.items():
-                expected[nao.joint_names.index(name)] = value
-        assert np.abs(page.q - expected).max() <= accuracy, said(page)
 
 
 def test_the_button_pastes_too(page: Page) -> None:
@@ -795,15 +674,6 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
     choose(page, "Degrees")
 
 
-def test_a_link_from_far_away_is_refused(browser: Any, document: Path, page: Page) -> None:
-    link = f"{document.as_uri()}#v=1&q=HeadYaw:0.5&camera=1000000,0,0,0,0,0.3"
-    with another(browser, link) as tab:
-        line = tab.locator("#message span").inner_text()
-        assert line == "The link cannot be opened: the camera is 1.0e+6 m from the robot, expected at most 43 m"
-        assert state_of(tab)["q"][0] == 0.0
-        assert np.allclose(state_of(tab)["camera"], state_of(page.tab)["camera"], atol=1e-3)
-
-
 def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Page, nao: nk.NaoModel) -> None:
     (table,) = (table for table in nao.coupled_limits if table.joint == "HeadPitch")
     yaws = np.linspace(0.5, 1.9, 9).round(6)
@@ -847,7 +717,6 @@ def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any
         ("v=1&q=__proto__:1&show=%3Cimg%3E", "unknown joint"),
         ("v=1&show=%3Cimg%20src=x%3E", "unknown overlay"),
         ("v=1&q=%E0%A4%A", "is not valid in a link"),
-        ("v=1&q=HeadYaw:0.5&camera=0.1,0,0.3,0.1,0,0.302", "2 mm from the point it looks at, expected at least 14 mm"),
     ],
 )
 def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
@@ -897,27 +766,6 @@ def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
         page.wait_for_function("() => naoKin.pane.clientHeight > 0")
         place = page.evaluate("() => naoKin.viewer.camera.position.toArray()")
         assert np.isfinite(place).all()
-
-
-@pytest.mark.full
-def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:
-    outer = framed(document, tmp_path / "outer.html", 'sandbox="allow-scripts"')
-    with visitor(browser, viewport={"width": 950, "height": 650}) as context:
-        tab = context.new_page()
-        errors: list[str] = []
-        tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.goto(outer.as_uri())
-        inner = tab.frames[1]
-        inner.wait_for_selector("body[data-ready]")
-        inner.get_by_role("button", name="Crouch").click()
-        tab.wait_for_timeout(800)
-        inner.get_by_role("button", name="Copy a link to this state").click()
-        inner.wait_for_selector("dialog textarea")
-        assert inner.locator("dialog textarea").input_value().startswith("#v=1&q=")
-        tab.keyboard.press("Escape")
-        inner.get_by_role("button", name="Settings").click()
-        inner.get_by_text("Radians", exact=True).click()
-        assert errors == []
 
 
 # --- keys -------------------------------------------------------------------------------------------------------------
@@ -1252,23 +1100,6 @@ def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document
         tab.reload()
         tab.wait_for_selector("body[data-ready]")
         assert hint.is_hidden()
-
-
-@pytest.mark.full
-def test_what_can_be_done_is_said_each_time_where_nothing_may_be_stored(browser: Any, document: Path) -> None:
-    shut = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('', 'SecurityError'); } })"
-    with visitor(browser) as context:
-        tab = context.new_page()
-        errors: list[str] = []
-        tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.add_init_script(shut)
-        for _ in range(2):
-            tab.goto(document.as_uri())
-            tab.wait_for_selector("body[data-ready]")
-            assert tab.locator("#hint").is_visible()
-            tab.mouse.wheel(0, 10)
-            tab.locator("#hint").wait_for(state="hidden")
-        assert errors == []
 
 
 @pytest.mark.full

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -176,37 +175,6 @@ def test_a_link_under_the_pointer_is_told_with_its_joint_its_pair_its_value_and_
     assert tip(page) == ""
 
 
-@pytest.mark.parametrize(
-    ("link", "lines"),
-    [
-        ("torso", ["torso", "fixed to the base"]),
-        ("Neck", ["Neck", "HeadYaw", "revolute, of a universal pair"]),
-        ("RPelvis", ["RPelvis", "RHipYawPitch", "revolute, of a spherical pair", r"follows LHipYawPitch: 0\.0°, .*"]),
-        (
-            "LFinger12_link",
-            ["LFinger12_link", "LHandFinger12", "revolute pair", "follows LHand: 25 %, range 0 % … 100 %"],
-        ),
-    ],
-)
-def test_the_tip_says_what_carries_a_link(page: Page, link: str, lines: list[str]) -> None:
-    look(page, "front" if link in ("Neck", "RPelvis") else "three-quarter")
-    page.tab.mouse.move(*seen(page, link))
-    found = tip(page).splitlines()
-    assert len(found) >= len(lines)
-    assert all(re.fullmatch(pattern, line) for pattern, line in zip(lines, found, strict=False)), found
-
-
-def test_the_range_of_the_head_is_that_of_its_table(page: Page, nao: nk.NaoModel) -> None:
-    page.slide("HeadYaw", 1.2)
-    page.tab.mouse.move(*seen(page, "Head"))
-    found = re.search(r"range (-?[\d.]+)° … (-?[\d.]+)°", tip(page))
-    assert found
-    [table] = [table for table in nao.coupled_limits if table.joint == "HeadPitch"]
-    bounds = [np.degrees(np.interp(1.2, table.at, side)) for side in (table.lower, table.upper)]
-    assert [float(found[1]), float(found[2])] == pytest.approx(bounds, abs=0.06)
-    assert bounds[1] < math.degrees(nao.upper[nao.joint_names.index("HeadPitch")]) - 1.0
-
-
 def test_nothing_is_drawn_while_the_pointer_stays_on_a_link(page: Page) -> None:
     place = seen(page, "LThigh")
     page.tab.mouse.move(*place)
@@ -315,26 +283,6 @@ def test_at_its_limit_a_joint_stops_and_the_page_says_so(page: Page, nao: nk.Nao
     page.tab.mouse.move(*place, steps=24)
     assert page.q[column] == pytest.approx(nao.posture("StandInit")[column], abs=1e-3)
     assert said(page) == ""
-    page.tab.mouse.up()
-
-
-def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, nao: nk.NaoModel) -> None:
-    look(page, "side")
-    page.slide("HeadYaw", 1.2)
-    pull(page, "Head", (160, 60), 16)
-    q = page.q
-    assert nao.within_limits(q)
-    assert re.fullmatch(r"HeadPitch stops: at (most|least) -?[\d.]+° here \(coupled limit\)", said(page))
-    page.tab.mouse.up()
-    # The pitch does not yield when the yaw would leave it out.
-    page.set(nao.configuration(nao.angles(nao.posture("StandInit")) | {"HeadPitch": -0.6}))
-    look(page, "front")
-    pull(page, "Neck", (250, 0), 20)
-    q = page.q
-    assert q[1] == -0.6
-    assert abs(q[0]) > 0.2
-    assert nao.within_limits(q)
-    assert re.fullmatch(r"HeadYaw stops: HeadPitch may be at least -34\.4° there \(coupled limit\)", said(page))
     page.tab.mouse.up()
 
 
@@ -639,28 +587,6 @@ def test_two_points_of_the_surface_stay_on_their_links(page: Page, nao: nk.NaoMo
     assert page.run("() => naoKin.pick.selection.frame") == "LThigh"
 
 
-def test_the_tip_and_what_is_measured_are_in_the_units_that_were_chosen(page: Page) -> None:
-    page.tab.keyboard.down("Shift")
-    for link in ("LThigh", "Head"):
-        page.tab.mouse.click(*seen(page, link))
-    page.tab.keyboard.up("Shift")
-    text = "() => naoKin.labels.owners.get(naoKin.pick.measure)[0].text"
-    millimetres = float(page.run(text).removesuffix(" mm"))
-    page.tab.get_by_role("button", name="Settings").click()
-    page.tab.get_by_text("Radians").click()
-    page.tab.get_by_text("Metres", exact=True).click()
-    assert float(page.run(text).removesuffix(" m")) == pytest.approx(millimetres / 1000, abs=1e-4)
-    # Escape closes what is open, and leaves what is measured.
-    page.tab.keyboard.press("Escape")
-    assert page.tab.locator(".menu:popover-open").count() == 0
-    assert page.run("() => naoKin.pick.measure.thread.visible")
-    page.tab.mouse.move(*seen(page, "Head"))
-    page.animation_frames(2)
-    assert " rad" in tip(page)
-    assert "°" not in tip(page)
-    page.run("() => naoKin.panel.settings.setUnits({ angle: 'deg', length: 'mm' })")
-
-
 def test_frames_are_measured_from_the_keyboard(page: Page, nao: nk.NaoModel) -> None:
     page.tab.get_by_role("button", name="Measure", exact=True).press("Enter")
     for label, keys in (("Measure from", "LArm"), ("Measure to", "RLeg")):
@@ -758,22 +684,6 @@ def test_letters_turn_a_handle_about_the_axes_of_its_frame(
     assert page.run("() => window.gestures") == [True, False]
 
 
-def test_keys_turn_no_handle_farther_than_the_limb_goes_nor_one_without_rings(page: Page, nao: nk.NaoModel) -> None:
-    handles = page.tab.locator("#handles")
-    handles.get_by_role("button", name="LLeg").focus()
-    for _ in range(60):
-        page.tab.keyboard.press("x")
-    assert nao.within_limits(page.q)
-    assert re.search(r"LLeg: .* stops at .*; turned by \d+\.\d° about x", said(page))
-    page.tab.keyboard.press("Shift+X")  # back at once: what was not reached is not owed
-    assert " stops at " not in said(page)
-    page.tab.keyboard.press("Enter")
-    handles.get_by_role("button", name="CameraTop").focus()
-    page.tab.keyboard.press("x")
-    assert said(page) == "CameraTop has no ring to turn"
-    assert page.run("() => window.gestures") == [True, False]
-
-
 def test_the_tab_key_reaches_the_handles_and_leaving_one_lets_it_go(page: Page, nao: nk.NaoModel) -> None:
     page.tab.locator("#handles").get_by_role("button", name="LArm").focus()
     page.tab.keyboard.press("ArrowUp")
@@ -830,23 +740,6 @@ def test_slides_and_what_follows_them_are_dragged_along_their_axes(
         page.set(crane.neutral())
         pull(page, "mast_l", (30, 0))
         assert moved(crane, crane.neutral(), page.q) == {"mast"}
-        page.tab.mouse.up()
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("limits", [(-0.1, 2.0), (-2.0, 0.1)])
-def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
-    browser: Any, tmp_path: Path, limits: tuple[float, float]
-) -> None:
-    made_up(tmp_path, J("swing", (0.0, 1.0, 0.0), (0.0, 0.0, 0.6), limits=limits))
-    path = tmp_path / "robot.urdf"
-    weight = BOX.replace("<geometry>", '<origin xyz="0 0 -0.3"/><geometry>')
-    path.write_text(path.read_text(encoding="utf-8").replace("</link>", weight), encoding="utf-8")
-    pendulum = nk.RobotModel.from_urdf(path)
-    with opened(browser, Viewer(pendulum).save_html(tmp_path / "pendulum.html"), SIZE) as page:
-        look(page, "front")
-        pull(page, "swing_l", (0, -30))
-        assert page.q[0] * sum(limits) > 0.1
         page.tab.mouse.up()
 
 

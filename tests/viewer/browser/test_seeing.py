@@ -161,65 +161,6 @@ def test_a_movement_is_drawn_fast_and_then_once_at_its_best(page: Page) -> None:
     assert page.run("() => [pictures.fine, pictures.fast]") == [best, page.run("() => pictures.fast")]
 
 
-def test_the_picture_at_rest_is_drawn_once_though_something_else_asked_for_it(page: Page) -> None:
-    _rest(page)
-    _orbit(page, 3)
-    # The first frame after the movement comes from what does not move, such as the mark on a link, and is at its best.
-    page.run("() => { naoKin.studio.quality.changedAt -= 200; naoKin.viewer.set_dirty(); }")
-    _rest(page)
-    drawn = page.run("() => naoKin.drawn")
-    page.tab.wait_for_timeout(400)
-    assert page.run("() => naoKin.drawn") == drawn
-
-
-@pytest.mark.full
-def test_a_tap_on_the_view_or_on_a_posture_is_never_drawn_fast(page: Page) -> None:
-    _rest(page)
-    page.tab.wait_for_timeout(1100)
-    page.run("() => Object.assign(pictures, { fine: 0, fast: 0 })")
-    page.tab.mouse.click(60, 150)
-    page.tab.wait_for_timeout(300)
-    _click(page, "Crouch")
-    page.tab.wait_for_function("() => pictures.fine >= 1")
-    page.tab.wait_for_timeout(400)
-    assert page.run("() => pictures.fast") == 0
-
-
-@pytest.mark.full
-def test_two_seconds_at_60_hertz_leave_nothing_behind(shared: Page, nao: nk.NaoModel) -> None:
-    page = shared
-    page.reset(nao.posture("StandInit"), (320, 240))
-    page.run("() => naoKin.show({ frames: true, axes: true, com: true, support: true, eye: true })")
-    qs = nao.random(3, 30)
-    held = """() => {
-        const { info } = naoKin.viewer.renderer;
-        let nodes = 0;
-        naoKin.viewer.scene.traverse(() => (nodes += 1));
-        return [info.memory.geometries, info.memory.textures, info.programs.length, nodes];
-    }"""
-    play = """(qs) => new Promise((done) => {
-        let frame = 0;
-        const step = () => {
-            if (frame === 4 * qs.length) return done();
-            naoKin.set(qs[frame++ % qs.length]);
-            naoKin.settle();
-            if (frame % 10 === 0) naoKin.viewer.render();
-            requestAnimationFrame(step);
-        };
-        step();
-    })"""
-    page.run(play, qs[:5].tolist())
-    page.tab.wait_for_function("() => !naoKin.studio.quality.moving")
-    page.animation_frames(3)
-    before = page.run(held)
-    page.run(play, qs.tolist())
-    page.tab.wait_for_function("() => !naoKin.studio.quality.moving")
-    page.animation_frames(3)
-    after = page.run(held)
-    # What touches the floor may have no hull in one of the configurations.
-    assert np.abs(np.array(after) - before).max() <= 2
-
-
 @pytest.mark.full
 def test_the_picture_of_a_movement_looks_like_the_one_at_rest(drawn: Page) -> None:
     drawn.run("() => naoKin.show({ handles: false })")
@@ -598,43 +539,6 @@ def test_high_contrast_is_black_on_white(page: Page) -> None:
     _click(page, "High contrast")
     assert page.run(colours)[0] not in ("rgb(0, 0, 0)", "")
     _close_menu(page)
-
-
-def test_the_buttons_over_the_picture_are_one_row_at_any_width(page: Page) -> None:
-    tab = page.tab
-    for size in ((1400, 900), (1280, 800), (900, 600), (700, 900), (390, 844), (320, 568)):
-        tab.set_viewport_size({"width": size[0], "height": size[1]})
-        boxes = [box.bounding_box() for box in tab.locator("#cameras, .view-menu > summary, #fold").all()]
-        assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes), size
-        # Nothing of the bar under the picture is over it.
-        pane, foot = (tab.locator(where).bounding_box() for where in ("#pane", "#foot"))
-        assert pane["y"] + pane["height"] <= foot["y"] + 0.5, size
-        assert foot["y"] + foot["height"] <= size[1], size
-    # A camera that is beside the edge of a phone is reached by the arrow keys.
-    tab.locator("#cameras").get_by_role("button", name="front").focus()
-    for _ in range(4):
-        tab.keyboard.press("ArrowRight")
-    tab.keyboard.press("Enter")
-    assert tab.evaluate("() => naoKin.view") == "feet"
-    row, button = (tab.locator(where).bounding_box() for where in ("#cameras", "#cameras :focus"))
-    assert row["x"] <= button["x"]
-    assert button["x"] + button["width"] <= row["x"] + row["width"] + 1.0
-    # The menu is inside the window, and scrolls to all of its buttons.
-    tab.locator(".view-menu > summary").click()
-    for width, height in ((1280, 800), (650, 620), (667, 375), (500, 400), (390, 844), (320, 568)):
-        tab.set_viewport_size({"width": width, "height": height})
-        page.animation_frames(2)
-        opener, sheet = (tab.locator(what).bounding_box() for what in (".view-menu > summary", ".view-menu .sheet"))
-        assert 0.0 <= sheet["x"] <= width - sheet["width"], (width, height)
-        assert opener["y"] + opener["height"] <= sheet["y"], (width, height)
-        assert sheet["y"] + sheet["height"] <= height, (width, height)
-        for name in ("Centre of mass", "Picture 2×"):
-            tab.get_by_role("button", name=name, exact=True).click(trial=True, timeout=5000)
-    tab.set_viewport_size({"width": 1280, "height": 800})
-    tab.get_by_role("button", name="Support", exact=True).click()
-    assert tab.evaluate("() => naoKin.toggles.shown.support")
-    tab.mouse.click(20, 400)
-    assert not tab.locator(".view-menu .sheet").is_visible()
 
 
 @pytest.mark.full

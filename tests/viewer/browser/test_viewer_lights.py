@@ -11,7 +11,7 @@ from viewer_pages import Page, opened
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.scene import robot_drawables
+from nao_kin.viewer.description import robot_drawables
 
 pytestmark = pytest.mark.full
 
