@@ -1078,7 +1078,9 @@ class Viewer(Guessing):
         atomic.check_writable(path, kind="png")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         self._streams.flush()
-        atomic.write_bytes(path, pictures.picture(self._messages, view, size, overlays.seconds(timeout)))
+        atomic.write_bytes(
+            path, pictures.draw(self._messages, "capture", {"camera": view}, size, overlays.seconds(timeout))
+        )
         return Path(path)
 
     def save_video(
@@ -1123,8 +1125,8 @@ class Viewer(Guessing):
             raise BadArgument("the viewer has no clip to film; call animate first")
         self._streams.flush()
         form = "zip" if Path(path).suffix.lower() == ".zip" else "webm"
-        wait = overlays.seconds(timeout)
-        film = pictures.film(self._messages, view, size, wait, fps=rate, form=form, progress=progress)
+        request = {"camera": view, "fps": rate, "form": form}
+        film = pictures.draw(self._messages, "film", request, size, overlays.seconds(timeout), progress)
         atomic.write_bytes(path, film)
         return Path(path)
 

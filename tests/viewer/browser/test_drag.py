@@ -161,33 +161,6 @@ def test_a_foot_stops_at_the_floor(page: Page, nao: nk.NaoModel) -> None:
     page.tab.mouse.up()
 
 
-def test_balance_needs_no_new_shaders_with_each_step_of_a_drag(page: Page) -> None:
-    page.draw(True)  # shaders are made for what is drawn
-    page.run("""() => {
-        window.linked = 0;
-        const own = naoKin.viewer.renderer.getContext().linkProgram;
-        naoKin.viewer.renderer.getContext().linkProgram = function (...values) {
-            window.linked += 1;
-            return own.apply(this, values);
-        };
-        naoKin.show({ com: true, support: true });
-    }""")
-    place = drag(page, "LLeg", (10, -30))
-    for _ in range(2):
-        page.run("() => naoKin.viewer.render()")
-    before = page.run("() => window.linked")
-    assert before > 0
-    for _ in range(4):
-        place += np.array((2, -4))
-        page.tab.mouse.move(*place)
-        page.run("() => naoKin.viewer.render()")
-    assert page.run("() => window.linked") == before
-    page.tab.mouse.up()
-    page.run("() => { delete naoKin.viewer.renderer.getContext().linkProgram; }")
-    page.run("() => naoKin.show({ com: false, support: false })")
-    page.draw(False)
-
-
 # The place of a ring's point on the screen, so far round about its axis.
 ON_RING = """([axis, angle]) => {
     const ring = naoKin.drag.rings.find((one) => one.axis.axis[axis] === 1);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -376,22 +375,6 @@ def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewe
         live.remove("cloud")
 
 
-@pytest.mark.full
-def test_names_of_any_kind_do_no_harm(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    for name in HOSTILE:
-        viewer.add_points(name, np.zeros((1, 3)))
-    viewer.add_robot(nao, name=HOSTILE[1])
-    assert "hacked" not in viewer.static_html()
-    with opened(browser, viewer.save_html(tmp_path / "hostile.html")) as page:
-        assert page.run("() => [...naoKin.extras.shapes.keys()]") == list(HOSTILE)
-        assert page.run("() => window.hacked ?? null") is None
-    for name in HOSTILE:
-        viewer.remove(name)
-    viewer.add_points("kept", np.zeros((1, 3)))
-    assert [m["name"] for m in messages_of(viewer.static_html()) if m.get("kind") == "extra"] == ["kept"]
-
-
 def test_what_is_no_shape_is_refused_and_nothing_changes(nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer, solid = Viewer(nao), trimesh.creation.box()
     (tmp_path / "broken.stl").write_bytes(b"solid nothing\nfacet normal")
@@ -464,35 +447,6 @@ def test_a_slider_calls_back_until_told_otherwise(page: Page, live: Viewer, nao:
     assert len(heard) == count
     with pytest.raises(BadArgument, match="on_change takes a function"):
         live.on_change("print")  # type: ignore[arg-type]
-
-
-def test_a_callback_that_fails_or_takes_its_time_harms_nobody(
-    page: Page, live: Viewer, nao: nk.NaoModel, caplog: pytest.LogCaptureFixture
-) -> None:
-    heard: list[tuple[str, ...]] = []
-    release = threading.Event()
-
-    def fail(q: np.ndarray, joints: tuple[str, ...]) -> None:
-        raise ValueError("mine")
-
-    def slow(q: np.ndarray, joints: tuple[str, ...]) -> None:
-        heard.append(joints)
-        release.wait(10.0)
-
-    subscriptions = [live.on_change(fail), live.on_change(slow)]
-    with caplog.at_level(logging.ERROR, logger="nao_kin"):
-        page.slide("HeadYaw", 0.1)
-        assert until(lambda: len(heard) == 1)
-        for joint, value in (("HeadYaw", 0.2), ("HeadPitch", 0.1), ("LKneePitch", 0.9)):
-            page.slide(joint, value)
-            page.run("() => naoKin.settle()")
-        assert until(lambda: nao.angles(live.q)["LKneePitch"] == 0.9)  # the server goes on
-        release.set()
-        assert until(lambda: len(heard) == 2)
-    assert set(heard[1]) == {"HeadYaw", "HeadPitch", "LKneePitch"}  # all of them in one
-    assert "a callback of viewer.on_change failed" in caplog.text
-    for subscription in subscriptions:
-        subscription.remove()
 
 
 @pytest.mark.full

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 from loops import for_all, full
-from viewer_pages import OPTIONS, Page, opened, until, visitor
+from viewer_pages import Page, opened, until, visitor
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
 from nao_kin.motion import mirror
 from nao_kin.stream.tables import read_configurations
 from nao_kin.viewer import Viewer
@@ -120,32 +119,6 @@ def test_a_posture_stays_in_the_picture_and_the_camera_moves_only_for_that(page:
     place = page.run(CAMERA)[2]
     tool(page, "Sit").click()
     assert page.run(CAMERA)[2] == pytest.approx(place)
-
-
-def test_hint_and_legend_are_beside_the_feet(page: Page, phone: Page) -> None:
-    covered = """(words) => {
-        const hint = document.getElementById("hint");
-        const span = (word) => Object.assign(document.createElement("span"), { textContent: word });
-        hint.replaceChildren(...words.map(span));
-        hint.hidden = false;
-        naoKin.show({ chains: true });
-        const feet = [];
-        for (const name of ["l_sole", "r_sole"]) {
-            const node = naoKin.robot.nodes[naoKin.robot.linkOf(name)];
-            const place = naoKin.pick.viewport.place(node.getWorldPosition(new MeshCat.THREE.Vector3()));
-            feet.push([place.clientX, place.clientY]);
-        }
-        const parts = ["hint", "legend"].map((id) => document.getElementById(id).getBoundingClientRect());
-        hint.hidden = true;
-        return feet.filter(([x, y]) => parts.some((part) =>
-            x > part.left - 10 && x < part.right + 10 && y > part.top - 10 && y < part.bottom + 10)).length;
-    }"""
-    words = ["Drag to turn", "Click a limb to drag it", "Pull a ring", "? lists the keys"]
-    page.tab.set_viewport_size({"width": 1000, "height": 700})
-    page.run("() => naoKin.camera('three-quarter')")
-    for tab in (page, phone):
-        assert tab.run(covered, words[: 4 if tab is page else 3]) == 0
-    page.tab.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
 
 
 # --- own poses --------------------------------------------------------------------------------------------------------
@@ -416,19 +389,6 @@ def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> Non
     assert page.run(placed) == pytest.approx(lying, abs=1e-9)
 
 
-def test_a_key_that_a_mac_says_nothing_of_when_it_goes_up_keeps_no_step_open(page: Page, nao: nk.NaoModel) -> None:
-    # With ⌘ down no other key goes up there: of ⌘C the page hears that C goes down, and ⌘ up.
-    page.tab.keyboard.down("Meta")
-    page.tab.keyboard.down("c")
-    page.tab.keyboard.up("Meta")
-    pull(page, "HeadYaw", 20)
-    one = page.q
-    pull(page, "HeadPitch", -10)
-    press(page, "Control+z")
-    assert np.array_equal(page.q, one)
-    page.tab.keyboard.up("c")
-
-
 def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
     page.tab.wait_for_function("() => naoKin.stance.up !== null")
@@ -603,26 +563,6 @@ def test_the_button_pastes_too(page: Page) -> None:
     tool(page, "Paste a configuration").click()
     assert said(page) == "1 value from JSON"
     assert page.q[0] == 0.25
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("{'HeadYow': 1}", 'unknown joint "HeadYow" (nearest: HeadYaw'),
-        ("HeadYaw,HeadPitch\n1\n", "line 2: 1 values, the header names 2 joints"),
-        ("hello </script><img src=x onerror=alert(1)>", "expected the end of the line"),
-        ('{"HeadYaw": 1e300}', "far outside its limits"),
-        ("x" * 3_000_000, "a text of 3000000 characters"),
-        ("", "an empty text"),
-    ],
-    ids=["name", "row", "words", "huge value", "huge text", "empty"],
-)
-def test_pasted_text_that_is_no_configuration_says_why(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
-    page.run("(text) => navigator.clipboard.writeText(text)", text)
-    press(page, "ControlOrMeta+V")
-    assert reason in said(page)
-    assert np.array_equal(page.q, nao.posture("StandInit"))
-    assert page.tab.locator("img").count() == 0
 
 
 def test_a_paste_into_a_field_is_the_fields(page: Page, nao: nk.NaoModel) -> None:
@@ -983,36 +923,6 @@ def test_every_joint_can_be_reached_in_every_window(
     assert tab.locator("#panel").is_visible()
 
 
-@pytest.mark.parametrize(("kind", "size"), [("desk", (1400, 900)), *full(("phone", (390, 844)))])
-def test_what_has_the_focus_or_is_read_is_in_sight(
-    request: pytest.FixtureRequest, kind: str, size: tuple[int, int]
-) -> None:
-    tab = of_kind(request, kind, size)
-    box = lambda place: tab.locator(place).bounding_box()  # noqa: E731
-    first = box('.joint[data-joint="HeadYaw"]')
-    assert first["y"] + first["height"] <= box(".readout")["y"]  # a joint is there from the start
-    slider = tab.locator('.joint[data-joint="RHand"] input[type="range"]')
-    slider.focus()
-    edges = """() => ["#panel .search", ".readout", ":focus"].map((place) => {
-        const { top, bottom } = document.querySelector(place).getBoundingClientRect();
-        return [top, bottom];
-    })"""
-    for _ in range(30):  # backwards, row by row, behind the search that stays at the top
-        tab.keyboard.press("Shift+Tab")
-        (_, end_of_search), (readout, _), (top, bottom) = tab.evaluate(edges)
-        assert end_of_search - 1 <= top
-        assert bottom <= readout + 1
-    tab.get_by_role("button", name="Measure").click()
-    for which, frame in enumerate(("LArm", "RArm")):
-        tab.locator('.readout select[aria-label^="Measure "]').nth(which).select_option(f"frame:{frame}")
-    heights = tab.evaluate(
-        """() => [...document.querySelectorAll('.readout .numbers > div')]
-            .filter((cell) => cell.checkVisibility() && cell.innerText).map((cell) => cell.offsetHeight)"""
-    )
-    assert len(heights) == 5
-    assert len(set(heights)) == 1  # no name and number on two lines
-
-
 # How many rows of joints are in view as a whole, after the first arm has been scrolled to or as the page is.
 JOINTS_IN_VIEW = """(scrolled) => {
     const [rows, body] = [[...document.querySelectorAll("#panel .joint")], document.querySelector("#panel > .body")];
@@ -1103,24 +1013,6 @@ def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document
 
 
 @pytest.mark.full
-def test_everything_grows_with_the_readers_font(browser: Any, document: Path) -> None:
-    measure = """() => [document.querySelector('.joint .name'), document.querySelector('.tools button')]
-        .map((e) => e.getBoundingClientRect().height)"""
-    with another(browser, document, (1400, 900)) as tab:
-        usual = tab.evaluate(measure)
-    options = [*OPTIONS, "--blink-settings=defaultFontSize=32"]
-    large = browser.browser_type.launch(executable_path=str(find_browsers()[0]), args=options)
-    try:
-        with another(large, document, (1400, 900)) as tab:
-            assert tab.evaluate(measure) == pytest.approx([2 * height for height in usual], rel=0.1)
-            assert tab.evaluate("() => document.documentElement.scrollWidth") == 1400
-            box = tab.locator('.joint[data-joint="HeadYaw"] input[type="text"]').bounding_box()
-            assert box["x"] + box["width"] <= 1400
-    finally:
-        large.close()
-
-
-@pytest.mark.full
 def test_the_panel_is_resized_by_pointer_and_keys_and_stays_so(browser: Any, document: Path) -> None:
     with another(browser, document) as tab:
         width: Callable[[], float] = lambda: tab.locator("#panel").bounding_box()["width"]  # noqa: E731
@@ -1148,18 +1040,6 @@ def test_the_panel_is_resized_by_pointer_and_keys_and_stays_so(browser: Any, doc
         assert tab.evaluate("() => document.activeElement.ariaLabel") == "Panel"
         tab.keyboard.press("Enter")
         assert tab.locator("#panel").is_visible()
-
-
-def test_under_the_view_the_panel_is_pulled_up_by_its_head(phone: Page) -> None:
-    tab = phone.tab
-    before = tab.locator("#panel").bounding_box()["height"]
-    box = tab.get_by_role("separator").bounding_box()
-    tab.mouse.move(box["x"] + 100, box["y"] + 20)
-    tab.mouse.down()
-    tab.mouse.move(box["x"] + 100, box["y"] - 80, steps=3)
-    tab.mouse.up()
-    assert tab.locator("#panel").bounding_box()["height"] == pytest.approx(before + 100, abs=5)
-    assert tab.get_by_role("separator").get_attribute("aria-orientation") == "horizontal"
 
 
 # --- everybody --------------------------------------------------------------------------------------------------------

@@ -302,34 +302,6 @@ def test_a_link_that_follows_another_joint_moves_both(page: Page, nao: nk.NaoMod
     page.tab.mouse.up()
 
 
-ROBOTS_BOX = """() => {
-    const { min, max } = naoKin.robot.box([]);
-    const corners = [...Array(8).keys()].map((i) => naoKin.pick.viewport.place(new MeshCat.THREE.Vector3(
-        i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z)));
-    const [x, y] = ["clientX", "clientY"].map((side) => corners.map((corner) => corner[side]));
-    return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
-}"""
-ON_A_HANDLE = "([clientX, clientY]) => naoKin.drag.at({ clientX, clientY, pointerType: 'mouse' }) !== null"
-
-
-def test_a_drag_anywhere_on_a_robot_of_which_nothing_is_selected_turns_the_view(page: Page, nao: nk.NaoModel) -> None:
-    before = page.q
-    left, top, right, bottom = page.run(ROBOTS_BOX)
-    places = [(x, y) for y in np.linspace(top, bottom, 9)[1:-1] for x in np.linspace(left, right, 8)[1:-1]]
-    on_a_handle = 0
-    for place in places:
-        view, is_handle = page.run(CAMERA), page.run(ON_A_HANDLE, place)
-        on_a_handle += is_handle
-        press(page, place, (20, 12), 2)
-        page.tab.mouse.up()
-        page.animation_frames(1)
-        assert (moved(nao, before, page.q) == set()) != is_handle
-        assert (page.run(CAMERA) == pytest.approx(view, abs=1e-9)) == is_handle
-        page.set(before)
-        page.run("() => naoKin.camera('three-quarter')")
-    assert on_a_handle < 4
-
-
 def test_a_drag_on_a_link_of_the_selected_limb_moves_its_joint(page: Page, nao: nk.NaoModel) -> None:
     look(page, "side")
     before = page.q
@@ -534,22 +506,6 @@ def test_what_is_copied_is_the_pose_in_metres_and_radians(page: Page, nao: nk.Na
     page.tab.context.clear_permissions()
 
 
-def test_where_the_clipboard_is_shut_the_text_is_there_to_be_copied_by_hand(page: Page, nao: nk.NaoModel) -> None:
-    page.run("() => { navigator.clipboard.writeText = () => Promise.reject(new Error('shut')); }")
-    page.tab.mouse.click(*seen(page, "LForeArm"))
-    all_of_the_pose(page)
-    page.tab.get_by_role("button", name="position6d", exact=True).click()
-    field = page.tab.get_by_role("textbox", name="position6d")
-    field.wait_for()
-    values = [float(value) for value in field.input_value().strip("[]").split(",")]
-    assert values[:3] == pytest.approx(nao.fk(page.q, "LForeArm")[:3, 3], abs=1e-6)
-    start, end = page.run("() => [document.activeElement.selectionStart, document.activeElement.selectionEnd]")
-    assert (start, end) == (0, len(field.input_value()))
-    page.tab.keyboard.press("Escape")
-    assert page.tab.get_by_text("position6d copied").count() == 0
-    page.run("() => { delete navigator.clipboard.writeText; }")
-
-
 # --- measuring -------------------------------------------------------------------------------------------------------
 
 
@@ -741,51 +697,3 @@ def test_slides_and_what_follows_them_are_dragged_along_their_axes(
         pull(page, "mast_l", (30, 0))
         assert moved(crane, crane.neutral(), page.q) == {"mast"}
         page.tab.mouse.up()
-
-
-@pytest.mark.full
-def test_romeo_is_taken_by_its_links(browser: Any, tmp_path: Path) -> None:
-    romeo = nk.load_robot("romeo")
-    with opened(browser, Viewer(romeo).save_html(tmp_path / "romeo.html"), SIZE) as page:
-        links = page.run(
-            "() => [...new Set(naoKin.robot.meshes.map(({ link }) => naoKin.robot.about.links[link].name))]"
-        )
-        tried = 0
-        for link in links:
-            if tried == 5 or page.run(SEEN, link) is None:
-                continue
-            before = page.q
-            pull(page, link, (12, 9), 4)
-            q = page.q
-            changed = moved(romeo, before, q)
-            assert len(changed) <= 1
-            assert np.abs(page.poses((link,)) - romeo.fk(q, link)).max() < 1e-6
-            page.tab.mouse.up()
-            tried += bool(changed)
-        assert tried >= 3
-
-
-@pytest.mark.full
-def test_names_of_other_peoples_making_are_shown_as_text(browser: Any, tmp_path: Path) -> None:
-    link = "<b>" + "x" * 3000
-    path = tmp_path / "hostile.urdf"
-    text = (
-        '<robot name="r"><link name="__proto__">BOX<link name="NAME">BOX'
-        '<joint name="&lt;/script&gt;" type="revolute"><parent link="__proto__"/><child link="NAME"/>'
-        '<origin xyz="0 0 0.2"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
-        "</robot>"
-    )
-    escaped = link.replace("<", "&lt;").replace(">", "&gt;")
-    path.write_text(text.replace("BOX", BOX).replace("NAME", escaped), encoding="utf-8")
-    robot = nk.RobotModel.from_urdf(path)
-    with opened(browser, Viewer(robot).save_html(tmp_path / "hostile.html"), SIZE) as page:
-        place = seen(page, link)
-        page.tab.mouse.move(*place)
-        assert tip(page).startswith("<b>xxx")
-        card = page.tab.locator(".tip").bounding_box()
-        assert card["height"] < 200
-        page.tab.mouse.click(*place)
-        assert page.run("() => naoKin.pick.selection.frame") == link
-        page.tab.mouse.click(*seen(page, "__proto__"))
-        assert page.run("() => naoKin.pick.selection.frame") == "__proto__"
-        assert numbers(page, *POSE) == pytest.approx([0, 0, 0, 0, 0, 0], abs=1e-12)

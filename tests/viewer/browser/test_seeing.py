@@ -239,34 +239,6 @@ def test_a_slider_sets_the_length_of_the_triads(page: Page) -> None:
     _close_menu(page)
 
 
-def test_no_label_covers_another(page: Page, nao: nk.NaoModel) -> None:
-    page.set(nao.posture("StandInit"))
-    page.run("(names) => naoKin.chooseFrames({ names, size: null })", list(nao.frame_names))
-    labels = list(_labels(page).values())
-    pane = page.tab.locator("#pane").bounding_box()
-    assert len(labels) > 12
-    # Of so many frames those close to the camera have their names, and close to their places.
-    far = """() => {
-        const { labels } = naoKin;
-        const all = labels.owners.get(naoKin.frames);
-        const depth = (some) => some.reduce((sum, { depth }) => sum + depth, 0) / some.length;
-        const shown = all.filter(({ text }) => labels.shown.some((one) => one.text === text));
-        return [depth(shown) < depth(all), Math.max(...labels.shown.map(({ text, at }) => {
-            const { anchor } = all.find((one) => one.text === text);
-            return Math.abs(anchor.y - at.y - at.height / 2);
-        }))];
-    }"""
-    nearest, distance = page.run(far)
-    assert nearest
-    assert distance < 40
-    for i, (x, y, width, height) in enumerate(labels):
-        assert 0 <= x <= x + width <= pane["width"]
-        assert 0 <= y <= y + height <= pane["height"]
-        for ox, oy, other_width, other_height in labels[i + 1 :]:
-            assert x + width <= ox or ox + other_width <= x or y + height <= oy or oy + other_height <= y
-    page.run("() => naoKin.chooseFrames({ names: [], size: null })")
-
-
 def test_joint_axes_are_named_with_their_pair_once(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandZero"))
     page.switch("Joint axes")
@@ -623,21 +595,6 @@ def test_a_page_says_that_it_loads_before_its_scripts_are_there(browser: Any, do
 
 
 # --- pictures and films ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.full
-def test_a_picture_is_saved_at_twice_the_size(drawn: Page, tmp_path: Path) -> None:
-    drawn.run("() => naoKin.show({ frames: true })")
-    width, height = drawn.run("() => { const { pane } = naoKin; return [pane.clientWidth, pane.clientHeight]; }")
-    _open_menu(drawn)
-    with drawn.tab.expect_download() as saved:
-        _click(drawn, "Picture 2×")
-    assert saved.value.suggested_filename == "nao_v6.png"
-    saved.value.save_as(tmp_path / "nao.png")
-    picture = read_png((tmp_path / "nao.png").read_bytes())
-    assert picture.shape[:2] == (2 * height, 2 * width)
-    assert np.ptp(picture.mean(axis=2)) > 150
-    assert drawn.run("() => naoKin.viewer.renderer.domElement.clientWidth") == width
 
 
 # Keep the place of the first label in the next picture that is saved, where labels have another size than in the page.

@@ -119,17 +119,6 @@ def test_near_and_far_from_postures_the_page_reads_as_the_library(page: Page, na
 
 
 @pytest.mark.full
-def test_a_robot_on_its_back_still_lies_there_when_an_arm_moves(page: Page, nao: nk.NaoModel) -> None:
-    angles = nao.angles(nao.posture("LyingBack"))
-    for joint, values in (("LShoulderPitch", (-1.5, 0.0, 1.0)), ("RShoulderRoll", (-1.2, -0.4)), ("HeadYaw", (1.0,))):
-        for value in values:
-            q = nao.configuration(angles | {joint: value}, limits="ignore")
-            T = _set_down(page, q)
-            assert T[2, 0] > 0.8, (joint, value)
-            assert _rests(nao, q, T), (joint, value)
-
-
-@pytest.mark.full
 def test_a_robot_on_the_floor_rests_wherever_its_joints_are(page: Page, nao: nk.NaoModel) -> None:
     rested = 0
     for q in nao.random(3, 60):

@@ -234,29 +234,6 @@ def test_the_last_step_that_is_undone_leaves_the_focus_where_it_is(page: Page) -
     assert undo.is_disabled()
 
 
-@pytest.mark.full
-def test_a_bad_file_is_refused_in_one_line_and_changes_nothing(page: Page, tmp_path: Path) -> None:
-    make_keys(page)
-    before = page.q
-    huge = "time [s],HeadYaw\n" + "0,0\n" * 200_000
-    for text, expected in (
-        ("time [s],HeadYaw\n0,0\n1,nonsense\n", "line 3, column 2"),
-        ("time [s],HaedYaw\n0,0\n", "nearest: HeadYaw"),
-        ('{"joint_names": ["HeadYaw"],\n"times": [0], "keys": [[NaN]]}', "line 2: malformed JSON"),
-        ("\0\1\2", "columns of times"),
-        (huge, "more than 50000"),
-    ):
-        path = tmp_path / "bad.csv"
-        path.write_text(text)
-        drop(page, path)
-        page.tab.wait_for_function(
-            "(words) => document.querySelector('#message').innerText.includes(words)", arg=expected
-        )
-        assert message(page).startswith("bad.csv: ")
-        assert times(page) == [0.0, 1.0, 2.0]
-        assert np.array_equal(page.q, before)
-
-
 def test_what_choregraphe_exports_is_pasted_as_key_frames(page: Page) -> None:
     text = """
 names = list(); times = list(); keys = list()

@@ -9,10 +9,6 @@ const PAUSE = 500;
 // Up to this distance from its preset the camera counts as at the preset, as a share of its distance from its target.
 const SAME_PLACE = 1e-4;
 
-// How far the camera of a link and the point that it looks at may be from the robot, in sizes of the robot; and how near the
-// camera may be to that point, which it would otherwise not see.
-const [FURTHEST, NEAREST] = [60, 0.02];
-
 const bare = () => location.href.split("#", 1)[0];
 
 /** The state of the page, written in its address after the #, so that a link leads to it. */
@@ -104,27 +100,18 @@ export class Address {
       : this.panel.exchange.copy(`#${this.text}`, "End of a link (this page has no address of its own)");
   }
 
-  /** Read the state in an address; if it cannot be read, a message says so. */
-  read(hash: string) {
-    const { page, panel } = this;
-    if (hash.length <= 1) return null;
-    try {
-      // Links made by version 0.3 may also name a button "joints".
-      const state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], hash.slice(1));
-      this.checkCamera(state);
-      return state;
-    } catch (error) {
-      if (!(error instanceof Refused)) throw error;
-      panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });
-      return null;
-    }
-  }
-
-  /** Show the state in the address; if it cannot be read, nothing changes. */
+  /** Show the state in the address; if it cannot be read, nothing changes, and a message says so. */
   apply(hash: string = location.hash) {
     const { page, panel } = this;
-    const state = this.read(hash);
-    if (!state) return;
+    if (hash.length <= 1) return;
+    let state: ReturnType<typeof readLink>;
+    try {
+      // Links made by version 0.3 may also name a button "joints".
+      state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], hash.slice(1));
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      return panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });
+    }
     const { q, up, camera, shown, units, frame } = state;
     if (q) page.stance.jump(unrounded(page.robot.about, q, ROUNDING), up ?? null);
     else if (up) page.stance.jump([...page.stance.q], up);
@@ -137,26 +124,6 @@ export class Address {
     if (frame) page.pick.selection.follow(frame);
     if (typeof camera === "string") page.camera(camera);
     else if (camera) this.look(camera);
-  }
-
-  /** Refuse a camera that is too far away to see the robot, or too near to see what it looks at. */
-  checkCamera({ camera, q = this.page.stance.q }: ReturnType<typeof readLink>) {
-    const { robot, studio } = this.page;
-    if (!Array.isArray(camera)) return;
-    const base = robot.about.floating ? q.slice(0, 3) : [0, 0, 0];
-    const away = Math.max(...[0, 3].map((at) => Math.hypot(...base.map((x, i) => camera[at + i] - x))));
-    const most = FURTHEST * studio.size;
-    if (away > most) {
-      throw new Refused(`the camera is ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`);
-    }
-    const distance = Math.hypot(...[0, 1, 2].map((i) => camera[i] - camera[i + 3]));
-    const least = NEAREST * studio.size;
-    if (distance < least) {
-      const found = `${(1000 * distance).toFixed(0)} mm`;
-      throw new Refused(
-        `the camera is ${found} from the point it looks at, expected at least ${(1000 * least).toFixed(0)} mm`,
-      );
-    }
   }
 
   look([x, y, z, tx, ty, tz]: number[]) {
