@@ -72,7 +72,7 @@ class PictureBrowser:
         timeout: float,
         progress: Callable[[int, int], object] | None = None,
     ) -> bytes:
-        """Return a scene as a PNG file, kind "capture", or its clip as a film, kind "film"; `timeout` per picture [s]."""
+        """Return a scene as a PNG file ("capture"), or its clip as a film ("film"); `timeout` is per picture [s]."""
         width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
         with self._showing(messages, timeout) as page:
             return page.draw(kind, {**request, "width": width, "height": height}, timeout, progress)
