@@ -17,8 +17,8 @@ import nao_kin as nk
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
 SIZE = (2400, 1900)
 # The part of the picture to keep: left, top, right and bottom; and its final size.
-PART = (720, 170, 2280, 990)
-WIDTH = 960
+PART = (720, 170, 1640, 990)
+WIDTH = 720
 # The right hand waves, and the head turns slightly towards it.
 GREETING = {"RShoulderPitch": -0.9, "RShoulderRoll": -0.45, "RElbowRoll": 1.2, "RElbowYaw": 0.9, "RHand": 0.9}
 GREETING |= {"HeadYaw": 0.25, "HeadPitch": -0.12}

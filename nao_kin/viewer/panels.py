@@ -7,7 +7,7 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -291,46 +291,16 @@ class Controls:
         self._controls: dict[str, Control] = {}
         self.source = messages.source
 
-    def button(self, name: str, on_click: Callable[[], object] | None) -> Control:
-        """Add a button."""
-        return self._add(Control(checked_name(name), {"kind": "button"}, 0, lambda _: 0, on_click, self))
-
-    def slider(
+    def add(
         self,
         name: str,
-        low: float,
-        high: float,
-        value: float | None,
-        on_change: Callable[[float], object] | None,
-        unit: str,
+        row: Mapping[str, Any],
+        value: Value,
+        checked: Callable[[Any], Value],
+        callback: Callable[..., object] | None,
     ) -> Control:
-        """Add a slider; its value is `low` if none is given."""
-        ends = number(low, "low"), number(high, "high")
-        if not ends[0] < ends[1]:
-            raise BadArgument(f"a slider needs low < high, got {ends[0]:g} and {ends[1]:g}")
-        checked = partial(_in_range, ends)
-        row = {"kind": "slider", "low": ends[0], "high": ends[1], "unit": _text(unit)}
-        at_first = checked(ends[0] if value is None else value)
-        return self._add(Control(checked_name(name), row, at_first, checked, on_change, self))
-
-    def select(
-        self, name: str, options: Iterable[str], value: str | None, on_change: Callable[[str], object] | None
-    ) -> Control:
-        """Add a select; its value is the first option if none is given."""
-        rows = [] if isinstance(options, str) else [checked_name(option) for option in options]
-        if not rows or len(set(rows)) < len(rows):
-            raise BadArgument(f"options must be different texts, got {quoted(options)}")
-        checked = partial(choice, valid=tuple(rows), what="option")
-        row = {"kind": "select", "options": rows}
-        at_first = checked(rows[0] if value is None else value)
-        return self._add(Control(checked_name(name), row, at_first, checked, on_change, self))
-
-    def text(self, name: str, value: str, on_change: Callable[[str], object] | None) -> Control:
-        """Add a text; a user can edit it if there is a function to call."""
-        row = {"kind": "text", "edited": on_change is not None}
-        return self._add(Control(checked_name(name), row, _text(value), _text, on_change, self))
-
-    def _add(self, control: Control) -> Control:
+        """Add a control, instead of the one of the same name; `checked` returns a value that it can have, or raises."""
+        control = Control(checked_name(name), row, checked(value), checked, callback, self)
         with self._lock:
             self._controls[control.name] = control
             self._send()
@@ -383,15 +353,16 @@ class Controls:
         self._messages.put("controls", panel_message("controls", {"controls": rows}))
 
 
-def _in_range(ends: tuple[float, float], value: float) -> float:
+def in_range(ends: tuple[float, float], value: float) -> float:
+    """Return the value of a slider."""
     found = number(value, "value")
     if not ends[0] <= found <= ends[1]:
         raise BadArgument(f"value must be from {ends[0]:g} to {ends[1]:g}, got {found:g}")
     return found
 
 
-def _text(value: str) -> str:
-    # Also from a page.
+def text(value: str) -> str:
+    """Return a text that pages can show; it may come from one."""
     if not isinstance(value, str):
         raise BadArgument(f"a text is needed, got {quoted(value, 60)}")
     packed(value)  # refuses texts that cannot be sent

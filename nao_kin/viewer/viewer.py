@@ -8,6 +8,7 @@ import weakref
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, as_floats, choice, flag
 from nao_kin._core.guesses import Guessing
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Hips, Motion
@@ -41,7 +43,7 @@ from nao_kin.viewer.messages import (
 )
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.overlays import Buttons
-from nao_kin.viewer.panels import Control, Controls, Image, Images, Streams
+from nao_kin.viewer.panels import Control, Controls, Image, Images, Streams, in_range, text
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import (
     ChangeCallback,
@@ -604,7 +606,7 @@ class Viewer(Guessing):
             >>> sit.value
             0
         """
-        return self._controls.button(name, on_click)
+        return self._controls.add(name, {"kind": "button"}, 0, lambda _: 0, on_click)
 
     def add_slider(
         self,
@@ -640,7 +642,11 @@ class Viewer(Guessing):
             >>> depth.value
             0.0
         """
-        return self._controls.slider(name, low, high, value, on_change, unit)
+        ends = overlays.number(low, "low"), overlays.number(high, "high")
+        if not ends[0] < ends[1]:
+            raise BadArgument(f"a slider needs low < high, got {ends[0]:g} and {ends[1]:g}")
+        row = {"kind": "slider", "low": ends[0], "high": ends[1], "unit": text(unit)}
+        return self._controls.add(name, row, ends[0] if value is None else value, partial(in_range, ends), on_change)
 
     def add_select(
         self,
@@ -667,7 +673,12 @@ class Viewer(Guessing):
             >>> side.value
             'left'
         """
-        return self._controls.select(name, options, value, on_change)
+        rows = [] if isinstance(options, str) else [overlays.checked_name(option) for option in options]
+        if not rows or len(set(rows)) < len(rows):
+            raise BadArgument(f"options must be different texts, got {quoted(options)}")
+        checked = partial(choice, valid=tuple(rows), what="option")
+        row = {"kind": "select", "options": rows}
+        return self._controls.add(name, row, rows[0] if value is None else value, checked, on_change)
 
     def add_text(self, name: str, value: str = "", on_change: Callable[[str], object] | None = None) -> Control:
         """Add a text to the panel of the page; a user can edit it if there is a function to call; as `add_slider`.
@@ -682,7 +693,7 @@ class Viewer(Guessing):
             >>> state = viewer.add_text("state", "ready")
             >>> state.value = "walking"
         """
-        return self._controls.text(name, value, on_change)
+        return self._controls.add(name, {"kind": "text", "edited": on_change is not None}, value, text, on_change)
 
     def show_image(self, camera: str, image: Image | None) -> None:
         """Show an image of a camera of the robot in the page, instead of the drawn view; None removes it.
