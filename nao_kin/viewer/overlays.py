@@ -87,10 +87,7 @@ def checked_opacity(opacity: float) -> float:
 
 def direction(value: ArrayLike, what: str) -> list[float]:
     """Return `value` as a unit vector."""
-    vector = as_vectors(value, what)
-    if vector.shape != (3,):
-        raise WrongShape(what, "(3,)", vector.shape)
-    found: list[float] = unit(vector, what)[0].tolist()
+    found: list[float] = unit(shaped(value, (3,), what), what)[0].tolist()
     return found
 
 

@@ -166,12 +166,12 @@ class Changes:
             q, joints = pending
             for subscription in subscriptions:
                 if subscription in self._subscriptions:  # unless it was removed meanwhile
-                    _guarded(partial(subscription.callback, q.copy(), tuple(joints)), "viewer.on_change")
+                    _guarded(subscription.callback, "viewer.on_change", q.copy(), tuple(joints))
 
 
-def _guarded(function: Callable[[], object], what: str) -> None:
+def _guarded(function: Callable[..., object], what: str, *arguments: object) -> None:
     try:
-        function()
+        function(*arguments)
     except BaseException:  # a failing function, even with sys.exit(), must not end the calls
         _LOG.exception("a callback of %s failed", what)
 
