@@ -153,7 +153,7 @@ class MeshcatRobot:
         """Draw frames as triads, x red, y green, z blue, instead of the previous ones; they move with the robot.
 
         Args:
-            names: frame names; empty to remove all, as `hide_frames` does.
+            names: frame names; empty to remove all.
             size: length of the arrows [m].
 
         Examples:
@@ -161,7 +161,8 @@ class MeshcatRobot:
         """
         self._check_shown()
         chosen, length = overlays.frame_names(self.robot, names), overlays.positive(size, "size")
-        self.hide_frames()
+        while self._frames:
+            self._send({"type": "delete", "path": self._frames.pop()})
         for name in dict.fromkeys(chosen):
             node = f"{self._paths[self._look.link_of(name)]}/{node_name('frame', name)}"
             self._frames.append(node)
@@ -170,16 +171,6 @@ class MeshcatRobot:
                 T[:3, 3] = T[:3, 2] * length / 2.0
                 self._send(set_object(path, Cylinder(length / _SLENDERNESS, length), rgba))
                 self._send(set_transform(path, T))
-
-    def hide_frames(self) -> None:
-        """Remove the triads of `show_frames`.
-
-        Examples:
-            >>> shown.hide_frames()  # doctest: +SKIP
-        """
-        self._check_shown()
-        while self._frames:
-            self._send({"type": "delete", "path": self._frames.pop()})
 
     def delete(self) -> None:
         """Remove the robot, its frames and its clip from the scene; does nothing the second time.

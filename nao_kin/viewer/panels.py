@@ -7,7 +7,7 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,7 @@ from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.files import png
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.viewer.messages import NamedMessages, RetainedMessages, named_key, packed, panel_message, typed_array
+from nao_kin.viewer.messages import RetainedMessages, named_key, packed, panel_message, typed_array
 from nao_kin.viewer.overlays import checked_name, number
 from nao_kin.viewer.shown_scene import Changes
 
@@ -183,27 +183,8 @@ Image = NDArray[np.uint8] | bytes
 _TYPES = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8": "image/jpeg"}
 
 
-class Images:
-    """The images of a viewer, one for each camera of the robot at most."""
-
-    def __init__(self, messages: RetainedMessages, lock: threading.RLock, cameras: Sequence[str]) -> None:
-        self._lock, self._cameras = lock, cameras
-        self._shown = NamedMessages(messages, "image", "images", "cameras")
-
-    def show(self, camera: str, image: Image | None) -> bool:
-        """Show an image in place of a camera's drawn view, None to remove it; return whether it is the first one."""
-        name = choice(camera, self._cameras, "camera")
-        message = None if image is None else _message(name, image)
-        with self._lock:
-            is_new = message is not None and name not in self._shown.names
-            if message is None:
-                self._shown.drop(name)
-            else:
-                self._shown.put(name, message)
-        return is_new
-
-
-def _message(camera: str, image: Image) -> bytes:
+def image_message(camera: str, image: Image) -> bytes:
+    """Return the message that shows an image in place of a camera's drawn view."""
     data = bytes(image) if isinstance(image, (bytes, bytearray)) else png(image)
     kind = next((kind for begin, kind in _TYPES.items() if data.startswith(begin)), None)
     if kind is None:

@@ -43,7 +43,7 @@ from nao_kin.viewer.messages import (
 )
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.overlays import Buttons
-from nao_kin.viewer.panels import Control, Controls, Image, Images, Streams, in_range, text
+from nao_kin.viewer.panels import Control, Controls, Image, Streams, image_message, in_range, text
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import (
     ChangeCallback,
@@ -129,7 +129,7 @@ class Viewer(Guessing):
         self._camera_pose: Floats | None = None
         self._targets = Targets(self._messages, self._lock, self._changes)
         self._controls = Controls(self._messages, self._lock, self._changes)
-        self._images = Images(self._messages, self._lock, tuple(robot.semantics.cameras))
+        self._images = NamedMessages(self._messages, "image", "images", "cameras")
         self._streams = Streams(self._messages)
         self._send_robot(self._look)
         self._messages.scene_is_complete()
@@ -714,8 +714,16 @@ class Viewer(Guessing):
             >>> viewer.show_image("CameraTop", np.full((240, 320, 3), 128, np.uint8))
             >>> viewer.show_image("CameraTop", None)
         """
-        if self._images.show(camera, image):
-            self._buttons.press("eye", True)
+        choice(camera, self.robot.semantics.cameras, "camera")
+        message = None if image is None else image_message(camera, image)
+        with self._lock:
+            is_first = camera not in self._images.names
+            if message is None:
+                self._images.drop(camera)
+            else:
+                self._images.put(camera, message)
+                if is_first:
+                    self._buttons.press("eye", True)
 
     def plot(
         self, name: str, value: ArrayLike | Mapping[str, ArrayLike] | None, *, time: ArrayLike | None = None

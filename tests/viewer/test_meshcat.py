@@ -224,7 +224,7 @@ def test_frames_are_drawn_where_they_are_move_along_and_go(scene: Scene, nao: nk
         assert all(np.abs(T[:3, 3] - middle).max() < 1e-6 for T, middle in zip(poses, middles, strict=True))
     shown.show_frames(["RArm"])
     assert until(lambda: scene.poses([drawn["LArm"]])[0] is None, 60.0)
-    shown.hide_frames()
+    shown.show_frames([])
     with pytest.raises(UnknownName, match="LArm"):
         shown.show_frames(["LArn"])
     assert not shown._frames
