@@ -69,13 +69,14 @@ export class HandleKeys {
     const hint = "Arrow keys move it by 1 mm, with Shift by 10 mm; X, Y, Z turn it by 1°, with Shift the other way";
     const buttons = drag.holdables.map((held) => {
       const button = element("button", { type: "button" }, held.name);
+      button.setAttribute("aria-describedby", "handle-keys");
       button.onfocus = () => held.light(true);
       button.onblur = () => this.leave(button, held);
       button.onkeydown = (event) => this.key(event, button, held);
       return button;
     });
     bar.replaceChildren(
-      element("span", { className: "hint" }, `${hint}; Enter lets go, Escape undoes the move`),
+      element("span", { className: "hint", id: "handle-keys" }, `${hint}; Enter lets go, Escape undoes the move`),
       ...buttons,
     );
     if (focus) buttons.find(({ textContent }) => textContent === focus)?.focus();
