@@ -27,6 +27,5 @@ print(f"and turned by {np.degrees(nk.rotations.angle_between(np.eye(3), between[
 
 viewer = nk.Viewer(new)
 viewer.display(q_new)
-viewer.color_edition("blue")
 viewer.add_robot(old, name="the old one", at=T_new_old).display(q_old)
 print("see", viewer.save_html(folder / "two_naos.html", overwrite=True))

@@ -25,5 +25,4 @@ with nk.naoqi.VirtualNao(stepped=True) as robot:  # time advances only during ca
     viewer = nk.Viewer(robot.robot)
     viewer.display(state.q)
     viewer.show_lights(nk.naoqi.light_colours(state.leds))
-    viewer.say(nk.naoqi.spoken_words(state.saying))
     print("see", viewer.save_html(folder / "virtual_nao.html", overwrite=True))

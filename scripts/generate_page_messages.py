@@ -1,4 +1,4 @@
-"""Write `web/src/received.ts`: the types of the messages that the page receives, from `nao_kin.viewer.messages.KINDS`.
+"""Write `web/src/received.ts`: the types of what the page receives, from KINDS and ROWS of `nao_kin.viewer.messages`.
 
 With `--check` it writes nothing, and fails if the file is out of date.
 
@@ -9,9 +9,10 @@ Example:
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
-from nao_kin.viewer.messages import KINDS
+from nao_kin.viewer.messages import KINDS, ROWS
 
 TARGET = Path(__file__).resolve().parent.parent / "web" / "src" / "received.ts"
 # The line length of Prettier, which breaks longer lines.
@@ -20,22 +21,32 @@ WIDTH = 120
 HEAD = """\
 // Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
 
-import type { About, Control, Vector } from "./types.ts";
+import type { Vector } from "./math/rotations.ts";
+import type { Control } from "./types.ts";
 
 /** The contents of each kind of message from Python. */
 export interface Received {
 """
 
 
+def lines(begin: str, fields: Mapping[str, str], end: str) -> list[str]:
+    """Return an object type, on one line if there is room."""
+    entries = [f"{field}: {type_};" for field, type_ in fields.items()]
+    line = f"{begin}{{ {' '.join(entries).removesuffix(';')} }}{end}" if fields else f"{begin}object{end}"
+    indent = " " * (len(begin) - len(begin.lstrip()))
+    broken = [f"{begin}{{", *(f"{indent}  {entry}" for entry in entries), f"{indent}}}{end}"]
+    return [line] if len(line) <= WIDTH else broken
+
+
 def text() -> str:
     """Return the text of the TypeScript module."""
-    kinds: list[str] = []
-    for name, kind in KINDS.items():
-        fields = [f"{field}: {type_};" for field, type_ in kind.fields.items()]
-        line = f"  {name}: {{ {' '.join(fields).removesuffix(';')} }};" if fields else f"  {name}: object;"
-        lines = [line] if len(line) <= WIDTH else [f"  {name}: {{", *(f"    {field}" for field in fields), "  };"]
-        kinds += lines
-    return HEAD + "\n".join([*kinds, "}", ""])
+    kinds = [line for name, kind in KINDS.items() for line in lines(f"  {name}: ", kind.fields, ";")]
+    rows = [
+        line
+        for name, fields in ROWS.items()
+        for line in lines(f"export type {name} = ", fields, " & Driven;" if name == "JointAbout" else ";")
+    ]
+    return HEAD + "\n".join([*kinds, "}", "", *rows, ""])
 
 
 def main() -> int:

@@ -13,6 +13,7 @@ import math
 import os
 import re
 import stat
+import struct
 import sys
 import zlib
 from collections.abc import Container, Iterable, Iterator, Mapping
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, WrongShape
 
 # The folders of the URDFs of the NAO, one of which exists: in a wheel inside the package, in a checkout beside it.
 URDF_FOLDERS = tuple(Path(__file__).resolve().parents[k] / name for k, name in ((1, "_urdf_files"), (2, "urdf")))
@@ -588,3 +589,21 @@ def described(value: Any) -> str:
     if isinstance(value, (int, float)) and not is_finite_number(value):
         return "a number too large for floating point"
     return abbreviated(quoted(value, MAX_SHOWN), MAX_SHOWN)
+
+
+def png(image: NDArray[np.uint8]) -> bytes:
+    """Return an image, shape (h, w, 3) or (h, w) of type uint8, as a PNG file, packed fast rather than small."""
+    array = np.asarray(image)
+    if not (array.size and (array.ndim == 2 or (array.ndim == 3 and array.shape[2] == 3))):
+        raise WrongShape("image", "(h, w, 3) or (h, w)", array.shape)
+    if array.dtype != np.uint8:
+        raise BadArgument(f"image must have the type uint8, values from 0 to 255, got {array.dtype}")
+    height, width = array.shape[:2]
+    rows = np.zeros((height, 1 + array[0].size), np.uint8)  # each row begins with its filter, 0 for none
+    rows[:, 1:] = array.reshape(height, -1)
+    header = struct.pack(">IIBBBBB", width, height, 8, 0 if array.ndim == 2 else 2, 0, 0, 0)
+    chunks = {b"IHDR": header, b"IDAT": zlib.compress(rows.tobytes(), 1), b"IEND": b""}
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks.items()
+    )

@@ -114,13 +114,13 @@ def served(
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
-    """Show pose, lights and speech of the virtual NAO until `ended` is set; `viewer` has it with a floating base."""
+    """Show pose and lights of the virtual NAO until `ended` is set; `viewer` has it with a floating base."""
     import numpy as np
 
-    from nao_kin.naoqi import light_colours, spoken_words
+    from nao_kin.naoqi import light_colours
     from nao_kin.rotations import quat_from_matrix
 
-    shown = lit = spoken = None
+    shown = lit = None
     while not ended.wait(1.0 / _FRAMES_PER_SECOND):
         state = nao.state()
         r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
@@ -131,9 +131,6 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
         if state.leds != lit:
             viewer.show_lights(light_colours(state.leds))
             lit = state.leds
-        if state.saying != spoken:
-            viewer.say(spoken_words(state.saying))
-            spoken = state.saying
 
 
 # --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a running server.

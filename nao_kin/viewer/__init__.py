@@ -1,10 +1,9 @@
 """The robot in a browser."""
 
 from nao_kin._core.guesses import public_attributes as _public_attributes
-from nao_kin.viewer.controls import Control
 from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
-from nao_kin.viewer.panels import png_file as png_file
+from nao_kin.viewer.panels import Control
 from nao_kin.viewer.shown_scene import OutsideLimitsWarning, Target
 from nao_kin.viewer.viewer import Viewer
 

@@ -21,8 +21,8 @@ from typing import Any
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.process import before_ending, uninterrupted
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, NoBrowser
+from nao_kin._core.text import abbreviated
+from nao_kin.errors import NoBrowser
 from nao_kin.viewer.access import Document, live_page, policy
 from nao_kin.viewer.messages import BLANKS, RetainedMessages, panel_message
 from nao_kin.viewer.overlays import SHOWN
@@ -63,41 +63,29 @@ class PictureBrowser:
         self._lock = threading.Lock()
         self._page: _PicturePage | None = None
 
-    def picture(
-        self, messages: RetainedMessages, camera: str | list[float], size: tuple[int, int], timeout: float
-    ) -> bytes:
-        """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds."""
-        width, height = _checked(size)
-        end = time.monotonic() + timeout
-        with self._showing(messages, end, timeout) as page:
-            return page.picture({"camera": camera, "width": width, "height": height}, end, timeout)
-
-    def film(
+    def draw(
         self,
         messages: RetainedMessages,
-        camera: str | list[float],
+        kind: str,
+        request: dict[str, Any],
         size: tuple[int, int],
         timeout: float,
-        *,
-        fps: float,
-        form: str,
-        progress: Callable[[int, int], object] | None,
+        progress: Callable[[int, int], object] | None = None,
     ) -> bytes:
-        """Return the clip of a scene as a file, "webm" or "zip"; `timeout` is that of each picture [s]."""
-        width, height = _checked(size)
-        request = {"camera": camera, "width": width, "height": height, "fps": fps, "form": form}
-        with self._showing(messages, time.monotonic() + timeout, timeout) as page:
-            return page.film(request, timeout, progress)
+        """Return a scene as a PNG file ("capture"), or its clip as a film ("film"); `timeout` is per picture [s]."""
+        width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
+        with self._showing(messages, timeout) as page:
+            return page.draw(kind, {**request, "width": width, "height": height}, timeout, progress)
 
     @contextmanager
-    def _showing(self, messages: RetainedMessages, end: float, timeout: float) -> Iterator[_PicturePage]:
+    def _showing(self, messages: RetainedMessages, timeout: float) -> Iterator[_PicturePage]:
         """Yield the page, when it shows the scene or has been told to; any error ends the browser."""
         with self._lock:  # one picture at a time
             if self._page is not None and not self._page.can_show(messages):
                 self.end()
             try:
                 if self._page is None:
-                    self._page = _PicturePage(messages, end, timeout)
+                    self._page = _PicturePage(messages, timeout)
                 else:
                     self._page.show(messages)
                 yield self._page
@@ -117,9 +105,9 @@ class PictureBrowser:
 
 
 class _PicturePage:
-    """A page in a headless browser, which shows the scene by the time `end` or raises NoBrowser, and its server."""
+    """A page in a headless browser, which shows the scene in time or raises NoBrowser, and its server."""
 
-    def __init__(self, messages: RetainedMessages, end: float, timeout: float) -> None:
+    def __init__(self, messages: RetainedMessages, timeout: float) -> None:
         self._messages, self._answers = RetainedMessages(), queue.Queue[Answer]()
         self._messages.copy(messages, _removing)
         # A random role, so that no other page can answer for the browser.
@@ -130,13 +118,13 @@ class _PicturePage:
                 self._messages, document, host="127.0.0.1", port=0, on_answer=self._receive, token=True
             )
             started.callback(self._server.close)
-            self._browser = self._started(end, timeout)
+            self._browser = self._started(timeout)
             started.callback(self._browser.close)
             self.end = started.pop_all().close
 
-    def _started(self, end: float, timeout: float) -> Browser:
+    def _started(self, timeout: float) -> Browser:
         """Return the first browser that shows the page; after one that ends by itself, the next one is tried."""
-        reasons = []
+        reasons, end = [], time.monotonic() + timeout
         for program in find_browsers():
             with ExitStack() as started, self._server.expected(self._role) as address:
                 browser = start_browser(program, address)
@@ -167,33 +155,30 @@ class _PicturePage:
         self._server.call(lambda: self._messages.copy(messages, _removing))
         self._server.send_once(panel_message("complete", {}), self._role)
 
-    def picture(self, request: dict[str, Any], end: float, timeout: float) -> bytes:
-        """Return a PNG of the scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
-        request = self._send("capture", request)
-        self._server.send_once(BLANKS["clip"], self._role)  # a clip would play unseen until the program ends
-        return _data(self._answer(request, end, timeout))
-
-    def film(self, request: dict[str, Any], timeout: float, progress: Callable[[int, int], object] | None) -> bytes:
-        """Return the clip as a file, or raise NoBrowser if the page is silent for `timeout` seconds."""
-        request, parts, answer = self._send("film", request), list[bytes](), Answer()
+    def draw(
+        self,
+        kind: str,
+        request: dict[str, Any],
+        timeout: float,
+        progress: Callable[[int, int], object] | None,
+    ) -> bytes:
+        """Return the file that the page makes, or raise NoBrowser if it is silent for `timeout` seconds."""
+        request, parts, answer = {"id": secrets.token_urlsafe(_KEY_BYTES), **request}, list[bytes](), Answer()
+        self._server.send_once(panel_message(kind, request), self._role)
         while answer.get("last") is not True:
-            answer = self._answer(request, time.monotonic() + timeout, timeout)
+            answer = self._answer(request, timeout)
             if "error" in answer:
                 raise NoBrowser(f"the browser made no video: {answer['error']}")
             if "data" in answer:
                 parts.append(_data(answer))
             elif progress is not None:
                 progress(int(answer["done"]), int(answer["all"]))
-        self._server.send_once(BLANKS["clip"], self._role)
+        self._server.send_once(BLANKS["clip"], self._role)  # a clip would play unseen until the program ends
         return b"".join(parts)
 
-    def _send(self, kind: str, request: dict[str, Any]) -> dict[str, Any]:
-        request = {"id": secrets.token_urlsafe(_KEY_BYTES), **request}
-        self._server.send_once(panel_message(kind, request), self._role)
-        return request
-
-    def _answer(self, request: dict[str, Any], end: float, timeout: float) -> Answer:
+    def _answer(self, request: dict[str, Any], timeout: float) -> Answer:
         """Wait for the page's next answer to a request."""
+        end = time.monotonic() + timeout
         while True:
             with suppress(queue.Empty):
                 answer = self._answers.get(timeout=_LOOK_SECONDS)
@@ -217,14 +202,6 @@ def _removing(key: str) -> bytes | None:
     if kind == "shown":
         return panel_message("shown", {"shown": {button: SHOWN.get(button, False)}, "source": ""})
     return BLANKS.get(key)
-
-
-def _checked(size: tuple[int, int]) -> tuple[int, int]:
-    """Return the width and the height of a picture, or raise BadArgument."""
-    if not isinstance(size, (tuple, list)) or len(size) != 2:
-        raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
-    width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
-    return width, height
 
 
 def _data(answer: Answer) -> bytes:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +21,15 @@ from nao_kin._core.arrays import (
     finite_or_none,
     join_poses,
 )
+from nao_kin._core.files import URDF_FOLDERS
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints import group_joints
 from nao_kin.robot import Feet, RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
-from nao_kin.robot.urdf import MeshFile, Visual
+from nao_kin.robot.urdf import MeshFile, Rgba, UnreadableShape, UrdfJoint, UrdfTree, Visual
 from nao_kin.viewer import overlays
-from nao_kin.viewer.meshes import GROUPS, shape_box
+from nao_kin.viewer.meshes import GROUPS, Mesh, Shape, lights_of, load_meshes, shape_box
 from nao_kin.viewer.messages import (
     COLOURLESS,
     by_columns,
@@ -33,10 +37,11 @@ from nao_kin.viewer.messages import (
     geometry_document,
     geometry_pose,
     hex_colour,
+    node_name,
     panel_message,
+    row,
     typed_array,
 )
-from nao_kin.viewer.scene import Drawable, Driver, carriers, drivers_of, holder, link_paths, robot_drawables
 
 # Views of the whole robot: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
@@ -91,16 +96,16 @@ class SceneRobot:
         self.rest = {name: posture.up for name, posture in semantics.postures.items() if posture.up is not None}
 
     @property
-    def reach(self) -> tuple[float, float]:
-        """Largest distances of its shapes from its root's frame along x and y at the start [m]."""
+    def aside(self) -> float:
+        """Largest distance of its shapes from its root's frame along y at the start [m]."""
         poses = dict(zip(self.robot.link_names, self.robot.fk(self.start), strict=True))
-        widest = np.zeros(2)
+        widest = 0.0
         for drawable in self.drawables:
             T = poses[drawable.link] @ drawable.T_link_shape
             low, high = shape_box(drawable.shape)
-            middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
-            widest = np.maximum(widest, np.abs(middle[:2]) + half[:2])
-        return float(widest[0]), float(widest[1])
+            middle, half = T[1, :3] @ ((low + high) / 2.0) + T[1, 3], np.abs(T[1, :3]) @ ((high - low) / 2.0)
+            widest = max(widest, float(abs(middle) + half))
+        return widest
 
     def link_of(self, frame: str) -> str:
         """Return the link whose node carries a frame: the link itself, the child of a moving joint, or the root."""
@@ -148,8 +153,6 @@ class SceneRobot:
 
     def lights(self, values: Mapping[str, ArrayLike]) -> bytes:
         """Return the message that sets colours of lights; a light named in addition to its group has its own colour."""
-        if not isinstance(values, Mapping):
-            raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
         rgb: dict[str, list[float]] = {}
         for name in sorted(values, key=lambda name: name not in self._light_groups):
             colour = overlays.one_colour(values[choice(name, self.light_names, "light")], f"colour of {name}")
@@ -175,8 +178,6 @@ class SceneRobot:
 
         A link without a shape colours the link with a shape to which it is fixed, unless that link is named too.
         """
-        if not isinstance(values, Mapping):
-            raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
         for name in values:
             choice(name, self._places, "link")
         content: dict[str, Any] = {**COLOURLESS, "robot": self.number, "label": str(label)}
@@ -233,62 +234,65 @@ class SceneRobot:
             "floating": robot.base == "floating",
             "root": "the world" if robot.base == "floating" else semantics.root or robot.tree.root,
             "soles": [
-                {"link": place[link], "corners": feet.points[feet.owner == k].ravel().tolist()}
+                row("Sole", place[link], feet.points[feet.owner == k].ravel().tolist())
                 for k, link in enumerate(semantics.soles)
             ],
             "notes": list(self.notes),
-            "links": [{"name": name, "path": path.split("/")} for name, path in self.paths.items()],
-            "places": [{"path": path.split("/"), "matrix": by_columns(T)} for path, T in self.placements()],
+            "links": [row("Link", name, path.split("/")) for name, path in self.paths.items()],
+            "places": [row("Place", path.split("/"), by_columns(T)) for path, T in self.placements()],
             "shapes": [
-                {"link": place[drawable.link], "geometry": drawable.geometry[0]}
-                | {"matrix": by_columns(drawable.T_link_shape @ geometry_pose(drawable.shape))}
-                | {"colour": hex_colour(drawable.rgba), "opacity": drawable.rgba[3]}
-                | {"light": drawable.light, "accent": drawable.accent}
+                row(
+                    "ShapeAbout",
+                    place[drawable.link],
+                    drawable.geometry[0],
+                    by_columns(drawable.T_link_shape @ geometry_pose(drawable.shape)),
+                    hex_colour(drawable.rgba),
+                    drawable.rgba[3],
+                    drawable.light,
+                )
                 for drawable in self.drawables
             ],
             "joints": [
-                {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
-                | dict(zip(("pair", "group"), pairs.get(joint.name, ("", -1)), strict=True))
-                | vars(drivers[joint.name])
+                {"name": joint.name, **vars(drivers[joint.name])}
+                | row(
+                    "JointAbout",
+                    child[joint.name],
+                    joint.kind == "prismatic",
+                    joint.axis,
+                    *pairs.get(joint.name, ("", -1)),
+                )
                 for joint in moving
             ],
             "coordinates": [
-                dict(zip(("joint", "column", "lower", "upper", "velocity", "unit"), row, strict=True))
-                for row in zip(
+                row("Coordinate", name, column[name], *map(finite_or_none, bounds), unit)
+                for name, unit, *bounds in zip(
                     robot.joint_names,
-                    column.values(),
-                    *(
-                        map(finite_or_none, bound.tolist())
-                        for bound in (robot.lower, robot.upper, robot.velocity_limits)
-                    ),
                     robot.joint_units,
+                    *(bound.tolist() for bound in (robot.lower, robot.upper, robot.velocity_limits)),
                     strict=True,
                 )
             ],
             "tables": [
-                {"joint": column[table.joint], "of": column[table.of]}
-                | {"at": table.at, "lower": table.lower, "upper": table.upper}
+                row("CoupledLimits", column[table.joint], column[table.of], table.at, table.lower, table.upper)
                 for table in robot.coupled_limits
             ],
             "chains": [
-                {"title": title, "joints": [{"name": name, **vars(drivers[name])} for name in names]}
+                row("Chain", title, [{"name": name, **vars(drivers[name])} for name in names])
                 for title, names in _each_once(chains).items()
             ],
             "postures": self._postures(),
             "mirror": _mirror(robot, drivers),
             "naoqi": _naoqi_order(robot),
             "neutral": robot.neutral().tolist(),
-            "frames": [{"name": name, "link": place[self.link_of(name)]} for name in robot.frame_names],
+            "frames": [row("Frame", name, place[self.link_of(name)]) for name in robot.frame_names],
             "effectors": [name for name in effectors if name in robot.frame_names],
             "bodies": _bodies(robot, child),
             "cameras": [
-                {"name": name, "direction": direction, "links": [place[link] for link in links]}
+                row("Camera", name, direction, [place[link] for link in links])
                 for name, (direction, links) in self.cameras.items()
             ],
-            "head": next((index for name, index in place.items() if "head" in name.lower()), None),
             "eyes": [
-                {"name": name, "link": place[self.link_of(name)]}
-                | dict(zip(("horizontal", "vertical"), views.get(name, (None, None)), strict=True))
+                row("Eye", name, place[self.link_of(name)], *views.get(name, (None, None)))
                 for name in semantics.cameras
             ],
         }
@@ -297,7 +301,7 @@ class SceneRobot:
         """Return the robot's postures; if it has none, one with all joints at zero or at the nearest limit to it."""
         robot = self.robot
         postures = {name: robot.posture(name) for name in robot.posture_names} or {"Zero": robot.clamp(robot.neutral())}
-        return [{"name": name, "q": q.tolist(), "up": self.rest.get(name)} for name, q in postures.items()]
+        return [row("Posture", name, q.tolist(), self.rest.get(name)) for name, q in postures.items()]
 
 
 def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -329,8 +333,7 @@ def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, 
     for name, image in images.items():
         driver, sign = drivers[image.joint], image.multiplier
         rows.append(
-            {"column": drivers[name].column, "of": driver.column}
-            | {"multiplier": sign * driver.multiplier, "offset": sign * driver.offset}
+            row("Mirrored", drivers[name].column, driver.column, sign * driver.multiplier, sign * driver.offset)
         )
     return rows
 
@@ -357,6 +360,142 @@ def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]
         if inertia.mass > 0.0:
             link = child.get(robot.model.names[index], 0)
             size, pose = _box_of(float(inertia.mass), np.array(inertia.lever), np.array(inertia.inertia))
-            body = {"link": link, "mass": float(inertia.mass), "centre": np.array(inertia.lever).tolist()}
-            bodies.append(body | {"size": size.tolist(), "matrix": by_columns(pose)})
+            centre = np.array(inertia.lever).tolist()
+            bodies.append(row("Body", link, float(inertia.mass), centre, size.tolist(), by_columns(pose)))
     return bodies
+
+
+# --- The robot as a tree of scene nodes, so that the browser composes the transforms.
+#
+# Every moving joint is a node with its constant placement in the parent link; the child link is a node below it whose
+# rotation, or translation, is the joint's. Nothing else changes, so only configurations have to be sent.
+
+ROBOT = "robot"
+_GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawable:
+    """One shape of one link, in one colour and opacity, each in [0, 1]."""
+
+    link: str
+    T_link_shape: Floats
+    shape: Shape
+    rgba: Rgba
+    light: str = ""  # name of the light, "" for other shapes
+
+    @cached_property
+    def geometry(self) -> tuple[str, bytes]:
+        """A name, the same for equal shapes, and the message of the shape without colour and pose."""
+        if not isinstance(self.shape, Mesh):
+            return _geometry(self.shape)
+        if self.shape not in _geometries:
+            _geometries[self.shape] = _geometry(self.shape)
+        return _geometries[self.shape]
+
+
+def _geometry(shape: Shape) -> tuple[str, bytes]:
+    document = geometry_document(shape)
+    name = content_name(document)
+    return name, panel_message("geometry", {"name": name, "geometry": document})
+
+
+_geometries: WeakKeyDictionary[Mesh, tuple[str, bytes]] = WeakKeyDictionary()
+
+
+def _meshes(path: Path, scale: tuple[float, float, float]) -> tuple[Mesh, ...]:
+    return load_meshes(path, np.array(scale))
+
+
+_own_meshes = cache(_meshes)
+"""`_meshes` of files of our NAO, read once per process: the files of the package do not change."""
+
+
+def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ...]]:
+    """Return a robot's visuals with their meshes loaded, one per colour and light, and notes on missing ones."""
+    found: list[Drawable] = []
+    missing: list[str] = []
+    notes: list[str] = []
+    loaded: dict[tuple[Path, tuple[float, ...]], tuple[Mesh, ...]] = {}
+    packages, own = tree.packages, set(URDF_FOLDERS)
+    for visual in tree.visuals:
+        T_link_shape, geometry = visual.origin.matrix, visual.geometry
+        if not isinstance(geometry, MeshFile):
+            found.append(Drawable(visual.link, T_link_shape, geometry, visual.rgba or _GREY))
+            continue
+        path = packages.file(geometry.filename)
+        if path is None:
+            missing.append(geometry.filename)
+            continue
+        try:
+            if (path, geometry.scale) not in loaded:
+                read = _own_meshes if own.intersection(path.parents) else _meshes
+                loaded[path, geometry.scale] = read(path, geometry.scale)
+        except UnreadableShape as reason:
+            notes.append(f"a visual of {abbreviated(visual.link)} is not shown: {path.name}: {reason}")
+            continue
+        for mesh in loaded[path, geometry.scale]:
+            rgba = visual.rgba or mesh.colour or _GREY
+            for name, part in (lights_of(geometry.filename, mesh) or {"": mesh}).items():
+                found.append(Drawable(visual.link, T_link_shape, part, rgba, name))
+    if missing:
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        notes.insert(0, f"mesh files not found: {abbreviated(missing[0])}{more}")
+    return tuple(found), (*notes, *tree.visual_notes)
+
+
+def carriers(tree: UrdfTree, shown: Iterable[Drawable]) -> dict[str, str]:
+    """Return link without a shape → nearest link with a shape that carries it through fixed joints alone."""
+    seen = {drawable.link for drawable in shown}
+    found: dict[str, str] = {}
+    for joint in tree.joints:
+        if joint.kind == "fixed" and joint.child not in seen:
+            carrier = joint.parent if joint.parent in seen else found.get(joint.parent)
+            if carrier is not None:
+                found[joint.child] = carrier
+    return found
+
+
+def link_paths(tree: UrdfTree) -> dict[str, str]:
+    """Return the path of every link's node, parents first."""
+    paths = {tree.root: f"{ROBOT}/{node_name('link', tree.root)}"}
+    for joint in tree.joints:
+        paths[joint.child] = f"{holder(paths, joint)}/{node_name('link', joint.child)}"
+    return paths
+
+
+@dataclass(frozen=True)
+class Driver:
+    """The coordinate that moves a joint: its value is multiplier · q[column] + offset [rad or m]."""
+
+    column: int
+    multiplier: float = 1.0
+    offset: float = 0.0
+    follows: str = ""  # the driving joint of a mimic joint, otherwise ""
+
+    def values(self, q: Floats) -> Floats:
+        """Return the joint's values in configurations, shape (..., nq)."""
+        return np.asarray(self.multiplier * q[..., self.column] + self.offset)
+
+
+def drivers_of(robot: RobotModel) -> dict[str, Driver]:
+    """Return the driver of each joint of a robot, by name."""
+    own = {name: Driver(column) for column, name in enumerate(robot.joint_names, robot.nq_base)}
+    return own | {
+        name: Driver(own[mimic.joint].column, mimic.multiplier, mimic.offset, mimic.joint)
+        for name, mimic in robot.mimics.items()
+    }
+
+
+def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
+    """Yield the drawables with their indices among those of their link."""
+    count: dict[str, int] = {}
+    for drawable in drawables:
+        count[drawable.link] = index = count.get(drawable.link, -1) + 1
+        yield index, drawable
+
+
+def holder(paths: Mapping[str, str], joint: UrdfJoint) -> str:
+    """Return the node of the child link: the joint's own, or for a fixed joint the parent link's."""
+    parent = paths[joint.parent]
+    return parent if joint.kind == "fixed" else f"{parent}/{node_name('joint', joint.name)}"

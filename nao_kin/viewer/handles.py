@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, check_kind, join_poses, shaped
+from nao_kin._core.arrays import Floats, as_floats, join_poses, shaped
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
@@ -52,7 +52,7 @@ class ShownRobot:
         self.name, self.robot = name, robot
         self._typed = robot if isinstance(robot, MultiDofModel) else None
         self._messages, self._look, self._forget, self._shown = messages, look, forget, True
-        self.notes, self.reach = look.notes, look.reach
+        self.notes = look.notes
         self.T_world_ground = np.eye(4)
         self._show(look.start, None)
 
@@ -93,7 +93,7 @@ class ShownRobot:
 
         Raises:
             NotARotation: T is not a pose.
-            BadArgument: T is farther away than 10 km, or the robot was removed.
+            BadArgument: the robot was removed.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -145,13 +145,10 @@ class ShownRobot:
 
 
 def checked_pose(T: ArrayLike) -> Floats:
-    """Return `T` as a new pose, shape (4, 4), at most `overlays.FARTHEST` away."""
+    """Return `T` as a new pose, shape (4, 4)."""
     array = shaped(T, (4, 4), "T")
-    R, t = array[:3, :3], array[:3, 3]
-    check_rotation(R)
-    if np.abs(t).max() > overlays.FARTHEST:
-        raise BadArgument(f"T is {np.abs(t).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
-    return join_poses(R, t)
+    check_rotation(array[:3, :3])
+    return join_poses(array[:3, :3], array[:3, 3])
 
 
 # --- Recordings.
@@ -218,8 +215,6 @@ class Recording:
             >>> recording.plots["battery", "charge"].shape
             (1, 2)
         """
-        check_kind(name, "name", str)
-        check_kind(values, "values", Mapping)
         with self._lock:
             if self._end is None:
                 now = time.monotonic() - self._begin

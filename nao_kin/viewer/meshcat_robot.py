@@ -14,12 +14,11 @@ from nao_kin._core.arrays import Floats, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Hips, Motion
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
-from nao_kin.viewer.description import SceneRobot
+from nao_kin.viewer.description import ROBOT, SceneRobot, drivers_of, numbered
 from nao_kin.viewer.messages import Command, node_name, packed, set_animation, set_object, set_transform, track
-from nao_kin.viewer.scene import ROBOT, drivers_of, numbered
 
 # The arrows of a frame: rpy of the cylinder's axis z, and colour.
 _ARROWS = {
@@ -61,8 +60,7 @@ class MeshcatRobot:
     """
 
     def __init__(self, robot: RobotModel, visualizer: Any, path: str = "nao") -> None:
-        check_robot(robot)
-        self.robot, self._window = robot, _window_of(visualizer)
+        self.robot, self._window = robot, visualizer.window
         self.path = _path_of(visualizer, path)
         self._look = look = SceneRobot(robot)
         drivers, under, self.notes = drivers_of(robot), f"{self.path}/", look.notes
@@ -89,7 +87,7 @@ class MeshcatRobot:
             q: one configuration, shape (nq,). Joints outside their limits are shown at their values.
 
         Raises:
-            BadArgument: a value is beyond ±1e6; or the robot was deleted.
+            BadArgument: the robot was deleted.
 
         Examples:
             >>> shown.display(nao.posture("Crouch"))  # doctest: +SKIP
@@ -155,15 +153,16 @@ class MeshcatRobot:
         """Draw frames as triads, x red, y green, z blue, instead of the previous ones; they move with the robot.
 
         Args:
-            names: frame names; empty to remove all, as `hide_frames` does.
+            names: frame names; empty to remove all.
             size: length of the arrows [m].
 
         Examples:
             >>> shown.show_frames(["LArm", "CameraTop"])  # doctest: +SKIP
         """
         self._check_shown()
-        chosen, length = overlays.frame_names(self.robot, names), overlays.checked_length(size, "size")
-        self.hide_frames()
+        chosen, length = overlays.frame_names(self.robot, names), overlays.positive(size, "size")
+        while self._frames:
+            self._send({"type": "delete", "path": self._frames.pop()})
         for name in dict.fromkeys(chosen):
             node = f"{self._paths[self._look.link_of(name)]}/{node_name('frame', name)}"
             self._frames.append(node)
@@ -172,16 +171,6 @@ class MeshcatRobot:
                 T[:3, 3] = T[:3, 2] * length / 2.0
                 self._send(set_object(path, Cylinder(length / _SLENDERNESS, length), rgba))
                 self._send(set_transform(path, T))
-
-    def hide_frames(self) -> None:
-        """Remove the triads of `show_frames`.
-
-        Examples:
-            >>> shown.hide_frames()  # doctest: +SKIP
-        """
-        self._check_shown()
-        while self._frames:
-            self._send({"type": "delete", "path": self._frames.pop()})
 
     def delete(self) -> None:
         """Remove the robot, its frames and its clip from the scene; does nothing the second time.
@@ -219,21 +208,9 @@ class MeshcatRobot:
         return f"<MeshcatRobot of {self.robot.name} at {self.path}>"
 
 
-def _window_of(visualizer: Any) -> Any:
-    """Return the object that sends a visualizer's commands."""
-    import meshcat
-
-    if not isinstance(visualizer, meshcat.Visualizer):
-        inside = isinstance(getattr(visualizer, "viewer", None), meshcat.Visualizer)
-        hint = "; its attribute viewer is one" if inside else ""
-        raise BadArgument(f"visualizer must be a meshcat.Visualizer, got {type(visualizer).__name__}{hint}")
-    return visualizer.window
-
-
 def _path_of(visualizer: Any, path: str) -> str:
     """Return the path of a node below a visualizer's, in the form of meshcat's commands."""
-    steps = path.split("/") if isinstance(path, str) else [""]
-    if not all(steps):
+    if not all(path.split("/")):
         raise BadArgument(f"path must be names separated by slashes, such as 'nao' or 'robots/nao', got {quoted(path)}")
     packed({"path": path})  # refuses what cannot be sent
     return str(visualizer[path].path.lower())

@@ -291,6 +291,49 @@ class Kind:
     blank: Mapping[str, Any] | None = None  # fields of the message that removes the drawing; None if there is none
 
 
+# The description of a robot, and its rows, each with its fields. A link is an index into `links`, a column an index
+# into q, a matrix a pose column by column; what is unknown or has no limit is null.
+ROWS: Mapping[str, Mapping[str, str]] = {
+    "About": {"name": "string", "floating": "boolean", "root": "string", "soles": "Sole[]", "notes": "string[]"}
+    | {"links": "Link[]", "places": "Place[]", "shapes": "ShapeAbout[]", "joints": "JointAbout[]"}
+    | {"coordinates": "Coordinate[]", "tables": "CoupledLimits[]", "chains": "Chain[]", "postures": "Posture[]"}
+    # Empty without two sides, and for a robot that is no NAO, whose joints are not those of NAOqi's Body.
+    | {"mirror": "Mirrored[]", "naoqi": "string[]"}
+    | {"neutral": "number[]", "frames": "Frame[]", "effectors": "string[]", "bodies": "Body[]"}
+    | {"cameras": "Camera[]", "eyes": "Eye[]"},
+    # The corners are x, y, z in the link, one after another.
+    "Sole": {"link": "number", "corners": "number[]"},
+    "Link": {"name": "string", "path": "string[]"},
+    # The constant pose of a node in its parent.
+    "Place": {"path": "string[]", "matrix": "number[]"},
+    # `geometry` names a message; the colour is 0xRRGGBB in sRGB; the light is "" for other shapes.
+    "ShapeAbout": {"link": "number", "geometry": "string", "matrix": "number[]", "colour": "number"}
+    | {"opacity": "number", "light": "string"},
+    # Value of a joint = multiplier · q[column] + offset; `follows` names the joint that it mimics, or is empty.
+    "Driven": {"name": "string", "column": "number", "multiplier": "number", "offset": "number", "follows": "string"},
+    "JointAbout": {"link": "number", "slides": "boolean", "axis": "Vector", "pair": "string", "group": "number"},
+    "Coordinate": {"joint": "string", "column": "number", "lower": "number | null", "upper": "number | null"}
+    | {"velocity": "number | null", "unit": "string"},
+    "CoupledLimits": {"joint": "number", "of": "number", "at": "number[]", "lower": "number[]", "upper": "number[]"},
+    "Chain": {"title": "string", "joints": "Driven[]"},
+    "Posture": {"name": "string", "q": "number[]", "up": "Vector | null"},
+    # q[column] becomes multiplier · q[of] + offset.
+    "Mirrored": {"column": "number", "of": "number", "multiplier": "number", "offset": "number"},
+    "Frame": {"name": "string", "link": "number"},
+    # Links that move as one; `size` and `matrix` are those of a box in the link with the same inertia.
+    "Body": {"link": "number", "mass": "number", "centre": "Vector", "size": "Vector", "matrix": "number[]"},
+    # A preset: the direction to look from, and the links to look at with all that they carry.
+    "Camera": {"name": "string", "direction": "Vector", "links": "number[]"},
+    # A camera of the robot, which looks along x of its link, and its field of view [rad].
+    "Eye": {"name": "string", "link": "number", "horizontal": "number | null", "vertical": "number | null"},
+}
+
+
+def row(kind: str, *values: Any) -> dict[str, Any]:
+    """Return a row of a robot's description, of one of `ROWS`."""
+    return dict(zip(ROWS[kind], values, strict=True))
+
+
 _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high": "string"}
 # Fields of the message that shows links in their own colours.
 COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
@@ -328,9 +371,7 @@ KINDS: Mapping[str, Kind] = {
     "shapes": Kind({"shapes": "{ link: number; geometry: object; matrix: number[] }[]"}, blank={"shapes": []}),
     "controls": Kind({"controls": "Control[]"}, blank={"controls": []}),
     "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
-    "edition": Kind({"name": "string"}, blank={"name": ""}),
     "lights": Kind({"lights": "{ name: string; rgb: Vector }[]"}, blank={"lights": []}),
-    "speech": Kind({"text": "string"}, blank={"text": ""}),
     "reach": Kind(
         {"cells": "Uint16Array | null", "values?": "Uint16Array", "frame?": "string", "voxel?": "number"}
         | {"first?": "Vector", "cut?": '{ axis: "x" | "y" | "z"; place: number } | null'}

@@ -21,7 +21,6 @@ from nao_kin._core.arrays import (
     as_vectors,
     choice,
     flag,
-    is_several,
     norm,
     shaped,
     unit,
@@ -37,7 +36,6 @@ from nao_kin.rotations import quat_from_matrix, quat_to_xyzw, quat_unwrap, rotat
 from nao_kin.viewer.meshes import Mesh, Shape, load_meshes, mesh_of
 from nao_kin.viewer.messages import (
     Command,
-    NamedMessages,
     RetainedMessages,
     geometry_document,
     hex_colour,
@@ -56,16 +54,8 @@ REACH_LABELS = {
 }
 # A browser without a graphics card can still rotate this many cubes.
 _MAX_CUBES = 40_000
-_MAX_GHOSTS = 64
-_LARGEST_FIRST = 1_000_000
-# The colours of the sold editions of the NAO.
-EDITIONS = ("orange", "blue", "red", "grey")
-# Beyond this, a double resolves angles worse than 1e-10 rad, and a graphics card, which uses floats, distorts robots.
-LARGEST = 1e6
 # A figure: its node, its colour, the radius of a bone, and the size of one that is not seen [m].
 FIGURE, _FIGURE, _BONE, _NOTHING = "figure", (0.35, 0.55, 0.8), 0.008, 1e-5
-# Beyond this distance [m] a graphics card distorts shapes.
-FARTHEST = 1e4
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -81,30 +71,23 @@ def seconds(timeout: ArrayLike) -> float:
     return found
 
 
-def up_to(value: ArrayLike, what: str, largest: float, unit: str = "") -> float:
+def positive(value: ArrayLike, what: str, largest: float = np.inf) -> float:
     """Return `value`, above 0 and at most `largest`."""
     found = number(value, what)
     if not 0.0 < found <= largest:
-        raise BadArgument(f"{what} must be above 0 and at most {largest:g}{unit}, got {found:g}")
+        limit = "" if largest == np.inf else f" and at most {largest:g}"
+        raise BadArgument(f"{what} must be above 0{limit}, got {found:g}")
     return found
 
 
 def checked_opacity(opacity: float) -> float:
     """Return `opacity`, above 0 and at most 1."""
-    return up_to(opacity, "opacity", 1.0)
-
-
-def checked_length(value: ArrayLike, what: str) -> float:
-    """Return `value`, a size that can be drawn [m]."""
-    return up_to(value, what, FARTHEST, " m")
+    return positive(opacity, "opacity", 1.0)
 
 
 def direction(value: ArrayLike, what: str) -> list[float]:
     """Return `value` as a unit vector."""
-    vector = as_vectors(value, what)
-    if vector.shape != (3,):
-        raise WrongShape(what, "(3,)", vector.shape)
-    found: list[float] = unit(vector, what)[0].tolist()
+    found: list[float] = unit(shaped(value, (3,), what), what)[0].tolist()
     return found
 
 
@@ -121,7 +104,6 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     array = np.array(robot.checked(q))
     if array.ndim != 1:
         raise WrongShape("q", f"({robot.nq},)", array.shape)
-    check_size(robot, array)
     return array
 
 
@@ -129,15 +111,12 @@ def clip(
     robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike, hips: Hips
 ) -> tuple[Floats, float]:
     """Return configurations to play as a new array (n, nq), and their number per second."""
-    rate = number(fps, "fps")
-    if rate <= 0.0:
-        raise BadArgument(f"fps must be positive, got {rate:g}")
+    rate = positive(fps, "fps")
     if isinstance(qs, Motion):
         qs = qs.configurations(robot, rate=rate, fill=fill, hips=hips).q
     array = np.array(robot.checked(as_floats(qs, (robot.nq,), "qs")))
     if array.ndim != 2 or len(array) == 0:
         raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
-    check_size(robot, array)
     return array, rate
 
 
@@ -169,22 +148,9 @@ def margins(
     }
 
 
-def check_size(robot: RobotModel, qs: Floats) -> None:
-    """Refuse configurations beyond ±1e6 rad or m, which a page cannot draw; wrapping a whole turn would change q."""
-    beyond = np.argwhere(np.abs(qs) > LARGEST)
-    if len(beyond):
-        column = int(beyond[0][-1]) - robot.nq_base
-        name = robot.joint_names[column] if column >= 0 else "the base"
-        value = float(qs[tuple(beyond[0])])
-        raise BadArgument(f"{name} is {value:g}; values from {-LARGEST:g} to {LARGEST:g} rad or m are shown")
-
-
 def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
     """Return the frames to draw."""
-    if not isinstance(names, str) and not is_several(names):
-        raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
-    chosen = [names] if isinstance(names, str) else list(names)
-    return [choice(name, robot.frame_names, "frame") for name in chosen]
+    return [choice(name, robot.frame_names, "frame") for name in ([names] if isinstance(names, str) else names)]
 
 
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
@@ -192,22 +158,16 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
     array = as_floats(configurations, (robot.nq,), "configurations")
     if array.ndim not in (1, 2):
         raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
-    numbered_from = whole_number(first, "first", 0, _LARGEST_FIRST) if array.ndim == 2 else None
+    numbered_from = whole_number(first, "first", 0) if array.ndim == 2 else None
     array = robot.checked(np.atleast_2d(array))
-    check_size(robot, array)
-    if len(array) > _MAX_GHOSTS:
-        raise BadArgument(f"at most {_MAX_GHOSTS} ghosts are drawn, got {len(array)} configurations")
-    share = checked_opacity(opacity)
-    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share, "first": numbered_from}
-    return panel_message("ghosts", content)
+    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "first": numbered_from}
+    return panel_message("ghosts", content | {"opacity": checked_opacity(opacity)})
 
 
 def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, float] | None) -> bytes:
     """Return the message that draws voxels in the colours of a scale, up to a plane."""
     if found is None:
         return panel_message("reach", {"cells": None})
-    if not isinstance(found, ReachMap):
-        raise BadArgument(f"show_reach takes a reach map, got {type(found).__name__}")
     settings = found.settings
     if settings.robot != robot.name:
         raise BadArgument(f"the reach map is of {abbreviated(settings.robot)}, and the viewer shows {robot.name}")
@@ -231,29 +191,20 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         "label": f"{settings.frame}: {REACH_LABELS[by]}",
         "low": f"{low:.3g}",
         "high": f"{high:.3g}",
-        "cut": None if cut is None else _plane(cut),
+        "cut": None if cut is None else {"axis": choice(cut[0], tuple("xyz"), "axis"), "place": number(cut[1], "cut")},
     }
     return panel_message("reach", content)
 
 
-def _plane(cut: tuple[str, float]) -> dict[str, Any]:
-    if not isinstance(cut, (tuple, list)) or len(cut) != 2 or cut[0] not in ("x", "y", "z"):
-        raise BadArgument(f"cut must be an axis, x, y or z, and a place on it, got {quoted(cut)}")
-    return {"axis": cut[0], "place": number(cut[1], "cut")}
-
-
 # --- Points, meshes and lines that are not part of a robot, as the fields of messages.
 
-MAX_POINTS = 2_000_000
-_MAX_CORNERS = 2_000_000
-_MAX_LINE_POINTS = 100_000
 _LONGEST_NAME = 200
 _BLUE = (0.15, 0.39, 0.92)
 
 
 def checked_name(name: str) -> str:
     """Return `name` if a shape may have it."""
-    if not isinstance(name, str) or not name or len(name) > _LONGEST_NAME:
+    if not name or len(name) > _LONGEST_NAME:
         raise BadArgument(f"name must be 1 to {_LONGEST_NAME} characters, got {quoted(name)}")
     packed(name)  # refuses names that cannot be sent
     return name
@@ -261,8 +212,8 @@ def checked_name(name: str) -> str:
 
 def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str, Any]:
     """Return the fields of a cloud of points."""
-    rows = _positions(array, "points", MAX_POINTS)
-    content = {"positions": _floats(rows), "size": checked_length(size, "size"), "colour": _BLUE, "colours": None}
+    rows = _positions(array, "points")
+    content = {"positions": _floats(rows), "size": positive(size, "size"), "colour": _BLUE, "colours": None}
     if colours is None:
         return content
     rgb = as_floats(colours, (3,), "colours")
@@ -297,11 +248,11 @@ def mesh(
 
 def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
     """Return the fields of a round line through points."""
-    rows = _positions(array, "points", _MAX_LINE_POINTS)
+    rows = _positions(array, "points")
     if len(rows) < 2:
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
     rgb = _BLUE if colour is None else one_colour(colour)
-    return {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
+    return {"positions": _floats(rows), "colour": rgb, "width": positive(width, "width")}
 
 
 def arrow(start: ArrayLike, end: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
@@ -311,9 +262,9 @@ def arrow(start: ArrayLike, end: ArrayLike, colour: ArrayLike | None, width: flo
 
 def label(text: str, place: ArrayLike) -> dict[str, Any]:
     """Return the fields of a text at a place."""
-    if not isinstance(text, str) or not text.strip() or len(text) > _LONGEST_NAME:
+    if not text.strip() or len(text) > _LONGEST_NAME:
         raise BadArgument(f"text must be 1 to {_LONGEST_NAME} characters, got {quoted(text)}")
-    return {"text": text, "positions": _floats(_positions(shaped(place, (3,), "place")[None], "place", 1))}
+    return {"text": text, "positions": _floats(shaped(place, (3,), "place"))}
 
 
 def figure(bones: ArrayLike, count: int) -> tuple[Command, list[dict[str, Any]]]:
@@ -327,7 +278,6 @@ def figure(bones: ArrayLike, count: int) -> tuple[Command, list[dict[str, Any]]]
         raise WrongShape("figure", f"({count}, bones, 2, 3)", ends.shape)
     known = np.asarray(np.isfinite(ends).all(axis=(-1, -2)))
     ends = np.where(known[..., None, None], ends, 0.0)
-    _positions(ends.reshape(-1, 3), "ends of bones", _MAX_LINE_POINTS)
     across = ends[..., 1, :] - ends[..., 0, :]
     length = np.maximum(norm(across), _NOTHING)
     y = np.array([0.0, 1.0, 0.0])
@@ -366,24 +316,18 @@ def _check_colours(rgb: Floats, what: str) -> None:
         raise BadArgument(f"{what} must be red, green and blue from 0 to 1, got {rgb.min():g} to {rgb.max():g}")
 
 
-def _positions(array: ArrayLike, what: str, max_count: int) -> Floats:
+def _positions(array: ArrayLike, what: str) -> Floats:
     rows = as_floats(array, (3,), what)
     if rows.ndim != 2:
         raise WrongShape(what, "(n, 3)", rows.shape)
-    if len(rows) > max_count:
-        raise BadArgument(f"at most {max_count} {what} are drawn, got {len(rows)}; leave some out")
-    if rows.size and np.abs(rows).max() > FARTHEST:
-        raise BadArgument(f"{what} reach to {np.abs(rows).max():g} m; at most {FARTHEST:g} m is drawn")
     return rows
 
 
 def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
-    rows = _positions(vertices, "vertices", _MAX_CORNERS)
+    rows = _positions(vertices, "vertices")
     corners = as_numbers(faces, "faces")
     if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) == 0:
         raise WrongShape("faces", "(m, 3) with m ≥ 1", corners.shape)
-    if len(corners) > _MAX_CORNERS:
-        raise BadArgument(f"at most {_MAX_CORNERS} faces are drawn, got {len(corners)}; leave some out")
     if not np.isin(corners % 1.0, 0.0).all() or corners.min() < 0 or corners.max() >= len(rows):
         raise BadArgument(f"faces must be whole numbers from 0 to {len(rows) - 1}, the indices of their corners")
     triangles: NDArray[np.uint32] = corners.astype(np.uint32)
@@ -395,21 +339,16 @@ def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
 
 def _read(path: Path) -> tuple[Mesh, ...]:
     try:
-        parts = load_meshes(path, np.ones(3))
+        return load_meshes(path, np.ones(3))
     except UnreadableShape as reason:
         raise BadArgument(f"{abbreviated(path)} is not a mesh that can be drawn: {abbreviated(reason)}") from None
-    if sum(len(part.vertices) for part in parts) > _MAX_CORNERS:
-        raise BadArgument(f"{abbreviated(path)} has more than {_MAX_CORNERS} vertices")
-    for part in parts:
-        _positions(part.vertices, "vertices", _MAX_CORNERS)
-    return parts
 
 
 def _floats(rows: Floats) -> Any:
     return typed_array(rows.astype(np.float32).reshape(-1))
 
 
-# --- Buttons of the page, and shapes that are not part of a robot.
+# --- Buttons of the page.
 
 
 # Initial state of the page's buttons.
@@ -422,7 +361,6 @@ BUTTONS = (
 # Limits of a page's message on buttons: their number, and the length of their names.
 _MAX_SHOWN = 64
 _LONGEST_BUTTON = 40
-_MAX_SHAPES = 1000
 
 
 class Buttons:
@@ -452,24 +390,3 @@ class Buttons:
             may_begin = len(self.shown) < _MAX_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
             if (what in self.shown or may_begin) and isinstance(on, bool) and self.shown.get(what) is not on:
                 self.press(what, on, source)
-
-
-class Extras:
-    """Shapes that are not part of a robot, by name."""
-
-    def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
-        self._lock = lock
-        self._shapes = NamedMessages(messages, "extra", "extras")
-
-    def add(self, name: str, message: bytes) -> None:
-        """Put the message that draws a shape, instead of the one of the same name."""
-        with self._lock:
-            names = self._shapes.names
-            if name not in names and len(names) >= _MAX_SHAPES:
-                raise BadArgument(f"at most {_MAX_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
-            self._shapes.put(name, message)
-
-    def remove(self, name: str) -> None:
-        """Remove a shape."""
-        with self._lock:
-            self._shapes.drop(choice(name, self._shapes.names, "shape"))

@@ -1,28 +1,29 @@
-"""What a program shows in panels of the page: series of numbers over time, and images of the robot's cameras."""
+"""What a program shows in panels of the page: controls, series of numbers over time, and images of cameras."""
 
 from __future__ import annotations
 
 import itertools
 import secrets
-import struct
 import threading
 import time
-import zlib
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 import umsgpack
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LARGEST, Floats, choice
+from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.files import png
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.viewer.messages import NamedMessages, RetainedMessages, named_key, packed, panel_message, typed_array
+from nao_kin.errors import BadArgument, NaoKinError
+from nao_kin.viewer.messages import RetainedMessages, named_key, packed, panel_message, typed_array
 from nao_kin.viewer.overlays import checked_name, number
+from nao_kin.viewer.shown_scene import Changes
 
 MAX_POINTS = 100_000
-_MAX_LINES = 64
 # Title of the plot of margins.
 _MARGINS = "Balance"
 # Points of a message, and the time between two messages of the same points [s].
@@ -133,9 +134,6 @@ class Streams:
 
     def _begin(self, name: str, lines: tuple[str, ...]) -> _Stream:
         """Begin a plot, or begin it anew after its time went back."""
-        count = sum(len(stream.lines) for other, stream in self._streams.items() if other != name)
-        if count + len(lines) > _MAX_LINES:
-            raise BadArgument(f"at most {_MAX_LINES} lines are plotted; remove some plots before {abbreviated(name)}")
         self._messages.drop(f"{named_key('plot', name)} ")
         self._streams[name] = stream = _Stream(name, lines, next(self._runs))
         self._list()
@@ -173,112 +171,180 @@ def _values(name: str, value: ArrayLike | Mapping[str, ArrayLike]) -> dict[str, 
     if isinstance(value, Mapping):
         if not value:
             raise BadArgument(f"plot {abbreviated(name)} has no values")
-        found = {checked_name(line): number(single, f"value {line}") for line, single in value.items()}
-    else:
-        found = {name: number(value, "value")}
-    for line, single in found.items():
-        if abs(single) > LARGEST:
-            raise BadArgument(f"value {abbreviated(line)} is {single:g}; values up to {LARGEST:g} are plotted")
-    return found
+        return {checked_name(line): number(single, f"value {line}") for line, single in value.items()}
+    return {name: number(value, "value")}
 
 
 # --- Images of the robot's cameras, as PNG or JPEG.
 
 Image = NDArray[np.uint8] | bytes
 
-_MAX_PIXELS = 16_000_000
-_MAX_BYTES = 64_000_000
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG = b"\xff\xd8"
-# Markers of JPEG without a length: fill bytes, restarts, start of the image.
-_BARE = (0x01, *range(0xD0, 0xD9))
-_NO_FRAME = (0xC4, 0xC8, 0xCC)
+# The first bytes of a file → its type.
+_TYPES = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8": "image/jpeg"}
 
 
-class Images:
-    """The images of a viewer, one for each camera of the robot at most."""
-
-    def __init__(self, messages: RetainedMessages, lock: threading.RLock, cameras: Sequence[str]) -> None:
-        self._lock, self._cameras = lock, cameras
-        self._shown = NamedMessages(messages, "image", "images", "cameras")
-
-    def show(self, camera: str, image: Image | None) -> bool:
-        """Show an image in place of a camera's drawn view, None to remove it; return whether it is the first one."""
-        name = choice(camera, self._cameras, "camera")
-        message = None if image is None else _message(name, image)
-        with self._lock:
-            is_new = message is not None and name not in self._shown.names
-            if message is None:
-                self._shown.drop(name)
-            else:
-                self._shown.put(name, message)
-        return is_new
-
-
-def _message(camera: str, image: Image) -> bytes:
-    if isinstance(image, (bytes, bytearray)):
-        kind, data = _checked_file(bytes(image)), bytes(image)
-    else:
-        kind, data = "image/png", png_file(image)
+def image_message(camera: str, image: Image) -> bytes:
+    """Return the message that shows an image in place of a camera's drawn view."""
+    data = bytes(image) if isinstance(image, (bytes, bytearray)) else png(image)
+    kind = next((kind for begin, kind in _TYPES.items() if data.startswith(begin)), None)
+    if kind is None:
+        raise BadArgument(f"image must be an array, or the bytes of a PNG or JPEG file, got {quoted(data[:16])}")
     content = {"camera": camera, "format": kind, "data": typed_array(np.frombuffer(data, np.uint8))}
     return panel_message("image", content)
 
 
-def _check_size(width: int, height: int) -> None:
-    if width == 0 or height == 0:
-        raise BadArgument("image is empty")
-    if width * height > _MAX_PIXELS:
-        raise BadArgument(f"image has {width} × {height} pixels; at most {_MAX_PIXELS / 1e6:g} megapixels are shown")
+# --- Controls: a program's own buttons, sliders, selects and texts.
+
+# Presses of a button that wait for a slow callback; further ones are counted, but cause no call.
+_MAX_WAITING = 16
+
+Value = float | int | str
 
 
-def _checked_file(data: bytes) -> str:
-    """Return the type of a PNG or JPEG file; refuse other contents and large images, by the size in the header."""
-    if len(data) > _MAX_BYTES:
-        raise BadArgument(f"image has {len(data) / 1e6:.0f} MB; at most {_MAX_BYTES / 1e6:g} MB are shown")
-    if data.startswith(_PNG) and data[12:16] == b"IHDR" and len(data) >= 24:
-        _check_size(*struct.unpack(">II", data[16:24]))
-        return "image/png"
-    size = _jpeg_size(data) if data.startswith(_JPEG) else None
-    if size is None:
-        raise BadArgument(f"image must be an array, or the bytes of a PNG or JPEG file, got {quoted(data[:16])}")
-    _check_size(*size)
-    return "image/jpeg"
+class Control:
+    """A button, slider, select or text in the panel of the page, made by `Viewer.add_button` and the like.
+
+    Attributes:
+        name: its name in the page.
+
+    Examples:
+        >>> viewer = nk.Viewer(nk.load_nao())
+        >>> speed = viewer.add_slider("speed", 0.0, 2.0, 1.0, unit="m/s")
+        >>> speed
+        <Control speed: 1.0>
+    """
+
+    def __init__(
+        self,
+        name: str,
+        row: Mapping[str, Any],
+        value: Value,
+        checked: Callable[[Any], Value],
+        callback: Callable[..., object] | None,
+        controls: Controls,
+    ) -> None:
+        self.name = name
+        self._value: Any = value
+        self._row, self._checked, self._source = row, checked, controls.source()
+        self._callback, self._controls = callback, controls
+
+    @property
+    def value(self) -> Any:
+        """The current value: the number of a slider, the option of a select, a text, or how often a button was pressed.
+
+        Setting it changes it in all pages, and does not call `on_change`. That of a button cannot be set.
+
+        Raises:
+            BadArgument: the new value is outside the slider's range or no text, or the control was removed or replaced.
+            UnknownName: the new value is not an option.
+
+        Examples:
+            >>> speed = nk.Viewer(nk.load_nao()).add_slider("speed", 0.0, 2.0)
+            >>> speed.value = 1.5
+            >>> speed.value
+            1.5
+        """
+        return self._value
+
+    @value.setter
+    def value(self, value: Value) -> None:
+        if self._row["kind"] == "button":
+            raise BadArgument(f"{abbreviated(self.name)} is a button: its value counts its presses and cannot be set")
+        self._controls.set(self, self._checked(value), self._controls.source())
+
+    def remove(self) -> None:
+        """Remove the control from the page; does nothing the second time.
+
+        Examples:
+            >>> nk.Viewer(nk.load_nao()).add_button("go").remove()
+        """
+        self._controls.remove(self)
+
+    def __repr__(self) -> str:
+        return f"<Control {self.name}{f': {self._value}' if self._controls.has(self) else ', removed'}>"
 
 
-def _jpeg_size(data: bytes) -> tuple[int, int] | None:
-    """Return width and height from the frame header of a JPEG file; None if there is none. Source: ITU-T T.81, B.2."""
-    at = 2
-    while at + 9 <= len(data) and data[at] == 0xFF:
-        marker = data[at + 1]
-        if marker == 0xFF or marker in _BARE:
-            at += 1 if marker == 0xFF else 2
-        elif 0xC0 <= marker <= 0xCF and marker not in _NO_FRAME:
-            height, width = struct.unpack(">HH", data[at + 5 : at + 9])
-            return width, height
-        else:
-            at += 2 + int(struct.unpack(">H", data[at + 2 : at + 4])[0])
-    return None
+class Controls:
+    """The controls of a viewer, by name, in the order in which they were added."""
+
+    def __init__(self, messages: RetainedMessages, lock: threading.RLock, changes: Changes) -> None:
+        self._messages, self._lock, self._changes = messages, lock, changes
+        self._controls: dict[str, Control] = {}
+        self.source = messages.source
+
+    def add(
+        self,
+        name: str,
+        row: Mapping[str, Any],
+        value: Value,
+        checked: Callable[[Any], Value],
+        callback: Callable[..., object] | None,
+    ) -> Control:
+        """Add a control, instead of the one of the same name; `checked` returns a value that it can have, or raises."""
+        control = Control(checked_name(name), row, checked(value), checked, callback, self)
+        with self._lock:
+            self._controls[control.name] = control
+            self._send()
+        return control
+
+    def has(self, control: Control) -> bool:
+        """Return whether a control was neither removed nor replaced."""
+        return self._controls.get(control.name) is control
+
+    def set(self, control: Control, value: Value, source: str) -> None:
+        """Set a value; `source` names the change."""
+        with self._lock:
+            if not self.has(control):
+                raise BadArgument(f"{abbreviated(control.name)} was removed from the viewer")
+            control._value, control._source = value, source
+            self._send()
+
+    def remove(self, control: Control) -> None:
+        """Remove a control, if it is there."""
+        with self._lock:
+            if self.has(control):
+                del self._controls[control.name]
+                self._send()
+
+    def receive(self, name: object, value: object, source: str) -> None:
+        """Take a value that a user set in a page, and call the function of the control; other values are ignored."""
+        control = self._controls.get(name) if isinstance(name, str) else None
+        if control is None or (control._row.get("edited") is False):
+            return
+        with self._lock:
+            try:
+                pressed = control._row["kind"] == "button"
+                self.set(control, control._value + 1 if pressed else control._checked(value), source)
+            except NaoKinError:
+                return
+        if control._callback is not None:
+            what = f"{'on_click' if pressed else 'on_change'} of {control.name}"
+            key = (control, control._value % _MAX_WAITING) if pressed else control
+            self._changes.call(key, partial(self._tell, control, pressed), what)
+
+    def _tell(self, control: Control, pressed: bool) -> None:
+        if self.has(control) and control._callback is not None:
+            control._callback(*(() if pressed else (control.value,)))
+
+    def _send(self) -> None:
+        rows = [
+            {"name": control.name, "value": control._value, "source": control._source, **control._row}
+            for control in self._controls.values()
+        ]
+        self._messages.put("controls", panel_message("controls", {"controls": rows}))
 
 
-def png_file(image: NDArray[np.uint8]) -> bytes:
-    """Return an array (h, w, 3) or (h, w) as a PNG file, packed fast rather than small."""
-    try:
-        array = np.asarray(image) if isinstance(image, (np.ndarray, list, tuple)) else None
-    except ValueError:  # rows of different lengths
-        array = None
-    if array is None or array.dtype.kind not in "uifb":
-        raise BadArgument(f"image must be an array, or the bytes of a PNG or JPEG file, got {quoted(image, 60)}")
-    if not (array.ndim == 2 or (array.ndim == 3 and array.shape[2] == 3)):
-        raise WrongShape("image", "(h, w, 3) or (h, w)", array.shape)
-    if array.dtype != np.uint8:
-        raise BadArgument(f"image must have the type uint8, values from 0 to 255, got {array.dtype}")
-    height, width = array.shape[:2]
-    _check_size(width, height)
-    rows = np.zeros((height, 1 + array[0].size), np.uint8)  # each row begins with its filter, 0 for none
-    rows[:, 1:] = array.reshape(height, -1)
-    header = struct.pack(">IIBBBBB", width, height, 8, 0 if array.ndim == 2 else 2, 0, 0, 0)
-    return _PNG + _chunk(b"IHDR", header) + _chunk(b"IDAT", zlib.compress(rows.tobytes(), 1)) + _chunk(b"IEND", b"")
+def in_range(ends: tuple[float, float], value: float) -> float:
+    """Return the value of a slider."""
+    found = number(value, "value")
+    if not ends[0] <= found <= ends[1]:
+        raise BadArgument(f"value must be from {ends[0]:g} to {ends[1]:g}, got {found:g}")
+    return found
 
 
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+def text(value: str) -> str:
+    """Return a text that pages can show; it may come from one."""
+    if not isinstance(value, str):
+        raise BadArgument(f"a text is needed, got {quoted(value, 60)}")
+    packed(value)  # refuses texts that cannot be sent
+    return value

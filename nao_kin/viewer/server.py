@@ -373,10 +373,6 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
 
 def _listen(host: str, port: int | None) -> socket.socket:
     """Return a socket on the given port, or on the first free one."""
-    if not isinstance(host, str):
-        raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
-    if isinstance(port, bool):  # in Python, a bool is a whole number
-        raise BadArgument(f"port must be a number from 0 to 65535, got {port}")
     if port is None:
         wanted = [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
     else:

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer.messages import RetainedMessages, panel_message
-from nao_kin.viewer.overlays import LARGEST, checked_name
+from nao_kin.viewer.overlays import checked_name
 
 # --- The page whose playback is followed.
 
@@ -57,37 +57,25 @@ class Lead:
 
 # --- The places of added robots.
 
-# Distance between neighbouring robots [m], and the number of robots in a row.
-_GAP, _ROW = 0.1, 8
+# Distance between neighbouring robots [m].
+_GAP = 0.1
 
 
-class Rows:
-    """The places of robots that are added without one, in rows of eight; callers hold the viewer's lock.
-
-    The viewer's own robot begins the first row, at the origin. Each robot stands to the right of the one before; a row
-    stands behind all robots of the row before it.
+class Row:
+    """The places of robots that are added without one: each to the right of the one before, the first at the origin.
 
     Args:
-        reach: the largest distances of the own robot's shapes from its root's frame along x and y [m].
+        aside: the largest distance of the own robot's shapes from its root's frame along y [m].
     """
 
-    def __init__(self, reach: tuple[float, float]) -> None:
-        self._count, self._aside = 1, reach[1]
-        # Where the robots of the row begin along x, except in the first row, and how far back they reach.
-        self._front, self._back = 0.0, -reach[0]
+    def __init__(self, aside: float) -> None:
+        self._aside = aside
 
-    def place(self, reach: tuple[float, float]) -> Floats:
+    def place(self, aside: float) -> Floats:
         """Return the pose in the world of the ground of the next robot, shape (4, 4)."""
-        ahead, aside = reach
-        if self._count % _ROW == 0:
-            self._front = self._back - _GAP
-            self._aside = -(aside + _GAP)
         T = np.eye(4)
-        T[0, 3] = 0.0 if self._count < _ROW else self._front - ahead
         T[1, 3] = -(self._aside + _GAP + aside)
-        self._back = min(self._back, T[0, 3] - ahead)
         self._aside += _GAP + 2.0 * aside
-        self._count += 1
         return T
 
 
@@ -178,12 +166,12 @@ class Changes:
             q, joints = pending
             for subscription in subscriptions:
                 if subscription in self._subscriptions:  # unless it was removed meanwhile
-                    _guarded(partial(subscription.callback, q.copy(), tuple(joints)), "viewer.on_change")
+                    _guarded(subscription.callback, "viewer.on_change", q.copy(), tuple(joints))
 
 
-def _guarded(function: Callable[[], object], what: str) -> None:
+def _guarded(function: Callable[..., object], what: str, *arguments: object) -> None:
     try:
-        function()
+        function(*arguments)
     except BaseException:  # a failing function, even with sys.exit(), must not end the calls
         _LOG.exception("a callback of %s failed", what)
 
@@ -226,7 +214,6 @@ def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
 
 # --- Targets in the robot's root frame: marks, and targets that a user drags in the page.
 
-_MAX_TARGETS = 1000
 # Called with the target's new position or pose.
 MoveCallback = Callable[[Floats], object]
 
@@ -298,9 +285,6 @@ class Targets:
 
     def show(self, poses: Mapping[str, ArrayLike]) -> None:
         """Mark positions or poses, instead of the previous ones."""
-        if not isinstance(poses, Mapping):
-            raise BadArgument(f"targets are a mapping from names to positions or poses, got {type(poses).__name__}")
-        self._check_count(len(poses) + len(self._added))
         marks = {str(name): checked_target(T, f"target {abbreviated(name)}") for name, T in poses.items()}
         with self._lock:
             self._send(marks, self._added)
@@ -308,13 +292,9 @@ class Targets:
 
     def add(self, name: str, T: ArrayLike, **callbacks: MoveCallback | None) -> Target:
         """Add a target that can be dragged, instead of the one of the same name; on_move, on_grab and on_release."""
-        for event, function in callbacks.items():
-            if not (function is None or callable(function)):
-                raise BadArgument(f"{event} must be a function of T, got {quoted(function)}")
         target = Target(checked_name(name), checked_target(T, "T"), callbacks, self)
         with self._lock:
             added = {**self._added, target.name: target}
-            self._check_count(len(self._marks) + len(added))
             self._send(self._marks, added)
             self._added = added
         return target
@@ -375,10 +355,6 @@ class Targets:
         rows += [{**_row(name, target._T), "source": target._source} for name, target in added.items()]
         self._messages.put("targets", panel_message("targets", {"targets": rows}))
 
-    def _check_count(self, count: int) -> None:
-        if count > _MAX_TARGETS:
-            raise BadArgument(f"at most {_MAX_TARGETS} targets are shown, got {count}; remove some first")
-
 
 def checked_target(target: ArrayLike, what: str) -> Floats:
     """Return a position, shape (3,), or a pose, shape (4, 4), as a new array."""
@@ -389,9 +365,6 @@ def checked_target(target: ArrayLike, what: str) -> Floats:
     if T.ndim == 2:
         check_rotation(T[:3, :3])
         T[3] = 0.0, 0.0, 0.0, 1.0
-    farthest = np.abs(T[..., :3, -1] if T.ndim == 2 else T).max()
-    if farthest > LARGEST:
-        raise BadArgument(f"{what} is {farthest:g} m away; up to {LARGEST:g} m is shown")
     return T
 
 

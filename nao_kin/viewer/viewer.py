@@ -8,6 +8,7 @@ import weakref
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, as_floats, choice, flag
 from nao_kin._core.guesses import Guessing
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Hips, Motion
@@ -26,12 +27,12 @@ from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.access import Document, checked_names, checked_token, live_page, policy, static_page
 from nao_kin.viewer.browser import pictures
-from nao_kin.viewer.controls import Control, Controls
-from nao_kin.viewer.description import SceneRobot
+from nao_kin.viewer.description import ROBOT, SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import (
     BLANKS,
     Command,
+    NamedMessages,
     RetainedMessages,
     by_columns,
     packed,
@@ -41,16 +42,15 @@ from nao_kin.viewer.messages import (
     typed_array,
 )
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
-from nao_kin.viewer.overlays import Buttons, Extras
-from nao_kin.viewer.panels import Image, Images, Streams
-from nao_kin.viewer.scene import ROBOT
+from nao_kin.viewer.overlays import Buttons
+from nao_kin.viewer.panels import Control, Controls, Image, Streams, image_message, in_range, text
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import (
     ChangeCallback,
     Changes,
     Lead,
     MoveCallback,
-    Rows,
+    Row,
     Subscription,
     Target,
     Targets,
@@ -59,8 +59,6 @@ from nao_kin.viewer.shown_scene import (
 
 # A page sends its name with its messages, and gets the name back.
 _MAX_SOURCE = 64
-# The largest number of additional robots.
-_MAX_ROBOTS = 32
 # Pictures per second of a video.
 _MAX_FPS = 240.0
 
@@ -116,23 +114,22 @@ class Viewer(Guessing):
         self._allow_hosts, self._token = checked_names(allow_hosts), checked_token(token)
         self.host, self._port = host, port
         self._bridges = list[Bridge]()
-        if not isinstance(robot, RobotModel):
-            raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
         # The robots of the scene; the first one leads.
         self._look, self._numbers = SceneRobot(robot), itertools.count(1)
-        self._robots, self._rows = [self._look], Rows(self._look.reach)
+        self._robots, self._row = [self._look], Row(self._look.aside)
         self.robot, self.notes, self.light_names = robot, self._look.notes, self._look.light_names
         self.camera_names = tuple(self._look.cameras)
         # Held while the state and its message change: a page's messages arrive in another thread.
         self._messages, self._lock = RetainedMessages(), threading.RLock()
-        self._buttons, self._extras = Buttons(self._messages, self._lock), Extras(self._messages, self._lock)
+        self._buttons = Buttons(self._messages, self._lock)
+        self._shapes = NamedMessages(self._messages, "extra", "extras")
         # Sources and receivers of the robot's movements.
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
         self._camera_pose: Floats | None = None
         self._targets = Targets(self._messages, self._lock, self._changes)
         self._controls = Controls(self._messages, self._lock, self._changes)
-        self._images = Images(self._messages, self._lock, tuple(robot.semantics.cameras))
+        self._images = NamedMessages(self._messages, "image", "images", "cameras")
         self._streams = Streams(self._messages)
         self._send_robot(self._look)
         self._messages.scene_is_complete()
@@ -155,7 +152,7 @@ class Viewer(Guessing):
 
         A joint outside its limits is shown at its value and marked red, with one warning (`OutsideLimitsWarning`). A
         joint at zero causes no warning, because the neutral configuration of some robots, such as the NAO, is outside.
-        Values are not wrapped, and those beyond ±1e6 rad or m are refused.
+        Values are not wrapped.
 
         Args:
             q: one configuration, shape (nq,).
@@ -287,7 +284,6 @@ class Viewer(Guessing):
 
         Raises:
             NotARotation: the value is not a pose.
-            BadArgument: it is more than 10 km away.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -332,8 +328,6 @@ class Viewer(Guessing):
             >>> subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
             >>> subscription.remove()
         """
-        if not callable(callback):
-            raise BadArgument(f"on_change takes a function of q and joint names, got {quoted(callback)}")
         return self._changes.add(callback)
 
     @contextmanager
@@ -351,7 +345,7 @@ class Viewer(Guessing):
             >>> recording.q.shape[1]
             25
         """
-        rate = overlays.up_to(fps, "fps", 1000.0)
+        rate = overlays.positive(fps, "fps")
         with self._lock:
             recording = Recording(self.robot, self._q, rate)
             self._recordings.append(recording)
@@ -377,12 +371,10 @@ class Viewer(Guessing):
             robot: any robot, or a typed model of one.
             name: its name in the page, 1 to 200 characters; None for the robot's name.
             at: pose in the world of the ground on which it stands, shape (4, 4); the viewer's own robot stands at the
-                origin, x ahead, z up. None to place it to the right of the others, in rows of
-                eight.
+                origin, x ahead, z up. None to place it to the right of the others.
             opacity: above 0 and at most 1.
 
         Raises:
-            BadArgument: there are 32 robots already.
             NotARotation: `at` is not a pose.
             BadModel: the robot's URDF can no longer be read.
 
@@ -392,20 +384,16 @@ class Viewer(Guessing):
             >>> other = viewer.add_robot(nao, name="second")
             >>> other.display(nao.posture("Sit"))
         """
-        if not isinstance(robot, (RobotModel, MultiDofModel)):
-            raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
         model = robot.robot if isinstance(robot, MultiDofModel) else robot
         called = overlays.checked_name(model.name if name is None else name)
         share = overlays.checked_opacity(opacity)
-        if len(self._robots) > _MAX_ROBOTS:
-            raise BadArgument(f"at most {_MAX_ROBOTS} robots are added; remove some before {abbreviated(called)}")
         place = None if at is None else checked_pose(at)
         like = next((other for other in self._robots if other.robot.tree is model.tree), None)
         look = SceneRobot(model, next(self._numbers), like)
         with self._lock:
             self._send_robot(look, called, share)
             added = ShownRobot(self._messages, look, robot, called, self._forget)
-            added.place(self._rows.place(look.reach) if place is None else place)
+            added.place(self._row.place(look.aside) if place is None else place)
             self._robots.append(look)
             self._list_robots()
         return added
@@ -423,7 +411,7 @@ class Viewer(Guessing):
             for key in look.parts().keys() - set().union(*(other.parts() for other in self._robots)):
                 self._messages.drop(key)
             if len(self._robots) == 1:
-                self._rows = Rows(self._look.reach)
+                self._row = Row(self._look.aside)
             self._list_robots()
 
     def _list_robots(self) -> None:
@@ -476,7 +464,7 @@ class Viewer(Guessing):
             True
         """
         chosen = overlays.frame_names(self.robot, names)
-        length = None if size is None else overlays.checked_length(size, "size")
+        length = None if size is None else overlays.positive(size, "size")
         self._buttons.draw("frames", panel_message("frames", {"names": chosen, "size": length}), on=bool(chosen))
 
     def show_joint_axes(self, on: bool = True) -> None:
@@ -518,7 +506,7 @@ class Viewer(Guessing):
         configuration, and dragging a limb in a page removes them there.
 
         Args:
-            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; k = 0 removes all ghosts.
+            configurations: one, shape (nq,), or several, shape (k, nq); k = 0 removes all ghosts.
             opacity: opacity of the links, above 0 and at most 1.
             first: number of the first row in the legend, at least 0; 2 if the robot itself shows solution 1.
 
@@ -583,7 +571,6 @@ class Viewer(Guessing):
 
         Raises:
             NotARotation: T is not a pose.
-            BadArgument: there are 1000 targets already.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -612,9 +599,6 @@ class Viewer(Guessing):
         Returns:
             The button; its `value` is how often it was pressed.
 
-        Raises:
-            BadArgument: there are 100 controls already.
-
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
@@ -622,7 +606,7 @@ class Viewer(Guessing):
             >>> sit.value
             0
         """
-        return self._controls.button(name, on_click)
+        return self._controls.add(name, {"kind": "button"}, 0, lambda _: 0, on_click)
 
     def add_slider(
         self,
@@ -647,7 +631,7 @@ class Viewer(Guessing):
             unit: text behind the number.
 
         Raises:
-            BadArgument: low is not below high, or the value is outside; there are 100 controls already.
+            BadArgument: low is not below high, or the value is outside.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -658,7 +642,11 @@ class Viewer(Guessing):
             >>> depth.value
             0.0
         """
-        return self._controls.slider(name, low, high, value, on_change, unit)
+        ends = overlays.number(low, "low"), overlays.number(high, "high")
+        if not ends[0] < ends[1]:
+            raise BadArgument(f"a slider needs low < high, got {ends[0]:g} and {ends[1]:g}")
+        row = {"kind": "slider", "low": ends[0], "high": ends[1], "unit": text(unit)}
+        return self._controls.add(name, row, ends[0] if value is None else value, partial(in_range, ends), on_change)
 
     def add_select(
         self,
@@ -671,13 +659,13 @@ class Viewer(Guessing):
 
         Args:
             name: its name in the page, 1 to 200 characters.
-            options: different texts, 1 to 1000.
+            options: different texts.
             value: the option that is selected at first; None for the first one.
             on_change: called with the option that a user selects.
 
         Raises:
             UnknownName: the value is not an option.
-            BadArgument: an option twice; there are 100 controls already.
+            BadArgument: an option twice.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -685,25 +673,27 @@ class Viewer(Guessing):
             >>> side.value
             'left'
         """
-        return self._controls.select(name, options, value, on_change)
+        rows = [] if isinstance(options, str) else [overlays.checked_name(option) for option in options]
+        if not rows or len(set(rows)) < len(rows):
+            raise BadArgument(f"options must be different texts, got {quoted(options)}")
+        checked = partial(choice, valid=tuple(rows), what="option")
+        row = {"kind": "select", "options": rows}
+        return self._controls.add(name, row, rows[0] if value is None else value, checked, on_change)
 
     def add_text(self, name: str, value: str = "", on_change: Callable[[str], object] | None = None) -> Control:
         """Add a text to the panel of the page; a user can edit it if there is a function to call; as `add_slider`.
 
         Args:
             name: its name in the page, 1 to 200 characters.
-            value: the text, up to 10 000 characters.
+            value: the text.
             on_change: called with the text that a user has edited, after Enter or when the field loses the focus.
-
-        Raises:
-            BadArgument: the value is no text; there are 100 controls already.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> state = viewer.add_text("state", "ready")
             >>> state.value = "walking"
         """
-        return self._controls.text(name, value, on_change)
+        return self._controls.add(name, {"kind": "text", "edited": on_change is not None}, value, text, on_change)
 
     def show_image(self, camera: str, image: Image | None) -> None:
         """Show an image of a camera of the robot in the page, instead of the drawn view; None removes it.
@@ -714,7 +704,7 @@ class Viewer(Guessing):
         Args:
             camera: name of a camera of the robot, such as "CameraTop".
             image: red, green and blue, shape (h, w, 3), or grey, shape (h, w), of type uint8; or the bytes of a PNG or
-                JPEG file. At most 16 megapixels.
+                JPEG file.
 
         Raises:
             UnknownName: the robot has no such camera.
@@ -724,8 +714,16 @@ class Viewer(Guessing):
             >>> viewer.show_image("CameraTop", np.full((240, 320, 3), 128, np.uint8))
             >>> viewer.show_image("CameraTop", None)
         """
-        if self._images.show(camera, image):
-            self._buttons.press("eye", True)
+        choice(camera, self.robot.semantics.cameras, "camera")
+        message = None if image is None else image_message(camera, image)
+        with self._lock:
+            is_first = camera not in self._images.names
+            if message is None:
+                self._images.drop(camera)
+            else:
+                self._images.put(camera, message)
+                if is_first:
+                    self._buttons.press("eye", True)
 
     def plot(
         self, name: str, value: ArrayLike | Mapping[str, ArrayLike] | None, *, time: ArrayLike | None = None
@@ -744,7 +742,6 @@ class Viewer(Guessing):
 
         Raises:
             UnknownName: a line that the first mapping does not name.
-            BadArgument: there are 64 lines already.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -849,34 +846,6 @@ class Viewer(Guessing):
         """
         self._messages.put("lights", self._look.lights(colours))
 
-    def say(self, text: str) -> None:
-        """Show a speech bubble at the head until the next text; "" removes it.
-
-        The bubble is placed at the first link with "head" in its name, or else at the whole robot, and shows at most
-        280 characters. Screen readers read the text.
-
-        Examples:
-            >>> viewer = nk.Viewer(nk.load_nao())
-            >>> viewer.say("Hello")
-        """
-        if not isinstance(text, str):
-            raise BadArgument(f"text must be words to show, got {quoted(text)}")
-        self._messages.put("speech", panel_message("speech", {"text": text}))
-
-    def color_edition(self, name: str) -> None:
-        """Show a NAO's shells in the colour of an edition; meshes that are not this library's keep their colours.
-
-        Args:
-            name: "orange", "blue", "red" or "grey"; "" for the colours of the URDF.
-
-        Examples:
-            >>> viewer = nk.Viewer(nk.load_nao())
-            >>> viewer.color_edition("blue")
-        """
-        if not isinstance(name, str) or name:
-            choice(name, overlays.EDITIONS, "edition")
-        self._messages.put("edition", panel_message("edition", {"name": name}))
-
     # --- other shapes ---------------------------------------------------------------------------------------------
 
     def add_points(
@@ -892,14 +861,11 @@ class Viewer(Guessing):
 
         Args:
             name: name for `remove`, 1 to 200 characters.
-            points: shape (n, 3), up to two million and 10 km away [m].
+            points: shape (n, 3) [m].
             colors: red, green and blue from 0 to 1, shape (3,) for all or (n, 3) for each; None for blue.
             size: diameter of a point [m].
             frame: frame of the robot in which the points are given and with which they move; None for the world, with
                 its origin on the floor below the robot's root, z up.
-
-        Raises:
-            BadArgument: there are 1000 shapes already.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -928,7 +894,7 @@ class Viewer(Guessing):
             frame: as in `add_points`.
 
         Raises:
-            BadArgument: more than two million vertices or faces; the file cannot be read; 1000 shapes already.
+            BadArgument: the file cannot be read, or no triangle has an area.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -949,7 +915,7 @@ class Viewer(Guessing):
 
         Args:
             name: name for `remove`, 1 to 200 characters.
-            points: shape (n, 3) with n ≥ 2, up to 100 000 and 10 km away [m].
+            points: shape (n, 3) with n ≥ 2 [m].
             color: red, green and blue from 0 to 1, shape (3,); None for blue.
             width: its thickness [m].
             frame: as in `add_points`.
@@ -974,7 +940,7 @@ class Viewer(Guessing):
 
         Args:
             name: name for `remove`, 1 to 200 characters.
-            start: where it begins, shape (3,), up to 10 km away [m].
+            start: where it begins, shape (3,) [m].
             end: where its head ends, shape (3,) [m]; at `start` nothing is drawn.
             color: red, green and blue from 0 to 1, shape (3,); None for blue.
             width: thickness of its shaft [m]; the head is three times as wide.
@@ -995,7 +961,7 @@ class Viewer(Guessing):
         Args:
             name: name for `remove`, 1 to 200 characters.
             text: 1 to 200 characters on one line.
-            place: shape (3,), up to 10 km away [m].
+            place: shape (3,) [m].
             frame: as in `add_points`.
 
         Examples:
@@ -1012,7 +978,8 @@ class Viewer(Guessing):
             >>> viewer.add_points("path", [[0.2, 0.1, 0.1]])
             >>> viewer.remove("path")
         """
-        self._extras.remove(name)
+        with self._lock:
+            self._shapes.drop(choice(name, self._shapes.names, "shape"))
 
     # --- the live page --------------------------------------------------------------------------------------------
 
@@ -1130,7 +1097,9 @@ class Viewer(Guessing):
         atomic.check_writable(path, kind="png")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         self._streams.flush()
-        atomic.write_bytes(path, pictures.picture(self._messages, view, size, overlays.seconds(timeout)))
+        atomic.write_bytes(
+            path, pictures.draw(self._messages, "capture", {"camera": view}, size, overlays.seconds(timeout))
+        )
         return Path(path)
 
     def save_video(
@@ -1168,17 +1137,15 @@ class Viewer(Guessing):
                 video has more than 65 535 pictures or 1 GB.
             BadArgument: the viewer has no clip, the file exists or cannot be written, or it has another suffix.
         """
-        view, rate = self._view_from(camera), overlays.up_to(fps, "fps", _MAX_FPS)
-        if progress is not None and not callable(progress):
-            raise BadArgument(f"progress must be a function of two numbers, got {quoted(progress)}")
+        view, rate = self._view_from(camera), overlays.positive(fps, "fps", _MAX_FPS)
         atomic.check_writable(path, kind="video")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         if self._messages.get("clip") in (None, BLANKS["clip"]):
             raise BadArgument("the viewer has no clip to film; call animate first")
         self._streams.flush()
         form = "zip" if Path(path).suffix.lower() == ".zip" else "webm"
-        wait = overlays.seconds(timeout)
-        film = pictures.film(self._messages, view, size, wait, fps=rate, form=form, progress=progress)
+        request = {"camera": view, "fps": rate, "form": form}
+        film = pictures.draw(self._messages, "film", request, size, overlays.seconds(timeout), progress)
         atomic.write_bytes(path, film)
         return Path(path)
 
@@ -1285,7 +1252,8 @@ class Viewer(Guessing):
         if frame is not None:
             choice(frame, self.robot.frame_names, "frame")
         known = {"name": overlays.checked_name(name), "shape": shape, "frame": frame}
-        self._extras.add(name, panel_message("extra", {**known, **content}))
+        with self._lock:
+            self._shapes.put(name, panel_message("extra", {**known, **content}))
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
         # A page's change comes after the clip that it stops: pages that open later have the clip, but do not play it.

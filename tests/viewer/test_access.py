@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-import numpy as np
 import pytest
 from free_ports import free_port
 
@@ -253,13 +252,10 @@ def test_an_address_open_to_others_answers_to_numbers_and_to_the_machines_name(p
         ({"token": "short"}, "a token is 8 to 256"),
         ({"token": "with space and more"}, "a token is 8 to 256"),
         ({"token": "x" * 10_000}, "a token is 8 to 256"),
-        ({"token": 12345678}, "token must be text, True, False or None"),
         ({"allow_hosts": ["http://hub.example.org"]}, "without scheme"),
         ({"allow_hosts": ["hub.example.org:80"]}, "without scheme"),
         ({"allow_hosts": ["a b", ""]}, "without scheme"),
         ({"allow_hosts": ["x; script-src *"]}, "without scheme"),
-        ({"allow_hosts": 7}, "must be names"),
-        ({"allow_hosts": np.array(1.0)}, "must be names"),
         ({"allow_hosts": [None]}, "without scheme"),
     ],
 )

@@ -1,4 +1,4 @@
-"""A NAO's lights and words on their way to the page, without a browser: which shapes are lights, what is refused."""
+"""A NAO's lights on their way to the page, without a browser: which shapes are lights, what is refused."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from nao_kin.export.meshes import MESH_FOLDER
 from nao_kin.naoqi import VirtualNao, light_colours, spoken_words
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.viewer import Viewer
+from nao_kin.viewer.description import Drawable, robot_drawables
 from nao_kin.viewer.meshes import Mesh, pieces
-from nao_kin.viewer.scene import Drawable, robot_drawables
 
 EYES = [f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)]
 
@@ -162,8 +162,6 @@ def test_a_group_is_all_its_lights_and_a_light_beside_it_its_own(viewer: Viewer)
         ({"Chest": (255, 0, 0)}, BadArgument, r"colour of Chest must be red, green and blue from 0 to 1, got 0 to 255"),
         ({"Chest": (0.0, -0.1, 0.0)}, BadArgument, r"from 0 to 1, got -0.1 to 0"),
         ({"Chest": (0.0, np.nan, 0.0)}, NotFinite, r"colour of Chest"),
-        ([("Chest", (1, 1, 1))], BadArgument, r"lights are a mapping from names to colours, got list"),
-        (None, BadArgument, "got NoneType"),
     ],
 )
 def test_what_is_no_light_and_no_colour_is_refused(
@@ -175,21 +173,11 @@ def test_what_is_no_light_and_no_colour_is_refused(
     assert _colours(viewer) == {"RightFoot": [0.0, 0.5, 1.0]}
 
 
-def test_words_stay_until_others_come(viewer: Viewer) -> None:
-    for text in ("Hello!", "", "日本語 </script>"):
-        viewer.say(text)
-        assert _shown(viewer, "speech")["text"] == text
-    for bad in (None, 3, b"Hello", ["Hello"]):
-        with pytest.raises(BadArgument, match="text must be words to show, got "):
-            viewer.say(bad)  # type: ignore[arg-type]
-
-
 def test_the_same_lights_a_thousand_times_are_one_message(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
     sizes = set()
     for step in range(1000):
         viewer.show_lights({"Chest": (step / 1000.0, 0.0, 0.0)})
-        viewer.say(f"{step % 10}")
         sizes.add(sum(len(message) for message in viewer._messages.messages()))
     assert len(sizes) == 1
 
@@ -226,13 +214,13 @@ def test_tags_are_not_said(text: str, said: str) -> None:
     assert spoken_words(text) == said
 
 
-def test_the_live_page_follows_lights_and_words_when_they_change(nao: nk.NaoModel) -> None:
+def test_the_live_page_follows_lights_when_they_change(nao: nk.NaoModel) -> None:
     viewer, ended = Viewer(nk.load_nao(base="floating")), threading.Event()
     sent: list[str] = []
     viewer._messages.watch(sent.append)
 
     def newest(key: str) -> dict[str, Any]:
-        return umsgpack.unpackb(viewer._messages.get(key) or umsgpack.packb({"lights": [], "text": None}))
+        return umsgpack.unpackb(viewer._messages.get(key) or umsgpack.packb({"lights": []}))
 
     def rgb(name: str) -> list[float] | None:
         return next((light["rgb"] for light in newest("lights")["lights"] if light["name"] == name), None)
@@ -240,14 +228,10 @@ def test_the_live_page_follows_lights_and_words_when_they_change(nao: nk.NaoMode
     with VirtualNao(nao, stepped=True) as robot:
         thread = threading.Thread(target=follow, args=(robot, viewer, ended))
         thread.start()
-        assert until(lambda: rgb("LeftEye0") == [1.0, 1.0, 1.0] and newest("speech")["text"] == "")
+        assert until(lambda: rgb("LeftEye0") == [1.0, 1.0, 1.0])
         robot.call("ALLeds", "fadeRGB", "FaceLeds", "blue", 0.0)
         assert until(lambda: rgb("LeftEye0") == rgb("RightEye7") == [0.0, 0.0, 1.0])
         assert rgb("Chest") == [1.0, 1.0, 1.0]
-        robot.post("ALTextToSpeech", "say", r"\vct=80\Good morning")
-        assert until(lambda: newest("speech")["text"] == "Good morning")
-        robot.step(5.0)
-        assert until(lambda: newest("speech")["text"] == "")
         before = len(sent)
         time.sleep(0.3)
         assert len(sent) == before  # nothing new, nothing sent

@@ -19,7 +19,7 @@ from viewer_pages import made_of, read_png, until, visitor
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.viewer import MeshcatRobot
-from nao_kin.viewer.scene import link_paths
+from nao_kin.viewer.description import link_paths
 
 # Poses of nodes in the scene's own root, which has z up; null for a node that is not there.
 _POSES = """
@@ -224,7 +224,7 @@ def test_frames_are_drawn_where_they_are_move_along_and_go(scene: Scene, nao: nk
         assert all(np.abs(T[:3, 3] - middle).max() < 1e-6 for T, middle in zip(poses, middles, strict=True))
     shown.show_frames(["RArm"])
     assert until(lambda: scene.poses([drawn["LArm"]])[0] is None, 60.0)
-    shown.hide_frames()
+    shown.show_frames([])
     with pytest.raises(UnknownName, match="LArm"):
         shown.show_frames(["LArn"])
     assert not shown._frames
@@ -345,21 +345,14 @@ def test_romeo_is_drawn_and_its_missing_meshes_are_noted(nao: nk.NaoModel) -> No
     shown.display(romeo.posture("half_sitting"))
 
 
-def test_what_is_no_visualizer_robot_path_or_configuration_is_refused(nao: nk.NaoModel) -> None:
+def test_what_is_no_path_or_configuration_is_refused(nao: nk.NaoModel) -> None:
     visualizer = meshcat.Visualizer(window=_Window())
-    with pytest.raises(BadArgument, match="must be a RobotModel, got str"):
-        MeshcatRobot("nao", visualizer)  # type: ignore[arg-type]
-    with pytest.raises(BadArgument, match=r"must be a meshcat\.Visualizer, got str$"):
-        MeshcatRobot(nao, "tcp://127.0.0.1:6000")
-    pinocchio = type("MeshcatVisualizer", (), {"viewer": visualizer})()
-    with pytest.raises(BadArgument, match="got MeshcatVisualizer; its attribute viewer is one"):
-        MeshcatRobot(nao, pinocchio)
-    for path in ("", "/", "a//b", "/nao", None, "\ud800"):
+    for path in ("", "/", "a//b", "/nao", "\ud800"):
         with pytest.raises(BadArgument):
-            MeshcatRobot(nao, visualizer, path)  # type: ignore[arg-type]
+            MeshcatRobot(nao, visualizer, path)
     assert visualizer.window.commands == []
     shown = MeshcatRobot(nao, visualizer)
-    for q, error in ((np.zeros(24), WrongShape), (np.full(25, np.nan), NotFinite), (np.full(25, 1e7), BadArgument)):
+    for q, error in ((np.zeros(24), WrongShape), (np.full(25, np.nan), NotFinite)):
         with pytest.raises(error):
             shown.display(q)
     with pytest.raises(WrongShape):

@@ -12,7 +12,7 @@ import umsgpack
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.messages import BLANKS, KINDS
+from nao_kin.viewer.messages import BLANKS, KINDS, ROWS
 
 HANDLERS = Path(__file__).resolve().parents[2] / "web" / "src" / "messages.ts"
 # A handler: its kind, and the fields that it takes apart; none where it hands the whole message on.
@@ -42,9 +42,7 @@ def sent(nao: nk.NaoModel) -> dict[str, list[dict[str, object]]]:
     viewer.show_ghosts(nao.random(1, 2))
     viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
     viewer.color_links({"Head": 0.1, "torso": 0.2})
-    viewer.color_edition("blue")
     viewer.show_lights({"Chest": [1.0, 0.0, 0.0]})
-    viewer.say("Hello")
     viewer.show_reach(nk.reach.workspace(nao, "LArm", 200, voxel=0.1))
     viewer.add_points("points", [[0.0, 0.0, 0.1]])
     viewer.add_mesh("mesh", np.eye(3), [[0, 1, 2]])
@@ -74,6 +72,21 @@ def test_every_message_has_the_fields_of_its_kind(sent: dict[str, list[dict[str,
         written = [message.keys() - {"type", "kind"} for message in messages]
         assert all(needed <= fields <= known for fields in written), kind
         assert set[str]().union(*written) == known, kind
+
+
+def test_a_robot_is_described_by_the_rows_of_the_table(sent: dict[str, list[dict[str, object]]]) -> None:
+    def check(type_: str, value: object) -> None:
+        name = type_.removesuffix("[]")
+        if name not in ROWS:
+            return
+        for row in value if type_ != name else [value]:
+            fields = ROWS[name] | (ROWS["Driven"] if name == "JointAbout" else {})
+            assert row.keys() == fields.keys(), name
+            for field, kind in fields.items():
+                check(kind, row[field])
+
+    for message in sent["model"]:
+        check("About", message["about"])
 
 
 def test_the_page_takes_every_kind_of_message_and_no_fields_that_are_not_sent() -> None:

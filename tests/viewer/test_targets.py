@@ -13,6 +13,7 @@ from PIL import Image
 from viewer_pages import messages_of, until
 
 import nao_kin as nk
+from nao_kin._core.files import png
 from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.viewer import Target, panels
 
@@ -117,23 +118,19 @@ def test_a_target_of_the_same_name_replaces_the_old_one_and_marks_are_apart(view
 @pytest.mark.parametrize("shape", [(3, 5), (4, 7, 3)])
 def test_an_array_becomes_a_png_of_the_same_pixels(shape: tuple[int, ...]) -> None:
     pixels = np.random.default_rng(0).integers(0, 256, shape, dtype=np.uint8)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels.png_file(pixels)))), pixels)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(panels.png_file(pixels[::-1, ::-1])))), pixels[::-1, ::-1])
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(png(pixels)))), pixels)
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(png(pixels[::-1, ::-1])))), pixels[::-1, ::-1])
 
 
-@pytest.mark.parametrize("options", [{"format": "PNG"}, {"format": "JPEG"}, {"format": "JPEG", "progressive": True}])
-def test_files_are_passed_on_and_measured_by_their_headers(viewer: nk.Viewer, options: dict[str, Any]) -> None:
+@pytest.mark.parametrize("kind", ["png", "jpeg"])
+def test_files_are_passed_on(viewer: nk.Viewer, kind: str) -> None:
     file = io.BytesIO()
-    Image.new("RGB", (40, 30), "red").save(file, **options, **({"dpi": (72, 72)} if "JPEG" in options.values() else {}))
+    Image.new("RGB", (40, 30), "red").save(file, kind)
     viewer.show_image("CameraTop", file.getvalue())
     (message,) = _shown(viewer, "image")
-    assert message["format"] == f"image/{options['format'].lower()}"
+    assert message["format"] == f"image/{kind}"
     assert message["data"].data == file.getvalue()
     assert viewer.shown["eye"]
-    large = io.BytesIO()
-    Image.new("L", (5000, 4000)).save(large, **options)
-    with pytest.raises(BadArgument, match="5000 × 4000 pixels; at most 16 megapixels"):
-        viewer.show_image("CameraTop", large.getvalue())
     viewer.show_image("CameraTop", None)
     viewer.show_image("CameraTop", None)
     assert _shown(viewer, "image") == []
@@ -235,25 +232,17 @@ def test_margins_of_the_balance_come_with_their_clip_and_go_with_it(viewer: nk.V
         (lambda v: v.add_target("a", [1.0, 2.0]), WrongShape, r"\(3,\) or \(4, 4\)"),
         (lambda v: v.add_target("a", np.diag([1.0, 1.0, -1.0, 1.0])), NotARotation, "rotation"),
         (lambda v: v.add_target("a", [np.nan, 0.0, 0.0]), NotFinite, "T must be finite"),
-        (lambda v: v.add_target("a", [1e9, 0.0, 0.0]), BadArgument, "is 1e[+]09 m away"),
         (lambda v: v.add_target("", [0.0, 0.0, 0.0]), BadArgument, "1 to 200 characters"),
-        (lambda v: v.add_target("a", [0.0, 0.0, 0.0], on_move=3), BadArgument, "on_move must be a function"),
-        (lambda v: v.show_targets({str(i): np.zeros(3) for i in range(1001)}), BadArgument, "at most 1000 targets"),
         (lambda v: v.show_image("CameraTpo", None), UnknownName, "nearest: CameraTop"),
         (lambda v: v.show_image("CameraTop", np.zeros((2, 2, 4), np.uint8)), WrongShape, r"\(h, w, 3\) or \(h, w\)"),
         (lambda v: v.show_image("CameraTop", np.zeros((2, 2))), BadArgument, "uint8"),
-        (lambda v: v.show_image("CameraTop", np.zeros((0, 2), np.uint8)), BadArgument, "empty"),
-        (lambda v: v.show_image("CameraTop", np.zeros((4001, 4000), np.uint8)), BadArgument, "16 megapixels"),
+        (lambda v: v.show_image("CameraTop", np.zeros((0, 2), np.uint8)), WrongShape, "image"),
         (lambda v: v.show_image("CameraTop", b"GIF89a"), BadArgument, "PNG or JPEG"),
-        (lambda v: v.show_image("CameraTop", b"\xff\xd8\xff\xe0\x00\x00"), BadArgument, "PNG or JPEG"),
-        (lambda v: v.show_image("CameraTop", "top.png"), BadArgument, "PNG or JPEG"),
+        (lambda v: v.show_image("CameraTop", "top.png"), WrongShape, "image"),
         (lambda v: v.plot("a", np.nan), NotFinite, "finite"),
         (lambda v: v.plot("a", 1.0, time=np.inf), NotFinite, "time must be finite"),
         (lambda v: v.plot("a", [1.0, 2.0]), WrongShape, "value"),
         (lambda v: v.plot("a", {}), BadArgument, "no values"),
-        (lambda v: v.plot("a", 1e200), BadArgument, "up to 1e[+]150"),
-        (lambda v: v.plot(3, 1.0), BadArgument, "1 to 200 characters"),
-        (lambda v: v.plot("a", {f"line {i}": i for i in range(65)}), BadArgument, "at most 64 lines"),
         (lambda v: v.plot("a", None), UnknownName, "unknown plot"),
         (lambda v: (v.plot("a", {"x": 1.0}), v.plot("a", {"y": 1.0})), UnknownName, "unknown line 'y'"),
     ],

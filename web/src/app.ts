@@ -25,7 +25,6 @@ import { Lights, type LinkColours } from "./scene/link_colours.ts";
 import { Frames, JointAxes } from "./scene/marks.ts";
 import { OtherRobots } from "./scene/other_robots.ts";
 import { Reach } from "./scene/reach.ts";
-import { Speech } from "./scene/speech.ts";
 import { Studio } from "./scene/studio.ts";
 import { Stance } from "./stance.ts";
 import { Player } from "./timeline/player.ts";
@@ -58,7 +57,6 @@ export class App extends EventTarget {
   labels!: Labels;
   eyes!: Eyes;
   menu!: ViewMenu;
-  speech!: Speech;
   reach!: Reach;
   pick!: Pick;
   controls!: Controls;
@@ -123,7 +121,6 @@ export class App extends EventTarget {
     this.balance = new Balance(this);
     this.collisions = new Collisions(this);
     this.lights = new Lights(this.robot, this.colours);
-    this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);
     this.controls = new Controls(this);
     this.panel = new Panel(this, byId("panel"));
@@ -203,13 +200,6 @@ export class App extends EventTarget {
   chooseFrames({ names, size }: Received["frames"]) {
     Object.assign(this.frames, { names, size: size ?? this.frames.size });
     this.show({ frames: names.length > 0 });
-  }
-
-  /** @param name one of the editions, or "" for the robot's own colours */
-  setEdition(name: string) {
-    this.colours.setEdition(name);
-    this.menu.refresh();
-    this.viewer.set_dirty();
   }
 
   /** @param to a preset, or a pose like `cameraPose` */

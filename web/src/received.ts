@@ -1,6 +1,7 @@
 // Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
 
-import type { About, Control, Vector } from "./types.ts";
+import type { Vector } from "./math/rotations.ts";
+import type { Control } from "./types.ts";
 
 /** The contents of each kind of message from Python. */
 export interface Received {
@@ -35,9 +36,7 @@ export interface Received {
     low: string;
     high: string;
   };
-  edition: { name: string };
   lights: { lights: { name: string; rgb: Vector }[] };
-  speech: { text: string };
   reach: {
     cells: Uint16Array | null;
     values?: Uint16Array;
@@ -81,3 +80,56 @@ export interface Received {
   version: { version: string };
   complete: object;
 }
+
+export type About = {
+  name: string;
+  floating: boolean;
+  root: string;
+  soles: Sole[];
+  notes: string[];
+  links: Link[];
+  places: Place[];
+  shapes: ShapeAbout[];
+  joints: JointAbout[];
+  coordinates: Coordinate[];
+  tables: CoupledLimits[];
+  chains: Chain[];
+  postures: Posture[];
+  mirror: Mirrored[];
+  naoqi: string[];
+  neutral: number[];
+  frames: Frame[];
+  effectors: string[];
+  bodies: Body[];
+  cameras: Camera[];
+  eyes: Eye[];
+};
+export type Sole = { link: number; corners: number[] };
+export type Link = { name: string; path: string[] };
+export type Place = { path: string[]; matrix: number[] };
+export type ShapeAbout = {
+  link: number;
+  geometry: string;
+  matrix: number[];
+  colour: number;
+  opacity: number;
+  light: string;
+};
+export type Driven = { name: string; column: number; multiplier: number; offset: number; follows: string };
+export type JointAbout = { link: number; slides: boolean; axis: Vector; pair: string; group: number } & Driven;
+export type Coordinate = {
+  joint: string;
+  column: number;
+  lower: number | null;
+  upper: number | null;
+  velocity: number | null;
+  unit: string;
+};
+export type CoupledLimits = { joint: number; of: number; at: number[]; lower: number[]; upper: number[] };
+export type Chain = { title: string; joints: Driven[] };
+export type Posture = { name: string; q: number[]; up: Vector | null };
+export type Mirrored = { column: number; of: number; multiplier: number; offset: number };
+export type Frame = { name: string; link: number };
+export type Body = { link: number; mass: number; centre: Vector; size: Vector; matrix: number[] };
+export type Camera = { name: string; direction: Vector; links: number[] };
+export type Eye = { name: string; link: number; horizontal: number | null; vertical: number | null };

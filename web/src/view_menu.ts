@@ -5,11 +5,10 @@ import { saveScreenshot } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { entry } from "./scene/legend.ts";
-import { chainColours, EDITIONS } from "./scene/link_colours.ts";
+import { chainColours } from "./scene/link_colours.ts";
 
 /** The View menu: frames, transparency, colours, ghosts, pictures and videos. */
 export class ViewMenu {
-  edition = element("select");
   /** Length of the arrows, as the power of two by which the usual one is multiplied. */
   size = slider([-2, 2, 0.1], 0, (power) => {
     const { names, usual } = this.page.frames;
@@ -53,7 +52,6 @@ export class ViewMenu {
     const { frames, toggles } = this.page;
     const names = new Set(toggles.shown.frames ? frames.names : []);
     for (const [name, box] of this.boxes) box.checked = names.has(name);
-    this.edition.value = this.page.colours.edition;
     this.size.show(Math.log2((frames.size ?? frames.usual) / frames.usual));
   }
 
@@ -97,12 +95,7 @@ export class ViewMenu {
     const refresh = () => (remove.hidden = page.ghosts.copies.length === 0);
     page.addEventListener("shown", refresh);
     refresh();
-    this.edition.add(new Option("original", ""));
-    for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
-    this.edition.onchange = () => page.setEdition(this.edition.value);
-    const edition = field("Edition", this.edition);
-    edition.hidden = !page.robot.meshes.some(({ accent }) => accent);
-    return section("Robot", field("Opacity", opacity.input), edition, row(keep, remove));
+    return section("Robot", field("Opacity", opacity.input), row(keep, remove));
   }
 
   pictures() {

@@ -65,7 +65,6 @@ test("a file that is no motion is refused in one line that says where", () => {
     ["time,HeadYaw\n0,0\n0,1\n", /^line 3: time 0 s does not come after 0 s/],
     ["time,HeadYaw\n0,0,3\n", /^line 2: 3 values/],
     ["time,HeadYaw\n0,1e999\n", /^line 2, column 2/],
-    ["time,HeadYaw\n0,0\n1,1e300\n", /^"HeadYaw" is 1e\+300, which is too large for a joint value/],
     ["time,HeadYaw\n,1\n", /^line 2: a row without a time/],
     ["time,HeadYaw [mile]\n0,1\n", /^line 1, column 2: unit "mile"/],
     ["HeadYaw\n1\n", /^line 1: 0 columns of times/],

@@ -31,7 +31,6 @@ ON_SCREEN = """([frame, by]) => {
 DISTANCE = "() => naoKin.viewer.camera.position.distanceTo(naoKin.viewer.controls.target)"
 CAMERA = "() => naoKin.drag.camera.matrixWorld.elements"
 ROOT = "() => naoKin.robot.root.matrixWorld.elements"
-LEG = ("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll")
 
 
 def on_screen(page: Page, frame: str, by: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
@@ -114,36 +113,6 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize(
-    ("camera", "frame", "by"),
-    [
-        ("three-quarter", "LArm", (250, 0)),
-        ("three-quarter", "LArm", (0, 200)),
-        ("side", "LArm", (-250, 0)),
-        ("three-quarter", "RArm", (-250, 0)),
-    ],
-)
-def test_an_arm_dragged_past_its_reach_goes_on_from_where_it_is(
-    page: Page, camera: str, frame: str, by: tuple[int, int]
-) -> None:
-    page.tab.get_by_role("button", name=camera, exact=True).click()
-    start, before, lines = on_screen(page, frame), page.q, set()
-    page.tab.mouse.move(*start)
-    page.tab.mouse.down()
-    for share in np.linspace(0, 1, 25)[1:]:
-        page.tab.mouse.move(*(start + share * np.array(by)))
-        q = page.q
-        assert np.abs(q - before).max() < 1.5  # a stretched arm may turn about itself
-        before = q
-        lines.add(said(page))
-    assert any("out of reach by" in line for line in lines)
-    # And back to where it was, which no step may have lost.
-    page.tab.mouse.move(*start, steps=24)
-    assert np.abs(on_screen(page, frame) - start).max() < 0.2
-    page.tab.mouse.up()
-
-
 @pytest.mark.parametrize("frame", ["LArm", "CameraTop", *full("LLeg", "RLeg")])
 def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
     rng = np.random.default_rng(4)
@@ -190,33 +159,6 @@ def test_a_foot_stops_at_the_floor(page: Page, nao: nk.NaoModel) -> None:
     assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=2e-4)
     assert said(page).startswith("LLeg: stands on the floor")
     page.tab.mouse.up()
-
-
-def test_balance_needs_no_new_shaders_with_each_step_of_a_drag(page: Page) -> None:
-    page.draw(True)  # shaders are made for what is drawn
-    page.run("""() => {
-        window.linked = 0;
-        const own = naoKin.viewer.renderer.getContext().linkProgram;
-        naoKin.viewer.renderer.getContext().linkProgram = function (...values) {
-            window.linked += 1;
-            return own.apply(this, values);
-        };
-        naoKin.show({ com: true, support: true });
-    }""")
-    place = drag(page, "LLeg", (10, -30))
-    for _ in range(2):
-        page.run("() => naoKin.viewer.render()")
-    before = page.run("() => window.linked")
-    assert before > 0
-    for _ in range(4):
-        place += np.array((2, -4))
-        page.tab.mouse.move(*place)
-        page.run("() => naoKin.viewer.render()")
-    assert page.run("() => window.linked") == before
-    page.tab.mouse.up()
-    page.run("() => { delete naoKin.viewer.renderer.getContext().linkProgram; }")
-    page.run("() => naoKin.show({ com: false, support: false })")
-    page.draw(False)
 
 
 # The place of a ring's point on the screen, so far round about its axis.
@@ -605,32 +547,6 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         assert (0, "LThigh") in assert_drawn_where_they_differ(page, nao, found.solutions)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("size", [(400, 800), (400, 640)])
-def test_on_a_narrow_page_neither_legend_nor_line_covers_the_robot(
-    browser: Any, nao: nk.NaoModel, tmp_path: Path, size: tuple[int, int]
-) -> None:
-    q = nao.posture("StandInit")
-    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=q, limits="ignore")
-    viewer = Viewer(nao)
-    viewer.display(q)
-    viewer.show_ghosts(found.solutions[1:], first=2)
-    with opened(browser, viewer.save_html(tmp_path / "narrow.html"), size) as page:
-        pane = page.tab.locator("#pane").bounding_box()
-        legend = page.tab.locator("#legend").bounding_box()
-        assert legend["y"] >= pane["y"] + pane["height"]
-        assert page.run("() => naoKin.viewer.renderer.domElement.clientHeight") == round(pane["height"])
-        for frame in ("LArm", "RArm", "LLeg", "RLeg"):
-            x, y = on_screen(page, frame)
-            assert 0 < x < pane["width"]
-            assert 0 < y < pane["height"]
-        drag(page, "LArm", (120, 0))
-        assert said(page)
-        line = page.tab.locator("#drag").bounding_box()
-        assert line["y"] >= legend["y"] + legend["height"]
-        page.tab.mouse.up()
-
-
 def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
         viewer.show_ghosts(nao.random(3, 2))
@@ -712,8 +628,6 @@ def test_ghosts_that_are_no_configurations_are_refused(nao: nk.NaoModel) -> None
         viewer.show_ghosts(np.zeros((2, 24)))
     with pytest.raises(NotFinite):
         viewer.show_ghosts(np.full((1, 25), np.nan))
-    with pytest.raises(BadArgument, match="at most 64 ghosts are drawn, got 65"):
-        viewer.show_ghosts(np.zeros((65, 25)))
     for opacity in (0.0, 1.1, -1.0):
         with pytest.raises(BadArgument, match="opacity must be above 0"):
             viewer.show_ghosts(nao.random(1, 2), opacity=opacity)

@@ -103,18 +103,6 @@ def test_every_axis_cuts_where_the_slider_stands_and_either_side_can_be_seen(pag
         page.tab.get_by_title("Show the other side").click()
 
 
-def test_keys_move_the_cut_from_end_to_end(page: Page, reach: ReachMap) -> None:
-    choose(page, "z")
-    slider(page).focus()
-    page.tab.keyboard.press("End")
-    assert len(page.run(DRAWN)) == len(reach.count)
-    page.tab.keyboard.press("Home")
-    assert page.run(DRAWN) == []
-    for _ in range(4):
-        page.tab.keyboard.press("PageUp")
-    assert 0 < len(page.run(DRAWN)) < len(reach.count)
-
-
 def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page: Page, reach: ReachMap) -> None:
     middle = int(np.argmin(np.abs(reach.best - (reach.best.min() + reach.best.max()) / 2)))
     for i, expected, within in (
@@ -129,35 +117,9 @@ def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page:
         assert sum(page.run(COLOUR, reach.centres[i].tolist())) < 0.95 * sum(expected)
 
 
-@pytest.mark.full
-def test_a_cut_has_the_colours_of_the_legend(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.show_reach(workspace(nao, "LArm", 1, voxel=0.1), by="count", cut=("z", 9.0))
-    with opened(browser, viewer.save_html(tmp_path / "a.html"), draws=True) as page:
-        legend = page.run("() => naoKin.reach.voxels[0].colour.clone().convertLinearToSRGB().toArray()")
-        page.tab.get_by_role("button", name="three-quarter", exact=True).click()
-        page.tab.wait_for_timeout(300)  # for the picture at rest
-        seen = np.abs(page.picture() / 255.0 - legend).max(axis=2) < 0.01
-        assert seen.sum() > 100
-
-
 def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:
     text = " ".join(page.tab.locator("#legend").inner_text().split())
     assert text == f"LArm: best manipulability {reach.best.min():.3g} {reach.best.max():.3g}"
-
-
-@pytest.mark.full
-def test_a_cut_changes_the_picture(browser: Any, nao: nk.NaoModel, reach: ReachMap, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.show_reach(reach)
-    with opened(browser, viewer.save_html(tmp_path / "a.html"), draws=True) as page:
-        slider(page).focus()
-        page.tab.keyboard.press("End")
-        page.animation_frames(2)
-        whole = page.picture()
-        page.tab.keyboard.press("Home")
-        page.animation_frames(2)
-        assert np.mean(np.abs(page.picture().astype(int) - whole).max(axis=-1) > 30) > 0.05
 
 
 @pytest.mark.full
@@ -215,17 +177,14 @@ def test_a_map_without_differences_is_shown_too(nao: nk.NaoModel) -> None:
 def test_what_cannot_be_shown_is_refused(nao: nk.NaoModel, reach: ReachMap) -> None:
     viewer = Viewer(nao)
     before = viewer.static_html()
-    with pytest.raises(BadArgument, match="show_reach takes a reach map, got int"):
-        viewer.show_reach(3)  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="number of a voxel 'worst'"):
         viewer.show_reach(reach, by="worst")
     with pytest.raises(BadArgument, match="is of nao_v5, and the viewer shows nao_v6"):
         viewer.show_reach(replace(reach, settings=replace(reach.settings, robot="nao_v5")))
     with pytest.raises(UnknownName, match="unknown frame 'Nowhere'"):
         viewer.show_reach(replace(reach, settings=replace(reach.settings, reference="Nowhere")))
-    for cut in (("a", 0.1), "x", ("x",), 3):
-        with pytest.raises(BadArgument, match="cut must be an axis"):
-            viewer.show_reach(reach, cut=cut)  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="axis"):
+        viewer.show_reach(reach, cut=("a", 0.1))
     with pytest.raises(NotFinite, match="cut"):
         viewer.show_reach(reach, cut=("x", float("nan")))
     nothing = {name: getattr(reach, name)[:0] for name in nk.reach.reach_map.ROW_ARRAYS}

@@ -161,65 +161,6 @@ def test_a_movement_is_drawn_fast_and_then_once_at_its_best(page: Page) -> None:
     assert page.run("() => [pictures.fine, pictures.fast]") == [best, page.run("() => pictures.fast")]
 
 
-def test_the_picture_at_rest_is_drawn_once_though_something_else_asked_for_it(page: Page) -> None:
-    _rest(page)
-    _orbit(page, 3)
-    # The first frame after the movement comes from what does not move, such as the mark on a link, and is at its best.
-    page.run("() => { naoKin.studio.quality.changedAt -= 200; naoKin.viewer.set_dirty(); }")
-    _rest(page)
-    drawn = page.run("() => naoKin.drawn")
-    page.tab.wait_for_timeout(400)
-    assert page.run("() => naoKin.drawn") == drawn
-
-
-@pytest.mark.full
-def test_a_tap_on_the_view_or_on_a_posture_is_never_drawn_fast(page: Page) -> None:
-    _rest(page)
-    page.tab.wait_for_timeout(1100)
-    page.run("() => Object.assign(pictures, { fine: 0, fast: 0 })")
-    page.tab.mouse.click(60, 150)
-    page.tab.wait_for_timeout(300)
-    _click(page, "Crouch")
-    page.tab.wait_for_function("() => pictures.fine >= 1")
-    page.tab.wait_for_timeout(400)
-    assert page.run("() => pictures.fast") == 0
-
-
-@pytest.mark.full
-def test_two_seconds_at_60_hertz_leave_nothing_behind(shared: Page, nao: nk.NaoModel) -> None:
-    page = shared
-    page.reset(nao.posture("StandInit"), (320, 240))
-    page.run("() => naoKin.show({ frames: true, axes: true, com: true, support: true, eye: true })")
-    qs = nao.random(3, 30)
-    held = """() => {
-        const { info } = naoKin.viewer.renderer;
-        let nodes = 0;
-        naoKin.viewer.scene.traverse(() => (nodes += 1));
-        return [info.memory.geometries, info.memory.textures, info.programs.length, nodes];
-    }"""
-    play = """(qs) => new Promise((done) => {
-        let frame = 0;
-        const step = () => {
-            if (frame === 4 * qs.length) return done();
-            naoKin.set(qs[frame++ % qs.length]);
-            naoKin.settle();
-            if (frame % 10 === 0) naoKin.viewer.render();
-            requestAnimationFrame(step);
-        };
-        step();
-    })"""
-    page.run(play, qs[:5].tolist())
-    page.tab.wait_for_function("() => !naoKin.studio.quality.moving")
-    page.animation_frames(3)
-    before = page.run(held)
-    page.run(play, qs.tolist())
-    page.tab.wait_for_function("() => !naoKin.studio.quality.moving")
-    page.animation_frames(3)
-    after = page.run(held)
-    # What touches the floor may have no hull in one of the configurations.
-    assert np.abs(np.array(after) - before).max() <= 2
-
-
 @pytest.mark.full
 def test_the_picture_of_a_movement_looks_like_the_one_at_rest(drawn: Page) -> None:
     drawn.run("() => naoKin.show({ handles: false })")
@@ -298,34 +239,6 @@ def test_a_slider_sets_the_length_of_the_triads(page: Page) -> None:
     _close_menu(page)
 
 
-def test_no_label_covers_another(page: Page, nao: nk.NaoModel) -> None:
-    page.set(nao.posture("StandInit"))
-    page.run("(names) => naoKin.chooseFrames({ names, size: null })", list(nao.frame_names))
-    labels = list(_labels(page).values())
-    pane = page.tab.locator("#pane").bounding_box()
-    assert len(labels) > 12
-    # Of so many frames those close to the camera have their names, and close to their places.
-    far = """() => {
-        const { labels } = naoKin;
-        const all = labels.owners.get(naoKin.frames);
-        const depth = (some) => some.reduce((sum, { depth }) => sum + depth, 0) / some.length;
-        const shown = all.filter(({ text }) => labels.shown.some((one) => one.text === text));
-        return [depth(shown) < depth(all), Math.max(...labels.shown.map(({ text, at }) => {
-            const { anchor } = all.find((one) => one.text === text);
-            return Math.abs(anchor.y - at.y - at.height / 2);
-        }))];
-    }"""
-    nearest, distance = page.run(far)
-    assert nearest
-    assert distance < 40
-    for i, (x, y, width, height) in enumerate(labels):
-        assert 0 <= x <= x + width <= pane["width"]
-        assert 0 <= y <= y + height <= pane["height"]
-        for ox, oy, other_width, other_height in labels[i + 1 :]:
-            assert x + width <= ox or ox + other_width <= x or y + height <= oy or oy + other_height <= y
-    page.run("() => naoKin.chooseFrames({ names: [], size: null })")
-
-
 def test_joint_axes_are_named_with_their_pair_once(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandZero"))
     page.switch("Joint axes")
@@ -394,28 +307,6 @@ def test_each_version_has_the_field_of_view_of_its_cameras() -> None:
 def test_a_field_of_view_is_two_angles_below_half_a_turn(angles: Any) -> None:
     with pytest.raises(BadArgument, match="field of view"):
         Semantics(cameras=("camera",), fields_of_view={"camera": angles})
-
-
-@pytest.mark.full
-def test_the_camera_sees_a_floor_and_a_football(drawn: Page) -> None:
-    drawn.switch("Camera view")
-    for name in ("CameraTop", "CameraBottom"):
-        drawn.tab.get_by_label("Camera of the robot").select_option(name)
-        drawn.animation_frames(3)
-        seen = read_png(drawn.tab.locator("#eye .sight").screenshot()).astype(int)[4:-4, 4:-4]
-        # Black and white patches of the ball, and lines on the floor around it.
-        x, y, _ = drawn.run(
-            "() => naoKin.eyes.ball.getWorldPosition(new MeshCat.THREE.Vector3()).project(naoKin.eyes.camera).toArray()"
-        )
-        row, column = (0.5 - 0.5 * y) * seen.shape[0], (0.5 + 0.5 * x) * seen.shape[1]
-        ball = seen[max(0, int(row) - 8) : int(row) + 9, int(column) - 8 : int(column) + 9].mean(axis=2)
-        assert ball.min() < 90, name
-        assert ball.max() > 190, name
-        floor = seen[int(0.75 * len(seen)) :, :40].mean(axis=2)
-        assert np.ptp(floor) > 15, name
-        assert floor.mean() < 235, name
-    drawn.switch("Camera view")
-    assert not drawn.run("() => naoKin.eyes.ball.visible")
 
 
 def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(page: Page, nao: nk.NaoModel) -> None:
@@ -612,21 +503,6 @@ def test_the_robot_becomes_transparent_and_solid_again(page: Page) -> None:
     _close_menu(page)
 
 
-def test_an_edition_recolours_the_accents_and_nothing_else(page: Page, nao: nk.NaoModel) -> None:
-    page.set(nao.posture("StandInit"))
-    colours = "() => naoKin.robot.meshes.map(({ mesh }) => mesh.material.color.getHexString())"
-    accents = "() => naoKin.robot.meshes.map(({ accent }) => accent)"
-    own, is_accent = page.run(colours), page.run(accents)
-    assert 5 <= sum(is_accent) < len(is_accent) / 3
-    _open_menu(page)
-    page.tab.get_by_label("Edition", exact=True).select_option("blue")
-    blue = page.run(colours)
-    assert [a != b for a, b in zip(own, blue, strict=True)] == is_accent
-    page.run("() => naoKin.receive({ kind: 'edition', name: '__proto__' })")
-    assert page.run(colours) == own
-    _close_menu(page)
-
-
 def test_high_contrast_is_black_on_white(page: Page) -> None:
     colours = "() => ['--ink', '--sky'].map((it) => getComputedStyle(document.documentElement).getPropertyValue(it))"
     _open_menu(page)
@@ -635,43 +511,6 @@ def test_high_contrast_is_black_on_white(page: Page) -> None:
     _click(page, "High contrast")
     assert page.run(colours)[0] not in ("rgb(0, 0, 0)", "")
     _close_menu(page)
-
-
-def test_the_buttons_over_the_picture_are_one_row_at_any_width(page: Page) -> None:
-    tab = page.tab
-    for size in ((1400, 900), (1280, 800), (900, 600), (700, 900), (390, 844), (320, 568)):
-        tab.set_viewport_size({"width": size[0], "height": size[1]})
-        boxes = [box.bounding_box() for box in tab.locator("#cameras, .view-menu > summary, #fold").all()]
-        assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes), size
-        # Nothing of the bar under the picture is over it.
-        pane, foot = (tab.locator(where).bounding_box() for where in ("#pane", "#foot"))
-        assert pane["y"] + pane["height"] <= foot["y"] + 0.5, size
-        assert foot["y"] + foot["height"] <= size[1], size
-    # A camera that is beside the edge of a phone is reached by the arrow keys.
-    tab.locator("#cameras").get_by_role("button", name="front").focus()
-    for _ in range(4):
-        tab.keyboard.press("ArrowRight")
-    tab.keyboard.press("Enter")
-    assert tab.evaluate("() => naoKin.view") == "feet"
-    row, button = (tab.locator(where).bounding_box() for where in ("#cameras", "#cameras :focus"))
-    assert row["x"] <= button["x"]
-    assert button["x"] + button["width"] <= row["x"] + row["width"] + 1.0
-    # The menu is inside the window, and scrolls to all of its buttons.
-    tab.locator(".view-menu > summary").click()
-    for width, height in ((1280, 800), (650, 620), (667, 375), (500, 400), (390, 844), (320, 568)):
-        tab.set_viewport_size({"width": width, "height": height})
-        page.animation_frames(2)
-        opener, sheet = (tab.locator(what).bounding_box() for what in (".view-menu > summary", ".view-menu .sheet"))
-        assert 0.0 <= sheet["x"] <= width - sheet["width"], (width, height)
-        assert opener["y"] + opener["height"] <= sheet["y"], (width, height)
-        assert sheet["y"] + sheet["height"] <= height, (width, height)
-        for name in ("Centre of mass", "Picture 2×"):
-            tab.get_by_role("button", name=name, exact=True).click(trial=True, timeout=5000)
-    tab.set_viewport_size({"width": 1280, "height": 800})
-    tab.get_by_role("button", name="Support", exact=True).click()
-    assert tab.evaluate("() => naoKin.toggles.shown.support")
-    tab.mouse.click(20, 400)
-    assert not tab.locator(".view-menu .sheet").is_visible()
 
 
 @pytest.mark.full
@@ -756,21 +595,6 @@ def test_a_page_says_that_it_loads_before_its_scripts_are_there(browser: Any, do
 
 
 # --- pictures and films ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.full
-def test_a_picture_is_saved_at_twice_the_size(drawn: Page, tmp_path: Path) -> None:
-    drawn.run("() => naoKin.show({ frames: true })")
-    width, height = drawn.run("() => { const { pane } = naoKin; return [pane.clientWidth, pane.clientHeight]; }")
-    _open_menu(drawn)
-    with drawn.tab.expect_download() as saved:
-        _click(drawn, "Picture 2×")
-    assert saved.value.suggested_filename == "nao_v6.png"
-    saved.value.save_as(tmp_path / "nao.png")
-    picture = read_png((tmp_path / "nao.png").read_bytes())
-    assert picture.shape[:2] == (2 * height, 2 * width)
-    assert np.ptp(picture.mean(axis=2)) > 150
-    assert drawn.run("() => naoKin.viewer.renderer.domElement.clientWidth") == width
 
 
 # Keep the place of the first label in the next picture that is saved, where labels have another size than in the page.

@@ -14,7 +14,7 @@ from viewer_pages import Page, messages_of, opened
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, WrongShape, ZeroNorm
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.scene import robot_drawables
+from nao_kin.viewer.description import robot_drawables
 
 
 def _set_down(page: Page, q: np.ndarray) -> np.ndarray:
@@ -119,17 +119,6 @@ def test_near_and_far_from_postures_the_page_reads_as_the_library(page: Page, na
 
 
 @pytest.mark.full
-def test_a_robot_on_its_back_still_lies_there_when_an_arm_moves(page: Page, nao: nk.NaoModel) -> None:
-    angles = nao.angles(nao.posture("LyingBack"))
-    for joint, values in (("LShoulderPitch", (-1.5, 0.0, 1.0)), ("RShoulderRoll", (-1.2, -0.4)), ("HeadYaw", (1.0,))):
-        for value in values:
-            q = nao.configuration(angles | {joint: value}, limits="ignore")
-            T = _set_down(page, q)
-            assert T[2, 0] > 0.8, (joint, value)
-            assert _rests(nao, q, T), (joint, value)
-
-
-@pytest.mark.full
 def test_a_robot_on_the_floor_rests_wherever_its_joints_are(page: Page, nao: nk.NaoModel) -> None:
     rested = 0
     for q in nao.random(3, 60):
@@ -230,17 +219,6 @@ def test_a_posture_rests_as_ever_after_the_robot_was_made_to_fall_in_the_page(br
 def _scrub(page: Page, key: str) -> None:
     page.tab.get_by_label("Time").focus()
     page.tab.keyboard.press(key)
-
-
-@pytest.mark.full
-def test_a_clip_sits_down(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Sit"), 50), play=False)
-    with opened(browser, viewer.save_html(tmp_path / "sit.html")) as page:
-        assert _up(page)[2] > 0.95
-        _scrub(page, "End")
-        assert _degrees(_up(page), np.array(viewer.rest("Sit"))) < 6.0
-        assert _rests(nao, page.q, _placement(page))
 
 
 @pytest.mark.full

@@ -1,4 +1,4 @@
-"""The bar under the view by real pointers, keys, fingers and files: key frames, recordings, plots and trails."""
+"""The bar under the view by real pointers, keys, fingers and files: key frames, recordings and plots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from viewer_pages import Page, messages_of, opened, until, visitor
 import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import WrongShape
-from nao_kin.motion import check, read_motion, write_motion
+from nao_kin.motion import check, read_motion
 from nao_kin.viewer import Viewer
 
 SIZE = (1100, 760)
@@ -131,17 +131,6 @@ def test_a_key_is_dragged_retimed_duplicated_replaced_and_deleted(page: Page, na
     assert len(times(page)) == 3
 
 
-def test_a_key_dragged_over_another_passes_it(page: Page, nao: nk.NaoModel) -> None:
-    make_keys(page)
-    page.tab.mouse.move(*across(page, 0.0))
-    page.tab.mouse.down()
-    page.tab.mouse.move(*across(page, 0.7), steps=3)
-    page.tab.mouse.move(*across(page, 1.5), steps=3)
-    page.tab.mouse.up()
-    assert times(page) == pytest.approx([1.0, 1.5, 2.0], abs=0.051)
-    assert np.abs(page.q - nao.posture("StandInit")).max() < 1e-12
-
-
 def test_the_track_beside_the_keys_and_the_plots_go_to_a_time(page: Page, nao: nk.NaoModel) -> None:
     make_keys(page)
     x, y = across(page, 0.5)
@@ -245,51 +234,6 @@ def test_the_last_step_that_is_undone_leaves_the_focus_where_it_is(page: Page) -
     assert undo.is_disabled()
 
 
-@pytest.mark.full
-def test_smooth_keys_are_saved_as_they_are_or_sampled(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
-    make_keys(page)
-    page.tab.get_by_label("Interpolation").select_option("smooth")
-    exact, sampled = (read_motion(save(page, kind, tmp_path)) for kind in ("JSON", "CSV"))
-    assert exact == nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES], "smooth")
-    at = np.linspace(0.0, 2.0, 200)
-    assert np.abs(exact.sample(at) - sampled.sample(at)).max() < 2e-3
-
-
-@pytest.mark.full
-def test_a_motion_of_python_is_opened(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
-    nod = nk.Motion([[0.0, 0.5, 1.0], [0.2, 0.4]], ["HeadYaw", "HeadPitch"], [[0.0, 0.3, 0.0], [0.1, 0.2]])
-    for name in ("nod.csv", "nod.json"):
-        write_motion(nod, tmp_path / name)
-        drop(page, tmp_path / name)
-        page.tab.locator("#message span", has_text=name).wait_for(timeout=5000)
-        for time in (0.0, 0.3, 0.75, 1.0):
-            page.run("(time) => naoKin.player.seek(time)", time)
-            assert np.abs(page.q - nod.configurations(nao, times=[time], fill="StandInit").q[0]).max() < 1e-9
-
-
-@pytest.mark.full
-def test_a_bad_file_is_refused_in_one_line_and_changes_nothing(page: Page, tmp_path: Path) -> None:
-    make_keys(page)
-    before = page.q
-    huge = "time [s],HeadYaw\n" + "0,0\n" * 200_000
-    for text, expected in (
-        ("time [s],HeadYaw\n0,0\n1,nonsense\n", "line 3, column 2"),
-        ("time [s],HaedYaw\n0,0\n", "nearest: HeadYaw"),
-        ('{"joint_names": ["HeadYaw"],\n"times": [0], "keys": [[NaN]]}', "line 2: malformed JSON"),
-        ("\0\1\2", "columns of times"),
-        (huge, "more than 50000"),
-    ):
-        path = tmp_path / "bad.csv"
-        path.write_text(text)
-        drop(page, path)
-        page.tab.wait_for_function(
-            "(words) => document.querySelector('#message').innerText.includes(words)", arg=expected
-        )
-        assert message(page).startswith("bad.csv: ")
-        assert times(page) == [0.0, 1.0, 2.0]
-        assert np.array_equal(page.q, before)
-
-
 def test_what_choregraphe_exports_is_pasted_as_key_frames(page: Page) -> None:
     text = """
 names = list(); times = list(); keys = list()
@@ -330,58 +274,6 @@ def test_a_file_may_be_dropped_on_the_page(page: Page) -> None:
     assert "turn.csv: 2 key frames" in message(page)
     page.run("() => naoKin.player.seek(1)")
     assert page.q[0] == pytest.approx(math.pi / 4)
-
-
-KEYS = """() => {
-    const { frames, now } = naoKin.player.editor;
-    return { keys: frames.keys, between: frames.interpolation, now };
-}"""
-
-
-@pytest.mark.full
-def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.NaoModel) -> None:
-    make_keys(page)
-    page.tab.get_by_label("Interpolation").select_option("smooth")
-    x, y = across(page, 1.5)
-    page.tab.mouse.click(x, y - 12)
-    page.tab.wait_for_function("() => location.hash.includes('keys=smooth:1.5:')")
-    expected, link = page.run(KEYS), page.tab.url
-    assert expected["now"] == 1.5
-    with opened(browser, link, SIZE) as other:
-        found = other.run(KEYS)
-        assert other.tab.get_by_role("slider", name="Key 3 of 3").is_visible()
-        for key, wanted, posture in zip(found["keys"], expected["keys"], POSTURES, strict=True):
-            assert key["time"] == wanted["time"]
-            assert np.abs(np.subtract(key["q"], nao.posture(posture))).max() < 1e-6
-        assert (found["between"], found["now"]) == ("smooth", 1.5)
-        assert np.abs(other.q - page.q).max() < 1e-6
-        press(other, "Play")
-        other.tab.wait_for_function("() => naoKin.player.time > 1.6 || naoKin.player.time < 1.4")
-
-        # What is no link changes nothing.
-        press(other, "Pause")
-        before = other.run(KEYS)
-        for bad in ("linear:0:HeadYow;0:1", "linear:0:HeadYaw;1:1;0:2", "linear:0:HeadYaw;0:<img>", ";" * 5000):
-            other.run("(bad) => { location.hash = `v=1&keys=${bad}&q=HeadYaw:0.1`; }", bad)
-            assert "The link cannot be opened" in message(other)
-            assert other.run(KEYS) == before
-            other.tab.get_by_role("button", name="Close the message").click()
-
-
-@pytest.mark.full
-def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
-    motion = nk.Motion(np.arange(80.0), nao.joint_names, nao.random(3, 80), "smooth")
-    write_motion(motion, tmp_path / "long.json")
-    drop(page, tmp_path / "long.json")
-    page.tab.get_by_text("The address of this page is without the 80 key frames").wait_for()
-    assert "keys=" not in page.tab.url
-    page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    press(page, "Copy a link to this state")
-    page.tab.get_by_text("Link, without the 80 key frames").wait_for()
-    # A message does not hide the one before.
-    assert page.tab.get_by_text("The address of this page is without").is_visible()
-    assert "keys=" not in page.run("() => navigator.clipboard.readText()")
-    page.tab.context.clear_permissions()
 
 
 @pytest.mark.full
@@ -460,73 +352,6 @@ def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, na
             viewer.animate(q, figure=wrong)
 
 
-@pytest.mark.full
-def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 101), 10.0, play=False)
-    with opened(browser, viewer.save_html(tmp_path / "clip.html"), SIZE) as page:
-        speeds = {}
-        for speed in ("0.1", "4"):
-            page.tab.get_by_label("Speed").select_option(speed)
-            page.run("() => naoKin.player.seek(0)")
-            press(page, "Play")
-            measured = page.run(
-                """async () => {
-                    const [time, clock] = [naoKin.player.time, performance.now()];
-                    await new Promise((resolve) => setTimeout(resolve, 700));
-                    return (naoKin.player.time - time) / (performance.now() - clock) * 1000;
-                }"""
-            )
-            press(page, "Pause")
-            speeds[speed] = measured
-        assert speeds["0.1"] == pytest.approx(0.1, rel=0.5)
-        assert speeds["4"] == pytest.approx(4.0, rel=0.5)
-        press(page, "Key frames")
-        assert times(page) == pytest.approx([0.0, 10.0])
-        page.run("() => naoKin.player.seek(2.5)")
-        assert np.abs(page.q - (0.75 * nao.posture("StandInit") + 0.25 * nao.posture("Crouch"))).max() < 1e-6
-        press(page, "Key frames")
-        assert page.run("() => naoKin.player.playback === naoKin.player.clip")
-
-
-@pytest.mark.full
-def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
-    make_keys(page)
-    press(page, "Trails of frames")
-    page.tab.get_by_label("Along the whole motion").check()
-    for frame in ("Head", "LLeg", "RLeg", "CameraTop", "CameraBottom", "RArm"):
-        page.tab.get_by_role("checkbox", name=frame, exact=True).uncheck()
-    corners = np.array(
-        page.run(
-            """() => {
-                const [tube, ...others] = naoKin.player.trails.group.children;
-                if (others.length) throw new Error("one frame, several trails");
-                return Array.from(tube.geometry.attributes.position.array);
-            }"""
-        )
-    ).reshape(-1, 3)
-    motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
-    way = nao.fk(motion.configurations(nao, rate=100.0).q, "LArm")[:, :3, 3]
-    off = np.linalg.norm(corners[:, None] - way[None], axis=2).min(axis=1)
-    assert off.max() < 0.006
-    assert np.linalg.norm(corners.max(axis=0) - way.max(axis=0)) < 0.01
-    page.tab.locator("#player").get_by_label("None", exact=True).check()
-    assert page.run("() => naoKin.player.trails.group.children.length") == 0
-
-
-@pytest.mark.full
-def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
-        make_keys(page)
-        page.run("() => naoKin.player.seek(0.5)")
-        middle = (nao.posture("StandInit") + nao.posture("Crouch")) / 2
-        for _ in range(50):
-            if np.abs(viewer.q - middle).max() < 1e-9:
-                break
-            page.tab.wait_for_timeout(40)
-        assert np.abs(viewer.q - middle).max() < 1e-9
-
-
 def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page, opened(browser, viewer.url) as other:
         make_keys(page)
@@ -567,20 +392,6 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
         assert np.array_equal(viewer.q, page.q)
         assert np.array_equal(other.q, page.q)
         subscription.remove()
-
-
-@pytest.mark.full
-def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
-        press(page, "Record the motion")
-        for share in np.linspace(0.0, 1.0, 11):
-            viewer.display((1 - share) * nao.posture("StandInit") + share * nao.posture("Crouch"))
-            page.tab.wait_for_timeout(60)
-        page.tab.wait_for_function("(x) => Math.abs(naoKin.q[9] - x) < 1e-9", arg=float(nao.posture("Crouch")[9]))
-        press(page, "Stop recording")
-        page.run("() => naoKin.player.seek(naoKin.player.motion.end)")
-        assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-9
-        assert page.run("() => naoKin.player.motion.count") > 6
 
 
 @pytest.mark.full

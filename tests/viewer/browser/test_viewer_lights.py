@@ -1,19 +1,17 @@
-"""Lights and words in the viewer's page, in a real browser: which shapes shine, how they look, where the bubble is."""
+"""Lights in the viewer's page, in a real browser: which shapes shine, and how they look."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from made_up_robots import J, made_up
-from viewer_pages import Page, opened, read_png
+from viewer_pages import Page, opened
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
-from nao_kin.viewer.scene import robot_drawables
+from nao_kin.viewer.description import robot_drawables
 
 pytestmark = pytest.mark.full
 
@@ -33,23 +31,6 @@ SEEN = """(names) => {
         return [(1 + x) / 2, (1 - y) / 2];
     });
 }"""
-# The extent of the head in the picture [px]: left, right, top, bottom.
-HEAD = """() => {
-    const { Vector3 } = MeshCat.THREE;
-    const { camera } = naoKin.viewer;
-    const pane = document.querySelector("#pane canvas");
-    camera.updateMatrixWorld();
-    const [xs, ys] = [[], []];
-    for (const { mesh } of naoKin.robot.meshes.filter(({ link }) => link === naoKin.robot.about.head)) {
-        const { position } = mesh.geometry.attributes;
-        for (let i = 0; i < position.count; i++) {
-            const { x, y } = mesh.localToWorld(new Vector3().fromBufferAttribute(position, i)).project(camera);
-            xs.push(((1 + x) / 2) * pane.clientWidth);
-            ys.push(((1 - y) / 2) * pane.clientHeight);
-        }
-    }
-    return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-}"""
 RAINBOW = [(1, 0, 0), (1, 0.5, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0.25, 1), (0.5, 0, 1), (1, 0, 0.5)]
 OWN = (0.7, 0.89, 1.0)
 COLOURS: dict[str, tuple[float, ...]] = {f"LeftEye{n}": colour for n, colour in enumerate(RAINBOW)}
@@ -66,11 +47,10 @@ def viewer(nao: nk.NaoModel) -> Viewer:
 
 @pytest.fixture(scope="module")
 def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    """A page from disk that was saved with lights and words, shared: each test shows its own first."""
+    """A page from disk that was saved with lights, shared: each test shows its own first."""
     viewer = Viewer(nao)
     viewer.display(nao.posture("Stand"))
     viewer.show_lights(COLOURS)
-    viewer.say("Good morning")
     with opened(browser, viewer.save_html(tmp_path_factory.mktemp("viewer") / "lights.html"), (900, 600)) as page:
         yield page
 
@@ -78,11 +58,6 @@ def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactor
 def _show(page: Page, colours: dict[str, tuple[float, ...]]) -> None:
     rows = [{"name": name, "rgb": rgb} for name, rgb in colours.items()]
     page.run("(lights) => naoKin.receive({ kind: 'lights', lights })", rows)
-
-
-def _say(page: Page, text: str) -> None:
-    page.run("(text) => naoKin.receive({ kind: 'speech', text })", text)
-    page.animation_frames(3)
 
 
 # --- lights -----------------------------------------------------------------------------------------------------------
@@ -165,7 +140,6 @@ def test_neither_ghosts_nor_the_size_of_the_robot_have_glows(page: Page, nao: nk
 
 def test_the_picture_shows_each_segment_in_its_colour(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("Stand"))
-    _say(page, "")
     _show(page, COLOURS)
     page.draw(True)
     page.run("() => naoKin.show({ handles: false })")
@@ -213,122 +187,10 @@ def test_a_glow_is_seen_from_where_its_light_is_seen(page: Page, nao: nk.NaoMode
     assert page.run(strength, True) == [0.0, 0.0]
 
 
-# --- words ------------------------------------------------------------------------------------------------------------
-
-
-TAIL = """() => {
-    const { speech, viewer } = naoKin;
-    const { clientWidth, clientHeight } = viewer.renderer.domElement;
-    return speech.spot(clientWidth, clientHeight, speech.bar.offsetTop + speech.bar.offsetHeight).tail;
-}"""
-
-
-@pytest.mark.parametrize("camera", ["front", "side", "three-quarter"])
-@pytest.mark.parametrize("size", [(1100, 640), (800, 900), (520, 900)])
-def test_the_bubble_stands_beside_the_head_and_in_the_picture(page: Page, camera: str, size: tuple[int, int]) -> None:
-    page.tab.set_viewport_size({"width": size[0], "height": size[1]})
-    page.run("(name) => naoKin.camera(name)", camera)
-    bubble = page.tab.locator("#speech")
-    for text in ("Hi", "A longer text, which takes more than a line or two of the bubble beside the head of the robot"):
-        _say(page, text)
-        assert bubble.inner_text() == text
-        box, pane = bubble.bounding_box(), page.tab.locator("#pane canvas").bounding_box()
-        left, right, top, bottom = page.run(HEAD)
-        beside = box["x"] >= right or box["x"] + box["width"] <= left
-        assert beside or box["y"] + box["height"] <= top or box["y"] >= bottom
-        assert box["x"] >= 0.0
-        assert box["x"] + box["width"] <= pane["width"]
-        tail = page.run(TAIL)
-        assert top < box["y"] + tail < bottom if beside else left < box["x"] + tail < right
-    page.tab.set_viewport_size({"width": 900, "height": 600})
-
-
-def test_the_bubble_goes_with_the_head(page: Page, nao: nk.NaoModel) -> None:
-    page.run("() => naoKin.camera('front')")
-    _say(page, "Down")
-    before = page.tab.locator("#speech").bounding_box()
-    page.set(nao.posture("Crouch"))
-    page.animation_frames(3)
-    assert page.tab.locator("#speech").bounding_box()["y"] > before["y"] + 20.0
-    page.set(nao.posture("Stand"))
-
-
-def test_no_words_no_bubble(page: Page) -> None:
-    bubble = page.tab.locator("#speech")
-    for text in ("", "   "):
-        _say(page, "Hello")
-        assert bubble.is_visible()
-        _say(page, text)
-        assert not bubble.is_visible()
-
-
-def test_screen_readers_read_what_is_said_even_the_first_time(page: Page) -> None:
-    """They follow an element that was there, in the page and not hidden, before its text."""
-    _say(page, "")
-    bubble = page.tab.locator("#speech")
-    assert bubble.get_attribute("aria-live") == "polite"
-    assert bubble.evaluate("(bubble) => [getComputedStyle(bubble).display, getComputedStyle(bubble).visibility]") == [
-        *("block", "visible")
-    ]
-    _say(page, "Hello")
-    assert page.tab.get_by_role("status").filter(has_text="Hello").count() == 1
-
-
-def test_words_are_text_and_long_ones_are_cut(page: Page) -> None:
-    evil = "<img src=x onerror='window.hacked=1'></div>"
-    _say(page, evil)
-    assert page.tab.locator("#speech").inner_text() == evil
-    assert page.tab.locator("img").count() == 0
-    _say(page, "🤖" * 1000)
-    assert page.tab.locator("#speech").inner_text() == "🤖" * 280 + "…"
-
-
-def test_a_page_that_opens_later_has_lights_and_words_and_follows(browser: Any, viewer: Viewer) -> None:
+def test_a_page_that_opens_later_has_lights_and_follows(browser: Any, viewer: Viewer) -> None:
     with viewer:
         viewer.show_lights({"Chest": (1.0, 0.0, 0.0)})
-        viewer.say("First")
         with opened(browser, viewer.url) as page:
             assert page.run(LOOK, "Chest")[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-4)
-            assert page.tab.locator("#speech").inner_text() == "First"
-            viewer.say("Second")
             viewer.show_lights({})
-            page.tab.wait_for_function("() => document.querySelector('#speech').textContent === 'Second'")
             page.tab.wait_for_function("() => !naoKin.lights.shapes.get('Chest').mesh.userData.lit")
-
-
-def test_pictures_have_the_bubble_with_all_its_words(browser: Any, viewer: Viewer, tmp_path: Path) -> None:
-    pictures = []
-    for number, text in enumerate(("", "Hello, here I am and there you are, and between us is a table")):
-        viewer.say(text)
-        path = viewer.save_png(tmp_path / f"{number}.png", camera="front", size=(640, 480))
-        pictures.append(read_png(path.read_bytes()).astype(int))
-    without, with_words = pictures
-    rows, columns = np.nonzero(np.abs(with_words - without).max(axis=2) > 4)
-    assert 0.03 < len(rows) / without[..., 0].size < 0.3
-    assert rows.max() < 300
-    assert columns.min() > 320  # to the right of the head
-    inside = with_words[rows.min() : rows.max(), columns.min() : columns.max()]
-    assert (inside.min(axis=2) == 255).mean() > 0.4  # the bubble
-    assert 0.02 < (inside.max(axis=2) < 100).mean() < 0.2  # its words
-
-
-def test_pictures_break_lines_where_the_page_does(page: Page) -> None:
-    text = "Hello, here I am and there you are, and between us stands a 🤖 on a table"
-    _say(page, text)
-    lines = page.run("() => naoKin.speech.lines()")
-    assert "".join(line["text"] for line in lines) == text
-    assert len(lines) == 3
-    assert all(line["text"].endswith(" ") for line in lines[:-1])
-    assert np.allclose(np.diff([line["middle"] for line in lines]), 15 * 1.35, atol=1.0)
-    assert {round(line["left"]) for line in lines} == {15}
-
-
-def test_a_robot_without_a_head_speaks_too(browser: Any, tmp_path: Path) -> None:
-    viewer = Viewer(made_up(tmp_path, J("turn", xyz=(0.0, 0.0, 0.2))))
-    viewer.say("Hello")
-    viewer.show_lights({})
-    with opened(browser, viewer.save_html(tmp_path / "other.html")) as page:
-        assert page.run("() => naoKin.robot.about.head") is None
-        box, pane = (page.tab.locator(where).bounding_box() for where in ("#speech", "#pane canvas"))
-        assert 0.0 <= box["x"] <= pane["width"] - box["width"]
-        assert 0.0 <= box["y"] <= pane["height"] - box["height"]

@@ -43,15 +43,6 @@ const ARROWS: Record<string, [number, number]> = {
 
 const namesOf = (turns: Axis[], between: string) => turns.map(({ name }) => name).join(between);
 
-function titleOf({ turns }: Holdable) {
-  const letters = namesOf(turns, ", ").toUpperCase();
-  return [
-    "Arrow keys move it by 1 mm, with Shift by 10 mm",
-    ...(turns.length > 0 ? [`${letters} turn it by 1° about these axes of its frame, with Shift the other way`] : []),
-    "Enter lets go, Escape undoes the move",
-  ].join("; ");
-}
-
 /**
  * The handles by keyboard: a button for each, visible while one of them has the focus. Arrow keys grab a handle and move it
  * in the plane that faces the camera; X, Y and Z turn its frame about its axes, as its rings do. Enter lets it go, and
@@ -77,14 +68,15 @@ export class HandleKeys {
     this.grip = "";
     const hint = "Arrow keys move it by 1 mm, with Shift by 10 mm; X, Y, Z turn it by 1°, with Shift the other way";
     const buttons = drag.holdables.map((held) => {
-      const button = element("button", { type: "button", title: titleOf(held) }, held.name);
+      const button = element("button", { type: "button" }, held.name);
+      button.setAttribute("aria-describedby", "handle-keys");
       button.onfocus = () => held.light(true);
       button.onblur = () => this.leave(button, held);
       button.onkeydown = (event) => this.key(event, button, held);
       return button;
     });
     bar.replaceChildren(
-      element("span", { className: "hint" }, `${hint}; Enter lets go, Escape undoes the move`),
+      element("span", { className: "hint", id: "handle-keys" }, `${hint}; Enter lets go, Escape undoes the move`),
       ...buttons,
     );
     if (focus) buttons.find(({ textContent }) => textContent === focus)?.focus();

@@ -1,5 +1,5 @@
 import { THREE } from "../three.ts";
-import { MOST_LINKED, readLink, ROUNDING, writeKeys, writeLink } from "../values/link.ts";
+import { readLink, ROUNDING, writeLink } from "../values/link.ts";
 import { unrounded } from "../values/configurations.ts";
 import { Refused } from "../values/literals.ts";
 import type { Panel } from "./panel.ts";
@@ -9,10 +9,6 @@ const PAUSE = 500;
 // Up to this distance from its preset the camera counts as at the preset, as a share of its distance from its target.
 const SAME_PLACE = 1e-4;
 
-// How far the camera of a link and the point that it looks at may be from the robot, in sizes of the robot; and how near the
-// camera may be to that point, which it would otherwise not see.
-const [FURTHEST, NEAREST] = [60, 0.02];
-
 const bare = () => location.href.split("#", 1)[0];
 
 /** The state of the page, written in its address after the #, so that a link leads to it. */
@@ -20,8 +16,6 @@ export class Address {
   page: Panel["page"];
   timer = 0;
   isOpen = false;
-  /** Whether the user was told that the address leaves out the key frames. */
-  isAnnounced = false;
   /** Where the last preset put the camera and the point that it looks at. */
   preset: number[] = [];
 
@@ -49,24 +43,9 @@ export class Address {
     if (this.page.role !== "") return;
     const [entry] = performance.getEntriesByType("navigation");
     const isNew = (entry as PerformanceNavigationTiming | undefined)?.type === "navigate";
-    // A live page that is reloaded shows the program's current state, not the state in its address. Key frames are this
-    // page's own.
+    // A live page that is reloaded shows the program's current state, not the state in its address.
     if (isNew || !this.page.connection.socket) this.apply();
-    else this.keepKeys();
     this.isOpen = true;
-  }
-
-  /** Take only the key frames from the address; a clip of the program remains the one that is played. */
-  keepKeys() {
-    const keys = this.read(location.hash)?.keys;
-    if (!keys) return;
-    const { player } = this.page;
-    const isPlaying = player.playback?.playing;
-    player.editor.take(keys.frames, keys.time);
-    if (!player.clip) return;
-    player.editor.open(false);
-    player.change(player.clip);
-    if (isPlaying) player.toggle();
   }
 
   /** The position of the camera and the point that it looks at, with z up. */
@@ -83,20 +62,6 @@ export class Address {
     return isThere ? (view ?? "three-quarter") : places;
   }
 
-  /** The key frames and the time that is shown; null without key frames. */
-  get keys() {
-    const { editor } = this.page.player;
-    return editor.frames.count > 0 ? { frames: editor.frames, time: editor.now } : null;
-  }
-
-  /** What a link leaves out, as words of a message. */
-  get without() {
-    const { keys } = this;
-    if (!keys || writeKeys(this.page.robot.about, keys) !== null) return "";
-    const { count } = keys.frames;
-    return `without the ${count} key frames, which are too long for a link (at most ${MOST_LINKED}, 9 kB); save them as a file`;
-  }
-
   /** The part of the address after the #. */
   get text() {
     const { page, panel } = this;
@@ -108,7 +73,6 @@ export class Address {
       shown: Object.keys(shown).filter((name) => shown[name] && !buttons.get(name)?.hidden),
       units: panel.settings.units,
       frame: page.pick.selection.read,
-      keys: this.keys,
     });
   }
 
@@ -123,9 +87,6 @@ export class Address {
   write() {
     // A clip would write a new address at every step.
     if (this.page.player.playback?.playing) return;
-    const { without } = this;
-    if (without && !this.isAnnounced) this.panel.messages.say(`The address of this page is ${without}.`);
-    this.isAnnounced = without !== "";
     try {
       history.replaceState(history.state, "", `${bare()}#${this.text}`);
     } catch {
@@ -134,36 +95,24 @@ export class Address {
   }
 
   copy() {
-    const { text, without } = this;
-    const hasAddress = /^(https?|file):/.test(location.protocol);
-    const kind = hasAddress ? "Link" : "End of a link (this page has no address of its own)";
-    const what = without ? `${kind}, ${without},` : kind;
-    return this.panel.exchange.copy(hasAddress ? `${bare()}#${text}` : `#${text}`, what);
+    return /^(https?|file):/.test(location.protocol)
+      ? this.panel.exchange.copy(`${bare()}#${this.text}`, "Link")
+      : this.panel.exchange.copy(`#${this.text}`, "End of a link (this page has no address of its own)");
   }
 
-  /** Read the state in an address; if it cannot be read, a message says so. */
-  read(hash: string) {
-    const { page, panel } = this;
-    if (hash.length <= 1) return null;
-    try {
-      // Links made by version 0.3 may also name a button "joints".
-      const state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], hash.slice(1));
-      this.checkCamera(state);
-      return state;
-    } catch (error) {
-      if (!(error instanceof Refused)) throw error;
-      panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });
-      return null;
-    }
-  }
-
-  /** Show the state in the address; if it cannot be read, nothing changes. */
+  /** Show the state in the address; if it cannot be read, nothing changes, and a message says so. */
   apply(hash: string = location.hash) {
     const { page, panel } = this;
-    const state = this.read(hash);
-    if (!state) return;
-    const { q, up, camera, shown, units, frame, keys } = state;
-    if (keys) page.player.editor.take(keys.frames, keys.time);
+    if (hash.length <= 1) return;
+    let state: ReturnType<typeof readLink>;
+    try {
+      // Links made by version 0.3 may also name a button "joints".
+      state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], hash.slice(1));
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      return panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });
+    }
+    const { q, up, camera, shown, units, frame } = state;
     if (q) page.stance.jump(unrounded(page.robot.about, q, ROUNDING), up ?? null);
     else if (up) page.stance.jump([...page.stance.q], up);
     page.stance.settle();
@@ -175,26 +124,6 @@ export class Address {
     if (frame) page.pick.selection.follow(frame);
     if (typeof camera === "string") page.camera(camera);
     else if (camera) this.look(camera);
-  }
-
-  /** Refuse a camera that is too far away to see the robot, or too near to see what it looks at. */
-  checkCamera({ camera, q = this.page.stance.q }: ReturnType<typeof readLink>) {
-    const { robot, studio } = this.page;
-    if (!Array.isArray(camera)) return;
-    const base = robot.about.floating ? q.slice(0, 3) : [0, 0, 0];
-    const away = Math.max(...[0, 3].map((at) => Math.hypot(...base.map((x, i) => camera[at + i] - x))));
-    const most = FURTHEST * studio.size;
-    if (away > most) {
-      throw new Refused(`the camera is ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`);
-    }
-    const distance = Math.hypot(...[0, 1, 2].map((i) => camera[i] - camera[i + 3]));
-    const least = NEAREST * studio.size;
-    if (distance < least) {
-      const found = `${(1000 * distance).toFixed(0)} mm`;
-      throw new Refused(
-        `the camera is ${found} from the point it looks at, expected at least ${(1000 * least).toFixed(0)} mm`,
-      );
-    }
   }
 
   look([x, y, z, tx, ty, tz]: number[]) {

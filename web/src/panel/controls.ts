@@ -2,8 +2,9 @@ import "./controls.css";
 import type { PageWith } from "../app.ts";
 import { clamp } from "../math/numbers.ts";
 import type { Control } from "../types.ts";
-import { format, parse, spoken, stepped, stepsOfKey, type Unit } from "../values/units.ts";
+import { format, spoken, type Unit } from "../values/units.ts";
 import { button, element } from "./element.ts";
+import { NumberRow } from "./number_row.ts";
 
 type Page = PageWith<"reports" | "send">;
 
@@ -55,71 +56,28 @@ function unitFor({ low, high, unit }: Of<"slider">): Unit {
   return { name: unit, sign: unit, scale: 1, digits, step: 10 ** power, open: [low, high] };
 }
 
+class Slider extends NumberRow {
+  unit: Unit;
+
+  constructor(
+    readonly row: Row,
+    control: Of<"slider">,
+  ) {
+    super(control.name, [control.low, control.high]);
+    this.unit = unitFor(control);
+    this.number.ariaLabel = control.name;
+    this.sign.textContent = control.unit;
+    [this.low.textContent, this.high.textContent] = this.ends.map((end) => format(end, this.unit));
+  }
+
+  set(value: number) {
+    this.row.change(value);
+  }
+}
+
 function makeSlider(row: Row, control: Of<"slider">): Made {
-  const { name, low, high } = control;
-  const unit = unitFor(control);
-  const [min, max] = [String(low), String(high)];
-  const slider = element("input", { type: "range", step: "any", min, max, ariaLabel: name });
-  const number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off", ariaLabel: name });
-  const note = element("span", { className: "note" });
-  note.setAttribute("role", "status");
-  const show = () => {
-    const value = row.value as number;
-    slider.value = String(value);
-    // Filled from zero, as the sliders of the joints.
-    const [from, to] = [clamp(0, low, high), value].sort((a, b) => a - b).map((x) => (100 * (x - low)) / (high - low));
-    slider.style.setProperty("--from", `${from}%`);
-    slider.style.setProperty("--to", `${to}%`);
-    slider.setAttribute("aria-valuetext", spoken(value, unit));
-    // The user may be typing.
-    if (!("typed" in number.dataset)) number.value = format(value, unit);
-  };
-  const forget = () => {
-    delete number.dataset.typed;
-    number.removeAttribute("aria-invalid");
-    note.textContent = "";
-    show();
-  };
-  const commit = () => {
-    if (!("typed" in number.dataset)) return;
-    const value = parse(number.value, unit);
-    if (Number.isNaN(value)) {
-      number.setAttribute("aria-invalid", "true");
-      note.textContent = `not a number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`;
-      return;
-    }
-    row.change(clamp(value, low, high));
-    forget();
-    if (value !== row.value) note.textContent = `the limit is ${spoken(row.value as number, unit)}`;
-  };
-  const step = (event: KeyboardEvent) => {
-    const steps = stepsOfKey(event);
-    if (Number.isNaN(steps) || event.metaKey) return;
-    event.preventDefault();
-    const value = Number.isFinite(steps) ? stepped(row.value as number, steps, unit) : steps;
-    row.change(clamp(value, low, high));
-  };
-  slider.oninput = () => row.change(Number(slider.value));
-  slider.onkeydown = step;
-  number.onfocus = () => number.select();
-  number.oninput = () => (number.dataset.typed = "");
-  number.onblur = () => commit();
-  number.onkeydown = (event) => {
-    if (event.key === "Enter") commit();
-    else if (event.key === "Escape") forget();
-    else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
-      commit();
-      step(event);
-    }
-  };
-  const limits = [low, high].map((end) => element("span", {}, format(end, unit)));
-  const parts = [
-    element("span", { className: "name", title: name }, name),
-    ...[slider, number, element("span", { className: "unit" }, unit.sign)],
-    element("span", { className: "limits", ariaHidden: "true" }, ...limits),
-    note,
-  ];
-  return { elements: parts, show };
+  const slider = new Slider(row, control);
+  return { elements: slider.parts, show: (value) => slider.show(value, spoken(value, slider.unit)) };
 }
 
 function makeSelect(row: Row, { name, options }: Of<"select">): Made {

@@ -2,25 +2,24 @@ import { clamp } from "../math/numbers.ts";
 import { joints as carriers } from "../pick/facts.ts";
 import type { Coordinate, Driven } from "../types.ts";
 import { matches } from "../values/names.ts";
-import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/units.ts";
+import { format, spoken, unitOf } from "../values/units.ts";
 import { element } from "./element.ts";
+import { NumberRow } from "./number_row.ts";
 import type { Panel } from "./panel.ts";
 
 // Width of a slider's thumb, and the distance from its middle within which a finger grabs it [px].
 const [THUMB, FINGER] = [22, 22];
 
-/** One joint of the panel: a slider between its limits, and a field with its value, which can be typed. */
-class JointRow {
+/** A range of the coordinate as one of the joint. */
+function ofJoint({ multiplier, offset }: Driven, range: [number, number]): [number, number] {
+  const [a, b] = range.map((value) => (multiplier === 0 ? 0 : multiplier * value) + offset);
+  return a <= b ? [a, b] : [b, a];
+}
+
+/** One joint of the panel. */
+class JointRow extends NumberRow {
   coordinate: Coordinate;
   isCoupled: boolean;
-  ends: [number, number];
-  value = NaN;
-  slider: HTMLInputElement;
-  note: HTMLSpanElement;
-  number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
-  low = element("span", {});
-  high = element("span", {});
-  sign = element("span", { className: "unit" });
   element: HTMLDivElement;
 
   /** @param partner the joint that shares its motor, if there is one */
@@ -28,46 +27,15 @@ class JointRow {
     readonly panel: Panel,
     readonly joint: Driven,
     partner: string,
-    index: number,
   ) {
     const { about } = panel.page.robot;
-    this.coordinate = about.coordinates.find(({ column }) => column === joint.column) as Coordinate;
+    const coordinate = about.coordinates.find(({ column }) => column === joint.column) as Coordinate;
+    const { open } = unitOf(coordinate.unit, panel.settings.units);
+    super(joint.name, ofJoint(joint, [coordinate.lower ?? open[0], coordinate.upper ?? open[1]]));
+    this.coordinate = coordinate;
     this.isCoupled = about.tables.some((table) => table.joint === joint.column);
-    const { open } = unitOf(this.coordinate.unit, panel.settings.units);
-    this.ends = this.ofJoint([this.coordinate.lower ?? open[0], this.coordinate.upper ?? open[1]]);
-
-    const [min, max] = this.ends.map(String);
-    this.slider = element("input", { type: "range", step: "any", min, max, ariaLabel: joint.name });
-    this.slider.oninput = () => this.set(Number(this.slider.value));
-    this.slider.onkeydown = (event) => {
-      const isReset = ["Delete", "Backspace"].includes(event.key);
-      if (isReset) this.reset();
-      if (isReset || this.step(event)) event.preventDefault();
-    };
-    this.note = element("span", { className: "note", id: `note-${index}` });
-    this.note.setAttribute("role", "status");
-    this.number.setAttribute("aria-describedby", this.note.id);
-    this.number.onfocus = () => this.number.select();
-    this.number.oninput = (event) => {
-      // The browser's own undo may restore the number that was there before.
-      const isUndone = (event as InputEvent).inputType === "historyUndo";
-      this.isTyped = !isUndone || this.number.value !== format(this.value, this.unit);
-      if (Number.isFinite(parse(this.number.value, this.unit))) this.showError("");
-    };
-    this.number.onkeydown = (event) => this.key(event);
-    this.number.onblur = () => this.commit();
-    const name = element("span", { className: "name", title: joint.name }, joint.name);
-    if (partner) name.append(element("i", { title: `Shares one motor with ${partner}` }, "⚭"));
-    this.element = element(
-      "div",
-      { className: "joint" },
-      name,
-      this.slider,
-      this.number,
-      this.sign,
-      element("span", { className: "limits", ariaHidden: "true" }, this.low, this.high),
-      this.note,
-    );
+    if (partner) this.title.append(element("i", { title: `Shares one motor with ${partner}` }, "⚭"));
+    this.element = element("div", { className: "joint" }, ...this.parts);
     this.element.dataset.joint = joint.name;
     this.element.onpointerdown = (event) => this.hold(event);
     this.element.ondblclick = ({ target }) => {
@@ -79,32 +47,27 @@ class JointRow {
     this.element.onpointerleave = () => light(false);
     this.element.addEventListener("focusin", () => this.element.querySelector(":focus-visible") && light(true));
     this.element.addEventListener("focusout", () => light(false));
+    this.slider.onkeydown = (event) => {
+      const isReset = ["Delete", "Backspace"].includes(event.key);
+      if (isReset) event.preventDefault();
+      if (isReset) this.reset();
+      else this.step(event);
+    };
     this.relabel();
-  }
-
-  /** Whether the user is typing the number. Then the page does not overwrite it, and Ctrl+Z undoes the typing. */
-  get isTyped() {
-    return "typed" in this.number.dataset;
-  }
-
-  set isTyped(on: boolean) {
-    this.number.toggleAttribute("data-typed", on);
   }
 
   get unit() {
     return unitOf(this.coordinate.unit, this.panel.settings.units);
   }
 
-  /** Convert a range of the coordinate to a range of this joint. */
-  ofJoint(range: [number, number]): [number, number] {
-    const { multiplier, offset } = this.joint;
-    const [a, b] = range.map((value) => (multiplier === 0 ? 0 : multiplier * value) + offset);
-    return a <= b ? [a, b] : [b, a];
-  }
-
   set(value: number) {
     const { multiplier, offset, column } = this.joint;
     if (multiplier !== 0) this.panel.page.stance.move(column, (value - offset) / multiplier);
+  }
+
+  put(value: number) {
+    this.set(value);
+    this.panel.page.stance.settle();
   }
 
   /**
@@ -139,73 +102,6 @@ class JointRow {
     stance.settle();
   }
 
-  // --- keys and typing -----------------------------------------------------------------------------------------
-
-  /**
-   * Change the value by the steps of a key.
-   *
-   * @returns whether the key has any
-   */
-  step(event: KeyboardEvent): boolean {
-    const steps = stepsOfKey(event);
-    if (Number.isNaN(steps) || event.metaKey) return false;
-    const [low, high] = this.ends;
-    const value = Number.isFinite(steps) ? stepped(this.value, steps, this.unit) : steps;
-    // From outside the limits a step may go back inside, but never farther out.
-    this.set(clamp(value, Math.min(low, this.value), Math.max(high, this.value)));
-    this.panel.page.stance.settle();
-    return true;
-  }
-
-  key(event: KeyboardEvent) {
-    if (event.key === "Enter") {
-      this.commit();
-      this.number.select();
-    } else if (event.key === "Escape" && (this.isTyped || this.note.textContent)) {
-      this.showValue();
-    } else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
-      event.preventDefault();
-      if (this.commit()) this.step(event);
-    }
-  }
-
-  /** Set the typed number; returns false if the text is not a number. */
-  commit() {
-    if (!this.isTyped) return true;
-    const { unit, number } = this;
-    if (!number.value.trim()) {
-      this.showValue();
-      return true;
-    }
-    const value = parse(number.value, unit);
-    const [low, high] = this.ends;
-    if (Number.isNaN(value)) {
-      this.showError(`not a number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`);
-      return false;
-    }
-    const inside = clamp(value, low, high);
-    this.set(inside);
-    this.panel.page.stance.settle();
-    this.showValue();
-    if (inside !== value) this.note.textContent = `the limit is ${spoken(inside, unit)}`;
-    return true;
-  }
-
-  showValue() {
-    this.isTyped = false;
-    this.showError("");
-    this.number.value = format(this.value, this.unit);
-    // The number stays selected, so that typing replaces it.
-    if (document.activeElement === this.number) this.number.select();
-  }
-
-  /** @param reason an empty text removes the message */
-  showError(reason: string) {
-    this.note.textContent = reason;
-    if (reason) this.number.setAttribute("aria-invalid", "true");
-    else this.number.removeAttribute("aria-invalid");
-  }
-
   // --- display -------------------------------------------------------------------------------------------------
 
   // Write the row again, after the unit has changed.
@@ -222,28 +118,18 @@ class JointRow {
   }
 
   refresh(q: ArrayLike<number>, isOutside: boolean) {
-    const { slider, ends, joint, unit } = this;
+    const { slider, joint, unit } = this;
     const value = joint.multiplier * q[joint.column] + joint.offset;
     if (value === this.value && !this.isCoupled) return;
-    // A number that is being typed is not overwritten.
-    const isKept = this.isTyped && document.activeElement === this.number;
-    const isNew = value !== this.value;
-    this.value = value;
-    if (isNew && !isKept) this.showValue();
-    slider.value = String(value);
-    const range = this.ofJoint(this.panel.page.robot.range(this.coordinate, q));
-    const share = (x: number) => `${((100 * (clamp(x, ...ends) - ends[0])) / (ends[1] - ends[0] || 1)).toFixed(2)}%`;
-    const [from, to] = value < 0 ? [value, 0] : [0, value];
-    slider.style.setProperty("--from", share(from));
-    slider.style.setProperty("--to", share(to));
+    const range = ofJoint(joint, this.panel.page.robot.range(this.coordinate, q));
+    this.show(value, this.said(value, range, isOutside));
     if (this.isCoupled) {
-      slider.style.setProperty("--low", share(range[0]));
-      slider.style.setProperty("--high", share(range[1]));
+      slider.style.setProperty("--low", this.share(range[0]));
+      slider.style.setProperty("--high", this.share(range[1]));
     }
     this.element.classList.toggle("outside", isOutside);
     const [low, high] = range.map((x) => spoken(clamp(x, -1e6, 1e6), unit));
     this.element.title = isOutside ? `outside ${low} … ${high}` : "";
-    slider.setAttribute("aria-valuetext", this.said(value, range, isOutside));
   }
 
   said(value: number, range: [number, number], isOutside: boolean) {
@@ -274,7 +160,7 @@ export class Joints {
     const followers = new Map(shown.map(({ name, follows }) => [follows, name]));
     this.chains = chains.map(({ title, joints }) => {
       const rows = joints.map((joint) => {
-        const row = new JointRow(panel, joint, joint.follows || followers.get(joint.name) || "", this.rows.length);
+        const row = new JointRow(panel, joint, joint.follows || followers.get(joint.name) || "");
         this.rows.push(row);
         return row;
       });

@@ -65,11 +65,11 @@ export class Robot extends Skeleton {
     super(root, about);
     /** The index of the link of every frame. */
     this.frames = new Map(about.frames.map(({ name, link }) => [name, link]));
-    for (const { link, geometry, matrix, colour, opacity, light, accent } of about.shapes) {
+    for (const { link, geometry, matrix, colour, opacity, light } of about.shapes) {
       const mesh = makeMesh(parts.geometries.get(geometry) as THREE.BufferGeometry, colour, share * opacity);
       mesh.applyMatrix4(new THREE.Matrix4().fromArray(matrix));
       this.nodes[link].add(mesh);
-      this.meshes.push({ mesh, link, light, accent });
+      this.meshes.push({ mesh, link, light });
     }
     const carriers = about.links.map(({ path }) => carrierOf(about, path));
     this.feet = about.soles.map(({ link }) =>

@@ -13,10 +13,6 @@ type Page = PageWith<"eyes" | "pane" | "robot" | "viewer">;
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
 const REACH = 0.3;
 const [NEAR, FAR] = [0.025, 60];
-// The distance and the radius of the football, as shares of the height of the camera. NAO's upper camera then sees all of
-// it and the lower camera its lower half, and it has the size of a ball of the RoboCup Standard Platform League.
-const [AHEAD, RADIUS] = [2.1, 0.1];
-
 /** Turn a camera of three.js, which looks along −z with y up, so that it looks along x with z up, as the robot's do. */
 function lookAhead(camera: THREE.PerspectiveCamera) {
   const { Vector3 } = THREE;
@@ -44,33 +40,6 @@ export function makeSight(page: Page) {
   const box = element("div", { id: "eye", hidden: true }, picture, caption);
   page.pane.after(box);
   return { box, picture, select, field, pane: page.pane };
-}
-
-/** A football of radius 1, black around the corners of a regular icosahedron. */
-function makeFootball() {
-  const geometry = new THREE.SphereGeometry(1, 64, 48);
-  const golden = (1 + Math.sqrt(5)) / 2;
-  const corners = [-1, 1].flatMap((a) =>
-    [-golden, golden].flatMap((b) => [
-      [0, a, b],
-      [a, b, 0],
-      [b, 0, a],
-    ]),
-  );
-  const { position } = geometry.attributes;
-  const colours = Array.from({ length: position.count }, (_, i) => {
-    const at = [position.getX(i), position.getY(i), position.getZ(i)];
-    const near = Math.max(...corners.map((corner) => corner.reduce((sum, x, k) => sum + x * at[k], 0)));
-    return Array(3).fill(near > 0.93 * Math.hypot(1, golden) ? 0.02 : 0.9);
-  });
-  geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours.flat(), 3));
-  const ball = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.5 }));
-  const shade = new THREE.MeshBasicMaterial({ color: 0, transparent: true, opacity: 0.3, depthWrite: false });
-  const shadow = new THREE.Mesh(new THREE.CircleGeometry(0.8, 32), shade);
-  shadow.position.z = -0.98;
-  ball.add(shadow);
-  ball.visible = false;
-  return ball;
 }
 
 /** An image of a camera from the program. */
@@ -104,7 +73,6 @@ export class Eyes {
   sky = new THREE.Color();
   cleared = new THREE.Color();
   eye: Eye | null = null;
-  ball = makeFootball();
   /** The drawn frustums, each on the link of its camera. */
   frustums: THREE.Object3D[] = [];
   images: Map<string, Shown> = new Map();
@@ -120,7 +88,6 @@ export class Eyes {
   ) {
     lookAhead(this.camera);
     asMark(this.camera);
-    studio.viewer.scene.add(this.ball);
     this.footprint = new Footprint(studio.viewer.scene);
   }
 
@@ -134,8 +101,6 @@ export class Eyes {
     this.sight.box.hidden = !this.eye;
     this.camera.removeFromParent();
     this.drawFrustums();
-    const hadBall = this.ball.visible;
-    this.ball.visible = this.eye !== null && this.studio.robots.length === 1;
     if (!this.eye) return;
     const { size } = this.studio;
     setField(this.camera, this.eye, NEAR * Math.min(size, 1), FAR * size);
@@ -144,16 +109,6 @@ export class Eyes {
     this.sight.field.textContent = this.field;
     this.robot.nodes[this.eye.link].add(this.camera);
     this.camera.updateWorldMatrix(true, true);
-    if (!hadBall) this.placeBall();
-  }
-
-  /** Put the football in front of the robot. */
-  placeBall() {
-    const height = Math.max(this.camera.getWorldPosition(new THREE.Vector3()).y, 0.2 * this.studio.size);
-    const [x, y] = this.studio.place;
-    this.ball.scale.setScalar(RADIUS * height);
-    this.ball.position.set(x + AHEAD * height, y, RADIUS * height);
-    this.ball.updateMatrixWorld();
   }
 
   /** Draw the frustums of the camera in use and of all cameras with an image, which is drawn at the frustum's far end. */

@@ -25,7 +25,7 @@ export function scaleBar(stops: Vector[]) {
 /** The legend under the picture, with parts for the colours of links, joint pairs, reach, ghosts and others. */
 export class Legend {
   parts: Map<string, (string | Node)[]> = new Map(
-    ["overlap", "colours", "chains", "pairs", "reach", "ghosts", "trails"].map((part) => [part, []]),
+    ["overlap", "colours", "chains", "pairs", "reach", "ghosts"].map((part) => [part, []]),
   );
 
   constructor(public box: HTMLElement) {}

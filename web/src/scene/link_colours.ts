@@ -43,9 +43,6 @@ const RED = new THREE.Color(0xd92d20).convertSRGBToLinear();
 export const OVERLAP = "#f08c00";
 const ORANGE = new THREE.Color(OVERLAP).convertSRGBToLinear();
 
-/** The accent colours of NAO's editions. */
-export const EDITIONS: Record<string, number> = { orange: 0xde541c, blue: 0x1f5fae, red: 0xb5161c, grey: 0x7d828a };
-
 /**
  * The colours of the links: red if a joint is outside its limits, orange if they overlap, else by a scale, by chain, or
  * their own colours.
@@ -55,7 +52,6 @@ export class LinkColours {
   chains: Map<number, string> = new Map();
   outside: Set<number> = new Set();
   overlapping: Set<number> = new Set();
-  edition = "";
 
   constructor(readonly robot: Robot) {}
 
@@ -68,12 +64,6 @@ export class LinkColours {
   /** @param chains the colour of each link */
   setChains(chains: Map<number, string>) {
     this.chains = chains;
-    this.paintAll();
-  }
-
-  /** @param edition one of EDITIONS; any other name for the robot's own colours */
-  setEdition(edition: string) {
-    this.edition = Object.hasOwn(EDITIONS, edition) ? edition : "";
     this.paintAll();
   }
 
@@ -99,14 +89,13 @@ export class LinkColours {
   }
 
   /** Set the colour of a shape. A light that is on keeps its own colour. */
-  paint({ mesh, link, accent }: Shape) {
+  paint({ mesh, link }: Shape) {
     const { color } = mesh.material;
     const rgb = this.scale.get(link);
     const chain = this.chains.get(link);
     if (mesh.userData.lit) color.copy(GLASS);
     else if (rgb) color.setRGB(...rgb).convertSRGBToLinear();
     else if (chain) color.set(chain).convertSRGBToLinear();
-    else if (this.edition && accent) color.setHex(EDITIONS[this.edition]).convertSRGBToLinear();
     else color.copy(mesh.userData.own);
     const mark = this.outside.has(link) ? RED : this.overlapping.has(link) ? ORANGE : null;
     if (mark && !mesh.userData.lit) color.lerp(mark, 0.8);

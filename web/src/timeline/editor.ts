@@ -126,10 +126,10 @@ export class Editor {
     else player.change(on ? player.keys : (player.clip ?? player.keys));
   }
 
-  take(frames: KeyFrames, time: number = 0) {
+  take(frames: KeyFrames) {
     this.player.pause();
     this.open(true);
-    this.apply(frames, time === 0 ? 0 : -1, time);
+    this.apply(frames, 0, 0);
   }
 
   takeClip() {

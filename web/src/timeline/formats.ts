@@ -167,9 +167,6 @@ function shown(value: unknown) {
 /** The largest file that is read [bytes]. */
 export const MOST_BYTES = 32_000_000;
 
-// The largest joint value that Python's viewer accepts [rad, m].
-const FURTHEST = 1e6;
-
 /**
  * Read the motion in a CSV or JSON file, in the formats that nao_kin.motion writes.
  *
@@ -224,8 +221,6 @@ function assembled(
     if (!joint || joint.multiplier === 0) continue;
     const all = own.length === times.length ? keys : times.map((time) => interpolate(own, keys, time));
     const column = Float64Array.from(all, (value) => (value - joint.offset) / joint.multiplier);
-    const beyond = all[column.findIndex((value) => !(Math.abs(value) <= FURTHEST))];
-    if (beyond !== undefined) throw new Refused(`${quoted(name)} is ${beyond}, which is too large for a joint value`);
     motors.set(joint.column, [...(motors.get(joint.column) ?? []), column]);
   }
   for (const [column, sources] of motors) {

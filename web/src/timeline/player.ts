@@ -1,50 +1,14 @@
 import "./timeline.css";
-import type { App } from "../app.ts";
-import { element, iconButton, menu, toolbar, type IconName } from "../panel/element.ts";
+import type { PageWith } from "../app.ts";
+import { element, iconButton, toolbar, type IconName } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
-import { Trails, type Mode } from "../scene/trails.ts";
 import { Editor } from "./editor.ts";
 import type { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
 import { ClipPlayback, MotionPlayback, type Curves } from "./playback.ts";
 import { Recording } from "./recorder.ts";
 
-const MODES: Record<Mode, string> = {
-  off: "None",
-  behind: "Behind the moving frames",
-  whole: "Along the whole motion",
-};
-
-/** The menu that chooses the frames with a trail, and the kind of trail. */
-class TrailsMenu {
-  button = iconButton("trail", "Trails of frames", () => {}, "", "Trails");
-  menu: HTMLDivElement;
-
-  constructor(trails: Trails) {
-    const modes = (Object.keys(MODES) as Mode[]).map((mode) => {
-      const radio = element("input", { type: "radio", name: "trails", checked: mode === trails.mode });
-      radio.onchange = () => {
-        trails.setMode(mode);
-        this.button.classList.toggle("on", mode !== "off");
-      };
-      return element("label", {}, radio, MODES[mode]);
-    });
-    const { about } = trails.page.robot;
-    const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
-    const frames = [...about.effectors, ...others].map((name) => {
-      const box = element("input", { type: "checkbox", checked: trails.frames.has(name) });
-      box.onchange = () => trails.choose(name, box.checked);
-      return element("label", {}, box, name);
-    });
-    this.menu = menu(
-      this.button,
-      "Trails of frames",
-      element("fieldset", { className: "modes" }, element("legend", {}, "Trails"), ...modes),
-      element("fieldset", { className: "frames" }, element("legend", {}, "Frames"), ...frames),
-    );
-    this.menu.classList.add("trails");
-  }
-}
+type Page = PageWith<"panel" | "pick" | "reports" | "robot" | "role" | "stance" | "streams" | "viewer">;
 
 type Playback = ClipPlayback | MotionPlayback;
 
@@ -68,7 +32,6 @@ export class Player extends EventTarget {
   editor!: Editor;
   recording!: Recording;
   plots!: PlotStrip;
-  trails!: Trails;
   files!: MotionFiles;
 
   looping = true;
@@ -94,7 +57,7 @@ export class Player extends EventTarget {
 
   /** @param begin called before the clip takes over the robot's vertical */
   constructor(
-    public page: App,
+    public page: Page,
     public bar: HTMLElement,
     readonly begin: () => void,
   ) {
@@ -115,20 +78,10 @@ export class Player extends EventTarget {
     this.editor = new Editor(this);
     this.recording = new Recording(this);
     this.plots = new PlotStrip(this);
-    this.trails = new Trails(this.page, this);
     const files = (this.files = new MotionFiles(this));
-    const trails = new TrailsMenu(this.trails);
     this.sheets.replaceChildren(this.plots.element, this.editor.element);
-    toolbar(
-      this.tools,
-      "Motion",
-      this.recording.button,
-      this.editor.button,
-      this.plots.button,
-      trails.button,
-      files.button,
-    );
-    this.tools.after(trails.menu, files.menu, files.field);
+    toolbar(this.tools, "Motion", this.recording.button, this.editor.button, this.plots.button, files.button);
+    this.tools.after(files.menu, files.field);
     this.bar.hidden = this.page.role !== "";
     this.change(null);
   }

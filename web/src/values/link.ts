@@ -1,6 +1,4 @@
-import { KeyFrames, LATEST, type Key } from "../timeline/key_frames.ts";
 import type { About } from "../types.ts";
-import { unrounded } from "./configurations.ts";
 import { Refused } from "./literals.ts";
 import { quoted } from "./names.ts";
 import { jointsAtZero, withValues } from "./reading.ts";
@@ -43,8 +41,6 @@ interface State {
   units: Choice;
   /** The frame whose pose the panel shows. */
   frame: string;
-  /** The key frames; null if there are none. */
-  keys: KeysShown | null;
 }
 
 const VERSION = "1";
@@ -63,12 +59,6 @@ function oneOf(name: string, valid: readonly string[], kind: string) {
   return name;
 }
 
-/** A configuration with another pose of its base. */
-function withBase(q: number[], base: number[]) {
-  if (!(Math.hypot(...base.slice(3)) > 1e-3)) throw new Refused("a base with no orientation");
-  return [...base, ...q.slice(base.length)];
-}
-
 interface Reading {
   about: About;
   toggles: readonly string[];
@@ -84,9 +74,10 @@ const READERS: Record<string, (value: string, reading: Reading) => Partial<State
     return { q: withValues(about, jointsAtZero(about, state.q ?? about.neutral), written) };
   },
   base(value, { about, state }) {
-    const numbers = numbersOf(value, 7, "base");
+    const base = numbersOf(value, 7, "base");
     if (!about.floating) throw new Refused("the link has a floating base, which this robot does not have");
-    return { q: withBase(state.q ?? about.neutral, numbers) };
+    if (!(Math.hypot(...base.slice(3)) > 1e-3)) throw new Refused("a base with no orientation");
+    return { q: [...base, ...(state.q ?? about.neutral).slice(base.length)] };
   },
   up(value) {
     const up = numbersOf(value, 3, "up");
@@ -126,14 +117,10 @@ const READERS: Record<string, (value: string, reading: Reading) => Partial<State
       "frame",
     ),
   }),
-  keys: (value, { about }) => ({ keys: readKeys(about, value) }),
 };
 
-/**
- * Write the part of a link after the #. Joints at zero are left out, as in `nao.configuration({…})`; key frames are left out
- * if they are too long.
- */
-export function writeLink(about: About, { q, up, camera, shown, units, frame, keys }: State) {
+/** Write the part of a link after the #. Joints at zero are left out, as in `nao.configuration({…})`. */
+export function writeLink(about: About, { q, up, camera, shown, units, frame }: State) {
   const joints = about.coordinates
     .filter(({ column }) => Number(rounded(q[column])) !== 0)
     .map(({ joint, column }) => `${encodeURIComponent(joint)}:${rounded(q[column])}`);
@@ -150,8 +137,6 @@ export function writeLink(about: About, { q, up, camera, shown, units, frame, ke
   const view = typeof camera === "string" ? encodeURIComponent(camera) : camera.map((x) => rounded(x, 4)).join(",");
   parts.push(`camera=${view}`, `show=${shown.map(encodeURIComponent).join(",")}`);
   parts.push(`units=${units.angle},${units.length}`, `frame=${encodeURIComponent(frame)}`);
-  const written = keys && writeKeys(about, keys);
-  if (written) parts.push(`keys=${written}`);
   return parts.join("&");
 }
 
@@ -180,106 +165,10 @@ export function readLink(about: About, toggles: readonly string[], text: string)
   }
   const state: Partial<State> = {};
   for (const [key, value] of parts) {
-    if (key === "v") continue;
+    // Links of version 0.3 may also have key frames.
+    if (key === "v" || key === "keys") continue;
     if (!Object.hasOwn(READERS, key)) throw new Refused(`unknown field ${quoted(key)} in the link`);
     Object.assign(state, READERS[key](value, { about, toggles, state }));
   }
   return state;
-}
-
-/** The key frames, and the time shown [s]. */
-interface KeysShown {
-  frames: KeyFrames;
-  time: number;
-}
-
-// The format of key frames in a link:
-//
-//   linear:1.5:HeadYaw,LKneePitch;0:5yc4,-7ps;1.5:,8w
-//
-// First the interpolation, the time shown, and the joints that are ever nonzero. Then for each key its time and the values
-// of these joints, in millionths of a radian or metre in base 36; an empty value is that of the key before.
-
-/** The largest number of key frames in a link, and of their characters: enough for sixty that move all joints of a NAO. */
-export const MOST_LINKED = 60;
-const LONGEST_KEYS = 9000;
-
-// Stands for the pose of a floating base in the list of joints; in a joint's name this sign would be written as %40.
-const BASE = "@";
-const BASE_COLUMNS = [0, 1, 2, 3, 4, 5, 6];
-
-const WHOLE = /^-?[0-9a-z]{1,8}$/;
-
-/** @returns null if they are too long for a link */
-export function writeKeys(about: About, { frames: { keys, interpolation }, time }: KeysShown): string | null {
-  if (keys.length > MOST_LINKED) return null;
-  const whole = keys.map(({ q }) => q.map((value) => Math.round(value / ROUNDING)));
-  const moved = about.coordinates.filter(({ column }) => whole.some((row) => row[column] !== 0));
-  const columns = [...(about.floating ? BASE_COLUMNS : []), ...moved.map(({ column }) => column)];
-  const names = [...(about.floating ? [BASE] : []), ...moved.map(({ joint }) => encodeURIComponent(joint))];
-  const rows = keys.map(({ time: at }, i) => {
-    const values = columns.map((column) =>
-      whole[i][column] === (whole[i - 1]?.[column] ?? 0) ? "" : whole[i][column].toString(36),
-    );
-    return `${rounded(at)}:${values.join(",")}`;
-  });
-  const text = [`${interpolation}:${rounded(time)}:${names.join(",")}`, ...rows].join(";");
-  return text.length > LONGEST_KEYS ? null : text;
-}
-
-/** @throws {Refused} */
-export function readKeys(about: About, text: string): KeysShown {
-  const [head, ...rows] = text.split(";");
-  const [interpolation, time, list, ...more] = head.split(":");
-  if ((interpolation !== "linear" && interpolation !== "smooth") || list === undefined || more.length > 0) {
-    throw new Refused(`key frames begin with ${quoted(head)}, expected linear or smooth, a time and joints`);
-  }
-  if (rows.length === 0 || rows.length > MOST_LINKED) {
-    throw new Refused(`${rows.length} key frames, a link has 1 to ${MOST_LINKED}`);
-  }
-  const names = list === "" ? [] : list.split(",");
-  const hasBase = names[0] === BASE;
-  if (hasBase !== about.floating) {
-    throw new Refused(`key frames ${hasBase ? "with" : "without"} a floating base, unlike this robot`);
-  }
-  const joints = names.slice(hasBase ? 1 : 0).map(decoded);
-  const count = joints.length + (hasBase ? BASE_COLUMNS.length : 0);
-  let values: number[] = Array(count).fill(0);
-  const keys: Key[] = [];
-  for (const row of rows) {
-    const [at, written] = splitAt(row, ":");
-    values = changed(values, count === 0 && written === "" ? [] : written.split(","), at);
-    const before = keys.at(-1)?.time ?? -Infinity;
-    const now = timeOf(at);
-    if (!(now > before)) throw new Refused(`a key frame at ${at} s follows one at ${before} s`);
-    keys.push({ time: now, q: configuration(about, hasBase, joints, values) });
-  }
-  return { frames: new KeyFrames(keys, interpolation), time: timeOf(time) };
-}
-
-function timeOf(text: string) {
-  const time = NUMBER.test(text) ? Number(text) : NaN;
-  if (!(time >= 0 && time <= LATEST)) {
-    throw new Refused(`the time of a key frame is ${quoted(text)}, expected 0 to ${LATEST} s`);
-  }
-  return time;
-}
-
-function changed(before: number[], parts: string[], at: string) {
-  if (parts.length !== before.length) {
-    throw new Refused(`the key frame at ${quoted(at)} has ${parts.length} values, expected ${before.length}`);
-  }
-  return parts.map((part, i) => {
-    if (part === "") return before[i];
-    if (!WHOLE.test(part)) throw new Refused(`${quoted(part)} is not a value of a key frame`);
-    return Number.parseInt(part, 36);
-  });
-}
-
-function configuration(about: About, hasBase: boolean, joints: string[], whole: number[]) {
-  const values = whole.map((value) => Number((value * ROUNDING).toFixed(6)));
-  const zero = jointsAtZero(about, about.neutral);
-  const start = hasBase ? withBase(zero, values.splice(0, BASE_COLUMNS.length)) : zero;
-  const written = joints.map((name, i) => ({ name, value: values[i], line: 0 }));
-  return unrounded(about, withValues(about, start, written), ROUNDING);
 }

@@ -50,7 +50,7 @@ export function readRecords(text: string): { fields: string[]; line: number }[] 
 }
 
 // Reads JSON, and the part of Python that sets names and calls functions: NAOqi's scripts, Choregraphe's exports, printed
-// arrays. Arithmetic is done; nothing else is executed.
+// arrays. Degrees become radians; nothing is calculated or executed.
 
 export type Value = number | string | Value[] | Call | Name;
 interface Name {
@@ -79,17 +79,18 @@ export class Call {
   }
 }
 
-// The deepest nesting of lists and calls, and the largest number of values, that are read.
+// The deepest nesting of lists and calls, and the largest number of values of lists in degrees, that are read.
 const DEEPEST = 8;
-const MOST_VALUES = 100_000;
+const MOST_SCALED = 100_000;
 
 const SPACE = /(?:\s|#[^\n]*|\\\r?\n)*/y;
 const STATEMENT_END = /[ \t]*(?:#[^\n]*)?(?:$|[;\r\n])/y;
 const NUMBER = /(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?(?![\w.])/iy;
 const WORD = /[\p{L}_][\p{L}\p{N}_]*/uy;
 const STRING = /"((?:[^"\\\n]|\\[^\n])*)"|'((?:[^'\\\n]|\\[^\n])*)'/y;
-const SUM = /(?:[ \t]|\\\r?\n)*([-+])/y;
-const PRODUCT = /(?:[ \t]|\\\r?\n)*([*/])/y;
+// Behind a value, or before one, in degrees.
+const IN_DEGREES = /[ \t]*\*[ \t]*(?:[\p{L}_][\p{L}\p{N}_]*\.)*TO_RAD(?![\p{L}\p{N}_.])/uy;
+const DEGREES_OF = /(?:[\p{L}_][\p{L}\p{N}_]*\.)*TO_RAD[ \t]*\*/uy;
 // Numbers between blanks, as NumPy prints an array.
 const ROW = /\[\s*([-+]?[\d.]+(?:e[-+]?\d+)?(?:\s+[-+]?[\d.]+(?:e[-+]?\d+)?)+)\s*\]/iy;
 const ENTRY = /(?:"((?:[^"\\\n]|\\[^\n])*)"|'((?:[^'\\\n]|\\[^\n])*)')\s*:/y;
@@ -105,10 +106,10 @@ const SKIPPED =
 class Reader {
   at = 0;
   counted = { at: 0, line: 1 };
-  read = 0;
+  scaledValues = 0;
   values: Value[] = [];
   set: Entry[] = [];
-  names: Map<string, Value> = new Map(Object.entries({ TO_RAD: DEGREE, pi: Math.PI }));
+  names: Map<string, Value> = new Map();
 
   constructor(readonly text: string) {
     while (this.ends(";") || this.at < text.length) {
@@ -137,13 +138,6 @@ class Reader {
     return new Refused(`line ${this.line}: expected ${expected}, found ${found ? `"${found}"` : "the end"}`);
   }
 
-  /** Refuse a text whose values take too much time or space. */
-  count(values: number, depth: number) {
-    this.read += values;
-    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists are nested too deeply`);
-    if (this.read > MOST_VALUES) throw new Refused(`line ${this.line}: lists are too long`);
-  }
-
   /** @param pattern sticky */
   match(pattern: RegExp) {
     pattern.lastIndex = this.at;
@@ -163,16 +157,16 @@ class Reader {
     return is;
   }
 
-  value(depth: number, signs: RegExp = SUM): Value {
-    const operand = () => (signs === SUM ? this.value(depth, PRODUCT) : this.atom(depth));
-    let value = operand();
-    for (let sign; (sign = this.match(signs));) value = this.operate(sign[1], value, operand());
-    return value;
+  value(depth: number): Value {
+    this.match(SPACE);
+    const isBehind = this.match(DEGREES_OF) !== null;
+    const value = this.atom(depth);
+    return isBehind || this.match(IN_DEGREES) ? this.scaled(value, DEGREE) : value;
   }
 
   atom(depth: number): Value {
-    this.count(1, depth);
-    if (this.take("-")) return this.operate("*", -1, this.atom(depth + 1));
+    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists are nested too deeply`);
+    if (this.take("-")) return this.scaled(this.atom(depth + 1), -1);
     if (this.take("+")) return this.atom(depth + 1);
     const row = this.match(ROW);
     if (row) return row[1].split(/\s+/).map(Number);
@@ -207,53 +201,34 @@ class Reader {
   arguments(name: string, end: string, depth: number) {
     const call = new Call(name, this.line);
     while (!this.take(end)) {
-      const { at, line } = this;
+      const { line } = this;
       const key = this.match(end === "}" ? ENTRY : TARGET);
       if (end === "}" && !key) throw this.fail("a joint's name in quotes");
       const value = this.value(depth);
       if (key) call.named.push({ name: unescaped(key), value, line });
-      else if (this.take("for ")) call.given.push(...this.each(at, depth));
       else call.given.push(value);
       if (!this.take(",") && !this.ends(end)) throw this.fail(`, or ${end}`);
     }
     return call;
   }
 
-  /** The values of the expression that begins at `start` for each entry of the list that follows `for`. */
-  each(start: number, depth: number) {
-    const name = this.word();
-    if (!this.take("in ")) throw this.fail("in");
-    const list = this.value(depth);
-    const { at } = this;
-    const values = (Array.isArray(list) ? list : []).map((entry) => {
-      this.at = start;
-      this.names.set(name, entry);
-      return this.value(depth);
-    });
-    this.at = at;
-    return values;
-  }
-
   /** @param object that a method is called of */
   called(call: Call, object: Value): Value {
     const [first = []] = call.given;
-    if (/^(radians|deg2rad)$/.test(call.name)) return this.operate("*", first, DEGREE);
+    if (/^(radians|deg2rad)$/.test(call.name)) return this.scaled(first, DEGREE);
     if (/^(array|asarray|tensor|list|tuple|float(32|64)?)$/.test(call.name)) return first;
     if (call.name === "tolist") return object;
     if (call.name === "append" && Array.isArray(object)) object.push(first);
     return call;
   }
 
-  operate(sign: string, a: Value, b: Value, depth: number = 0): Value {
-    this.count(Array.isArray(a) ? a.length : 1, depth);
-    if (typeof a === "number" && typeof b === "number") {
-      return sign === "+" ? a + b : sign === "-" ? a - b : sign === "*" ? a * b : a / b;
-    }
-    if (sign === "+") return Array.isArray(a) && Array.isArray(b) ? [...a, ...b] : NaN;
-    if (sign === "*" && Array.isArray(b)) return Array.isArray(a) ? NaN : this.operate(sign, b, a, depth);
-    // A list times a whole number is repeated by Python and multiplied by NumPy, so it has no value here.
-    const isScaled = Array.isArray(a) && sign !== "-" && (sign === "/" || b === -1 || !Number.isInteger(b));
-    return isScaled ? a.map((entry) => this.operate(sign, entry, b, depth + 1)) : NaN;
+  /** A number, or those of a list, times a factor; NaN where there is no number. */
+  scaled(value: Value, factor: number): Value {
+    const times = (entry: Value) => (typeof entry === "number" ? entry * factor : NaN);
+    if (!Array.isArray(value)) return times(value);
+    this.scaledValues += value.length;
+    if (this.scaledValues > MOST_SCALED) throw new Refused(`line ${this.line}: lists are too long`);
+    return value.map(times);
   }
 }
 
