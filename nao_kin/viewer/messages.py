@@ -409,5 +409,6 @@ KINDS: Mapping[str, Kind] = {
 # Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {
     "clip": panel_message("still", {}),
+    "figure": packed({"type": "delete", "path": "figure"}),
     **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},
 }

@@ -449,6 +449,7 @@ def test_one_browser_draws_all_pictures_of_a_program_as_a_new_one_would(
     two.add_points("cloud", [[0.2, 0.1, 0.0]], size=0.02)
     two.add_robot(nao)
     two.show_ghosts(nao.posture("Crouch"))
+    two.animate(nao.posture("Crouch")[None], play=False, figure=[[[[0.0, 0.4, 0.0], [0.0, 0.4, 0.5]]]])
     other = drawn(two)
     assert (other != first).any()
     assert pictures._page is page
