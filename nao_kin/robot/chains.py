@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import one_line_repr
-from nao_kin.robot.model import RobotModel, check_robot
+from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.semantics import Mimic
 
 
@@ -35,7 +35,7 @@ class SerialChain:
         """Joints whose coordinates move the frame, from the base outwards, without drivers whose multiplier is 0."""
         return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
 
-    def length(self, robot: RobotModel) -> float:
+    def length(self, robot: KinematicRobot) -> float:
         """Return the length of the chain stretched to a straight line [m]; infinite with an unlimited sliding joint.
 
         Examples:
@@ -51,7 +51,7 @@ class SerialChain:
         return total
 
 
-def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
+def serial_chain(robot: KinematicRobot, base: str, frame: str) -> SerialChain:
     """Return the chain of joints from one frame to another, such as from the left foot to the right hand.
 
     Examples:
@@ -59,7 +59,6 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
         >>> len(chain.drivers), chain.coordinates[:2], chain.drivers[6]
         (12, ('LAnkleRoll', 'LAnklePitch'), Mimic(joint='LHipYawPitch', multiplier=1.0, offset=0.0))
     """
-    check_robot(robot)
     table = robot.joints
     (first, T_last_base), (last, T_last_frame) = robot.frame_placement(base), robot.frame_placement(frame)
     up, down = table.paths(first, last)
@@ -113,7 +112,7 @@ class Topology:
     couplings_between_limbs: Mapping[str, Mimic]
 
 
-def topology(robot: RobotModel) -> Topology:
+def topology(robot: KinematicRobot) -> Topology:
     """Return the structure of a robot: its degrees of freedom, serial chains, closed loops and couplings.
 
     Examples:
@@ -125,7 +124,6 @@ def topology(robot: RobotModel) -> Topology:
         >>> {joint: mimic.joint for joint, mimic in topology.couplings_between_limbs.items()}
         {'RHipYawPitch': 'LHipYawPitch'}
     """
-    check_robot(robot)
     table = robot.joints
     # Joint → the joints from the root to this one, which is the last.
     paths = {name: [table.names[above] for above in table.path(k)] for k, name in enumerate(table.names)}

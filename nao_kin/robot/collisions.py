@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,6 @@ from nao_kin._core.arrays import (
     check_tolerance,
     finite_or_none,
     flag,
-    generator,
     join_poses,
     shaped,
 )
@@ -30,9 +29,6 @@ from nao_kin.robot.collision_pairs import LinkPair
 from nao_kin.robot.geometry import check_points, read_mesh, shape_geometry
 from nao_kin.robot.offsets import rigid_poses
 from nao_kin.robot.urdf import Box, MeshFile, Packages, Sphere, UnreadableShape
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
 
 
 @one_line_repr
@@ -244,32 +240,3 @@ class Clearance:
         """Return the clearance of one configuration for JSON [m]; None without links to check."""
         pair = self.pairs[int(self.pair_index)] if self.pair_index >= 0 else None
         return {"distance": finite_or_none(float(self.distance)), "pair": pair and list(pair)}
-
-
-# --- Random configurations.
-
-# Least and largest number of random configurations drawn at a time, and drawn without success before giving up.
-_DRAWN, _CHUNK, _MOST_DRAWN = 256, 4096, 100_000
-
-
-def random_free(
-    robot: RobotModel, rule: CollisionRule, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None
-) -> Floats:
-    """Return random configurations in which no links overlap; those that overlap are drawn again."""
-    shapes, tolerance = robot.link_shapes.among(rule.obstacles), rule.tolerance
-    options: Any = {"tolerance": tolerance, "checked": ~shapes.allowed(rule), "exact": rule.exact}
-    wanted = robot.random(rng, n)  # checks the arguments
-    drawn = generator(rng)
-    rows = wanted.reshape(-1, robot.nq)
-    filled = vain = 0
-    while filled < len(rows):
-        q = robot.random(drawn, min(max(_DRAWN, len(rows) - filled), _CHUNK))
-        q = q[shapes.clearance(q, -tolerance, **options).is_free][: len(rows) - filled]
-        vain = 0 if len(q) else vain + _DRAWN
-        if vain > _MOST_DRAWN:
-            raise BadArgument(
-                f"{robot.name} collides in each of {vain} random configurations: are its shapes too large?"
-            )
-        rows[filled : filled + len(q)] = q
-        filled += len(q)
-    return rows.reshape(wanted.shape)

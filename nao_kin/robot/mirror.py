@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from nao_kin._core.arrays import COUPLING_TOLERANCE, Floats, choice
 from nao_kin._core.sides import other_sides
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.semantics import Mimic
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
 
 # How far a joint may be from the mirror image of the joint on the other side, as a share of the robot's size, and by
 # how much the directions of their axes may differ [rad]: more than calibration finds.
@@ -31,7 +29,7 @@ class _Image(NamedTuple):
     fits: bool = True
 
 
-def mirrored(robot: RobotModel, q: Floats) -> Floats:
+def mirrored(robot: KinematicRobot, q: Floats) -> Floats:
     """Return the mirror images of configurations."""
     images = _images(robot)
     for name in robot.joint_names:
@@ -39,7 +37,7 @@ def mirrored(robot: RobotModel, q: Floats) -> Floats:
     return _mirrored(robot, q, images)
 
 
-def mirror_image(robot: RobotModel, name: str) -> Mimic:
+def mirror_image(robot: KinematicRobot, name: str) -> Mimic:
     """Return how a joint of the mirror image follows the joint on the other side; both must fit to their motors."""
     choice(name, (*robot.joint_names, *robot.mimics), "joint")
     images = _images(robot)
@@ -47,7 +45,7 @@ def mirror_image(robot: RobotModel, name: str) -> Mimic:
     return images[name].of
 
 
-def _mirrored(robot: RobotModel, q: Floats, images: dict[str, _Image]) -> Floats:
+def _mirrored(robot: KinematicRobot, q: Floats, images: dict[str, _Image]) -> Floats:
     image = np.empty_like(q)
     image[..., : robot.nq_base] = _BASE[: robot.nq_base] * q[..., : robot.nq_base]
     column = {name: robot.nq_base + index for index, name in enumerate(robot.joint_names)}
@@ -57,12 +55,12 @@ def _mirrored(robot: RobotModel, q: Floats, images: dict[str, _Image]) -> Floats
     return image + 0.0  # takes the sign off a negative zero
 
 
-def _of_motor(robot: RobotModel, of: Mimic) -> Mimic:
+def _of_motor(robot: KinematicRobot, of: Mimic) -> Mimic:
     """Return how the value follows the driving joint, if the joint that it follows has one."""
     return of.through(robot.mimics[of.joint]) if of.joint in robot.mimics else of
 
 
-def _images(robot: RobotModel) -> dict[str, _Image]:
+def _images(robot: KinematicRobot) -> dict[str, _Image]:
     """Pair the joints by names and by their places at zero; compare a random configuration with its mirror image."""
     joints = robot.tree.moving_joints
     if not joints:
@@ -101,7 +99,7 @@ def _images(robot: RobotModel) -> dict[str, _Image]:
     return {name: _Image(image.of, *apart) for (name, image), *apart in found}
 
 
-def _check(robot: RobotModel, name: str, images: dict[str, _Image]) -> None:
+def _check(robot: KinematicRobot, name: str, images: dict[str, _Image]) -> None:
     """Raise an error if a joint and the one on the other side are no mirror images, or do not follow as those."""
     image = images[name]
     other = image.of.joint

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,10 +16,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, is_s
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
-
+from nao_kin.robot.kinematic_robot import KinematicRobot
 
 # Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
@@ -106,7 +102,7 @@ def _places(points: ArrayLike) -> Floats:
     return as_vectors(array[..., :2], "points", 2)
 
 
-def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:
+def named_soles(robot: KinematicRobot, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:
     """Return the names of soles, by default those of the semantics, after checking that they are frames."""
     if soles is None:
         if needed and not robot.semantics.soles:
@@ -121,7 +117,7 @@ def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed:
     return names
 
 
-def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
+def sole_corners(robot: KinematicRobot, sole: str) -> NDArray[np.float64]:
     """Return the hull of the frames on the foot in the plane of a sole, in its own frame, shape (k, 3) [m].
 
     On a NAO the corners are the four pressure sensors, which carry the robot, inside the area that touches the floor
@@ -140,7 +136,7 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
 
 
 def support_polygon(
-    robot: RobotModel, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
+    robot: KinematicRobot, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
 ) -> SupportPolygon:
     """Return the support polygon of a robot; the arguments are those of `RobotModel.support_polygon`."""
     names = named_soles(robot, soles, needed=True)

@@ -32,7 +32,7 @@ from nao_kin.robot.urdf.document import (
     root_tag,
     xacro_values,
 )
-from nao_kin.robot.urdf.mjcf.reader import read_mjcf
+from nao_kin.robot.urdf.mjcf import read_mjcf
 from nao_kin.robot.urdf.tree import (
     TENSOR_LABELS,
     Inertial,

@@ -16,7 +16,7 @@ from mjcf_samples import BOX, SAMPLES, Mujoco, all_values, write
 import nao_kin as nk
 from nao_kin.errors import BadModel, MissingExtra, NaoKinError
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf.mjcf.reader import read_mjcf
+from nao_kin.robot.urdf.mjcf import read_mjcf
 
 pytest.importorskip("mujoco", reason="MuJoCo reads MJCF")
 
@@ -352,7 +352,7 @@ def test_the_cross_check_of_an_mjcf_is_against_mujoco(tmp_path: Path, name: str)
 
 
 def test_the_cross_check_sees_a_wrong_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nao_kin.robot.urdf.mjcf.joints.translation", lambda by: np.eye(4))  # anchors forgotten
+    monkeypatch.setattr("nao_kin.robot.urdf.mjcf.translation", lambda by: np.eye(4))  # anchors forgotten
     report = nk.crosscheck.run(_load(tmp_path, SAMPLES["several joints in one body"]), 20)
     assert any(row.against == "MuJoCo" for row in report.failures)
 
