@@ -251,7 +251,7 @@ class MultiDofModel:
         """
         typed = self._checked(q_typed)
         for ball in self._balls:
-            if isinstance(joint, str) and joint in (ball.name, *(part.name for part in ball.joints)):
+            if joint in (ball.name, *(part.name for part in ball.joints)):
                 return turns_of_quaternion(ball, ball.quaternions(typed))
         raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
 

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     Floats,
     as_floats,
-    check_kind,
     check_tolerance,
     finite_or_none,
     flag,
@@ -60,9 +59,6 @@ class Obstacle:
     T: Floats = field(repr=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise BadArgument(f"the name of an obstacle must be a text, got {quoted(self.name)}")
-        check_kind(self.geometry, "geometry", (Box, Sphere, MeshFile))
         object.__setattr__(self, "T", _pose(self.T))
         try:
             check_points(self.T[None, :3, 3])
@@ -95,7 +91,6 @@ class Obstacle:
             BadInputFile: the file is missing, or holds no mesh.
         """
         factor = float(_lengths(scale, (), f"scale of {quoted(name)}"))
-        check_kind(path, "path", (str, Path))
         return Obstacle(name, MeshFile(str(Path(path).resolve()), (factor, factor, factor)), _pose(at))
 
 
@@ -127,7 +122,7 @@ class CollisionRule:
         obstacles: what stands near the robot; its names serve in pairs as those of links do.
 
     Raises:
-        BadArgument: a negative tolerance, pairs that are no pairs of names, or obstacles that are none.
+        BadArgument: a negative tolerance, or pairs that are no pairs of names.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -144,15 +139,11 @@ class CollisionRule:
     def __post_init__(self) -> None:
         check_tolerance(self.tolerance)
         flag(self.exact, "exact")
-        is_list = isinstance(self.allowed, Sequence) and not isinstance(self.allowed, str)
-        pairs = self.allowed if is_list else [self.allowed]
-        for pair in pairs:
-            if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or {*map(type, pair)} != {str}:
+        for pair in self.allowed:
+            if isinstance(pair, str) or len(pair) != 2:
                 raise BadArgument(f"allowed must be pairs of names of links, got {quoted(pair)}")
-        object.__setattr__(self, "allowed", tuple((min(a, b), max(a, b)) for a, b in pairs))
+        object.__setattr__(self, "allowed", tuple((min(a, b), max(a, b)) for a, b in self.allowed))
         object.__setattr__(self, "tolerance", float(self.tolerance))
-        if not isinstance(self.obstacles, Sequence) or any(type(one) is not Obstacle for one in self.obstacles):
-            raise BadArgument(f"obstacles must be a list of nk.robot.Obstacle, got {quoted(self.obstacles)}")
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
 
     @staticmethod
@@ -160,9 +151,7 @@ class CollisionRule:
         """Return the rule of an argument `collisions`, which may also be True for the default, or False for None."""
         if isinstance(collisions, CollisionRule):
             return collisions
-        if isinstance(collisions, (bool, np.bool_)):
-            return CollisionRule() if collisions else None
-        raise BadArgument(f"{name} must be True, False or a CollisionRule, got {quoted(collisions)}")
+        return CollisionRule() if flag(collisions, name) else None
 
 
 @one_line_repr

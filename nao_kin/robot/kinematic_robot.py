@@ -20,7 +20,6 @@ from nao_kin._core.arrays import (
     flag,
     limit_policy,
     texts,
-    whole_number,
 )
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
@@ -272,7 +271,8 @@ class KinematicRobot(Guessing):
         Raises:
             CouplingViolated: two joints of one motor have different values, and `hips` is None.
             OutsideLimits: a named joint is outside its limits.
-            BadArgument: batch shapes that do not broadcast, or a joint named twice.
+            WrongShape: batch shapes that do not broadcast.
+            BadArgument: a joint named twice.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -422,8 +422,7 @@ class KinematicRobot(Guessing):
             >>> [violation.joint for violation in nao.limit_violations(q)]
             ['HeadYaw']
         """
-        limit = None if max_configurations is None else whole_number(max_configurations, "max_configurations", 0)
-        return self._limits.violations(self._configurations.joints(q), max_configurations=limit)
+        return self._limits.violations(self._configurations.joints(q), max_configurations=max_configurations)
 
     def check_limits(self, q: ArrayLike) -> Floats:
         """Return `q` as an array if every joint is inside its limits, coupled ones included.

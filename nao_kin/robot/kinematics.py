@@ -16,15 +16,14 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from nao_kin import _kernels as kernels
 from nao_kin._core.arrays import (
     CROSSOVER,
-    LARGEST,
     MAX_THREADS,
     Floats,
+    as_floats,
     as_numbers,
-    as_vectors,
+    common_batch,
     refuse_non_finite,
     whole_number,
 )
-from nao_kin._core.text import quoted
 from nao_kin._core.warn import TURN
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
@@ -364,24 +363,19 @@ class Output(NamedTuple):
     def precision(self) -> np.dtype[Any]:
         """Return the precision of the result."""
         if self.dtype is None:
-            single = self.out is not None and isinstance(self.out, np.ndarray) and self.out.dtype == _SINGLE
-            return _SINGLE if single else _DOUBLE
-        for kind in (_DOUBLE, _SINGLE):
-            try:
-                if kind == self.dtype:
-                    return kind
-            except (TypeError, ValueError):  # not a type
-                break
-        raise BadArgument(f"dtype must be float64 or float32, got {quoted(self.dtype)}")
+            return _SINGLE if getattr(self.out, "dtype", None) == _SINGLE else _DOUBLE
+        kind = np.dtype(self.dtype)
+        if kind not in (_DOUBLE, _SINGLE):
+            raise BadArgument(f"dtype must be float64 or float32, got {kind}")
+        return kind
 
     def check(self, shape: tuple[int, ...], kind: np.dtype[Any], inputs: Sequence[NDArray[Any]]) -> None:
         """Raise `BadArgument` or `WrongShape` for an `out` that cannot take the result."""
         out = self.out
         if out is None:
             return
-        if not isinstance(out, np.ndarray) or out.dtype != kind:
-            found = out.dtype if isinstance(out, np.ndarray) else type(out).__name__
-            raise BadArgument(f"out must be an array of {kind}, got {found}")
+        if out.dtype != kind:
+            raise BadArgument(f"out must be an array of {kind}, got {out.dtype}")
         if out.shape != shape:
             raise WrongShape("out", str(shape), out.shape)
         if not out.flags.c_contiguous or not out.flags.writeable or not out.flags.aligned:
@@ -391,8 +385,7 @@ class Output(NamedTuple):
 
     def check_no_overlap(self, values: object) -> None:
         """Raise `BadArgument` for an `out` that shares memory with an input."""
-        both = isinstance(self.out, np.ndarray) and isinstance(values, np.ndarray)
-        if both and np.may_share_memory(self.out, values):
+        if self.out is not None and isinstance(values, np.ndarray) and np.may_share_memory(self.out, values):
             raise BadArgument("out must not be in the memory of an input")
 
 
@@ -424,15 +417,14 @@ class Answers:
         if (threads is None and count < CROSSOVER) or not has_numba():
             slow = count >= CROSSOVER
             started = time.thread_time() if slow else 0.0  # a call into the system, as long as a single answer
-            q, nv = self._checks.posed(arrays[0]), self._nv
-            rates = [as_vectors(array, name, nv) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
+            q = self._checks.posed(arrays[0])
+            rates = [as_floats(array, (), name) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
             few = self._kinematics.answer(question, q, *rates).reshape(shape)
             if slow:
                 note_slowness(time.thread_time() - started)
-            with np.errstate(over="ignore"):
-                if out is None:
-                    return few.astype(kind, copy=False)
-                out[...] = few
+            if out is None:
+                return few.astype(kind, copy=False)
+            out[...] = few
             return out
         answers = empty_answers(count, numbers, kind) if out is None else out
         self._by_kernels(question, arrays, answers.reshape(count, math.prod(numbers)), threads)
@@ -449,15 +441,7 @@ class Answers:
             self._checks.refuse_non_finite(arrays[0])
             for values, name in zip(arrays[1:], _NAMES[1:], strict=False):
                 refuse_non_finite(values, name)
-            # The inputs are finite in double precision, but infinite in single precision.
-            double = empty_answers(len(answers), answers.shape[1:], _DOUBLE)
-            kernels.execute(program, arrays, double, threads)
-            with np.errstate(over="ignore"):
-                answers[...] = double
         if not peak <= TURN:
-            if peak > LARGEST:
-                for values, name in zip(arrays[1:], _NAMES[1:], strict=False):
-                    as_vectors(values, name, self._nv)
             self._checks.warn_of_degrees(arrays[0])
 
     def joints(self) -> JointArrays:
@@ -523,9 +507,5 @@ class Answers:
             arrays.append(array)
         if len(arrays) == 1:
             return arrays
-        try:
-            batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
-        except ValueError:
-            found = ", ".join(f"{name} {array.shape}" for name, array in zip(_NAMES, arrays, strict=False))
-            raise BadArgument(f"configurations and their derivatives must share one batch shape, got {found}") from None
+        batch = common_batch("configurations and their derivatives", *(array.shape[:-1] for array in arrays))
         return [np.broadcast_to(array, (*batch, array.shape[-1])) for array in arrays]

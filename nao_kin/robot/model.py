@@ -16,12 +16,12 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, OtherRobotWarning
 from nao_kin.robot.build import Base
+from nao_kin.robot.chains import mirror_image, mirrored
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
 from nao_kin.robot.geometry import GeometryKind, Shape, geometry_model, shapes_of, unit_notes
 from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
 from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.link_shapes import LinkShapes
-from nao_kin.robot.mirror import mirror_image, mirrored
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import camera_of, find_semantics, pose_of_body

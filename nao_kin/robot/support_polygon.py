@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, is_several, shaped, split_poses
-from nao_kin._core.text import one_line_repr, quoted
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, shaped, split_poses
+from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.kinematic_robot import KinematicRobot
@@ -62,14 +62,10 @@ class SupportPolygon:
             >>> nk.robot.SupportPolygon.of_soles(zip(T, corners)).vertices.shape
             (5, 2)
         """
-        if not is_several(soles):
-            raise BadArgument(f"soles must be poses with their corners, got {quoted(soles)}")
         corners = []
-        for sole in soles:
-            if not isinstance(sole, (tuple, list)) or len(sole) != 2:
-                raise BadArgument(f"each of the soles must be a pose and its corners, got {quoted(sole)}")
-            R, t = split_poses(shaped(sole[0], (4, 4), "the pose of a sole"), "the pose of a sole")
-            corners.append(as_floats(sole[1], (3,), "corners of a sole").reshape(-1, 3) @ R.T + t)
+        for pose, outline in soles:
+            R, t = split_poses(shaped(pose, (4, 4), "the pose of a sole"), "the pose of a sole")
+            corners.append(as_floats(outline, (3,), "corners of a sole").reshape(-1, 3) @ R.T + t)
         return SupportPolygon.around(np.concatenate(corners) if corners else np.empty((0, 3)))
 
     @property
@@ -99,7 +95,7 @@ def _places(points: ArrayLike) -> Floats:
     array = as_numbers(points, "points")
     if array.shape[-1:] not in ((2,), (3,)):
         raise WrongShape("points", "(..., 2) or (..., 3)", array.shape)
-    return as_vectors(array[..., :2], "points", 2)
+    return as_floats(array[..., :2], (2,), "points")
 
 
 def named_soles(robot: KinematicRobot, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:

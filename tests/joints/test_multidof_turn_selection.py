@@ -25,10 +25,8 @@ def joint(
     [
         (-1.0, 3.0, 1.0),
         (-math.inf, math.inf, 0.0),
-        (-1e300, 1e300, 0.0),
         (0.5, math.inf, 0.5 + math.pi),
         (-math.inf, 0.5, 0.5 - math.pi),
-        (-2e3, -1.0, -1.0 - math.pi),
     ],
 )
 def test_a_joint_without_a_limit_has_its_middle_half_a_turn_inside_the_other(

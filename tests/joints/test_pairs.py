@@ -3,7 +3,6 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from bad_values import structured
 from hypothesis import given, strategies as st
 from loops import for_all
 
@@ -185,7 +184,6 @@ def test_mobility_of_known_mechanisms(names, options, expected) -> None:
         {"couplings": -1},
         {"couplings": "1"},
         {"space": 4},
-        {"space": structured()},
     ],
 )
 def test_counts_that_are_none_are_refused(options) -> None:

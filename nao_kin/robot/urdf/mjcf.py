@@ -318,7 +318,7 @@ class _MjcfReader:
         cameras = self._frames("camera", self._fixed_cameras(), joints)
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
         root = self.links[self.root]
-        ordered = share_limits(drive_order(resolved, root, self.notes), self.notes)
+        ordered = share_limits(drive_order(resolved, root), self.notes)
         own = {joint.name: joint for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
         unlimited = [name for name, joint in own.items() if np.isinf(joint.upper - joint.lower)]
         if unlimited:
