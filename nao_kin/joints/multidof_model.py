@@ -359,8 +359,7 @@ class MultiDofModel:
             return typed
         columns = np.array(list(self._quaternions.values()))[:, None] + np.arange(4)
         parts = typed[..., columns]
-        with np.errstate(over="ignore"):
-            norms = np.sqrt(np.sum(parts * parts, axis=-1))
+        norms = np.sqrt(np.sum(parts * parts, axis=-1))
         wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
         if wrong.any():
             place = first_index(wrong)

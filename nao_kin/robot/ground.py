@@ -30,10 +30,10 @@ from nao_kin._core.arrays import (
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.settling import ROLLING, settle
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.geometry import shape_geometry
+from nao_kin.robot.geometry import hull_corners, shape_geometry
 from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners
-from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
+from nao_kin.robot.urdf import Box, Cylinder, Sphere, UnreadableShape
 from nao_kin.rotations import rotation_between
 
 # Largest angle by which a robot turns from the plane of its soles until it rests on them [rad]: from a sole that its
@@ -402,11 +402,9 @@ def _outermost(shape: Any, packages: Any) -> Floats:
         across = _directions()[:, :2] / np.linalg.norm(_directions()[:, :2], axis=1)[:, None]
         ends = 0.5 * shape.length * np.sign(_directions()[:, 2:])
         return np.column_stack([shape.radius * across, ends])
-    made = shape_geometry(shape, packages)
-    if hasattr(made, "halfSide"):
-        corners = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]), axis=-1).reshape(-1, 3)
-        return np.asarray(corners * made.halfSide)
-    return np.asarray(made.vertices(), dtype=np.float64)
+    if isinstance(shape, Box):
+        return hull_corners(shape, packages)
+    return np.asarray(shape_geometry(shape, packages).vertices(), dtype=np.float64)
 
 
 @functools.cache

@@ -15,7 +15,6 @@ from nao_kin._core.arrays import (
     Floats,
     LimitPolicy,
     as_floats,
-    check_kind,
     choice,
     flag,
     limit_policy,
@@ -62,14 +61,14 @@ class KinematicRobot(Guessing):
         Raises:
             BadModel: more joints than Pinocchio can take, or semantics that name missing parts.
         """
-        check_kind(tree, "tree", UrdfTree)
-        check_kind(semantics, "semantics", (Semantics, type(None)))
         self.model = model = build_model(tree, base)
+        self.name, self.nq, self.nv = str(model.name), int(model.nq), int(model.nv)
         self.tree, self.urdf_path, self.load_notes = tree, tree.path, tree.notes
         self.base: Base = base
         self.mimics: Mapping[str, Mimic] = MappingProxyType(tree.mimics)
         own = {joint.name: joint for joint in tree.moving_joints if joint.mimic is None}
         self.joint_names: tuple[str, ...] = tuple(own)
+        self.nq_base = self.nq - len(own)
         self.semantics = checked_semantics(semantics or Semantics(), tree)
         self.chains, self.coupled_limits = self.semantics.chains, self.semantics.coupled_limits
         self.posture_names: tuple[str, ...] = tuple(self.semantics.postures)
@@ -90,26 +89,6 @@ class KinematicRobot(Guessing):
         )
         self._kinematics = Kinematics(model)
         self._answers = Answers(self._kinematics, tree, self._configurations)
-
-    @property
-    def name(self) -> str:
-        """Name of the robot in its URDF."""
-        return str(self.model.name)
-
-    @property
-    def nq(self) -> int:
-        """Number of coordinates in q."""
-        return int(self.model.nq)
-
-    @property
-    def nq_base(self) -> int:
-        """Number of coordinates of the base, which are first in q: 7 of a floating base, 0 of a fixed one."""
-        return self.nq - len(self.joint_names)
-
-    @property
-    def nv(self) -> int:
-        """Number of velocity coordinates: the degrees of freedom."""
-        return int(self.model.nv)
 
     @property
     def mass(self) -> float:

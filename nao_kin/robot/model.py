@@ -53,7 +53,11 @@ class RobotModel(KinematicRobot):
       last bit in every batch.
 
     Attributes:
-        model: the Pinocchio model, nq coordinates and nv velocities.
+        model: the Pinocchio model.
+        name: name of the robot in its URDF.
+        nq: number of coordinates in q.
+        nq_base: number of coordinates of the base, which are first in q: 7 of a floating base, 0 of a fixed one.
+        nv: number of velocity coordinates: the degrees of freedom.
         tree: the URDF as read: links, joints, inertias and shapes.
         semantics: what the URDF lacks: chains, end effectors, postures, coupled limits.
         urdf_path: the file that was read.

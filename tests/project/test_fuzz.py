@@ -30,8 +30,6 @@ REFUSED = (
     "nk.semantics.Posture({}, (0.0, np.inf, 1.0))",
     "nk.semantics.View((np.nan, 0.0, 0.0), ('HeadYaw',))",
     "nk.semantics.View((1.0, 0.0, 0.0), np.array(1.0))",
-    "nk.RobotModel({}, None)",
-    "nk.RobotModel(NAO.tree, 'a')",
     "NAO.random(np.eye(3).view(np.matrix))",
     "NAO.random(fuzz.bad_values.in_itself())",
     "NAO.fill_missing([0.1], 'Stand')",

@@ -357,7 +357,7 @@ def expand_xacro(
             xacro.process_doc(document, mappings=xacro_values(arguments))
             expanded: bytes = document.toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # its expressions may raise anything
-        raise BadModel(f"{path}: xacro refuses it: {abbreviated(_reason(error)) or type(error).__name__}") from None
+        raise BadModel(f"{path}: xacro refuses it: {abbreviated(error) or type(error).__name__}") from None
     first = warnings.getvalue().split("\n", 1)[0]
     if first.strip():
         notes.append(f"xacro says: {abbreviated(first)}")
@@ -368,19 +368,6 @@ def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
     """Return arguments for xacro as texts, with true and false in lower case; an empty dictionary for None."""
     given = (arguments or {}).items()
     return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in given}
-
-
-def _reason(error: BaseException) -> str:
-    """Return the message of an error of xacro and of the error that caused it, without the repetitions of xacro."""
-    cause = getattr(error, "exc", None)
-    if cause is None:
-        return str(error)
-    own, reason = error.args[0] or "", _reason(cause)
-    if own and isinstance(cause, OSError):
-        reason = ""
-    elif str(cause) in own:
-        own = ""
-    return " ".join(part for part in (own, reason, getattr(error, "suffix", None)) if part)
 
 
 @contextlib.contextmanager

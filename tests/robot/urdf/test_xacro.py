@@ -109,12 +109,9 @@ def test_packages_are_found_by_the_search_for_meshes(
 @pytest.mark.parametrize(
     ("inside", "reason"),
     [
-        ('<link name="${1 / 0}"/>', "division by zero when evaluating expression '1 / 0'"),
-        ('<xacro:include filename="gone"/>', "No such file or directory: {}/gone"),
-        (
-            "<link name=\"${xacro.load_yaml('gone')}\"/>",
-            "[Errno 2] No such file or directory: '{}/gone' when evaluating expression 'xacro.load_yaml('gone')'",
-        ),
+        ('<link name="${1 / 0}"/>', "division by zero"),
+        ('<xacro:include filename="gone"/>', "{}/gone"),
+        ("<link name=\"${xacro.load_yaml('gone')}\"/>", "'{}/gone'"),
     ],
 )
 def test_what_xacro_refuses_is_refused_in_one_line(
@@ -124,7 +121,8 @@ def test_what_xacro_refuses_is_refused_in_one_line(
     path.write_text(f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>')
     with pytest.raises(BadModel, match="xacro refuses it") as caught:
         nk.RobotModel.from_urdf(path)
-    assert str(caught.value) == f"{path}: xacro refuses it: {reason.format(tmp_path)}"
+    assert reason.format(tmp_path) in str(caught.value)
+    assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
 
 
