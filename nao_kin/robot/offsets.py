@@ -197,6 +197,8 @@ def _toml(value: Any) -> str:
 
 def pose_of(value: ArrayLike, what: str) -> Floats:
     """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
+    if isinstance(value, Mapping):  # a table of a file
+        raise BadArgument(f"{what} must be [dx, dy, dz, roll, pitch, yaw] or four rows of four, got {quoted(value)}")
     array = as_floats(value, (), what)
     if array.shape == (6,):
         return join_poses(matrix_from_rpy(array[3:]), array[:3])
