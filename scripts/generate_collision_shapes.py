@@ -33,8 +33,9 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
 from nao_kin.robot import load_nao, read_mesh
-from nao_kin.robot.collision_pairs import DEFAULT, NEVER, disabled_collisions, never_touch
-from nao_kin.robot.link_shapes import LinkShapes, hulls_in
+from nao_kin.robot.collision_pairs import DEFAULT, NEVER, never_touch
+from nao_kin.robot.geometry import hulls_in
+from nao_kin.robot.link_shapes import LinkShapes
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
 from nao_kin.robot.nao.rows import ShapeRow
@@ -266,8 +267,8 @@ def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
     any posture. A pair with the reason "Never" is proven apart within the limits of every version.
     """
     nao = load_nao("v6")
-    found = LinkShapes(nao, {}, hulls_in(hulls))
-    disabled = disabled_collisions(nao, found, samples=_SAMPLES, seed=0)
+    found = LinkShapes(nao, hulls_in(hulls), disabled={})
+    disabled = found.found_disabled(_SAMPLES, 0)
     standing = np.array([nao.posture(name) for name in nao.posture_names if name.startswith("Stand")])
     touching = found.count(standing, set(found.pairs) - set(disabled))
     disabled |= {pair: DEFAULT for pair, count in touching.items() if count}

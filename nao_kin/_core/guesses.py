@@ -17,7 +17,7 @@ _PACKAGE = Path(__file__).parents[1]
 # The command line, and modules of NAOqi's names for scripts.
 _NOT_FOR_CALLERS = ("cli", "compat")
 # Classes whose methods and properties are found, and what an object of them is called.
-_OBJECTS = {"RobotModel": "robot", "NaoModel": "nao", "Motion": "motion", "Viewer": "viewer"}
+_OBJECTS = {"RobotModel": "robot", "KinematicRobot": "robot", "NaoModel": "nao", "Motion": "motion", "Viewer": "viewer"}
 
 
 @cache

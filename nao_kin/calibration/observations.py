@@ -14,7 +14,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_mat
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.calibration.unknowns import Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import RobotModel, pose_of_body, rigid_poses
+from nao_kin.robot import RobotModel, rigid_poses
 from nao_kin.rotations import log, right_jacobian_inverse
 from nao_kin.world import Camera
 
@@ -457,7 +457,8 @@ def one_each(array: Floats, q: ArrayLike, tail: tuple[int, ...], what: str) -> F
 
 def camera_at(state: State, q: Floats, camera: Camera) -> Moving:
     """Return T_root_camera, of the camera's body frame."""
-    mounted, T_mounted_body = state.frame(q, camera.frame), pose_of_body(state.unknowns.robot, camera.frame)
+    mounted = state.frame(q, camera.frame)
+    T_mounted_body = state.unknowns.robot.pose_in_optical_frame(camera.frame)
     return mounted if T_mounted_body is None else mounted @ Moving(T_mounted_body, state.fixed.J)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, choice, cross_matrix, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, body_frame_of
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -172,7 +172,7 @@ class Unknowns:
             mover = next((j.name for j in robot.tree.moving_joints if link in (j.child, j.name)), None)
             why = "is the root link" if mover is None else f"is moved by {mover}"
             raise BadArgument(f"frame {quoted(frame)} {why}: a calibrated frame is fixed to a link")
-        body = body_frame_of(robot, frame)
+        body = robot.body_frame(frame)
         if body != frame:
             raise BadArgument(f"frame {quoted(frame)} is another frame of {body}: calibrate {body}")
         for joint in robot.tree.moving_joints:

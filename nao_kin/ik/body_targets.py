@@ -20,12 +20,7 @@ from nao_kin.ik.closed_form import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import is_pose, rigid_poses
-from nao_kin.robot import (
-    RobotModel,
-    SupportPolygon,
-    body_frame_of,
-    check_robot,
-)
+from nao_kin.robot import RobotModel, SupportPolygon, check_robot
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
 
@@ -177,7 +172,7 @@ def all_targets(
         point, camera = cast("tuple[ArrayLike, str]", gaze) if with_camera else (cast("ArrayLike", gaze), "CameraTop")
         if camera not in robot.frame_table:
             raise UnknownName("camera", camera, robot.semantics.cameras)
-        requested.append(("gaze", body_frame_of(robot, camera), point, GAZE))
+        requested.append(("gaze", robot.body_frame(camera), point, GAZE))
     if com is not None and not isinstance(com, str):
         requested.append(("com", torso_frame(robot), com, COM))
     elif isinstance(com, str) and com != SUPPORT:

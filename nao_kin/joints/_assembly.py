@@ -8,7 +8,6 @@ mimics that joint's first coordinate. A ball has no angles to mimic, so its carr
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -17,14 +16,6 @@ from nao_kin.joints._readings import Ball, Reading, Slot
 from nao_kin.joints.grouping import JointNode
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
 from nao_kin.robot import RobotModel
-
-
-class _Holder(NamedTuple):
-    """The coordinate that holds the value of a joint of the robot: joint of the new model, and index in that joint."""
-
-    joint: int
-    place: int
-    derived: bool
 
 
 class Assembly:
@@ -49,7 +40,7 @@ class Assembly:
         self._keep = keep
         # Joint of the robot → the joint of the new model that moves with it, and its pose in that joint's frame.
         self._places = {0: (0, pin.SE3.Identity())}
-        self._holders: dict[str, _Holder] = {}
+        self._holders: dict[str, Slot] = {}  # joint with its own coordinate → where its value is
         self._add_joints(groups)
         self._add_bodies_and_frames(groups)
 
@@ -127,7 +118,7 @@ class Assembly:
     def _add_carrier(self, group: MultiDofJoint, node: JointNode) -> None:
         self.carriers.append(node.name)
         if group.pair.name == "universal":
-            holder = _Holder(self.model.getJointId(group.name), 0, derived=False)
+            holder = next(slot for slot in self.slots if slot.joint is node)
             self._add(node, self._mimic(node, holder, 1.0, 0.0))
         else:
             self._add_follower(node)
@@ -140,12 +131,12 @@ class Assembly:
         """
         mimic = node.coupling
         holder = self._holders.get(mimic.joint)
-        if holder is None or self._misleads_crba(node, holder.joint):
+        if holder is None or self._misleads_crba(node, holder.index):
             self._set_holder(node, self._add(node, _motion(node)), 0, derived=True)
             return
         self._add(node, self._mimic(node, holder, mimic.multiplier, mimic.offset))
         if holder.derived and node.name not in self.carriers:
-            source = Reading(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
+            source = Reading(holder.column).follower_of(mimic)
             self.followers.append((node, source))
 
     def _misleads_crba(self, node: JointNode, holder: int) -> bool:
@@ -185,11 +176,11 @@ class Assembly:
 
     def _set_holder(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
         """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
-        if node.mimic is None:
-            self._holders[node.name] = _Holder(index, place, derived)
         joint, model = self.model.joints[index], self.model
         column, row = joint.idx_q + place, joint.idx_v + place
-        self.slots.append(Slot(node, column, row, derived))
+        self.slots.append(Slot(node, index, column, row, derived))
+        if node.mimic is None:
+            self._holders[node.name] = self.slots[-1]
         if derived:
             # The coordinate of a carrier does not determine the joint's value, and is only a hint.
             readings = self.followers if node.mimic is not None and node.name not in self.carriers else self.hints
@@ -201,11 +192,11 @@ class Assembly:
             effort = self._source.upperEffortLimit[node.row]
             model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
 
-    def _mimic(self, node: JointNode, holder: _Holder, multiplier: float, offset: float) -> pin.JointModel:
-        joint, place = self.model.joints[holder.joint], holder.place
-        motion = _motion(node)
+    def _mimic(self, node: JointNode, holder: Slot, multiplier: float, offset: float) -> pin.JointModel:
+        joint, motion = self.model.joints[holder.index], _motion(node)
         # Pinocchio reads only these indices, so a mimic joint can follow any coordinate of any joint.
-        motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
+        extended = joint.idx_vExtended + holder.row - joint.idx_v
+        motion.setIndexes(joint.id, holder.column, holder.row, extended)
         return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
 
     def _placed_with(self, index: int, T_root: pin.SE3) -> tuple[int, pin.SE3]:

@@ -29,6 +29,7 @@ class Slot:
     """A coordinate of the typed model that is the value of one joint of the robot."""
 
     joint: JointNode
+    index: int  # of the joint of the typed model
     column: int  # index in the typed configuration
     row: int  # index of its rate in the typed velocity
     derived: bool  # whether it only repeats the value of another joint of the typed model

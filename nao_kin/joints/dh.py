@@ -12,7 +12,7 @@ from nao_kin._core.arrays import Floats, as_floats, choice
 from nao_kin._core.text import html_table
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import log
 
 DHConvention: TypeAlias = Literal["classic", "modified"]
@@ -198,7 +198,6 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
         >>> nk.joints.dh_table(nao, "LLeg").a.round(3).tolist()
         [0.0, 0.0, 0.1, 0.103, 0.0, 0.0]
     """
-    check_robot(robot)
     choice(convention, ("classic", "modified"), "convention")
     row, T_joint_frame = robot.frame_placement(frame)
     joints = robot.joints

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar, get_args
+from typing import Literal, TypeVar, get_args
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
-from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
-from nao_kin.robot import Expression, RobotModel, check_robot
+from nao_kin.robot import Expression, RobotModel
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
@@ -76,7 +74,6 @@ def wrapped(angle: Floats) -> Floats:
 
 def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     """Return joint index → joint, with placements of `robot.model`, and kinds, axes and couplings of `robot.tree`."""
-    check_robot(robot)
     model, table = robot.model, robot.joints
     first, nodes = int(model.njoints) - len(table.names), dict[int, JointNode]()
     for index in range(1, model.njoints):
@@ -144,13 +141,11 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
         ('HeadYaw+HeadPitch', 'universal')
     """
     choice(rule, RULES, "rule")
-    value: Any = tolerance
     smallest, largest = _TOLERANCES
-    span = isinstance(value, np.timedelta64)  # which NumPy counts as whole numbers
-    if span or not (isinstance(value, numbers.Real) and smallest <= value <= largest):  # type: ignore[operator]
-        raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {abbreviated(value)}")
+    if not smallest <= tolerance <= largest:
+        raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {tolerance}")
     nodes = read_joint_tree(robot)
-    return _grouped(nodes, _cut(nodes, rule, float(value)), rule, float(value))
+    return _grouped(nodes, _cut(nodes, rule, float(tolerance)), rule, float(tolerance))
 
 
 def unmerged_joints(robot: RobotModel) -> JointGroups:
@@ -259,9 +254,7 @@ def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
     return np.asarray(centres[0] + solution)
 
 
-def partition(
-    run: Sequence[_Item], mergeable: Callable[[Sequence[_Item]], bool], longest: int = 3
-) -> list[list[_Item]]:
+def partition(run: Sequence[_Item], mergeable: Callable[[Sequence[_Item]], bool], longest: int) -> list[list[_Item]]:
     """Return the best cut of a run into pieces that are single or mergeable: the fewest, then the largest, pieces."""
     count = len(run)
     # best[i], for the run from i on: (number of pieces, −sum of squares, negated lengths of pieces). Smaller is better.
@@ -331,7 +324,6 @@ class JointAxes:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        check_robot(robot)
         table = robot.joints
         self.robot, self.names, self._links, self._directions = robot, table.names, table.links, table.axes
         self.sliding: NDArray[np.bool_] = table.slides

@@ -251,7 +251,7 @@ class MultiDofModel:
         """
         typed = self._checked(q_typed)
         for ball in self._balls:
-            if isinstance(joint, str) and joint in (ball.name, *(part.name for part in ball.joints)):
+            if joint in (ball.name, *(part.name for part in ball.joints)):
                 return turns_of_quaternion(ball, ball.quaternions(typed))
         raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
 
@@ -359,8 +359,7 @@ class MultiDofModel:
             return typed
         columns = np.array(list(self._quaternions.values()))[:, None] + np.arange(4)
         parts = typed[..., columns]
-        with np.errstate(over="ignore"):
-            norms = np.sqrt(np.sum(parts * parts, axis=-1))
+        norms = np.sqrt(np.sum(parts * parts, axis=-1))
         wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
         if wrong.any():
             place = first_index(wrong)

@@ -174,10 +174,8 @@ def mobility(
         >>> nk.joints.mobility(["revolute"] * 4, links=4, space=3)
         1
     """
-    if not isinstance(pairs, Iterable):
-        raise BadArgument(f"pairs must be a list of joints, got {quoted(pairs)}")
     known = [pair if isinstance(pair, KinematicPair) else kinematic_pair(pair) for pair in pairs]
-    if whole_number(space, "space", 3) not in (3, 6):
+    if space not in (3, 6):
         raise BadArgument(f"space must be 3 or 6, got {quoted(space)}")
     freest = max((pair.freedoms for pair in known), default=0)
     if freest > space:
@@ -307,7 +305,7 @@ class JointGroups:
     def __getitem__(self, name: str) -> MultiDofJoint:
         """Return the joint with this name, or the joint of which this joint of the URDF is a part."""
         for joint in self.joints:
-            if isinstance(name, str) and name in (joint.name, *joint.joints):
+            if name in (joint.name, *joint.joints):
                 return joint
         raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
 

@@ -9,12 +9,7 @@ from nao_kin.robot.geometry import (
     capsules as capsules,
     read_mesh as read_mesh,
 )
-from nao_kin.robot.ground import (
-    Feet as Feet,
-    OutlineKind,
-    SetDown,
-    points_on_floor as points_on_floor,
-)
+from nao_kin.robot.ground import Feet as Feet, OutlineKind, SetDown
 from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import Expression, Kinematics as Kinematics, PoseForm
 from nao_kin.robot.library import load_robot, robot_names
@@ -29,14 +24,7 @@ from nao_kin.robot.offsets import (
     rigid_poses as rigid_poses,
     write_offsets,
 )
-from nao_kin.robot.semantics_files import (
-    body_frame_of as body_frame_of,
-    pose_of_body as pose_of_body,
-)
-from nao_kin.robot.support_polygon import (
-    SupportPolygon,
-    named_soles as named_soles,
-)
+from nao_kin.robot.support_polygon import SupportPolygon
 
 __all__ = [
     "Base",

@@ -1,21 +1,25 @@
-"""The Pinocchio model of a URDF tree, built when a robot is loaded, and again when it is unpickled."""
+"""The Pinocchio model of a URDF tree, its frames by name, and the detection of changes in it."""
 
 from __future__ import annotations
 
+import functools
 import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, texts
 from nao_kin._core.text import abbreviated, fresh_name, quoted
-from nao_kin.errors import BadArgument, BadModel
+from nao_kin._core.warn import warn_caller
+from nao_kin.errors import BadArgument, BadModel, RenamedFrameWarning, UnknownName
 from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
 
 Base = Literal["fixed", "floating"]
+FrameIds = tuple[int, ...]
 
 # Pinocchio's data grows with the cube of the number of joints: 0.6 GB for 200, 4 GB for 400.
 MOST_JOINTS = 250
@@ -43,7 +47,7 @@ _BUILT: dict[tuple[int, Base], pin.Model] = {}
 
 def build_model(tree: UrdfTree, base: Base) -> pin.Model:
     """Return a copy of the model of a URDF tree with a fixed or floating base; the original is built once per tree."""
-    if not isinstance(base, str) or base not in ("fixed", "floating"):
+    if base not in ("fixed", "floating"):
         raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
     key = id(tree), base
     if key not in _BUILT:
@@ -263,3 +267,96 @@ class _Part:
         """Return views of some elements, each with its former bytes."""
         size = self._blocks.itemsize
         return tuple((self._blocks[row], self._seen[size * row : size * (row + 1)]) for row in rows)
+
+
+# --- The frames of a robot by name.
+
+# Name of the root as a reference, unless the robot has a frame with this name.
+WORLD = "world"
+# Size of the cache of ids, one for each set of frames.
+_MAX_SETS = 1000
+
+
+class FrameTable:
+    """Frame name → id in a Pinocchio model.
+
+    The frames of fixed joints are left out: they coincide with the frames of the links that these joints carry. A name
+    that the URDF gives to a link and to a joint means the link, as in every tool that knows only links. If the joint's
+    frame is another one, the first use of the name warns that the joint's frame has the name of the link it moves.
+    """
+
+    def __init__(self, model: pin.Model, tree: UrdfTree, base: Base) -> None:
+        self._floating = base == "floating"
+        links, joints = dict[str, int](), dict[str, int]()
+        for index, frame in enumerate(model.frames):
+            if frame.type == pin.FrameType.BODY:
+                links[frame.name] = index
+            elif index > 0 and frame.type != pin.FrameType.FIXED_JOINT:
+                joints[frame.name] = index
+        self._ids = {name: links[link] for name, link in tree.shared_names.items()} | links
+        moved = {joint.name: joint.child for joint in tree.moving_joints}
+        # Shared name → the link that it means, and the link that has the joint's frame.
+        self._ambiguous = {
+            name: (link, moved[name])
+            for name, link in tree.shared_names.items()
+            if name in moved and moved[name] != link
+        }
+        for name, index in joints.items():
+            self._ids.setdefault(name, index)
+        order = self._ids | joints
+        self.names = tuple(sorted(self._ids, key=order.__getitem__))
+        self.places = MappingProxyType({name: self._ids[name] for name in self.names})
+        self.link_names = tuple(links)
+        self._link_ids, self._links = tuple(links.values()), links
+        self._shared_names = tree.shared_names
+        self._known = functools.lru_cache(_MAX_SETS)(lambda key: tuple(map(self.id, key)))
+
+    def id(self, name: object) -> int:
+        """Return the id of a frame."""
+        if name not in self._ids:
+            raise UnknownName("frame", name, self.names, self._about_world if str(name) == WORLD else "")
+        frames = self._ambiguous.pop(name, None)  # removed, so that only the first call warns
+        if frames is not None:
+            link, moved = frames
+            warn_caller(
+                f"frame {quoted(name)}: the URDF has a link and a joint of this name. This is the link's frame "
+                f"({quoted(link)}); the joint's own frame is {quoted(moved)}",
+                RenamedFrameWarning,
+            )
+        return self._ids[name]
+
+    def link_ids(self, names: str | Sequence[str]) -> FrameIds:
+        """Return the ids of links, each once, in the order of `link_names`; `names` may be one name."""
+        given = {
+            self._shared_names.get(name, name)
+            for name in ((names,) if isinstance(names, str) else texts(names, "links"))
+        }
+        for name in sorted(given - self._links.keys()):
+            raise UnknownName("link", name, self.link_names)
+        return tuple(index for link, index in self._links.items() if link in given)
+
+    def reference_id(self, name: object) -> int | None:
+        """Return the id of a frame; None for the root, which None means and, with a floating base, "world"."""
+        if name is None or (self._floating and isinstance(name, str) and name == WORLD and name not in self._ids):
+            return None
+        return self.id(name)
+
+    @property
+    def _about_world(self) -> str:
+        """How poses in the world are obtained, where the world is no frame."""
+        if self._floating:
+            return 'the world is a reference only: poses with reference="world", or without a reference, are in it'
+        return 'the place of a fixed base in the world is not known; load the robot with base="floating"'
+
+    def ids(self, names: str | Sequence[str] | None) -> FrameIds:
+        """Return the ids of the frames with these names, or with one name; for None, those of all links."""
+        if names is None:
+            return self._link_ids
+        try:
+            key = (names,) if isinstance(names, str) else tuple(names)
+        except TypeError:  # neither a name nor several names
+            raise UnknownName("frame", names, self.names) from None
+        try:
+            return self._known(key)
+        except TypeError:  # not names
+            return tuple(map(self.id, key))

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from itertools import combinations, product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, cross, dot, norm
 from nao_kin._kernels.hulls import between_segments
+from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
-
-if TYPE_CHECKING:
-    from nao_kin.robot.link_shapes import LinkShapes
-    from nao_kin.robot.model import RobotModel
 
 # Two names in alphabetical order.
 LinkPair = tuple[str, str]
@@ -37,23 +33,32 @@ _COUNTED = 1000
 _TESTED_AT_ONCE = 50
 
 
-def disabled_collisions(robot: RobotModel, shapes: LinkShapes, *, samples: int, seed: int) -> dict[LinkPair, str]:
+def disabled_collisions(
+    robot: KinematicRobot,
+    shaped: tuple[LinkPair, ...],
+    capsules: Capsules,
+    count: Callable[..., dict[LinkPair, int]],
+    *,
+    samples: int,
+    seed: int,
+) -> dict[LinkPair, str]:
     """Return the pairs of links with shapes that need no collision check, and the reason.
 
     "Adjacent": `adjacent_links`. "Default": they touch in the start posture, or without one with every joint at zero,
     or in the middle of its range if zero is outside; or two hinges are between them, and they touch in some posture.
     "Always": they touch in more than 95 % of random configurations, at most 1000 of the samples. "Never": they touch in
     none of these, and a proof that examines at most as many configurations as there are samples shows that they touch
-    nowhere within the joint limits.
+    nowhere within the joint limits. `shaped` are the pairs of links with shapes, `capsules` contain the shapes, and
+    `count` is `LinkShapes.count`.
     """
-    adjacent = adjacent_links(robot.tree, shapes.links)
-    reasons = {pair: ADJACENT for pair in shapes.pairs if pair in adjacent}
-    unknown = set(shapes.pairs) - set(reasons)
+    adjacent = adjacent_links(robot.tree, capsules)
+    reasons = {pair: ADJACENT for pair in shaped if pair in adjacent}
+    unknown = set(shaped) - set(reasons)
     names = robot.posture_names
     postures = np.array([robot.posture(name) for name in names]).reshape(len(names), robot.nq)
     near = unknown & _two_joints_apart(robot.tree)
     for configurations, pairs in ((_default(robot)[None], unknown), (postures, near)):
-        touching = shapes.count(configurations, pairs, limit=1)
+        touching = count(configurations, pairs, limit=1)
         reasons |= {pair: DEFAULT for pair in pairs if touching[pair]}
     unknown -= set(reasons)
 
@@ -64,11 +69,11 @@ def disabled_collisions(robot: RobotModel, shapes: LinkShapes, *, samples: int, 
         undecided = {
             pair for pair in unknown if not counts[pair] or counted - start + counts[pair] > ALWAYS_FROM * counted
         }
-        for pair, count in shapes.count(q[start : start + _TESTED_AT_ONCE], undecided).items():
-            counts[pair] += count
+        for pair, times in count(q[start : start + _TESTED_AT_ONCE], undecided).items():
+            counts[pair] += times
     reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
     unseen = [pair for pair in unknown if not counts[pair]]
-    reasons |= {pair: NEVER for pair in unseen if never_touch(robot, shapes.capsules, pair, samples)}
+    reasons |= {pair: NEVER for pair in unseen if never_touch(robot, capsules, pair, samples)}
     return dict(sorted(reasons.items()))
 
 
@@ -108,7 +113,7 @@ def _at_one_point(joint: UrdfJoint) -> bool:
     return joint.kind == "fixed" or (joint.kind == "revolute" and not any(joint.origin.xyz))
 
 
-def _default(robot: RobotModel) -> Floats:
+def _default(robot: KinematicRobot) -> Floats:
     if robot.semantics.start:
         return robot.posture(robot.semantics.start)
     values = {
@@ -126,7 +131,7 @@ _AT_ONCE, _CORNERS = 1024, 200
 _ROUNDING = 1e-9
 
 
-def never_touch(robot: RobotModel, capsules: Capsules, pair: tuple[str, str], boxes: int) -> bool:
+def never_touch(robot: KinematicRobot, capsules: Capsules, pair: tuple[str, str], boxes: int) -> bool:
     """Return whether it is proven that the capsules of two links touch nowhere within the joint limits.
 
     The ranges of the joints between the links are a box in the space of joint values. Two capsules are apart in all of
@@ -164,7 +169,7 @@ def never_touch(robot: RobotModel, capsules: Capsules, pair: tuple[str, str], bo
 class _Between:
     """The joints between two links, the ranges of their coordinates, and all combinations of the links' capsules."""
 
-    def __init__(self, robot: RobotModel, capsules: Capsules, pair: tuple[str, str]) -> None:
+    def __init__(self, robot: KinematicRobot, capsules: Capsules, pair: tuple[str, str]) -> None:
         joints = robot.joints
         a, b = joints.paths(*(robot.frame_placement(link)[0] for link in pair))
         rows = [*a, *b]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,11 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     Floats,
     as_floats,
-    check_kind,
     check_tolerance,
     finite_or_none,
     flag,
-    generator,
     join_poses,
     shaped,
 )
@@ -30,9 +28,6 @@ from nao_kin.robot.collision_pairs import LinkPair
 from nao_kin.robot.geometry import check_points, read_mesh, shape_geometry
 from nao_kin.robot.offsets import rigid_poses
 from nao_kin.robot.urdf import Box, MeshFile, Packages, Sphere, UnreadableShape
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
 
 
 @one_line_repr
@@ -64,9 +59,6 @@ class Obstacle:
     T: Floats = field(repr=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise BadArgument(f"the name of an obstacle must be a text, got {quoted(self.name)}")
-        check_kind(self.geometry, "geometry", (Box, Sphere, MeshFile))
         object.__setattr__(self, "T", _pose(self.T))
         try:
             check_points(self.T[None, :3, 3])
@@ -99,7 +91,6 @@ class Obstacle:
             BadInputFile: the file is missing, or holds no mesh.
         """
         factor = float(_lengths(scale, (), f"scale of {quoted(name)}"))
-        check_kind(path, "path", (str, Path))
         return Obstacle(name, MeshFile(str(Path(path).resolve()), (factor, factor, factor)), _pose(at))
 
 
@@ -131,7 +122,7 @@ class CollisionRule:
         obstacles: what stands near the robot; its names serve in pairs as those of links do.
 
     Raises:
-        BadArgument: a negative tolerance, pairs that are no pairs of names, or obstacles that are none.
+        BadArgument: a negative tolerance, or pairs that are no pairs of names.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -148,15 +139,11 @@ class CollisionRule:
     def __post_init__(self) -> None:
         check_tolerance(self.tolerance)
         flag(self.exact, "exact")
-        is_list = isinstance(self.allowed, Sequence) and not isinstance(self.allowed, str)
-        pairs = self.allowed if is_list else [self.allowed]
-        for pair in pairs:
-            if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or {*map(type, pair)} != {str}:
+        for pair in self.allowed:
+            if isinstance(pair, str) or len(pair) != 2:
                 raise BadArgument(f"allowed must be pairs of names of links, got {quoted(pair)}")
-        object.__setattr__(self, "allowed", tuple((min(a, b), max(a, b)) for a, b in pairs))
+        object.__setattr__(self, "allowed", tuple((min(a, b), max(a, b)) for a, b in self.allowed))
         object.__setattr__(self, "tolerance", float(self.tolerance))
-        if not isinstance(self.obstacles, Sequence) or any(type(one) is not Obstacle for one in self.obstacles):
-            raise BadArgument(f"obstacles must be a list of nk.robot.Obstacle, got {quoted(self.obstacles)}")
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
 
     @staticmethod
@@ -164,9 +151,7 @@ class CollisionRule:
         """Return the rule of an argument `collisions`, which may also be True for the default, or False for None."""
         if isinstance(collisions, CollisionRule):
             return collisions
-        if isinstance(collisions, (bool, np.bool_)):
-            return CollisionRule() if collisions else None
-        raise BadArgument(f"{name} must be True, False or a CollisionRule, got {quoted(collisions)}")
+        return CollisionRule() if flag(collisions, name) else None
 
 
 @one_line_repr
@@ -244,32 +229,3 @@ class Clearance:
         """Return the clearance of one configuration for JSON [m]; None without links to check."""
         pair = self.pairs[int(self.pair_index)] if self.pair_index >= 0 else None
         return {"distance": finite_or_none(float(self.distance)), "pair": pair and list(pair)}
-
-
-# --- Random configurations.
-
-# Least and largest number of random configurations drawn at a time, and drawn without success before giving up.
-_DRAWN, _CHUNK, _MOST_DRAWN = 256, 4096, 100_000
-
-
-def random_free(
-    robot: RobotModel, rule: CollisionRule, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None
-) -> Floats:
-    """Return random configurations in which no links overlap; those that overlap are drawn again."""
-    shapes, tolerance = robot.link_shapes.among(rule.obstacles), rule.tolerance
-    options: Any = {"tolerance": tolerance, "checked": ~shapes.allowed(rule), "exact": rule.exact}
-    wanted = robot.random(rng, n)  # checks the arguments
-    drawn = generator(rng)
-    rows = wanted.reshape(-1, robot.nq)
-    filled = vain = 0
-    while filled < len(rows):
-        q = robot.random(drawn, min(max(_DRAWN, len(rows) - filled), _CHUNK))
-        q = q[shapes.clearance(q, -tolerance, **options).is_free][: len(rows) - filled]
-        vain = 0 if len(q) else vain + _DRAWN
-        if vain > _MOST_DRAWN:
-            raise BadArgument(
-                f"{robot.name} collides in each of {vain} random configurations: are its shapes too large?"
-            )
-        rows[filled : filled + len(q)] = q
-        filled += len(q)
-    return rows.reshape(wanted.shape)

@@ -6,6 +6,7 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -24,6 +25,7 @@ from nao_kin._core.arrays import (
     first_index,
     generator,
     limit_policy,
+    shaped,
 )
 from nao_kin._core.sides import Hips, joints_of_side
 from nao_kin._core.text import quoted
@@ -70,25 +72,21 @@ class Coordinates:
         self,
         names: tuple[str, ...],
         mimics: Mapping[str, Mimic],
-        chains: Mapping[str, tuple[str, ...]] | None = None,
+        chains: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
         fixed: Collection[str] = (),
     ) -> None:
-        self.names, self.mimics, self.chains, self._fixed = names, dict(mimics), dict(chains or {}), fixed
+        self.names, self.mimics, self.chains, self._fixed = names, dict(mimics), dict(chains), fixed
         self.column = {name: index for index, name in enumerate(names)}
 
     def unknown(self, name: object, others: Iterable[str] = ()) -> UnknownName:
         """Return the error for a name that is neither a moving joint nor one of the `others`."""
-        hint = f"{quoted(name)} is fixed in the robot's file" if isinstance(name, str) and name in self._fixed else ""
+        hint = f"{quoted(name)} is fixed in the robot's file" if name in self._fixed else ""
         return UnknownName("joint", name, (*self.names, *self.mimics, *others), hint)
 
     def values(self, angles: JointValues) -> tuple[Floats, set[str]]:
         """Return joint values (..., n) from values by name, zero by default, and the names of the joints set."""
         given = self.arrays(angles)
-        try:
-            shape = np.broadcast_shapes(*(value.shape for value in given.values()))
-        except ValueError:
-            found = ", ".join(f"{name} {value.shape}" for name, value in given.items())
-            raise BadArgument(f"joint values must share one batch shape, got {found}") from None
+        shape = common_batch("values of joints", (), *(value.shape for value in given.values()))
         joints = np.zeros((*shape, len(self.names)))
         named = {name for name in given if name in self.column}
         for name in named:
@@ -109,10 +107,7 @@ class Coordinates:
         """Return joint → value for plain finite numbers without contradiction; None leaves all others to `values`."""
         if type(angles) is not dict or not _PLAIN.issuperset(map(type, angles.values())):
             return None
-        try:
-            if not all(map(math.isfinite, angles.values())):
-                return None
-        except OverflowError:
+        if not all(map(math.isfinite, angles.values())):
             return None
         if angles.keys() <= self.column.keys():
             return angles
@@ -194,8 +189,6 @@ def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> N
 _FLOAT64 = np.dtype(np.float64)
 # Number of quaternions that are checked at a time: few enough to need little memory.
 _BLOCK = 1 << 15
-# More configurations would not fit in any memory.
-_MAX_DRAWN = 10**10
 # An error about a batch lists the violations of this many configurations, and counts the others.
 _MAX_LISTED = 100
 
@@ -243,18 +236,9 @@ class ConfigurationSpace:
 
     def random(self, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None) -> Floats:
         """Return configurations inside all limits, each joint uniform in its range."""
-        drawn = generator(rng)
-        try:
-            several = isinstance(n, Iterable) and not isinstance(n, (bytes, bytearray))
-            shape = () if n is None else tuple(map(operator.index, n if several else (n,)))  # type: ignore[arg-type]
-        except TypeError:
-            raise BadArgument(f"n must be a whole number or a shape, got {quoted(n)}") from None
-        if any(length < 0 for length in shape):
-            raise BadArgument(f"n must not be negative, got {n}")
-        if math.prod(shape) > _MAX_DRAWN:
-            raise BadArgument(f"n must not exceed {_MAX_DRAWN} configurations, got {quoted(n)}")
+        shape = () if n is None else tuple(map(operator.index, n if isinstance(n, Iterable) else (n,)))
         q = self.neutral(shape)
-        q[..., self._offset :] = self._limits.random(drawn, shape)
+        q[..., self._offset :] = self._limits.random(generator(rng), shape)
         return q
 
     def by_joint(
@@ -325,10 +309,7 @@ class ConfigurationSpace:
         if isinstance(missing, str):
             values = self._postures[choice(missing, self._postures, "posture")][self._offset :]
         else:
-            number = as_floats(missing, (), "missing")
-            if number.ndim:
-                raise BadArgument(f"missing must be the name of a posture or a number, got {quoted(missing)}")
-            values = np.full(len(self._coordinates.names), float(number))
+            values = np.full(len(self._coordinates.names), float(shaped(missing, (), "missing")))
         return dict(zip(self._coordinates.names, self._limits.clamp(values), strict=True))
 
     def posed(self, q: ArrayLike) -> Floats:

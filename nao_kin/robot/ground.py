@@ -12,7 +12,7 @@ import threading
 import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,13 +30,11 @@ from nao_kin._core.arrays import (
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.settling import ROLLING, settle
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.geometry import shape_geometry
+from nao_kin.robot.geometry import hull_corners, shape_geometry
+from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners
-from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
+from nao_kin.robot.urdf import Box, Cylinder, Sphere, UnreadableShape
 from nao_kin.rotations import rotation_between
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
 
 # Largest angle by which a robot turns from the plane of its soles until it rests on them [rad]: from a sole that its
 # centre of mass is above, because another foot is lower, and otherwise onto another foot. Backlash of the joints makes
@@ -94,7 +92,7 @@ class SetDown:
 
 
 def set_down(
-    robot: RobotModel,
+    robot: KinematicRobot,
     q: ArrayLike,
     *,
     soles: Sequence[str] | str | None = None,
@@ -105,10 +103,10 @@ def set_down(
 ) -> SetDown:
     """Set a robot down; the arguments are those of `RobotModel.set_down`."""
     floor = _floor_of(robot)
-    names = named_soles(robot, soles)
     check_tolerance(tolerance)
     tolerance = float(tolerance)  # unsigned numbers have no negative ones
-    feet = Feet.of(robot, names, or_origin=True)
+    feet = Feet.of(robot, soles, or_origin=True)
+    names = feet.names
     if not names and not len(floor.points):
         raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
     batch, rows, down = rows_with_gravity(robot.checked(q), gravity)
@@ -138,7 +136,7 @@ def set_down(
 
 
 def _carrying(
-    robot: RobotModel, feet: Feet, batch: tuple[int, ...], contacts: ArrayLike | None, forces: ArrayLike | None
+    robot: KinematicRobot, feet: Feet, batch: tuple[int, ...], contacts: ArrayLike | None, forces: ArrayLike | None
 ) -> NDArray[np.bool_] | None:
     """Return which soles carry by contacts or forces, shape (*batch, S); None if neither is given."""
     if contacts is not None and forces is not None:
@@ -150,16 +148,6 @@ def _carrying(
     return feet.loaded(feet.forces(robot, forces, batch))
 
 
-def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
-    """Return the vertices of the shapes, feet included, that touch the floor in one configuration, shape (k, 3) [m]."""
-    floor = _floor_of(robot)
-    T_links = T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root)
-    near = np.flatnonzero(floor._deepest(T_links[None], -_UPRIGHT[None])[0] + tolerance >= 0.0)
-    placed = [floor.vertices[k] @ T_links[k, :3, :3].T + T_links[k, :3, 3] for k in near]
-    points = np.concatenate([*placed, np.empty((0, 3))])
-    return points[points[:, 2] <= tolerance]
-
-
 class Feet(NamedTuple):
     """Soles and their corners: points of all soles in their frames, shape (k, 3) [m], and the index of each sole."""
 
@@ -168,9 +156,19 @@ class Feet(NamedTuple):
     owner: NDArray[np.intp]
 
     @staticmethod
-    def of(robot: RobotModel, names: tuple[str, ...], kind: OutlineKind = "sole", *, or_origin: bool = False) -> Feet:
-        """Return the soles of a robot with their outlines; with `or_origin`, the origin replaces a missing outline."""
-        outlines = []
+    def of(
+        robot: KinematicRobot,
+        soles: Sequence[str] | str | None,
+        kind: OutlineKind = "sole",
+        *,
+        needed: bool = False,
+        or_origin: bool = False,
+    ) -> Feet:
+        """Return soles with their outlines, by default those of the semantics; refuse none at all if `needed`.
+
+        With `or_origin`, the origin replaces a missing outline.
+        """
+        names, outlines = named_soles(robot, soles, needed=needed), []
         for name in names:
             try:
                 outlines.append(sole_outline(robot, name, kind))
@@ -225,7 +223,7 @@ class Feet(NamedTuple):
         """The z of the lowest corner of each sole in its frame, shape (S,) [m]."""
         return np.array([self.points[self.owner == k, 2].min() for k in range(len(self.names))])
 
-    def forces(self, robot: RobotModel, forces: ArrayLike, batch: tuple[int, ...]) -> Floats:
+    def forces(self, robot: KinematicRobot, forces: ArrayLike, batch: tuple[int, ...]) -> Floats:
         """Return the force on each sole, none below zero, shape (*batch, S), from those on the soles or sensors."""
         values, sensors = as_numbers(forces, "forces"), robot.semantics.force_sensors
         own, all_sensors = (*batch, len(self.names)), (*batch, len(sensors))
@@ -240,18 +238,28 @@ class Feet(NamedTuple):
         total = pressed.sum(axis=-1, keepdims=True)
         return np.asarray((total > 0.0) & (pressed >= _CARRYING * total))
 
-    def carried(self, robot: RobotModel, links: Sequence[str]) -> NDArray[np.bool_]:
+    def carried(self, robot: KinematicRobot, links: Sequence[str]) -> NDArray[np.bool_]:
         """Return which links move with each sole, shape (S, L)."""
         frames = robot.model.frames
         soles, others = ([frames[i].parentJoint for i in robot.frame_ids(each)] for each in (self.names, links))
         return np.asarray(np.equal.outer(soles, others))
 
-    def others(self, robot: RobotModel, links: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    @staticmethod
+    def points_on_floor(robot: KinematicRobot, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
+        """Return the vertices of all shapes, feet included, that touch the floor in one configuration, (k, 3) [m]."""
+        floor = _floor_of(robot)
+        T_links = T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root)
+        near = np.flatnonzero(floor._deepest(T_links[None], -_UPRIGHT[None])[0] + tolerance >= 0.0)
+        placed = [floor.vertices[k] @ T_links[k, :3, :3].T + T_links[k, :3, 3] for k in near]
+        points = np.concatenate([*placed, np.empty((0, 3))])
+        return points[points[:, 2] <= tolerance]
+
+    def others(self, robot: KinematicRobot, links: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return the columns of all links (n, L) without those that move with a sole."""
         return links[:, ~self.carried(robot, robot.link_names).any(axis=0)]
 
 
-def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Floats:
+def sole_outline(robot: KinematicRobot, sole: str, kind: OutlineKind = "sole") -> Floats:
     """Return the outline of a sole; the arguments are those of `RobotModel.sole_outline`."""
     choice(kind, OUTLINE_KINDS, "kind of outline")
     (frame_id,) = robot.frame_ids((sole,))
@@ -347,7 +355,7 @@ _FLOORS: dict[int, Floor] = {}
 _LOCK = threading.Lock()
 
 
-def _floor_of(robot: RobotModel) -> Floor:
+def _floor_of(robot: KinematicRobot) -> Floor:
     """Return the cached points of a robot."""
     tree = robot.tree
     with _LOCK:
@@ -358,7 +366,7 @@ def _floor_of(robot: RobotModel) -> Floor:
     return found
 
 
-def _read_floor(robot: RobotModel) -> Floor:
+def _read_floor(robot: KinematicRobot) -> Floor:
     tree, outlines = robot.tree, dict[str, list[Floats]]()
     packages = tree.packages
     for visual in tree.visuals:
@@ -394,11 +402,9 @@ def _outermost(shape: Any, packages: Any) -> Floats:
         across = _directions()[:, :2] / np.linalg.norm(_directions()[:, :2], axis=1)[:, None]
         ends = 0.5 * shape.length * np.sign(_directions()[:, 2:])
         return np.column_stack([shape.radius * across, ends])
-    made = shape_geometry(shape, packages)
-    if hasattr(made, "halfSide"):
-        corners = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]), axis=-1).reshape(-1, 3)
-        return np.asarray(corners * made.halfSide)
-    return np.asarray(made.vertices(), dtype=np.float64)
+    if isinstance(shape, Box):
+        return hull_corners(shape, packages)
+    return np.asarray(shape_geometry(shape, packages).vertices(), dtype=np.float64)
 
 
 @functools.cache
@@ -423,7 +429,7 @@ def _extremes(points: Floats) -> Floats:
 
 
 def _rows_down(
-    robot: RobotModel,
+    robot: KinematicRobot,
     floor: Floor,
     feet: Feet,
     rows: Floats,
@@ -491,7 +497,7 @@ def _mean_down(T_soles: Floats, carrying: NDArray[np.bool_] | None = None) -> tu
 
 
 def _down_of(
-    robot: RobotModel, floor: Floor, feet: Feet, rows: Floats, T_links: Floats, T_soles: Floats, corners: Floats
+    robot: KinematicRobot, floor: Floor, feet: Feet, rows: Floats, T_links: Floats, T_soles: Floats, corners: Floats
 ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the direction down of each row, its soles on the floor, shape (n, S), and whether it stands on them."""
     has_mass = robot.mass > 0.0
@@ -516,7 +522,7 @@ def _down_of(
 
 
 def _on_soles(
-    robot: RobotModel, floor: Floor, feet: Feet, centres: Floats, T_links: Floats, T_soles: Floats, corners: Floats
+    robot: KinematicRobot, floor: Floor, feet: Feet, centres: Floats, T_links: Floats, T_soles: Floats, corners: Floats
 ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the direction down, the soles on the floor, shape (n, S), and whether the robot rests on them.
 

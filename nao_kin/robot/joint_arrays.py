@@ -97,7 +97,7 @@ class JointArrays:
             >>> nk.load_nao().joints.row("HeadPitch")
             1
         """
-        if not isinstance(name, str) or name not in self.names:
+        if name not in self.names:
             raise UnknownName("joint", name, self.names)
         return self.names.index(name)
 

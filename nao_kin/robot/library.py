@@ -64,21 +64,20 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         (33, 'LHipYaw')
     """
     described = _described_names()
-    is_text = isinstance(name, str)
-    lacks_theirs = is_text and name.endswith(_ENDING) and not described
+    lacks_theirs = name.endswith(_ENDING) and not described
     by_this, by_name = "loading a robot by this name", "loading a robot by name"
     missing = MissingExtra(by_this, "descriptions") if lacks_theirs else MissingExtra(by_name, "robots")
     files = _files(None if described else missing)
-    if is_text and name in files:
+    if name in files:
         robot = RobotModel.from_urdf(files[name], base=base)
         if robot.semantics == Semantics() and not any(note.startswith(NO_SEMANTICS) for note in robot.load_notes):
             looked = f"looked for {name}.toml and {name}.srdf beside the URDF, and in the folder srdf near it"
             robot.load_notes += (f"{NO_SEMANTICS}: {looked}",)
         return robot
-    if is_text and name in described:
+    if name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
-    if is_text and ("/" in name or Path(name).suffix):
+    if "/" in name or Path(name).suffix:
         hint = "a file is read with RobotModel.from_file, and on the command line with --urdf"
     raise UnknownName("robot", name, (*files, *described), hint)
 

@@ -1,4 +1,4 @@
-"""The shapes of the links as convex hulls, and the distances between them.
+"""The distances between the shapes of the links, as convex hulls and as the meshes that they contain.
 
 Distances are negative where shapes overlap: the least translation that separates them.
 """
@@ -6,42 +6,37 @@ Distances are negative where shapes overlap: the least translation that separate
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from functools import cached_property
 from itertools import combinations, product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import CROSSOVER, Floats, join_poses
+from nao_kin._core.arrays import CROSSOVER, Floats, generator
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot.collision_meshes import LinkMeshes
 from nao_kin.robot.collision_pairs import ALWAYS, DEFAULT, Capsules, LinkPair, disabled_collisions
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
-from nao_kin.robot.geometry import capsules, check_points, check_size, read_mesh, shape_geometry, warn_of_shapes
-from nao_kin.robot.joint_arrays import ROOT
-from nao_kin.robot.urdf import (
-    Box,
-    Collision,
-    Cylinder,
-    Geometry,
-    MeshFile,
-    Packages,
-    Sphere,
-    UnreadableShape,
-    UrdfTree,
-    Visual,
+from nao_kin.robot.geometry import (
+    Shape,
+    covering_capsule,
+    exact_shape,
+    hull_corners,
+    hull_shape,
+    link_shapes_of,
+    round_shape,
+    shape_geometry,
 )
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
+from nao_kin.robot.joint_arrays import ROOT
+from nao_kin.robot.kinematic_robot import KinematicRobot
+from nao_kin.robot.urdf import Collision, Packages, Sphere, UnreadableShape, Visual
 
 # Random configurations, and boxes in a proof, that sort the pairs of a robot whose semantics do not.
 _SAMPLES = 1000
@@ -50,169 +45,19 @@ _CHUNK = 4096
 _FEW = 64
 # Shapes at this distance may touch: coal reports shapes within its tolerance as touching [m].
 _TOUCHING = 1e-5
-# Sides of the prism around a cylinder: it is larger by 0.5 % of the radius.
-_SIDES = 32
 # Overlaps that differ by less are equal: coal and the kernel find them to some tolerance [m].
 _SAME = 1e-5
-# Hulls flatter than this, or than this share of their extent, have no volume [m, 1]: in coal they end the process.
-_THIN = 1e-6
+# Least and largest number of random configurations drawn at a time, and drawn without success before giving up.
+_DRAWN, _MOST_AT_ONCE, _MOST_DRAWN = 256, 4096, 100_000
 _SIGNED = coal.DistanceRequest()
 _SIGNED.enable_signed_distance = True
 _SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """A shape of a link: coal's geometry and its pose in the link, and points whose hull, grown, contains it [m].
-
-    The hull grown by the radius is the shape, except for a flat-ended cylinder (two points) and a concave mesh.
-    """
-
-    link: str
-    points: Floats  # one with a radius is a ball, two a capsule; a hull of more has no radius
-    radius: float
-    geometry: Any
-    T_link_geometry: Floats
-    triangles: tuple[Any, Floats] | None = None  # coal's mesh of which `geometry` is the hull, if it counts; its pose
-    parts: tuple[Shape, ...] = ()  # shapes of other links, such as fingers, inside this one; if given, they count
-
-
-def round_shape(link: str, ends: Floats, radius: float) -> Shape:
-    """Return a ball, or a capsule: its ends in the link, shape (2, 3), and its radius [m]."""
-    T, along = np.eye(4), ends[1] - ends[0]
-    length = float(np.linalg.norm(along))
-    T[:3, 3] = 0.5 * (ends[0] + ends[1])
-    if length <= _THIN:
-        return Shape(link, T[None, :3, 3], radius + 0.5 * length, coal.Sphere(radius + 0.5 * length), T)
-    axes = np.linalg.svd(along[None])[2][[1, 2, 0]].T
-    T[:3, :3] = np.linalg.det(axes) * axes
-    return Shape(link, ends, radius, coal.Capsule(radius, length), T)
-
-
-def hull_shape(link: str, points: Floats) -> Shape:
-    """Return the convex hull of points in a link, shape (n, 3) [m]: the only way to coal's hulls.
-
-    Points in a plane, on a line or in one point get a thickness of 2 µm, or of 2 millionths of their extent.
-    """
-    centre = check_points(points).mean(axis=0)
-    local, extent = points - centre, float(np.ptp(points, axis=0).max())
-    axes = np.linalg.svd(np.concatenate([local, np.zeros((3, 3))]), full_matrices=False)[2]
-    thin = _THIN * max(1.0, extent)
-    flat = [axis for axis in axes if np.ptp(local @ axis) < thin]
-    if flat:
-        local = np.unique(local, axis=0)
-    elif np.abs(centre).max() < extent:  # a more distant origin costs qhull its digits
-        local, centre = points, np.zeros(3)
-    for axis in flat:
-        local = np.concatenate([local - thin * axis, local + thin * axis])
-    mesh = coal.BVHModelOBBRSS()
-    mesh.beginModel(0, 0)
-    mesh.addVertices(local)
-    mesh.endModel()
-    mesh.buildConvexHull(True, "Qt Pp")  # Pp: coal gives qhull no file for its warnings, and that ends the process
-    corners = np.array(mesh.convex.points()).reshape(-1, 3) + centre
-    return Shape(link, corners, 0.0, mesh.convex, join_poses(np.eye(3), centre))
-
-
-def exact_shape(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
-    """Return a box, a cylinder with flat ends, or a mesh with its triangles; T is the pose in the link."""
-    geometry, radius = shape_geometry(shape, tree.packages), 0.0
-    if isinstance(shape, MeshFile):
-        corners = np.array(geometry.vertices()) @ T[:3, :3].T + T[:3, 3]
-        return replace(hull_shape(link, corners), triangles=(geometry, T))
-    if isinstance(shape, Cylinder):
-        points, radius = np.array([[0.0, 0.0, -0.5 * shape.length], [0.0, 0.0, 0.5 * shape.length]]), shape.radius
-    else:
-        points = _corners(shape, tree.packages)
-    return Shape(link, points @ T[:3, :3].T + T[:3, 3], radius, geometry, T)
-
-
-def _hull_of(link: str, T: Floats, shape: Geometry, tree: UrdfTree) -> Shape:
-    return hull_shape(link, _corners(shape, tree.packages) @ T[:3, :3].T + T[:3, 3])
-
-
 def _obstacle_shape(obstacle: Obstacle) -> Shape:
     if isinstance(obstacle.geometry, Sphere):
         return round_shape(obstacle.name, np.zeros((2, 3)), obstacle.geometry.radius)
-    return hull_shape(obstacle.name, _corners(obstacle.geometry, Packages(Path())))
-
-
-def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
-    """Yield the hulls of the collision shapes of a tree, or else of the visual ones; warn of those left out."""
-    notes = list(tree.collision_notes if tree.collisions else (*tree.collision_notes, *tree.visual_notes))
-    yield from _shapes(tree.collisions or tree.visuals, tree, _hull_of, notes)
-    warn_of_shapes(tree, notes)
-
-
-def _shapes(
-    rows: tuple[Visual | Collision, ...], tree: UrdfTree, make: Callable[..., Shape], notes: list[str]
-) -> Iterator[Shape]:
-    """Yield the shapes of rows, with capsules joined; add a note for each that cannot be read."""
-    round_ended = capsules(rows)
-    caps = {cap for both in round_ended.values() for cap in both}
-    for index, row in enumerate(rows):
-        T, shape = row.origin.matrix, row.geometry
-        if index in caps:
-            continue
-        try:
-            check_points(T[None, :3, 3])
-            if isinstance(shape, Sphere) or index in round_ended:
-                check_size(shape)  # type: ignore[arg-type]
-                half = 0.5 * shape.length * T[:3, 2] if isinstance(shape, Cylinder) else np.zeros(3)
-                yield round_shape(row.link, np.array([T[:3, 3] - half, T[:3, 3] + half]), shape.radius)  # type: ignore[union-attr]
-            else:
-                yield make(row.link, T, shape, tree)
-        except UnreadableShape as reason:
-            kind = "visual" if isinstance(row, Visual) else "collision"
-            notes.append(f"a {kind} shape of {abbreviated(row.link)} is left out: {reason}")
-
-
-def _corners(shape: Geometry, packages: Packages) -> Floats:
-    """Return points whose hull is a box or a mesh, or contains a cylinder."""
-    if isinstance(shape, MeshFile):
-        corners = read_mesh(shape.path(packages), lambda scene: np.array(scene.to_mesh().vertices))
-        return check_points(corners * np.array(shape.scale), f"its mesh {quoted(shape.filename)}")
-    check_size(shape)
-    if isinstance(shape, Box):
-        return np.array(list(product((-0.5, 0.5), repeat=3))) * shape.size
-    assert isinstance(shape, Cylinder)
-    angles = 2.0 * np.pi / _SIDES * np.arange(_SIDES)
-    x, y = shape.radius / np.cos(np.pi / _SIDES) * np.array([np.cos(angles), np.sin(angles)])
-    return np.concatenate(
-        [np.column_stack([x, y, np.full(_SIDES, z)]) for z in (-0.5 * shape.length, 0.5 * shape.length)]
-    )
-
-
-def hulls_in(text: str) -> Iterator[Shape]:
-    """Yield the shapes of an OBJ file: the hull of each object, in the link after which it is named ("torso.2").
-
-    "l_wrist.Fingers.LThumb1_link" is a part of the object "l_wrist.Fingers", in the link LThumb1_link.
-    """
-    hulls, parts = dict[str, Shape](), defaultdict[str, list[Shape]](list)
-    for block in text.split("\no ")[1:]:
-        name, *lines = block.splitlines()
-        points = np.array([line.split()[1:] for line in lines if line.startswith("v ")], dtype=float)
-        owner, *others = name.split(".")
-        if len(others) == 2:
-            parts[f"{owner}.{others[0]}"].append(hull_shape(others[1], points))
-        else:
-            hulls[name] = hull_shape(owner, points)
-    yield from (replace(shape, parts=tuple(parts[name])) for name, shape in hulls.items())
-
-
-def covering_capsule(points: Floats) -> tuple[Floats, float]:
-    """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
-    if len(points) <= 2:
-        return points[[0, -1]], 0.0
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T[:, ::-1]
-    low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
-    local = points @ axes - (low + high) / 2.0
-    across = np.linalg.norm(local[:, :2], axis=1)
-    radius = float(across.max())
-    # Each point is within the radius of the segment if this reaches so far along the axis.
-    half = max(float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - across**2, 0.0))).max()), 0.0)
-    centre = axes @ (low + high) / 2.0
-    return np.array([centre - half * axes[:, 2], centre + half * axes[:, 2]]), radius
+    return hull_shape(obstacle.name, hull_corners(obstacle.geometry, Packages(Path())))
 
 
 class LinkShapes:
@@ -220,14 +65,15 @@ class LinkShapes:
 
     def __init__(
         self,
-        robot: RobotModel,
+        robot: KinematicRobot,
+        shapes: Iterable[Shape],
+        meshes: tuple[Visual | Collision, ...] = (),  # the shapes that the hulls contain
         disabled: dict[LinkPair, str] | None = None,  # the other pairs, and the reason
-        shapes: Iterable[Shape] | None = None,
         obstacles: tuple[Obstacle, ...] = (),
     ) -> None:
-        self._robot, self.notes = robot, list[str]()
-        own = list(robot._collision_shapes() if shapes is None else shapes)
-        if shapes is None and not own:
+        self._robot, self._meshes, self.notes = robot, meshes, list[str]()
+        own = list(shapes)
+        if disabled is None and not own:
             raise BadArgument(f"{robot.name} has no shapes: its links have neither collisions nor visuals")
         self.links = tuple(link for link in robot.link_names if any(shape.link == link for shape in own))
         own.sort(key=lambda shape: self.links.index(shape.link))
@@ -272,7 +118,7 @@ class LinkShapes:
             for name in names:
                 if name in self._robot.tree.links or names.count(name) > 1:
                     raise BadArgument(f"the name of obstacle {quoted(name)} is that of a link or of another obstacle")
-            self._last = LinkShapes(self._robot, self.disabled, self.shapes, wanted)
+            self._last = LinkShapes(self._robot, self.shapes, (), self.disabled, wanted)
             self._last._alone, self._last.notes = self, self.notes
         return self._last
 
@@ -289,10 +135,10 @@ class LinkShapes:
         return np.concatenate([T, np.broadcast_to(self._standing, (len(q), *self._standing.shape))], axis=1)
 
     @classmethod
-    def exact(cls, robot: RobotModel) -> LinkShapes:
+    def exact(cls, robot: KinematicRobot) -> LinkShapes:
         """Return the collision elements as they are, for tests of contact; `notes` says which are left out."""
         notes: list[str] = []
-        made = cls(robot, {}, list(_shapes(robot.tree.collisions, robot.tree, exact_shape, notes)))
+        made = cls(robot, list(link_shapes_of(robot.tree.collisions, robot.tree, exact_shape, notes)), disabled={})
         made.notes = notes
         return made
 
@@ -314,7 +160,7 @@ class LinkShapes:
 
     def found_disabled(self, samples: int, seed: int) -> dict[LinkPair, str]:
         """Return the pairs of links that need no check, and the reason, by the rules of `disabled_collisions`."""
-        return disabled_collisions(self._robot, self, samples=samples, seed=seed)
+        return disabled_collisions(self._robot, self.pairs, self.capsules, self.count, samples=samples, seed=seed)
 
     def _pairs_of_shapes(self, pairs: Iterable[LinkPair]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the pairs of shapes of pairs of links, shape (p, 2), and the index of the pair of links of each."""
@@ -330,7 +176,7 @@ class LinkShapes:
         """The meshes of the links and of the obstacles; those of the links are read once."""
         if self.obstacles:
             return self._alone.meshes.among(self.obstacles)
-        return LinkMeshes(self._robot, self.links, self._robot._exact_shapes())
+        return LinkMeshes(self._robot, self.links, self._meshes)
 
     def allowed(self, rule: CollisionRule) -> NDArray[np.bool_]:
         """Return which pairs a rule allows to overlap, shape (pairs,)."""
@@ -436,6 +282,26 @@ class LinkShapes:
             distance[worse], pair_index[worse] = now[worse], pair
         return Clearance(distance, pair_index, self.pairs, tolerance, tuple(self.notes))
 
+    def random_free(self, rule: CollisionRule, rng: np.random.Generator | int | None, n: Any) -> Floats:
+        """Return random configurations in which no links overlap; those that overlap are drawn again."""
+        robot, shapes, tolerance = self._robot, self.among(rule.obstacles), rule.tolerance
+        options: Any = {"tolerance": tolerance, "checked": ~shapes.allowed(rule), "exact": rule.exact}
+        wanted = robot.random(rng, n)  # checks the arguments
+        drawn = generator(rng)
+        rows = wanted.reshape(-1, robot.nq)
+        filled = vain = 0
+        while filled < len(rows):
+            q = robot.random(drawn, min(max(_DRAWN, len(rows) - filled), _MOST_AT_ONCE))
+            q = q[shapes.clearance(q, -tolerance, **options).is_free][: len(rows) - filled]
+            vain = 0 if len(q) else vain + _DRAWN
+            if vain > _MOST_DRAWN:
+                raise BadArgument(
+                    f"{robot.name} collides in each of {vain} random configurations: are its shapes too large?"
+                )
+            rows[filled : filled + len(q)] = q
+            filled += len(q)
+        return rows.reshape(wanted.shape)
+
     def _by_coal(self, q: Floats, places: NDArray[np.int64], gaps: Floats, which: NDArray[np.int64]) -> None:
         for sample, T, least in self._bounds(q, places):
             for pair in np.argsort(least):
@@ -461,7 +327,7 @@ class LinkShapes:
     def _place(self, T: Floats, s: int, T_link_geometry: Floats | None = None) -> Any:
         """Return the pose of a shape's geometry, or of another one in its link, for coal, at poses of the links."""
         placed = T[self._table.link[s]] @ (self._all[s].T_link_geometry if T_link_geometry is None else T_link_geometry)
-        return coal.Transform3s(placed[:3, :3], placed[:3, 3])
+        return _transform(placed)
 
     def _coals(self, T: Floats, pair: Any, most: float) -> Any:
         """Return coal's distance of a pair of shapes and their nearest points, at poses of the links.
@@ -481,7 +347,7 @@ class LinkShapes:
     def _touch(self, T: Floats, a: int, b: int) -> bool:
         """Return whether two shapes touch; the hulls of meshes, which are tested first, are much faster."""
         one, other = self._all[a], self._all[b]
-        if not _collide(one.geometry, other.geometry, self._place(T, a), self._place(T, b)):
+        if not _collide(one.geometry, self._place(T, a), other.geometry, self._place(T, b)):
             return False
         if one.parts or other.parts:
             return any(self._touch(T, *both) for both in product(self._counting[a], self._counting[b]))
@@ -489,7 +355,7 @@ class LinkShapes:
             return True
         meshes = [shape.triangles or (shape.geometry, shape.T_link_geometry) for shape in (one, other)]
         places = [self._place(T, s, T_mesh) for s, (_, T_mesh) in zip((a, b), meshes, strict=True)]
-        return _collide(meshes[0][0], meshes[1][0], *places)
+        return _collide(meshes[0][0], places[0], meshes[1][0], places[1])
 
     def touching(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> set[tuple[LinkPair, int]]:
         """Return which pairs touch in which of n configurations (n, nq), for each pair in at most `limit` of them."""
@@ -547,5 +413,91 @@ class LinkShapes:
         return tuple(found)
 
 
-def _collide(one: Any, other: Any, T_one: Any, T_other: Any) -> bool:
+def _collide(one: Any, T_one: Any, other: Any, T_other: Any) -> bool:
     return bool(coal.collide(one, T_one, other, T_other, coal.CollisionRequest(), coal.CollisionResult()))
+
+
+# --- The meshes of the links, which tell whether two links touch whose hulls overlap.
+
+
+class LinkMeshes:
+    """The shapes of a robot as they are: triangles of meshes, balls, boxes and cylinders.
+
+    A shape of a link without a hull, as of a finger, belongs to the next link towards the root that has one.
+    """
+
+    def __init__(self, robot: KinematicRobot, links: tuple[str, ...], rows: tuple[Visual | Collision, ...]) -> None:
+        self._robot, parents = robot, {joint.child: joint.parent for joint in robot.tree.joints}
+        self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
+        meshes: dict[str, list[tuple[Any, Floats]]] = defaultdict(list)
+        for row in rows:
+            try:
+                geometry = shape_geometry(row.geometry, robot.tree.packages)
+            except UnreadableShape:
+                continue
+            if isinstance(geometry, coal.BVHModelBase):
+                meshes[row.link].append((geometry, row.origin.matrix))
+            else:
+                self._add(row.link, links, parents, geometry, row.origin.matrix)
+        for link, parts in meshes.items():
+            self._add(link, links, parents, _joined(parts), np.eye(4))
+        self.links = tuple(dict.fromkeys(link for shapes in self._own.values() for link, _, _ in shapes))
+        self._standing = dict[str, Floats]()
+
+    def among(self, obstacles: tuple[Obstacle, ...]) -> LinkMeshes:
+        """Return these meshes among obstacles."""
+        made = copy(self)
+        made._standing = {obstacle.name: obstacle.T for obstacle in obstacles}
+        geometries = {obstacle.name: shape_geometry(obstacle.geometry, Packages(Path())) for obstacle in obstacles}
+        made._own = self._own | {name: [(name, geometry, np.eye(4))] for name, geometry in geometries.items()}
+        return made
+
+    def _add(self, link: str, links: tuple[str, ...], parents: dict[str, str], geometry: Any, T: Floats) -> None:
+        owner: str | None = link
+        while owner is not None and owner not in links:
+            owner = parents.get(owner)
+        if owner is not None:
+            self._own[owner].append((link, geometry, T))
+
+    def poses(self, q: Floats) -> dict[str, Floats]:
+        """Return the poses of the links with shapes and of the obstacles, shape (..., 4, 4) each."""
+        poses = dict(zip(self.links, np.moveaxis(self._robot.fk(q, self.links), -3, 0), strict=True))
+        return poses | {name: np.broadcast_to(T, (*q.shape[:-1], 4, 4)) for name, T in self._standing.items()}
+
+    def _pairs(self, pair: LinkPair, poses: dict[str, Floats]) -> list[Any]:
+        ours, others = (
+            [(geometry, _transform(poses[link] @ T)) for link, geometry, T in self._own[owner]] for owner in pair
+        )
+        return list(product(ours, others))
+
+    def touch(self, pair: LinkPair, poses: dict[str, Floats]) -> bool:
+        """Return whether the shapes of two links touch; so they do if one has none."""
+        pairs = self._pairs(pair, poses)
+        return not pairs or any(_collide(*one, *other) for one, other in pairs)
+
+    def nearest(self, pair: LinkPair, poses: dict[str, Floats]) -> Any:
+        """Return coal's distance of the shapes of two links that do not touch."""
+        pairs = self._pairs(pair, poses)
+        results = [coal.DistanceResult() for _ in pairs]
+        for (one, other), result in zip(pairs, results, strict=True):
+            coal.distance(*one, *other, coal.DistanceRequest(), result)
+        return min(results, key=lambda result: result.min_distance)
+
+
+def _transform(T: Floats) -> Any:
+    return coal.Transform3s(T[:3, :3], T[:3, 3])
+
+
+def _joined(parts: list[tuple[Any, Floats]]) -> Any:
+    """Return one mesh of several, each at a pose in the link."""
+    joined = coal.BVHModelOBBRSS()
+    joined.beginModel(0, 0)
+    for mesh, T in parts:
+        points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+        for point in np.asarray(mesh.vertices()) @ T[:3, :3].T + T[:3, 3]:
+            points.append(point)
+        for k in range(mesh.num_tris):
+            triangles.append(mesh.tri_indices(k))
+        joined.addSubModel(points, triangles)
+    joined.endModel()
+    return joined

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_vectors, check_kind, first_index, join_poses
+from nao_kin._core.arrays import Floats, as_floats, first_index, join_poses, shaped
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import nearest_names, quoted
 from nao_kin._core.warn import warn_caller
@@ -59,18 +59,16 @@ def with_offsets(
     fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
     moved = {joint.child: joint for joint in moving.values()}
     origins: dict[str, Origin] = {}
-    notes, large = [], _Large()
-    for name, value in _entries(joints, "joints"):
+    notes, sizes = list[str](), list[tuple[str, str, float]]()
+    for name, value in joints.items():
         if name not in moving:
             hint = f"{quoted(name)} is fixed; give frames={{…}} for its link" if name in tree.fixed_joints else ""
             raise UnknownName("joint", name, tuple(moving), hint)
-        row, offset = moving[name], as_floats(value, (), f"the offset of {name}")
-        if offset.shape != ():
-            raise WrongShape(f"the offset of {name}", "()", offset.shape)
-        origins[name] = _after(row.origin, row.travel(float(offset)))
-        notes.append(f"joint {name}: offset {float(offset):g}")
-        large.look(name, "m" if row.kind == "prismatic" else "rad", float(offset))
-    for name, value in _entries(frames, "frames"):
+        row, offset = moving[name], float(shaped(value, (), f"the offset of {name}"))
+        origins[name] = _after(row.origin, row.travel(offset))
+        notes.append(f"joint {name}: offset {offset:g}")
+        sizes.append((name, "m" if row.kind == "prismatic" else "rad", offset))
+    for name, value in frames.items():
         # The offset of another frame of a camera moves the body frame, which carries them all.
         body, T_body_frame = camera_of(tree, cameras, name) or (name, np.eye(4))
         link = tree.shared_names.get(body, body)
@@ -87,11 +85,11 @@ def with_offsets(
         angle = angle_between(np.eye(3), T_nominal_true[:3, :3])
         turned = np.round(np.degrees(angle), _DIGITS)
         six = np.ravel(value)
-        large.look(name, "rad", float(np.abs(six[3:]).max() if len(six) == 6 else angle))
-        large.look(name, "m", float(np.linalg.norm(T_nominal_true[:3, 3])))
+        sizes.append((name, "rad", float(np.abs(six[3:]).max() if len(six) == 6 else angle)))
+        sizes.append((name, "m", float(np.linalg.norm(T_nominal_true[:3, 3]))))
         also = "" if body == name else f", moves {body}"
         notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°{also}")
-    large.warn()
+    _warn_of_large(sizes)
     return replace(
         tree,
         joints=tuple(replace(row, origin=origins.get(row.name, row.origin)) for row in tree.joints),
@@ -100,32 +98,24 @@ def with_offsets(
     )
 
 
-class _Large:
-    """Offsets that are larger than those of calibrations."""
-
-    def __init__(self) -> None:
-        self._found: list[str] = []
-        self._turned = False
-
-    def look(self, name: str, unit: str, offset: float) -> None:
-        """Refuse an angle of more than half a turn, and collect what is large."""
-        size = abs(offset)
-        if unit == "rad" and size > math.pi:
+def _warn_of_large(offsets: Sequence[tuple[str, str, float]]) -> None:
+    """Warn of offsets (name, unit, value) larger than those of calibrations; refuse angles of more than half a turn."""
+    large = [row for row in offsets if abs(row[2]) > _LARGE[row[1]]]
+    for name, unit, offset in large:
+        if unit == "rad" and abs(offset) > math.pi:
             raise BadArgument(
                 f"the offset of {name} is more than half a turn, {offset:g} rad; offsets are in rad and m"
             )
-        if size > _LARGE[unit]:
-            self._turned |= unit == "rad"
-            self._found.append(f"{name} by {f'{math.degrees(offset):.3g}°' if unit == 'rad' else f'{offset:.3g} m'}")
-
-    def warn(self) -> None:
-        """Warn of what is large, with one warning."""
-        if self._found:
-            usual = " and ".join(f"{size:g} {unit}" for unit, size in _LARGE.items())
-            warn_caller(
-                f"large offsets: {', '.join(self._found)}; offsets are in rad and m, calibrated ones below {usual}",
-                DegreesWarning if self._turned else NaoKinWarning,
-            )
+    if large:
+        found = ", ".join(
+            f"{name} by {f'{math.degrees(offset):.3g}°' if unit == 'rad' else f'{offset:.3g} m'}"
+            for name, unit, offset in large
+        )
+        usual = " and ".join(f"{size:g} {unit}" for unit, size in _LARGE.items())
+        warn_caller(
+            f"large offsets: {found}; offsets are in rad and m, calibrated ones below {usual}",
+            DegreesWarning if any(unit == "rad" for _, unit, _ in large) else NaoKinWarning,
+        )
 
 
 def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
@@ -177,8 +167,6 @@ def write_offsets(
         {'LKneePitch': 0.01}
     """
     lines, tables = [], read_offsets(offsets)
-    for value, what in ((about, "about"), (remarks, "remarks")):
-        check_kind(value, what, (Mapping, type(None)))
     remarks = dict(remarks or {})
     if about:
         lines += _table(_ABOUT, about)
@@ -207,15 +195,9 @@ def _toml(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, ArrayLike]]:
-    if not isinstance(offsets, Mapping):
-        raise BadArgument(f"{what} must map names to offsets, got {quoted(offsets)}")
-    return list(offsets.items())
-
-
 def pose_of(value: ArrayLike, what: str) -> Floats:
     """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
-    if isinstance(value, Mapping):
+    if isinstance(value, Mapping):  # a table of a file
         raise BadArgument(f"{what} must be [dx, dy, dz, roll, pitch, yaw] or four rows of four, got {quoted(value)}")
     array = as_floats(value, (), what)
     if array.shape == (6,):
@@ -230,8 +212,7 @@ def pose_of(value: ArrayLike, what: str) -> Floats:
 
 def rigid_poses(T: ArrayLike, what: str) -> Floats:
     """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
-    with np.errstate(over="ignore"):
-        poses = as_vectors(as_floats(T, (4, 4), what), what, 4, rows=True)
+    poses = as_floats(T, (4, 4), what)
     off = refuse_not_rigid(poses, what).orthogonality > _ROUNDING
     nearest: Floats = poses.copy()
     if np.any(off):

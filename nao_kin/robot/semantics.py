@@ -53,10 +53,8 @@ They may be written in a small TOML file beside the URDF:
 from __future__ import annotations
 
 import math
-import numbers
-import sys
-from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -67,7 +65,7 @@ from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers, check_ki
 from nao_kin._core.files import read_toml
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import nearest_names, one_line_repr, quoted
-from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 
 __all__ = ["CoupledLimit", "Mimic", "Posture", "Semantics", "View", "read_semantics"]
 
@@ -78,11 +76,11 @@ UNITS = ("rad", "m", "1")
 FRAME_FIELDS = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
-def _values(values: Floats | float, joint: str, of: str = "") -> Floats | float:
+def _values(values: Floats | float) -> Floats | float:
     """Return values of a joint as numbers; doubles, which kinematics asks for in its inner loops, as they are."""
     if type(values) is float or (isinstance(values, np.ndarray) and values.dtype == np.float64):
         return values
-    return as_numbers(values, f"values of {of}{quoted(joint)}")
+    return as_numbers(values, "values of a joint")
 
 
 @dataclass(frozen=True)
@@ -104,24 +102,20 @@ class Mimic:
     multiplier: float = 1.0
     offset: float = 0.0
 
-    def __post_init__(self) -> None:
-        check_kind(self.joint, "the driving joint", str)
-
     def value(self, driver: Floats | float) -> Floats:
         """Return values of the mimic joint for values of the driving joint, any shape."""
-        values = _values(driver, self.joint)
+        values = _values(driver)
         with np.errstate(over="ignore", invalid="ignore"):  # they may be infinite
             return np.asarray(self.multiplier * values + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
         """Return values of the driving joint for values of the mimic joint; the multiplier must not be zero."""
-        values = _values(value, self.joint, "the joint that follows ")
+        values = _values(value)
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray((values - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
         """Return how this joint follows the driver of its driving joint; `driver` is the mimic of the driving joint."""
-        check_kind(driver, "driver", Mimic)
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
@@ -132,22 +126,13 @@ class Mimic:
         """Return the range of the mimic joint for a range of the driving joint."""
         if self.multiplier == 0.0:
             return self.offset, self.offset
-        ends = sorted(self.multiplier * end + self.offset for end in _ends(lower, upper))
+        ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
         return ends[0], ends[1]
 
     def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
         """Return the range of the driving joint for a range of the mimic joint; the multiplier must not be zero."""
-        ends = sorted((end - self.offset) / self.multiplier for end in _ends(lower, upper))
+        ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
         return ends[0], ends[1]
-
-
-def _ends(lower: float, upper: float) -> list[float]:
-    """Return the ends of a range, which may be infinite."""
-    ends = as_numbers([lower, upper], "the ends of a range")
-    if ends.shape != (2,) or np.isnan(ends).any():
-        raise BadArgument(f"the ends of a range must be two numbers, got {quoted(lower)} and {quoted(upper)}")
-    found: list[float] = ends.tolist()
-    return found
 
 
 @one_line_repr
@@ -163,8 +148,8 @@ class CoupledLimit:
         upper: largest value of `joint` at each of these values [rad].
 
     Raises:
-        BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
-            bound, a joint that depends on itself.
+        BadArgument: columns of different lengths, `at` not ascending, a lower bound above its upper bound, a joint that
+            depends on itself.
 
     Examples:
         >>> ends = {"at": (-1.0, 1.0), "lower": (-0.2, -0.4), "upper": (0.2, 0.4)}
@@ -187,18 +172,12 @@ class CoupledLimit:
         if self.joint == self.of:
             raise BadArgument(f"{what} depends on that joint itself")
         for name in ("at", "lower", "upper"):
-            try:
-                values = tuple(getattr(self, name))
-                if not all(isinstance(value, numbers.Real) for value in values):
-                    raise TypeError
-                object.__setattr__(self, name, tuple(map(float, values)))
-            except (TypeError, ValueError, OverflowError):
-                raise BadArgument(f"{what} must have numbers in {name}, got {quoted(getattr(self, name))}") from None
+            object.__setattr__(self, name, _numbers(getattr(self, name), f"{name} of {what}"))
         if not (len(self.at) == len(self.lower) == len(self.upper) > 0):
             counts = f"{len(self.at)}, {len(self.lower)} and {len(self.upper)}"
             raise BadArgument(f"{what} must have equally many at, lower and upper, got {counts}")
-        if not np.all(np.diff(self.at) > 0.0) or not np.isfinite([self.at, self.lower, self.upper]).all():
-            raise BadArgument(f"{what} must have finite numbers, at in ascending order")
+        if not np.all(np.diff(self.at) > 0.0):
+            raise BadArgument(f"{what} must have at in ascending order")
         if np.any(np.greater(self.lower, self.upper)):
             raise BadArgument(f"{what} has a lower bound above the upper one")
 
@@ -223,9 +202,11 @@ class Posture:
     up: Vector | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "angles", _mapping(self.angles, "angles of a posture"))
+        angles = _mapping(self.angles, "angles of a posture").items()
+        numbers = {name: float(shaped(value, (), f"{name} in a posture")) for name, value in angles}
+        object.__setattr__(self, "angles", MappingProxyType(numbers))
         if self.up is not None:
-            shaped(self.up, (3,), "up of a posture")
+            object.__setattr__(self, "up", _direction(self.up, "up of a posture"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Posture, (dict(self.angles), self.up)  # mapping proxies do not pickle
@@ -244,7 +225,7 @@ class View:
     joints: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        shaped(self.direction, (3,), "direction of a view")
+        object.__setattr__(self, "direction", _direction(self.direction, "direction of a view"))
         object.__setattr__(self, "joints", _several(self.joints, "joints of a view", str))
 
 
@@ -307,11 +288,10 @@ class Semantics:
     resolutions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kinds = {"chains": Iterable, "postures": Posture, "units": str, "views": View, "ros_names": str}
-        for name, kind in kinds.items():
+        for name in ("start", "version", "root"):
+            check_kind(getattr(self, name), name, str)
+        for name, kind in {"postures": Posture, "units": str, "views": View, "ros_names": str}.items():
             object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
-        chains = {name: _several(joints, f"chain {quoted(name)}", str) for name, joints in self.chains.items()}
-        object.__setattr__(self, "chains", MappingProxyType(chains))
         for name in FRAME_FIELDS:
             object.__setattr__(self, name, _several(getattr(self, name), name, str))
         object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
@@ -320,18 +300,10 @@ class Semantics:
         if any(len(row) != 3 for row in rows):
             raise BadArgument("a row of disabled_collisions must be two links and a reason")
         object.__setattr__(self, "disabled_collisions", rows)
-        fields = _mapping(self.fields_of_view, "fields_of_view", Iterable)
-        for camera, angles in fields.items():
-            pair = _several(angles, f"field of view of {camera}", (int, float))
-            if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
-                raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(angles)}")
-        object.__setattr__(self, "fields_of_view", MappingProxyType({k: tuple(v) for k, v in fields.items()}))
-        sizes = _mapping(self.resolutions, "resolutions", Iterable)
-        object.__setattr__(self, "resolutions", MappingProxyType({k: _size(v, k) for k, v in sizes.items()}))
-        outlines = _mapping(self.outlines, "outlines", Iterable)
-        object.__setattr__(self, "outlines", MappingProxyType({k: _corners(v, k) for k, v in outlines.items()}))
-        for name in ("start", "version", "root"):
-            check_kind(getattr(self, name), name, str)
+        made = {"chains": _chain, "fields_of_view": _view_angles, "resolutions": _size, "outlines": _corners}
+        for name, make in made.items():
+            values = _mapping(getattr(self, name), name)
+            object.__setattr__(self, name, MappingProxyType({key: make(each, key) for key, each in values.items()}))
         for joint, unit in self.units.items():
             if unit not in UNITS:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
@@ -389,24 +361,44 @@ def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[
     return found
 
 
-def _size(values: Iterable[Any], resolution: str) -> tuple[int, int]:
+def _numbers(values: object, what: str) -> tuple[float, ...]:
+    """Return a list of finite numbers as a tuple."""
+    return tuple(as_floats(_several(values, what, object), (), what).tolist())
+
+
+def _direction(values: object, what: str) -> Vector:
+    """Return a vector other than zero as a tuple."""
+    x, y, z = shaped(values, (3,), what).tolist()  # type: ignore[arg-type]
+    if not (x or y or z):
+        raise BadArgument(f"{what} must not be zero")
+    return x, y, z
+
+
+def _chain(values: object, name: str) -> tuple[str, ...]:
+    return _several(values, f"chain {quoted(name)}", str)
+
+
+def _view_angles(values: object, camera: str) -> tuple[float, ...]:
+    pair = _numbers(values, f"field of view of {camera}")
+    if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
+        raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(values)}")
+    return pair
+
+
+def _size(values: object, resolution: str) -> tuple[int, int]:
     """Return the width and the height of an image, whole numbers from 1."""
-    pair = _several(values, f"resolution {resolution}", (int, float))
+    pair = _numbers(values, f"resolution {resolution}")
     if len(pair) != 2 or not all(size >= 1 and size == int(size) for size in pair):
         raise BadArgument(f"resolution {resolution} must be a width and a height in pixels, got {quoted(values)}")
     return int(pair[0]), int(pair[1])
 
 
-def _corners(values: Iterable[Any], sole: str) -> tuple[tuple[float, ...], ...]:
+def _corners(values: object, sole: str) -> tuple[tuple[float, ...], ...]:
     """Return the corners of an outline as pairs or triples of finite numbers, at least three."""
-    try:
-        points = tuple(tuple(float(value) for value in corner) for corner in values)
-    except (TypeError, ValueError, OverflowError):
-        points = ()
-    if len(points) < 3 or {len(p) for p in points} - {2, 3} or not all(np.isfinite(p).all() for p in points):
-        raise BadArgument(
-            f"the outline of {sole} must be three or more pairs or triples of finite numbers, got {quoted(values)}"
-        )
+    what = f"the outline of {sole}"
+    points = tuple(_numbers(corner, what) for corner in _several(values, what, object))
+    if len(points) < 3 or {len(p) for p in points} - {2, 3}:
+        raise BadArgument(f"{what} must be three or more pairs or triples of numbers, got {quoted(values)}")
     return points
 
 
@@ -429,94 +421,28 @@ def read_semantics(path: Path | str) -> Semantics:
     """
     document = read_toml(path)
     try:
-        return Semantics(**_members(document, "", _READERS))
-    except (_BadEntry, BadArgument) as error:
+        parts = _entries(document, Semantics, "")
+        for name, kind in {"postures": Posture, "views": View}.items():
+            if name in parts:
+                tables = _mapping(parts[name], name).items()
+                parts[name] = {key: kind(**_entries(each, kind, f"{name}.{key}.")) for key, each in tables}
+        rows = _several(parts.get("coupled_limits", ()), "coupled_limits", object)
+        parts["coupled_limits"] = tuple(
+            CoupledLimit(**_entries(row, CoupledLimit, f"coupled_limits[{k}].")) for k, row in enumerate(rows)
+        )
+        return Semantics(**parts)
+    except NaoKinError as error:
         raise BadInputFile(str(path), str(error)) from None
 
 
-_LARGEST = sys.float_info.max
-
-
-class _BadEntry(Exception):
-    """A wrong entry; `read_semantics` adds the file's name."""
-
-
-_EntryReader = Callable[[Any, str], Any]
-
-
-def _members(
-    table: Any, where: str, readers: Mapping[str, _EntryReader], required: tuple[str, ...] = ()
-) -> dict[str, Any]:
-    """Return the entries of a table, each read by the reader of its name."""
-    values = _table(table, where)
+def _entries(table: object, kind: type, where: str) -> dict[str, Any]:
+    """Return the entries of a table, which are fields of a dataclass; all fields without a default must be there."""
+    values, known = dict(_mapping(table, where.rstrip("."))), {one.name: one for one in fields(kind)}
     for name in values:
-        if name not in readers:
-            near = ", ".join(nearest_names(name, readers) or sorted(readers))
-            raise _BadEntry(f"unknown entry {quoted(where + name)} (nearest: {near})")
-    for name in required:
-        if name not in values:
-            raise _BadEntry(f"{where.rstrip('.')} has no {name!r}")
-    return {name: readers[name](value, f"{where}{name}") for name, value in values.items()}
-
-
-def _instance_of(kind: type, what: str) -> _EntryReader:
-    def read(value: Any, where: str) -> Any:
-        if not isinstance(value, kind):
-            raise _BadEntry(f"{where.rstrip('.')} must be {what}, got {quoted(value)}")
-        return value
-
-    return read
-
-
-_table, _text, _list = _instance_of(dict, "a table"), _instance_of(str, "text"), _instance_of(list, "a list")
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
-        raise _BadEntry(f"{where} must be a finite number, got {quoted(value)}")
-    return float(value)
-
-
-def _list_of(read: _EntryReader) -> _EntryReader:
-    return lambda values, where: tuple(
-        read(value, f"{where}[{index}]") for index, value in enumerate(_list(values, where))
-    )
-
-
-def _table_of(read: _EntryReader) -> _EntryReader:
-    return lambda values, where: {name: read(value, f"{where}.{name}") for name, value in _table(values, where).items()}
-
-
-_names, _numbers = _list_of(_text), _list_of(_number)
-
-
-def _vector(value: Any, where: str) -> Vector:
-    numbers = _numbers(value, where)
-    if len(numbers) != 3 or not any(numbers):
-        raise _BadEntry(f"{where} must be three numbers, not all zero, got {quoted(value)}")
-    return numbers[0], numbers[1], numbers[2]
-
-
-def _object_of(kind: type, optional: Collection[str] = (), /, **readers: _EntryReader) -> _EntryReader:
-    required = tuple(name for name in readers if name not in optional)
-    return lambda value, where: kind(**_members(value, f"{where}.", readers, required))
-
-
-_posture = _object_of(Posture, ("up",), angles=_table_of(_number), up=_vector)
-_view = _object_of(View, direction=_vector, joints=_names)
-_coupled_limit = _object_of(CoupledLimit, joint=_text, of=_text, at=_numbers, lower=_numbers, upper=_numbers)
-
-_READERS: dict[str, _EntryReader] = {
-    **dict.fromkeys(FRAME_FIELDS, _names),
-    **dict.fromkeys(("start", "version", "root"), _text),
-    "chains": _table_of(_names),
-    "postures": _table_of(_posture),
-    "coupled_limits": _list_of(_coupled_limit),
-    "units": _table_of(_text),
-    "views": _table_of(_view),
-    "fields_of_view": _table_of(_numbers),
-    "resolutions": _table_of(_numbers),
-    "outlines": _table_of(_list_of(_numbers)),
-    "ros_names": _table_of(_text),
-    "disabled_collisions": _list_of(_names),
-}
+        if name not in known:
+            near = ", ".join(nearest_names(name, known) or sorted(known))
+            raise BadArgument(f"unknown entry {quoted(where + name)} (nearest: {near})")
+    for name, one in known.items():
+        if name not in values and one.default is one.default_factory is MISSING:
+            raise BadArgument(f"{where.rstrip('.')} has no {name!r}")
+    return values

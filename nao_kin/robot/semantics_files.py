@@ -9,21 +9,17 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated, nearest_names, quoted
-from nao_kin.errors import BadArgument, BadModel, NaoKinError
+from nao_kin.errors import BadModel, NaoKinError
 from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.semantics import Posture, Semantics, read_semantics
 from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document
 from nao_kin.robot.urdf.tree import UrdfJoint, UrdfTree
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
 
 # Axes of an optical frame (z along the optical axis, x to the right, y down) in the body frame (x along the optical
 # axis, y to the left, z up). Source: REP 103, which also gives the ending of the name.
@@ -46,13 +42,7 @@ def find_semantics(
     if isinstance(given, Semantics):
         return given
     if given is not None:
-        try:
-            path = Path(given)
-        except TypeError:
-            raise BadArgument(
-                f"semantics must be a Semantics or the path of a .toml or .srdf file, got {quoted(given)}"
-            ) from None
-        return _filled(_read(path, tree, notes), implied)
+        return _filled(_read(Path(given), tree, notes), implied)
     own = tree.path.with_name(tree.path.name.removesuffix(".xacro"))
     folder = own.parent.parent / "srdf"
     named = [*(own.with_suffix(ending) for ending in (".toml", ".srdf")), folder / f"{own.stem}.srdf"]
@@ -140,11 +130,9 @@ def _coordinates(tree: UrdfTree) -> Coordinates:
 
 
 def _check_posture(posture: Posture, coordinates: Coordinates) -> None:
-    """Raise an error for a posture whose values are not one number for each joint, or contradict a mimic."""
+    """Raise an error for a posture that contradicts a mimic."""
     if coordinates.plain_values(dict(posture.angles)) is None:
-        values, _ = coordinates.values(posture.angles)
-        if values.ndim != 1:
-            raise BadArgument("expected one number for each joint")
+        coordinates.values(posture.angles)
 
 
 def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
@@ -333,20 +321,13 @@ def camera_of(tree: UrdfTree, cameras: Iterable[str], frame: str) -> tuple[str, 
     return None
 
 
-def body_frame_of(robot: RobotModel, frame: str) -> str:
-    """Return the body frame of the camera that has this frame beside it; other frames as they are."""
-    found = camera_of(robot.tree, robot.semantics.cameras, frame)
-    return frame if found is None else found[0]
-
-
-def pose_of_body(robot: RobotModel, frame: str) -> Floats | None:
+def pose_of_body(tree: UrdfTree, cameras: Collection[str], frame: str) -> Floats | None:
     """Return the pose of a camera's body frame in its optical frame; None if `frame` is not an optical frame.
 
-    An optical frame is that of a camera of the semantics, or has a name that ends as in REP 103.
+    An optical frame is that of one of the cameras, or has a name that ends as in REP 103.
     """
-    cameras = robot.semantics.cameras
     if frame in cameras:
         return None
-    found = camera_of(robot.tree, cameras, frame)
+    found = camera_of(tree, cameras, frame)
     optical = frame.endswith(_OPTICAL_ENDINGS) if found is None else found[1] is _T_BODY_OPTICAL
     return _T_BODY_OPTICAL.T if optical else None

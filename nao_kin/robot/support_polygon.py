@@ -8,19 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, is_several, shaped, split_poses
-from nao_kin._core.text import one_line_repr, quoted
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, shaped, split_poses
+from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
-
-if TYPE_CHECKING:
-    from nao_kin.robot.model import RobotModel
-
+from nao_kin.robot.kinematic_robot import KinematicRobot
 
 # Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
@@ -66,14 +62,10 @@ class SupportPolygon:
             >>> nk.robot.SupportPolygon.of_soles(zip(T, corners)).vertices.shape
             (5, 2)
         """
-        if not is_several(soles):
-            raise BadArgument(f"soles must be poses with their corners, got {quoted(soles)}")
         corners = []
-        for sole in soles:
-            if not isinstance(sole, (tuple, list)) or len(sole) != 2:
-                raise BadArgument(f"each of the soles must be a pose and its corners, got {quoted(sole)}")
-            R, t = split_poses(shaped(sole[0], (4, 4), "the pose of a sole"), "the pose of a sole")
-            corners.append(as_floats(sole[1], (3,), "corners of a sole").reshape(-1, 3) @ R.T + t)
+        for pose, outline in soles:
+            R, t = split_poses(shaped(pose, (4, 4), "the pose of a sole"), "the pose of a sole")
+            corners.append(as_floats(outline, (3,), "corners of a sole").reshape(-1, 3) @ R.T + t)
         return SupportPolygon.around(np.concatenate(corners) if corners else np.empty((0, 3)))
 
     @property
@@ -103,10 +95,10 @@ def _places(points: ArrayLike) -> Floats:
     array = as_numbers(points, "points")
     if array.shape[-1:] not in ((2,), (3,)):
         raise WrongShape("points", "(..., 2) or (..., 3)", array.shape)
-    return as_vectors(array[..., :2], "points", 2)
+    return as_floats(array[..., :2], (2,), "points")
 
 
-def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:
+def named_soles(robot: KinematicRobot, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:
     """Return the names of soles, by default those of the semantics, after checking that they are frames."""
     if soles is None:
         if needed and not robot.semantics.soles:
@@ -121,7 +113,7 @@ def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed:
     return names
 
 
-def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
+def sole_corners(robot: KinematicRobot, sole: str) -> NDArray[np.float64]:
     """Return the hull of the frames on the foot in the plane of a sole, in its own frame, shape (k, 3) [m].
 
     On a NAO the corners are the four pressure sensors, which carry the robot, inside the area that touches the floor
@@ -140,7 +132,7 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
 
 
 def support_polygon(
-    robot: RobotModel, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
+    robot: KinematicRobot, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
 ) -> SupportPolygon:
     """Return the support polygon of a robot; the arguments are those of `RobotModel.support_polygon`."""
     names = named_soles(robot, soles, needed=True)

@@ -219,7 +219,7 @@ class SceneRobot:
         never keys, because some keys have a meaning in JavaScript.
         """
         robot, semantics, place = self.robot, self.robot.semantics, self._places
-        feet = Feet.of(robot, semantics.soles, or_origin=True)
+        feet = Feet.of(robot, None, or_origin=True)
         moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view
         child = {joint: place[link] for joint, link in self._moved.items()}
         column = {name: drivers[name].column for name in robot.joint_names}

@@ -16,16 +16,7 @@ from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import (
-    Feet,
-    OutlineKind,
-    RobotModel,
-    SetDown,
-    SupportPolygon,
-    check_robot,
-    named_soles,
-    points_on_floor,
-)
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, SupportPolygon, check_robot
 from nao_kin.rotations import rot_z, rpy_from_matrix
 
 # Configurations whose margins are computed at a time: larger products of matrices are split among threads.
@@ -104,8 +95,8 @@ def balance(
         (0.069, 14.1)
     """
     check_robot(robot)
-    names = named_soles(robot, soles)
-    feet = Feet.of(robot, names, outline)
+    feet = Feet.of(robot, soles, outline)
+    names = feet.names
     down = robot.set_down(q, soles=soles, contacts=contacts, forces=forces, gravity=gravity, tolerance=tolerance)
     batch = down.stands.shape
     rows = np.broadcast_to(robot.checked(q), (*batch, robot.nq)).reshape(-1, robot.nq)
@@ -121,7 +112,7 @@ def balance(
         if contacts is not None or forces is not None:
             others &= ~down.stands.reshape(-1, 1)
         for k in np.flatnonzero(others.any(axis=1)).tolist():
-            points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
+            points = _with_hull(points, k, feet.points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, distances, margins, nearest = hulls(points, com[:, :2])
     if not batch and nearest[0] < 0:
         raise BadArgument(f"the contacts of {robot.name} with the floor span no area: there is no support polygon")
@@ -162,13 +153,12 @@ def margin(
         [0.069, 0.067]
     """
     check_robot(robot)
-    names = named_soles(robot, soles, needed=True)
-    feet = Feet.of(robot, names, outline)
+    feet = Feet.of(robot, soles, outline, needed=True)
     batch, rows, given = rows_with_gravity(robot.checked(q), gravity)
     found = np.empty(len(rows))
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
-        T = np.asarray(robot.fk(rows[part], names, reference=robot.tree.root))
+        T = np.asarray(robot.fk(rows[part], feet.names, reference=robot.tree.root))
         com = robot.com(rows[part], reference=robot.tree.root)
         found[part] = hulls(*feet.from_above(T, com, None if given is None else given[part]))[2]
     return found.reshape(batch)

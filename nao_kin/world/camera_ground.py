@@ -24,7 +24,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
-from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
+from nao_kin.robot import RobotModel, SetDown, check_robot, rigid_poses
 from nao_kin.rotations import slerp
 from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name, positive
 from nao_kin.world.sensors import Rows
@@ -403,7 +403,7 @@ def placed(
     check_robot(robot)
     check_camera(camera)
     T_base_camera = robot.fk(q, camera.frame, reference=robot.tree.root)
-    T_optical_camera = pose_of_body(robot, camera.frame)
+    T_optical_camera = robot.pose_in_optical_frame(camera.frame)
     if T_optical_camera is not None:
         T_base_camera = T_base_camera @ T_optical_camera
     if T_world_base is not None:

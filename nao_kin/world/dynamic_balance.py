@@ -153,7 +153,7 @@ def dynamic_balance(
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
     supported = np.isfinite(rest.margin)
     stands = rest.down.touching.any(axis=1) & (supported | rest.down.stands) & np.isfinite(zmp).all(axis=1)
-    stands &= ~Feet.of(robot, rest.down.soles, outline).others(robot, rest.down.links).any(axis=1)
+    stands &= ~Feet.of(robot, rest.down.soles or None, outline).others(robot, rest.down.links).any(axis=1)
     stands &= (ground.known & ground.stands)[given]
     lost = stands & ~supported  # on an edge or a corner of its soles
     vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))

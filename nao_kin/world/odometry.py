@@ -26,7 +26,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import WrongShape
-from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses, serial_chain
+from nao_kin.robot import Feet, RobotModel, check_robot, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
 from nao_kin.world.contact import Ground
@@ -265,16 +265,16 @@ class LegLog:
     ) -> LegLog:
         """Return the log that the arguments of `odometry` give."""
         check_robot(robot)
-        names = named_soles(robot, soles, needed=True)
+        feet = Feet.of(robot, soles, needed=True, or_origin=True)
         values = as_floats(q, (robot.nq,), "q", gaps=True)
         if values.ndim != 2 or not len(values):
             raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", values.shape)
         rows = Rows.of(times, len(values))
-        configurations, known = _filled(robot, rows.merged(values), names)
+        configurations, known = _filled(robot, rows.merged(values), feet.names)
         check_tolerance(longest_gap, "longest_gap")
         check_tolerance(lower, "lower")
-        feet, notes = Feet.of(robot, names, or_origin=True), list(rows.notes)
-        T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, names, reference=robot.tree.root)))
+        notes = list(rows.notes)
+        T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, feet.names, reference=robot.tree.root)))
         ground = Ground.of(robot, feet, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
         known = known & ground.known
         return LegLog(feet, rows, configurations, T_base_soles, ground, known, float(lower), float(longest_gap), notes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,8 @@ def cells(nao: nk.NaoModel, joint: str, pairs: set[LinkPair]) -> tuple[Floats, M
     high = np.stack(np.meshgrid(*(edge[1:] for edge in edges), indexing="ij"), axis=-1).reshape(-1, 2)
     q = np.tile(nao.posture("Stand"), (len(low), 1))
     q[:, columns] = 0.5 * (low + high)
-    disabled = {pair: "" for pair in LinkShapes(nao, {}).pairs if pair not in pairs}
-    overlap = LinkShapes(nao, disabled).clearance(q).distance < 0.0
+    disabled = {pair: "" for pair in combinations(sorted(nao.link_shapes.links), 2) if pair not in pairs}
+    overlap = LinkShapes(nao, nao.link_shapes.shapes, disabled=disabled).clearance(q).distance < 0.0
     rows = tuple(Collision(row.link, row.origin, row.geometry, row.name) for row in nao.tree.visuals)
     meshes = LinkShapes.exact(nk.RobotModel(replace(nao.tree, collisions=rows), nao.semantics))
     touch = np.zeros(len(q), bool)

@@ -17,7 +17,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadModel, MissingExtra, UnknownName
-from nao_kin.robot.link_shapes import shapes_of
+from nao_kin.robot.geometry import shapes_of
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Inertial, MeshFile, Origin, Sphere, UrdfTree, Visual
 

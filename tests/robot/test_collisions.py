@@ -25,7 +25,7 @@ from nao_kin._kernels import hulls as kernels
 from nao_kin.errors import BadArgument, MissingShapeWarning, NaoKinError, UnknownName
 from nao_kin.robot import LinkShapes, read_mesh
 from nao_kin.robot.collision_pairs import never_touch
-from nao_kin.robot.link_shapes import Shape, covering_capsule, hull_shape, round_shape, shapes_of
+from nao_kin.robot.geometry import Shape, covering_capsule, hull_shape, round_shape, shapes_of
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.rotations import random_rotation
@@ -287,7 +287,7 @@ def test_pairs_that_are_not_compared_do_not_overlap_at_the_limits(version: str) 
     never = {pair for pair, reason in nao.link_shapes.disabled.items() if reason == "Never"}
     assert len(never) > 100
     every = combinations(sorted(nao.link_shapes.links), 2)
-    shapes = LinkShapes(nao, {pair: "" for pair in every if pair not in never})
+    shapes = LinkShapes(nao, nao.link_shapes.shapes, disabled={pair: "" for pair in every if pair not in never})
     assert shapes.pairs == tuple(sorted(never))
     assert shapes.clearance(_at_limits(nao, 4000, 0), 0.0).is_free.all()
 
@@ -448,6 +448,10 @@ def test_random_configurations_can_be_free_of_collisions() -> None:
 # --- Other robots.
 
 
+def _all_pairs(robot: nk.RobotModel) -> LinkShapes:
+    return LinkShapes(robot, shapes_of(robot.tree), disabled={})
+
+
 def _shaped(tmp_path: Path, *shapes: tuple[str, Any, tuple[float, float, float]], **more: Any) -> nk.RobotModel:
     robot = made_up(tmp_path, J("a", xyz=(0.0, 0.0, 0.5)), J("b", xyz=(0.0, 0.0, 0.5)))
     rows = tuple(Collision(link, Origin(xyz), shape) for link, shape, xyz in shapes)
@@ -463,11 +467,11 @@ def test_a_cylinder_with_two_spheres_is_a_capsule_and_alone_has_flat_ends(tmp_pa
     robot, alone = _shaped(tmp_path, *capsule, ball), _shaped(tmp_path, capsule[0], ball)
     assert len(robot.link_shapes.shapes) == 2
     for other, distance in ((robot, 0.75), (alone, 0.85)):
-        shapes = LinkShapes(other, {})
+        shapes = _all_pairs(other)
         assert shapes.pairs == (("b_l", "base"),)
         assert shapes.clearance(np.zeros(2)).distance == pytest.approx(distance)
     beside = _shaped(tmp_path, ("base", Cylinder(0.1, 0.2), (0.0, 0.0, 0.0)), ("b_l", Sphere(0.05), (0.3, 0.0, -1.0)))
-    assert 0.15 - 0.0005 < LinkShapes(beside, {}).clearance(np.zeros(2)).distance <= 0.15
+    assert 0.15 - 0.0005 < _all_pairs(beside).clearance(np.zeros(2)).distance <= 0.15
     assert len(_shaped(tmp_path, *capsule[:2], ("base", Sphere(0.1), (0.0, 0.0, 0.11)), ball).link_shapes.shapes) == 4
 
 
@@ -491,9 +495,9 @@ def test_a_mesh_without_a_volume_counts_and_one_that_is_no_shape_is_left_out(
     robot = _shaped(tmp_path, *shapes)
     if distance is None:
         with pytest.warns(MissingShapeWarning, match="left out: its mesh 'a.obj' has vertices that are not finite"):
-            assert LinkShapes(robot, {}).pairs == ()
+            assert _all_pairs(robot).pairs == ()
     else:
-        assert LinkShapes(robot, {}).clearance(np.zeros(2)).distance == pytest.approx(distance, abs=3e-6)
+        assert _all_pairs(robot).clearance(np.zeros(2)).distance == pytest.approx(distance, abs=3e-6)
 
 
 def test_pairs_are_those_of_the_semantics_or_else_found_by_proof(tmp_path: Path) -> None:

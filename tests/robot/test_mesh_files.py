@@ -103,7 +103,7 @@ def test_flat_points_give_a_thin_hull_at_their_place() -> None:
     code = """
 import json, sys
 import numpy as np
-from nao_kin.robot.link_shapes import hull_shape
+from nao_kin.robot.geometry import hull_shape
 grid = np.array([[x, y, 0.3 * x - 0.2 * y] for x in np.linspace(0, 1, 11) for y in np.linspace(0, 1, 11)])
 for name, text in json.loads(sys.argv[1]).items():
     print(name, end=" ", flush=True)

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 import nao_kin as nk
-from nao_kin import crosscheck, joints
-from nao_kin.errors import BadArgument, MissingExtra
+from nao_kin.errors import MissingExtra
 from nao_kin.joints import JointAxes
 from nao_kin.robot import topology
 from nao_kin.robot.semantics import Mimic
@@ -92,9 +91,3 @@ def test_the_structure_needs_no_file_any_more(tmp_path) -> None:
     robot.urdf_path.unlink()
     assert topology(robot).closed_loops == 0
     assert JointAxes(robot).names == ("a",)
-
-
-@pytest.mark.parametrize("call", [topology, JointAxes, crosscheck.run, joints.group_joints])
-def test_what_is_no_robot_is_refused_by_all(call) -> None:
-    with pytest.raises(BadArgument, match="robot must be a RobotModel, got int"):
-        call(5)

@@ -16,7 +16,7 @@ from nao_kin._core.files import URDF_FOLDERS
 from nao_kin._core.sides import Hips
 from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
-from nao_kin.robot.link_shapes import Shape, hulls_in
+from nao_kin.robot.geometry import Shape, hulls_in
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
 from nao_kin.robot.nao.collision_rows import DISABLED_COLLISIONS

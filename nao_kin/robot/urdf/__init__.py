@@ -2,7 +2,7 @@
 
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.robot.urdf.document import Packages, read_document as read_document
-from nao_kin.robot.urdf.mjcf.reader import read_mjcf as read_mjcf
+from nao_kin.robot.urdf.mjcf import read_mjcf as read_mjcf
 from nao_kin.robot.urdf.reader import file_format as file_format, read_robot, read_urdf as read_urdf
 from nao_kin.robot.urdf.tree import (
     TENSOR_LABELS as TENSOR_LABELS,

@@ -60,35 +60,25 @@ def _drivers(joints: Mapping[str, UrdfJoint], mimic: Mimic | None) -> Iterator[s
         mimic = joints[mimic.joint].mimic
 
 
-def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) -> list[UrdfJoint]:
+def drive_order(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
     """Return the joints in depth-first order, siblings by name, but every driving joint before its mimic joints.
 
-    If that is impossible (the driver is further out on the same branch, or two branches drive each other), the first
-    joint of the group becomes its driver: the motion is the same, with another joint's coordinate, and the notes say
-    so.
+    That is impossible if the driver is further out on the same branch, or if two branches drive each other.
     """
-    walk = _walk(joints, root)
-    position = {joint.name: index for index, joint in enumerate(walk)}
-    changed: dict[str, UrdfJoint] = {}
-    for driver, followers in _followers(walk).items():
-        first = followers[0]
-        if position[driver] < position[first.name]:
-            continue
-        if first.coupling.multiplier == 0.0:
-            raise Refused(f"joint {quoted(first.name)} follows {quoted(driver)} with multiplier 0 and comes before it")
-        inverse = first.coupling.inverted(first.name)
-        changed[first.name] = replace(first, mimic=None)
-        changed[driver] = replace(joints[driver], mimic=inverse)
-        for other in followers[1:]:
-            changed[other.name] = replace(other, mimic=other.coupling.through(inverse))
-        notes.append(
-            f"joint {quoted(first.name)} drives {quoted(driver)}, not the other way round: it comes first in the tree"
-        )
-    order = [changed.get(joint.name, joint) for joint in walk]
+    order = _walk(joints, root)
+    position = {joint.name: index for index, joint in enumerate(order)}
     for joint in order:
-        if joint.mimic is not None and not math.isfinite(joint.mimic.multiplier + joint.mimic.offset):
+        mimic = joint.mimic
+        if mimic is None:
+            continue
+        if position[mimic.joint] > position[joint.name]:
             raise Refused(
-                f"joint {quoted(joint.name)} follows {quoted(joint.mimic.joint)} with a multiplier or an offset "
+                f"joint {quoted(joint.name)} follows {quoted(mimic.joint)}, which comes after it in the tree; let "
+                f"{quoted(mimic.joint)} follow {quoted(joint.name)} instead"
+            )
+        if not math.isfinite(mimic.multiplier + mimic.offset):
+            raise Refused(
+                f"joint {quoted(joint.name)} follows {quoted(mimic.joint)} with a multiplier or an offset "
                 "too large for floating point"
             )
     return order
@@ -199,6 +189,6 @@ def _drivers_first(
     placed = list[UrdfJoint]()
     while waiting:
         ready = (name for name in waiting if before[name].isdisjoint(waiting))
-        # Branches that drive each other have no correct order: the first by name comes first.
+        # Branches that drive each other have no order, which `drive_order` refuses.
         placed.append(waiting.pop(next(ready, next(iter(waiting)))))
     return placed

@@ -99,8 +99,6 @@ def file_content(path: Path | str) -> bytes:
             return read_bounded(file, abbreviated(path))
     except BadInputFile as error:
         raise BadModel(str(error)) from None
-    except TypeError:
-        raise BadModel(f"expected the path of a robot's file, got {abbreviated(repr(path))}") from None
     except (OSError, ValueError) as error:  # a ValueError for an invalid path
         raise BadModel(f"cannot read {abbreviated(path)}: {getattr(error, 'strerror', None) or error}") from None
 
@@ -219,11 +217,7 @@ class Packages:
     """
 
     def __init__(self, file: Path, folders: Iterable[Path] = ()) -> None:
-        try:
-            self._folder, self._given = Path(file).resolve().parent, tuple(map(Path, folders))
-        except (TypeError, ValueError):
-            given = quoted((file, folders))
-            raise BadArgument(f"expected the path of a robot's file, and folders, got {given}") from None
+        self._folder, self._given = Path(file).resolve().parent, tuple(map(Path, folders))
         self._places: dict[str, tuple[Path, ...]] = {}
 
     def file(self, name: str) -> Path | None:
@@ -246,7 +240,7 @@ class Packages:
                 places, inside = (self._folder,), name.removeprefix("file://")
             candidates = (place / text for place in places for text in dict.fromkeys((inside, unquote(inside))))
             return next((path for path in candidates if path.is_file()), None)
-        except (OSError, ValueError, TypeError):  # an invalid name
+        except (OSError, ValueError):  # an invalid name
             return None
 
     def folder(self, package: str) -> Path | None:
@@ -258,7 +252,7 @@ class Packages:
         """
         try:
             return next((place for place in self._searched(package) if place.is_dir()), None)
-        except (OSError, ValueError, TypeError):
+        except (OSError, ValueError):
             return None
 
     def contain(self, file: Path) -> bool:
@@ -273,10 +267,7 @@ class Packages:
         """
         above = (self._folder, *self._folder.parents)
         package = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
-        try:
-            real = Path(os.path.realpath(file))
-        except (OSError, ValueError, TypeError):
-            return False
+        real = Path(os.path.realpath(file))
         return any(real.is_relative_to(os.path.realpath(folder)) for folder in (package, *self._given))
 
     def _searched(self, package: str) -> tuple[Path, ...]:
@@ -301,18 +292,13 @@ class Packages:
 
 def checked_folders(folders: object) -> tuple[Path, ...]:
     """Return folders to search for packages as absolute paths; raise `BadArgument` if one does not exist."""
-    if isinstance(folders, (bytes, os.PathLike)) or not is_several(folders):
+    if not is_several(folders):
         raise BadArgument(f"package_dirs must be several folders, as in a list, got {quoted(folders)}")
-    found = []
-    for folder in folders:
-        try:
-            found.append(Path(folder).absolute())
-            exists = found[-1].is_dir()
-        except (TypeError, ValueError, OSError):
-            exists = False
-        if not exists:
+    found = tuple(Path(folder).absolute() for folder in folders)
+    for folder in found:
+        if not folder.is_dir():
             raise BadArgument(f"package_dirs: there is no folder {quoted(str(folder))}")
-    return tuple(found)
+    return found
 
 
 def _listed(variable: str) -> list[Path]:
@@ -371,7 +357,7 @@ def expand_xacro(
             xacro.process_doc(document, mappings=xacro_values(arguments))
             expanded: bytes = document.toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # its expressions may raise anything
-        raise BadModel(f"{path}: xacro refuses it: {abbreviated(_reason(error)) or type(error).__name__}") from None
+        raise BadModel(f"{path}: xacro refuses it: {abbreviated(error) or type(error).__name__}") from None
     first = warnings.getvalue().split("\n", 1)[0]
     if first.strip():
         notes.append(f"xacro says: {abbreviated(first)}")
@@ -380,23 +366,8 @@ def expand_xacro(
 
 def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
     """Return arguments for xacro as texts, with true and false in lower case; an empty dictionary for None."""
-    arguments = {} if arguments is None else arguments
-    if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
-        raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")
-    return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
-
-
-def _reason(error: BaseException) -> str:
-    """Return the message of an error of xacro and of the error that caused it, without the repetitions of xacro."""
-    cause = getattr(error, "exc", None)
-    if cause is None:
-        return str(error)
-    own, reason = error.args[0] or "", _reason(cause)
-    if own and isinstance(cause, OSError):
-        reason = ""
-    elif str(cause) in own:
-        own = ""
-    return " ".join(part for part in (own, reason, getattr(error, "suffix", None)) if part)
+    given = (arguments or {}).items()
+    return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in given}
 
 
 @contextlib.contextmanager

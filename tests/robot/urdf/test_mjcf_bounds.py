@@ -14,7 +14,7 @@ from mjcf_samples import BOX, write
 
 import nao_kin as nk
 from nao_kin.errors import BadModel
-from nao_kin.robot.urdf.mjcf import compiled
+from nao_kin.robot.urdf import mjcf_compiled as compiled
 
 pytest.importorskip("mujoco", reason="MuJoCo reads MJCF")
 

@@ -156,7 +156,7 @@ def test_a_robot_keeps_the_folders_that_it_was_given(tmp_path: Path) -> None:
     assert robot.tree.packages.file("package://arm/a.stl") is not None
 
 
-@pytest.mark.parametrize("folders", ["/tmp", Path("/tmp"), 3, ["/nowhere/at/all"], [3]])
+@pytest.mark.parametrize("folders", ["/tmp", ["/nowhere/at/all"]])
 def test_what_are_no_folders_is_refused(nao: nk.NaoModel, folders: object) -> None:
     with pytest.raises(BadArgument, match="package_dirs"):
         nk.RobotModel.from_urdf(nao.urdf_path, package_dirs=folders)  # type: ignore[arg-type]

@@ -20,13 +20,12 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import mujoco_warnings, need_extra
 from nao_kin.errors import BadModel
 from nao_kin.robot.urdf.document import Packages
-from nao_kin.robot.urdf.mjcf.joints import pose
 from nao_kin.robot.urdf.tree import (
     Box,
     Collision,
@@ -39,6 +38,19 @@ from nao_kin.robot.urdf.tree import (
     Visual,
     capsule_parts,
 )
+from nao_kin.rotations import matrix_from_quat
+
+
+def pose(position: Any, quaternion: Any) -> Floats:
+    """Return a pose (4, 4) from MuJoCo's position and quaternion (scalar first)."""
+    unit = np.array(quaternion, dtype=np.float64)
+    return join_poses(matrix_from_quat(unit / np.linalg.norm(unit)), np.asarray(position))
+
+
+def translation(by: Floats) -> Floats:
+    """Return a pose (4, 4) without rotation."""
+    return join_poses(np.eye(3), by)
+
 
 # --- The mesh files of an MJCF.
 
@@ -224,7 +236,7 @@ _COPYING = frozenset(("replicate", "flexcomp", "composite", "model"))
 # Elements with such an attribute are made by a formula.
 _MADE_BY = {"mesh": "builtin", "hfield": "nrow"}
 _LARGE = re.compile(r"(?<![\w.])\d{6,}(?![\w.])")
-_REHEARSAL = "import sys; from nao_kin.robot.urdf.mjcf.compiled import rehearsal; rehearsal(*sys.argv[1:])"
+_REHEARSAL = "import sys; from nao_kin.robot.urdf.mjcf_compiled import rehearsal; rehearsal(*sys.argv[1:])"
 
 
 def _is_bounded(path: Path, content: bytes) -> bool:
@@ -245,7 +257,7 @@ def _rehearse(path: Path, content: bytes, package_dirs: tuple[Path, ...]) -> Non
     # In a frozen program, or in one that embeds Python, `sys.executable` is not Python.
     if not Path(sys.executable or "").name.startswith("python") or getattr(sys, "frozen", False):
         return
-    places = [str(Path(__file__).parents[4]), *(entry for entry in sys.path if entry)]
+    places = [str(Path(__file__).parents[3]), *(entry for entry in sys.path if entry)]
     process = subprocess.Popen(
         [sys.executable, "-c", _REHEARSAL, str(path), *map(str, package_dirs)],
         stdin=subprocess.PIPE,

@@ -1,1 +1,0 @@
-"""MJCF, MuJoCo's own format: parsed and compiled by MuJoCo, and turned into a tree like that of a URDF."""
