@@ -34,7 +34,7 @@ from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Row, both_way
 from nao_kin._kernels.rows import in_lists, run_rows
 from nao_kin.errors import BadArgument
 from nao_kin.ik import LimitRegion, arm as solve_arm, head as solve_head, limbs
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import rot_x, rot_y, rot_z
 
 SIDES = ("left", "right")
@@ -576,7 +576,6 @@ class LimbMap:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        check_robot(robot)
         self.robot = robot
         self._rest = robot.clamp(robot.neutral())
         found = {limb["kind"] + limb["side"]: limb for limb in limbs(robot)}

@@ -24,7 +24,7 @@ from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import Expression, PoseForm, RobotModel, check_robot
+from nao_kin.robot import Expression, PoseForm, RobotModel
 
 if TYPE_CHECKING:
     from dask.array import Array
@@ -330,7 +330,6 @@ def _mapped(
     from dask.delayed import delayed
     from dask.tokenize import tokenize
 
-    check_robot(robot)
     q = _checked(q, robot.nq, "q")
     rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))
     result_dtype = float_dtype(q.dtype if dtype is None and q.dtype == np.float32 else dtype)

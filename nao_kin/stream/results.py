@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import one_line_repr
-from nao_kin.robot import OutsideRows, RobotModel, check_robot
+from nao_kin.robot import OutsideRows, RobotModel
 
 # Bad rows that are listed; the others are only counted.
 MAX_LISTED = 20
@@ -54,7 +54,6 @@ def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, OutsideRows]:
         >>> clamp(nao, nao.posture("Stand")[None])[1].rows
         0
     """
-    check_robot(robot)
     inside = robot.clamp(q)
     base = robot.nq_base
     return inside, OutsideRows.of(np.asarray(q)[:, base:], inside[:, base:], robot.joint_names)

@@ -27,7 +27,7 @@ from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MAX_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
@@ -161,7 +161,6 @@ def fk(
         >>> np.load("poses.npy").shape
         (1, 2, 4, 4)
     """
-    check_robot(robot)
     files = source if isinstance(source, Configurations) else _paths(source)
     sink = _path(sink, "sink")
     sink = "/dev/stdout" if sink == "-" else sink

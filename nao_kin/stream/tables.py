@@ -39,7 +39,7 @@ from nao_kin._core.messages import printed_messages
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
-from nao_kin.robot import OutsideRows, RobotModel, check_robot
+from nao_kin.robot import OutsideRows, RobotModel
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.stream.results import clamp
 
@@ -157,7 +157,6 @@ def read_log(
         >>> log.times.tolist(), round(float(log.q[0, 0]), 4)
         ([0.02], 0.0087)
     """
-    check_robot(robot)
     limits = limit_policy(limits)
     if hips is not None:
         check_hips(hips)

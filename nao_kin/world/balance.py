@@ -22,7 +22,6 @@ from nao_kin.robot import (
     RobotModel,
     SetDown,
     SupportPolygon,
-    check_robot,
     named_soles,
     points_on_floor,
 )
@@ -103,7 +102,6 @@ def balance(
         >>> round(float(found.margin), 3), round(float(np.degrees(found.tilts.min())), 1)
         (0.069, 14.1)
     """
-    check_robot(robot)
     names = named_soles(robot, soles)
     feet = Feet.of(robot, names, outline)
     down = robot.set_down(q, soles=soles, contacts=contacts, forces=forces, gravity=gravity, tolerance=tolerance)
@@ -161,7 +159,6 @@ def margin(
         >>> nk.world.margin(nao, [nao.posture("StandInit"), nao.posture("Crouch")]).round(3).tolist()
         [0.069, 0.067]
     """
-    check_robot(robot)
     names = named_soles(robot, soles, needed=True)
     feet = Feet.of(robot, names, outline)
     batch, rows, given = rows_with_gravity(robot.checked(q), gravity)

@@ -24,7 +24,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
-from nao_kin.robot import RobotModel, SetDown, check_robot, pose_of_body, rigid_poses
+from nao_kin.robot import RobotModel, SetDown, pose_of_body, rigid_poses
 from nao_kin.rotations import slerp
 from nao_kin.world.cameras import LARGEST, Camera, outside_image, pixel_name, positive
 from nao_kin.world.sensors import Rows
@@ -362,7 +362,6 @@ def configurations_at(
         >>> bool(np.allclose(nk.world.configurations_at(nao, [0.0, 0.02, 0.04], q, 0.01), q[:2].mean(axis=0)))
         True
     """
-    check_robot(robot)
     rows, t = as_numbers(q, "q"), as_floats(at, (), "at")
     if rows.ndim != 2 or rows.shape[1] != robot.nq:
         raise WrongShape("q", f"(n, {robot.nq})", rows.shape)
@@ -400,7 +399,6 @@ def placed(
     robot: RobotModel, q: ArrayLike, camera: Camera, T_world_base: ArrayLike | None
 ) -> tuple[Floats, SetDown | None]:
     """Return T_world_camera, and how the robot was set down, if it was."""
-    check_robot(robot)
     check_camera(camera)
     T_base_camera = robot.fk(q, camera.frame, reference=robot.tree.root)
     T_optical_camera = pose_of_body(robot, camera.frame)

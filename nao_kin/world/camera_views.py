@@ -25,7 +25,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, SupportPolygon, check_robot
+from nao_kin.robot import RobotModel, SupportPolygon
 from nao_kin.world.camera_ground import ImagePoints, placed
 from nao_kin.world.cameras import LARGEST, Camera, pixel_name, positive, tangent_circle
 
@@ -235,7 +235,6 @@ def own_body(
         >>> nk.world.own_body(nao, q, [[230, 470], [320, 470]], bottom).tolist()  # the left foot, and the floor
         [True, False]
     """
-    check_robot(robot)
     row, uv = robot.checked(q), as_pixels(pixels)
     if row.ndim != 1:
         raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)

@@ -29,7 +29,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import RESOLUTIONS
 
 # Largest width and height of an image [pixel], and the largest number of points along its edge or horizon.
@@ -515,7 +515,6 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
         >>> camera.width, camera.height, round(camera.fx, 2), camera.cx
         (320, 240, 299.03, 159.5)
     """
-    check_robot(robot)
     semantics = robot.semantics
     choice(name, semantics.cameras, f"camera of {robot.name}")
     if name not in semantics.fields_of_view:

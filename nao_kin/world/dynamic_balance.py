@@ -18,7 +18,7 @@ from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, check_robot
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown
 from nao_kin.world.balance import balance
 from nao_kin.world.contact import GRAVITY
 from nao_kin.world.odometry import LegLog
@@ -128,7 +128,6 @@ def dynamic_balance(
         >>> bool(found.margin.min() < found.com_margin.min())
         True
     """
-    check_robot(robot)
     log = LegLog.of(robot, times, robot.checked(q), soles, contacts, forces, LOWER, _OVER)
     given, ground = log.rows.own, log.ground
     rows, moments = log.q[given], as_vectors(log.moments[given], "times", len(given))

@@ -26,7 +26,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import WrongShape
-from nao_kin.robot import Feet, RobotModel, check_robot, named_soles, rigid_poses, serial_chain
+from nao_kin.robot import Feet, RobotModel, named_soles, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
 from nao_kin.world.contact import Ground
@@ -264,7 +264,6 @@ class LegLog:
         longest_gap: float,
     ) -> LegLog:
         """Return the log that the arguments of `odometry` give."""
-        check_robot(robot)
         names = named_soles(robot, soles, needed=True)
         values = as_floats(q, (robot.nq,), "q", gaps=True)
         if values.ndim != 2 or not len(values):
