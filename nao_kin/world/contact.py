@@ -1,6 +1,6 @@
 """Which soles carry a robot, and whether it is lifted, by contacts, by forces, or by its legs alone.
 
-Contacts and forces are used as far as they are not odd (`examined`): where a sole has none that can be used, the legs
+Contacts and forces are used as far as they are not odd (`Sensor`): where a sole has none that can be used, the legs
 decide for all of them. Weight and unit of the forces come from the log, and are compared with the robot's mass.
 """
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import LOWER, TOUCHING, Floats, as_numbers
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
-from nao_kin.world.sensors import Mask, Rows, bridged, debounced, examined
+from nao_kin.world.sensors import Mask, Rows, Sensor, bridged, debounced
 
 # Standard gravity [m/s²].
 GRAVITY = 9.80665
@@ -38,16 +38,13 @@ _ALONE, _EVIDENCE = 0.01, 0.2
 _SAME = 0.1
 
 
-def standing_sole(heights: Floats, before: int, lower: float = LOWER) -> int:
-    """Return the sole on which a robot stands: `before`, unless another one is lower, also relative to its own sole.
-
-    `heights[i, j]` is the height of sole j over the plane of sole i, shape (s, s) [m].
-    """
-    return int(_next_soles(heights, lower)[before])
+def standing_sole(T_base_soles: Floats, before: int, lower: float = LOWER) -> int:
+    """Return the sole (s, 4, 4) on which a robot stands: `before`, unless another one is lower, seen from both."""
+    return int(_next_soles(sole_heights(T_base_soles), lower)[before])
 
 
 def _next_soles(heights: Floats, lower: float) -> NDArray[np.intp]:
-    """Return the sole on which a robot stands after each sole i, shape (..., s), as in `standing_sole`."""
+    """Return the sole on which a robot stands after each sole i, shape (..., s), by the height of j over i (s, s)."""
     below = (heights < -lower) & (heights.swapaxes(-1, -2) > -lower)
     lowest = np.where(below, heights, np.inf).argmin(axis=-1)
     return np.where(below.any(axis=-1), lowest, np.arange(heights.shape[-1]))
@@ -120,16 +117,18 @@ class Ground:
             values = rows.read(contacts, len(names), rule)
             values = np.where(np.isnan(values), np.nan, values != 0.0)
         else:
-            rule, given = "forces", as_numbers(forces, "forces")  # type: ignore[arg-type]
-            feet.forces(robot, np.zeros(given.shape), (len(rows.own),))  # refuses other shapes
-            values = rows.read(given, given.shape[1], rule)
-            if given.shape[1] != len(names):
+            rule, numbers = "forces", as_numbers(forces, "forces")  # type: ignore[arg-type]
+            feet.forces(robot, np.zeros(numbers.shape), (len(rows.own),))  # refuses other shapes
+            values = rows.read(numbers, numbers.shape[1], rule)
+            if numbers.shape[1] != len(names):
                 names = robot.semantics.force_sensors
                 carried = feet.carried(robot, names).astype(np.float64)
         alone, air = standing_alone(T_base_soles, legs_known, moments)
         steps = (alone.any(axis=0) & air.any(axis=0)) @ carried > 0.0
-        values, odd = examined(rule, values, names, moves=steps & (rule == "forces"), along=np.ones(values.shape))
-        notes += odd
+        given = Sensor(rule, values, names, notes)
+        given.must_move(steps & (rule == "forces"))
+        given.must_press()
+        values = given.values
         used = np.isfinite(values).any(axis=0)
         values[:, used], known = bridged(values[:, used], moments, longest_gap)
         pressed, high, weight = _summed(values, carried), alone, 1.0
@@ -140,14 +139,16 @@ class Ground:
                 high = alone | level[:, None]
         heavy = rule == "contacts" or weight >= _HALF[0] * robot.mass or _are_shares(pressed)
         if heavy and np.isfinite(pressed).all():
-            pressed, odd = examined(rule, pressed, feet.names, high=high, low=air, least=_SAME * weight)
-            notes += odd
+            soles = Sensor(rule, pressed, feet.names, notes)
+            soles.must_follow_the_legs(high, air, _SAME * weight)
+            pressed = soles.values
         standing = rule == "forces" and (weight >= _LEAST * robot.mass or _are_shares(pressed))
         if standing and np.isfinite(pressed).all():
             least = _SAME * weight / carried.sum(axis=1) @ carried[:, used]
             names_used, low = np.array(names)[used].tolist(), (air @ carried > 0.0)[:, used]
-            values[:, used], odd = examined(rule, values[:, used], names_used, low=low, least=least)
-            notes += odd
+            given = Sensor(rule, values[:, used], names_used, notes)
+            given.subtract_offset(low, least)
+            values[:, used] = given.values
             pressed = _summed(values, carried)
         sensors = None if len(names) == len(feet.names) else np.maximum(values, 0.0)
         if not np.isfinite(pressed).all():
@@ -165,7 +166,7 @@ class Ground:
     def supports(self, rows: NDArray[np.intp], T_base_soles: Floats, lower: float) -> NDArray[np.intp]:
         """Return the index of the support in some rows, with soles at T_base_soles (m, s, 4, 4), shape (m,)."""
         heights, pressed = sole_heights(T_base_soles), self.pressed[rows]
-        now, own = standing_sole(heights[0], 0, lower), np.arange(heights.shape[-1])
+        now, own = standing_sole(T_base_soles[0], 0, lower), np.arange(heights.shape[-1])
         strongest, total = pressed.argmax(axis=1), pressed.sum(axis=1)
         # The support after each row, for each support before it, shape (m, s).
         if self.rule == "joints":

@@ -30,7 +30,7 @@ from nao_kin.robot import Feet, RobotModel, named_soles, rigid_poses, serial_cha
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
 from nao_kin.world.contact import Ground
-from nao_kin.world.sensors import Mask, Rows, bridged, examined
+from nao_kin.world.sensors import Mask, Rows, Sensor, bridged
 
 # Values of a sensor, and in which rows they are known.
 Measured = tuple[Floats, Mask]
@@ -288,13 +288,17 @@ class LegLog:
     ) -> Measured | None:
         """Return values (n, k) of an inertial sensor, interpolated in time, and where they are known; or None.
 
-        None stands for a sensor that cannot be used; the arguments are those of `examined`, and the notes say why.
+        None stands for a sensor that cannot be used, and the notes say why. `most`, `hint` and `along` are those of
+        `Sensor`.
         """
         known = values[np.isfinite(values).all(axis=1)]
         moves = len(known) > 1 and bool((known == known[0]).all()) and self._turns(about_all=what == "gyro")
-        values, odd = examined(what, values, moves=moves, most=most, hint=hint, along=along)
-        self.notes.extend(odd)
-        return bridged(values, self.moments, self.longest_gap) if np.isfinite(values).any() else None
+        found = Sensor(what, values, None, self.notes)
+        found.must_be_within(most, hint)
+        found.must_move(moves)
+        if along is not None and np.isfinite(found.values).any():
+            found.agree_with(along, hint)
+        return bridged(found.values, self.moments, self.longest_gap) if np.isfinite(found.values).any() else None
 
     def gyro(self, gyro: ArrayLike | None) -> Measured | None:
         """Return the angular velocity (n, 3), and where it is known, as in `measured`."""

@@ -103,85 +103,83 @@ def debounced(mask: Mask, moments: Floats, value: bool, shortest: float) -> Mask
     return np.asarray(mask ^ np.repeat(brief, ends - starts))
 
 
-def examined(
-    what: str,
-    values: Floats,
-    columns: Sequence[str] | None = None,
-    *,
-    moves: Mask | bool = False,
-    most: float = np.inf,
-    hint: str = "",
-    along: Floats | None = None,
-    high: Mask | None = None,
-    low: Mask | None = None,
-    least: Floats | float = 0.0,
-) -> tuple[Floats, list[str]]:
-    """Return the values (n, k) of a sensor, NaN in columns that cannot be used, and notes on what is odd about it.
+class Sensor:
+    """The values (n, k) of a sensor, NaN in columns that cannot be used; notes say what is odd about it.
 
-    Args:
-        what: the sensor, for the notes.
-        values: NaN where they are not known.
-        columns: names of the k columns, which are used one by one; None to use all of them or none.
-        moves: whether the robot moves so that the values change, of the sensor or of each column.
-        most: largest absolute value in its unit.
-        hint: what larger values, or those of the other sign, may be.
-        along: what the values agree with, shape (n, k): the sum of the products is positive, of `columns` each.
-        high: in which rows the legs say that a column is high, shape (n, k).
-        low: in which rows they say that it is low, shape (n, k); without `high`, by how much it is not is subtracted.
-        least: by how much high and low values of a column differ.
+    Columns with names are used one by one; without names, all of them or none.
     """
-    found, notes = np.array(values), list[str]()
 
-    def note(odd: Any, reason: str, *, unused: bool = True) -> None:
+    def __init__(self, what: str, values: Floats, columns: Sequence[str] | None, notes: list[str]) -> None:
+        self.values = np.array(values)
+        self._what, self._columns, self._notes = what, columns, notes
+        self._note(~np.isfinite(self.values).any(axis=0), "never known")
+
+    def _note(self, odd: Mask, reason: str, *, unused: bool = True) -> None:
+        """Note columns that are odd, and leave them out if they are `unused`."""
         if odd.any():
-            names = "" if columns is None or np.all(odd) else f" of {', '.join(np.array(columns)[odd])}"
-            notes.append(f"{what}{names}: {reason}" + ("; not used" if unused else ""))
+            names = "" if self._columns is None or odd.all() else f" of {', '.join(np.array(self._columns)[odd])}"
+            self._notes.append(f"{self._what}{names}: {reason}" + ("; not used" if unused else ""))
             if unused:
-                found[:, odd | (columns is None)] = np.nan
+                self.values[:, odd | (self._columns is None)] = np.nan
 
-    def typical(percent: float, rows: Mask | None = None) -> Floats:
-        """Return a percentile of each column in some rows, NaN without them."""
-        at = np.full(found.shape[1], np.nan)
-        for k, known in enumerate(np.isfinite(found).T):
+    def _typical(self, percent: float, rows: Mask | None = None) -> Floats:
+        """Return a percentile of each column, in rows (n, k) of their own; NaN without values."""
+        at = np.full(self.values.shape[1], np.nan)
+        for k, known in enumerate(np.isfinite(self.values).T):
             own = known if rows is None else known & rows[:, k]
             if own.any():
-                at[k] = np.percentile(found[own, k], percent)
+                at[k] = np.percentile(self.values[own, k], percent)
         return at
 
-    note(~np.isfinite(found).any(axis=0), "never known")
-    beyond = np.abs(found) > most
-    if beyond.any():
-        some = int(beyond.any(axis=1).sum())
-        reason = f"up to {np.nanmax(np.abs(found)):.3g}, and at most {most:.2g} can be{hint}"
-        rare = some <= max(2.0, _RARE * len(found))
-        found[beyond] = np.nan
-        note(beyond.any(axis=0), reason + f"; {some} rows left out" if rare else reason, unused=not rare)
-    first = typical(0.0)
-    still = np.asarray(first == typical(100.0))
-    still &= moves & (still.all() or columns is not None)
-    note(still, f"always {', '.join(f'{value:.3g}' for value in first[still])} although the robot moves")
-    if along is not None and np.isfinite(found).any():
-        agreement = np.nansum(found * along, axis=0)
-        whole = np.isfinite(found).any(axis=0)
+    def must_move(self, moves: Mask | bool) -> None:
+        """Leave out values that never change although the robot moves, for the sensor or for each column."""
+        first = self._typical(0.0)
+        still = np.asarray(first == self._typical(100.0))
+        still &= moves & (still.all() or self._columns is not None)
+        self._note(still, f"always {', '.join(f'{value:.3g}' for value in first[still])} although the robot moves")
+
+    def must_be_within(self, most: float, hint: str) -> None:
+        """Leave out absolute values above the largest one in the sensor's unit; `hint` says what they may be."""
+        beyond = np.abs(self.values) > most
+        if beyond.any():
+            some = int(beyond.any(axis=1).sum())
+            reason = f"up to {np.nanmax(np.abs(self.values)):.3g}, and at most {most:.2g} can be{hint}"
+            rare = some <= max(2.0, _RARE * len(self.values))
+            self.values[beyond] = np.nan
+            self._note(beyond.any(axis=0), reason + f"; {some} rows left out" if rare else reason, unused=not rare)
+
+    def agree_with(self, along: Floats, hint: str = "") -> Floats:
+        """Turn the sign of values that disagree with `along` (n, k) in the sum of products; return that of columns."""
+        agreement = np.nansum(self.values * along, axis=0)
+        whole = np.isfinite(self.values).any(axis=0)
         if agreement.sum() < 0.0:
-            found, agreement = -found, -agreement
-            note(whole, f"negative when the robot stands{hint}; its sign is changed", unused=False)
-        elif columns is None and agreement.sum() == 0.0:
-            note(whole, "the robot never stands upright: its sign is taken as that of 9.8 m/s² up", unused=False)
-        if columns is not None:
-            note(agreement < -_SOME * agreement.max(), "negative")
-            below = found < -_SOME * np.nanmax(typical(_LARGEST))
-            note(below.sum(axis=0) > _RARE * len(found), "negative in some rows, 0 there", unused=False)
-    if high is not None and low is not None:
-        on, off = typical(_HIGH, high), typical(_LOW, low)
-        never = typical(_LARGEST) < least
+            self.values, agreement = -self.values, -agreement
+            self._note(whole, f"negative when the robot stands{hint}; its sign is changed", unused=False)
+        elif self._columns is None and agreement.sum() == 0.0:
+            reason = "the robot never stands upright: its sign is taken as that of 9.8 m/s² up"
+            self._note(whole, reason, unused=False)
+        return agreement
+
+    def must_press(self) -> None:
+        """Leave out contacts and forces that are negative."""
+        if np.isfinite(self.values).any():
+            agreement = self.agree_with(np.ones(self.values.shape))
+            self._note(agreement < -_SOME * agreement.max(), "negative")
+            below = self.values < -_SOME * np.nanmax(self._typical(_LARGEST))
+            self._note(below.sum(axis=0) > _RARE * len(self.values), "negative in some rows, 0 there", unused=False)
+
+    def must_follow_the_legs(self, high: Mask, low: Mask, least: Floats | float) -> None:
+        """Leave out columns that are not higher by `least` in rows (n, k) in which the legs say so than in low ones."""
+        on, off = self._typical(_HIGH, high), self._typical(_LOW, low)
+        never = self._typical(_LARGEST) < least
         odd = (on - off < least) | np.isfinite(on) & never
         odd &= not never.all()  # otherwise it is in the air throughout
-        note(odd, "in contradiction to the legs" + (": exchanged?" if odd.all() and len(odd) > 1 else ""))
-    elif low is not None:
-        off = typical(_LOW, low)
+        self._note(odd, "in contradiction to the legs" + (": exchanged?" if odd.all() and len(odd) > 1 else ""))
+
+    def subtract_offset(self, low: Mask, least: Floats) -> None:
+        """Subtract what columns show beyond `least` in rows (n, k) in which the legs say that they are low."""
+        off = self._typical(_LOW, low)
         shifted = np.abs(off) > least
-        found -= np.where(shifted, off, 0.0)
+        self.values -= np.where(shifted, off, 0.0)
         shown = ", ".join(f"{value:.3g}" for value in off[shifted])
-        note(shifted, f"{shown} in the air, as the legs say; subtracted", unused=False)
-    return found, notes
+        self._note(shifted, f"{shown} in the air, as the legs say; subtracted", unused=False)

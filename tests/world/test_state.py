@@ -428,5 +428,3 @@ def test_wrong_input_is_refused(
     given = {"times": [0.0, 0.1, 0.2], "q": np.tile(nao.posture("Stand"), (3, 1))} | changes
     with pytest.raises(error, match=message):
         nk.world.state(nao, given.pop("q"), **given)
-    with pytest.raises(NaoKinError, match="robot must be"):
-        nk.world.state("nao", np.zeros((1, 25)), times=[0.0])
