@@ -38,14 +38,14 @@ _ALONE, _EVIDENCE = 0.01, 0.2
 _SAME = 0.1
 
 
-def standing_sole(T_base_soles: Floats, before: int, lower: float = LOWER) -> int:
+def standing_sole(T_base_soles: Floats, before: int) -> int:
     """Return the sole (s, 4, 4) on which a robot stands: `before`, unless another one is lower, seen from both."""
-    return int(_next_soles(sole_heights(T_base_soles), lower)[before])
+    return int(_next_soles(sole_heights(T_base_soles))[before])
 
 
-def _next_soles(heights: Floats, lower: float) -> NDArray[np.intp]:
+def _next_soles(heights: Floats) -> NDArray[np.intp]:
     """Return the sole on which a robot stands after each sole i, shape (..., s), by the height of j over i (s, s)."""
-    below = (heights < -lower) & (heights.swapaxes(-1, -2) > -lower)
+    below = (heights < -LOWER) & (heights.swapaxes(-1, -2) > -LOWER)
     lowest = np.where(below, heights, np.inf).argmin(axis=-1)
     return np.where(below.any(axis=-1), lowest, np.arange(heights.shape[-1]))
 
@@ -163,14 +163,14 @@ class Ground:
         stands = debounced(debounced(loaded, moments, False, _LIFTED), moments, True, _DOWN)
         return Ground(rule, pressed, sensors, known, stands)
 
-    def supports(self, rows: NDArray[np.intp], T_base_soles: Floats, lower: float) -> NDArray[np.intp]:
+    def supports(self, rows: NDArray[np.intp], T_base_soles: Floats) -> NDArray[np.intp]:
         """Return the index of the support in some rows, with soles at T_base_soles (m, s, 4, 4), shape (m,)."""
         heights, pressed = sole_heights(T_base_soles), self.pressed[rows]
-        now, own = standing_sole(T_base_soles[0], 0, lower), np.arange(heights.shape[-1])
+        now, own = standing_sole(T_base_soles[0], 0), np.arange(heights.shape[-1])
         strongest, total = pressed.argmax(axis=1), pressed.sum(axis=1)
         # The support after each row, for each support before it, shape (m, s).
         if self.rule == "joints":
-            after = _next_soles(heights, lower)
+            after = _next_soles(heights)
         elif self.rule == "contacts":
             after = np.where((pressed > 0.0) | (total == 0.0)[:, None], own, strongest[:, None])
         else:

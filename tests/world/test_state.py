@@ -418,7 +418,6 @@ def test_other_robots_have_a_state_too() -> None:
         ({"contacts": np.ones((3, 3))}, WrongShape, "contacts"),
         ({"soles": []}, BadArgument, "soles must name at least one frame"),
         ({"longest_gap": -1.0}, BadArgument, "longest_gap"),
-        ({"lower": np.nan}, BadArgument, "lower"),
         ({"start": np.zeros((4, 4))}, NaoKinError, "start: not a rotation matrix"),
     ],
 )
