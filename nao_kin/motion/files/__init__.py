@@ -14,11 +14,10 @@ from nao_kin._core.files import check_replaceable, read_bytes, write_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.editing import resample
-from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAP, XAR
-from nao_kin.motion.files.csv_table import CSV, NPZ, write_csv_in_degrees
 from nao_kin.motion.files.hulks import HULKS, MOTION2
-from nao_kin.motion.files.json_keys import JSON
+from nao_kin.motion.files.key_frames import BHUMAN, NAODEVILS
+from nao_kin.motion.files.own import CSV, JSON, NPZ, write_csv_in_degrees
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
 from nao_kin.motion.files.source import Format, MotionSource, file_name
