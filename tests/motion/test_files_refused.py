@@ -17,7 +17,7 @@ import nao_kin as nk
 from nao_kin import load_nao
 from nao_kin.errors import BadInputFile, BadModel
 from nao_kin.motion import Motion, read_motion, write_motion
-from nao_kin.stream.tables import read_configurations
+from nao_kin.stream.tables import read_log
 
 
 def _motion(tmp_path: Path, text: str | bytes, name: str, **options: Any) -> Motion:
@@ -604,7 +604,7 @@ def test_an_npz_file_holds_the_arrays_of_a_motion_and_no_others(
 
 READERS: dict[str, Callable[[str], Any]] = {
     "motion": read_motion,
-    "configurations": lambda name: read_configurations(load_nao(), name),
+    "configurations": lambda name: read_log(load_nao(), name),
     "robot": nk.RobotModel.from_urdf,
     "semantics": nk.semantics.read_semantics,
     "reach map": nk.reach.load,

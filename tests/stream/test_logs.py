@@ -24,7 +24,7 @@ import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.stream import run as run_module, sources as csv_source
-from nao_kin.stream.tables import TableOptions, read_configurations, read_log
+from nao_kin.stream.tables import TableOptions, read_log
 
 ROWS = 40
 TIMES = np.round(0.02 * np.arange(ROWS) + 0.01, 6)
@@ -89,7 +89,7 @@ def test_a_log_is_read_in_every_form_with_its_times(
         path.write_bytes(gzip.compress(text.encode()) if packed else text.encode())
         log = read_log(nao, path)
         assert np.allclose(log.q, q, rtol=0, atol=1e-12)
-        assert np.array_equal(read_configurations(nao, path)[0], log.q)
+        assert np.array_equal(read_log(nao, path).q, log.q)
         result = nk.stream.fk(nao, path, ["LArm", "RLeg"], tmp_path / "poses.parquet", overwrite=True)
         got = pyarrow.parquet.read_table(tmp_path / "poses.parquet").to_pydict()
         poses = np.stack([got[name] for name in result.columns], axis=-1).reshape(ROWS, 2, 4, 4)

@@ -38,10 +38,9 @@ SINKS = ("csv", "npy", "parquet", "arrow")
 # The program with parts of a few rows, and something that happens on the way.
 _PROGRAM = """
 import os, signal, sys, time
-from nao_kin.stream import (parts, run, sources)
-from nao_kin import stream
+from nao_kin.stream import parts, run, sinks, sources
 from nao_kin.cli import fk
-stream.FEW_ROWS = 0
+sinks._FEW_ROWS = 0
 sources.BYTES_AT_ONCE, sources.ROWS_AT_ONCE, run._BLOCKS_OF_PART, fk._CHUNK = 20_000, 40, 2, 100
 {happening}
 from nao_kin.cli import main
@@ -132,7 +131,7 @@ def command(
 ) -> Callable[..., tuple[int, str, str]]:
     """Return a function that runs a command in this process, in the folder of the walk."""
     monkeypatch.chdir(walk.parent)
-    monkeypatch.setattr(nk.stream, "FEW_ROWS", 0)
+    monkeypatch.setattr("nao_kin.stream.sinks._FEW_ROWS", 0)
     monkeypatch.setattr(fk, "_CHUNK", 100)
 
     def called(*arguments: str) -> tuple[int, str, str]:
