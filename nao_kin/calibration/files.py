@@ -110,6 +110,9 @@ def _observation(robot: RobotModel, given: Any) -> AnyObservation:
     for key in names:
         if not isinstance(given.get(key), str):
             raise BadArgument(f"{key} must be given: the name of a frame")
+    for key in ("frame", "board", "world", "marker", "reference"):
+        if not isinstance(given.get(key), str | None):
+            raise BadArgument(f"{key} must be a text, got {quoted(given[key])}")
     seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
     for number, one in enumerate(seen):
         _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
@@ -336,10 +339,7 @@ def _photos(photos: Path | str | Iterable[Path | str]) -> list[Path]:
         if not found:
             raise BadArgument(f"no photos ({', '.join(_SUFFIXES[:3])} …) in {quoted(str(folder))}")
     else:
-        try:
-            found = [Path(path) for path in photos]
-        except TypeError:
-            raise BadArgument(f"photos must be a folder or paths of photos, got {quoted(photos)}") from None
+        found = [Path(path) for path in photos]
         if not found:
             raise BadArgument("photos must have at least one path")
     for path in found:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, whole_number
-from nao_kin._core.text import one_line_repr, quoted
+from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import need_extra
 from nao_kin.calibration.observations import BEHIND, Checked, Pixels
 from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
@@ -357,8 +357,6 @@ def next_posture(
         >>> best.gain.shape, bool(best.gain[best.index] == best.gain.max())
         ((500,), True)
     """
-    if not isinstance(calibration, Calibration):
-        raise BadArgument(f"expected a Calibration, as calibrate returns it, got {quoted(calibration)}")
     problem, robot = calibration._problem, calibration.robot
     offsets = slice(len(calibration.labels))
     if candidates is None:

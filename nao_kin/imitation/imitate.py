@@ -201,8 +201,6 @@ def imitate(
         >>> wave.ok
         True
     """
-    if not isinstance(skeleton, Skeleton):
-        raise BadArgument(f"skeleton must be a Skeleton, as from read_skeleton, got {type(skeleton).__name__}")
     check_tolerance(cutoff, "cutoff")
     choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
     choice(target, TARGETS, "target")

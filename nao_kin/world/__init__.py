@@ -21,9 +21,9 @@ from nao_kin.world.camera_views import (
     visible_ground,
 )
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
-from nao_kin.world.contact import standing_sole as standing_sole
 from nao_kin.world.dynamic_balance import EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.odometry import Odometry, odometry
+from nao_kin.world.sensors import standing_sole as standing_sole
 from nao_kin.world.state import State, state
 
 __all__ = [

@@ -20,8 +20,8 @@ from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel, SetDown
 from nao_kin.world.balance import balance
-from nao_kin.world.contact import GRAVITY
 from nao_kin.world.odometry import LegLog
+from nao_kin.world.sensors import GRAVITY
 
 # Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster.
 _OVER = 0.1

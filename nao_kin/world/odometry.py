@@ -28,8 +28,7 @@ from nao_kin.errors import WrongShape
 from nao_kin.robot import Feet, RobotModel, named_soles, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
-from nao_kin.world.contact import Ground
-from nao_kin.world.sensors import Mask, Rows, Sensor, bridged
+from nao_kin.world.sensors import Ground, Mask, Rows, Sensor, bridged
 
 # Values of a sensor, and in which rows they are known.
 Measured = tuple[Floats, Mask]

@@ -19,9 +19,8 @@ from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy, rot_z
-from nao_kin.world.contact import Ground, sole_heights
 from nao_kin.world.odometry import LegLog, Measured, Odometry
-from nao_kin.world.sensors import Mask, debounced
+from nao_kin.world.sensors import Ground, Mask, debounced, sole_heights
 
 # Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
 # and from which it lies in any case. Between a standing robot that bends (up to 60° in Aldebaran's animations) and one

@@ -89,7 +89,7 @@ def test_a_file_says_what_calibrate_takes(nao: nk.NaoModel, path: Path, document
         (("observations", 1, "seen", 0, "pose"), [1, 2], "pose of seen 0 must have shape (6,) or (4, 4)"),
         (("observations", 1, "frame"), 3, "observation 1: frame must be given"),
         (("observations", 1, "noise"), -1, "observation 1: noise of poses must have shape"),
-        (("observations", 1, "world"), ["x"], "the name of a world of the root must be a text, got ['x']"),
+        (("observations", 1, "world"), ["x"], "world must be a text, got ['x']"),
         (("start",), {"board": 3}, "start of board must have shape (6,) or (4, 4)"),
         (("prior",), "wide", "unknown prior 'wide' (valid: typical, none)"),
         (("prior",), {"HeadYaw": "x"}, "prior of HeadYaw must be"),

@@ -13,7 +13,6 @@ from scipy.optimize import minimize
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument
 from nao_kin.imitation import limbs
 from nao_kin.imitation.limbs import Clamp, Directions, LimbMap, mirrored
 from nao_kin.robot.nao import VERSIONS
@@ -430,5 +429,3 @@ def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
         directions(np.zeros((4, 2, 3)), np.zeros((4, 3)))
     with pytest.raises(nk.errors.WrongShape, match="near"):
         LimbMap(nao).solve(directions(np.zeros((4, 2, 3)), np.zeros((4, 2, 3))), np.zeros(3))
-    with pytest.raises(BadArgument, match="robot"):
-        LimbMap("nao")  # type: ignore[arg-type]
