@@ -12,17 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, check_tolerance, choice, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import quoted
-from nao_kin.calibration.observations import (
-    PLACE,
-    Checked,
-    Contacts,
-    Lines,
-    Pixels,
-    Poses,
-    Seen,
-    camera_at,
-    errors_of,
-)
+from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pixels, Poses, Seen, camera_at, errors_of
 from nao_kin.calibration.unknowns import COORDINATES, PLANAR, State, Unknowns
 from nao_kin.errors import BadArgument, DegreesWarning
 from nao_kin.robot import RobotModel

@@ -8,14 +8,6 @@ from nao_kin.stream.sources import Configurations
 from nao_kin.stream.tables import log_columns as log_columns, read_log, unit_note as unit_note
 from nao_kin.stream.targets import Targets, read_targets
 
-__all__ = [
-    "Configurations",
-    "ErrorPolicy",
-    "StreamResult",
-    "Targets",
-    "fk",
-    "read_log",
-    "read_targets",
-]
+__all__ = ["Configurations", "ErrorPolicy", "StreamResult", "Targets", "fk", "read_log", "read_targets"]
 
 globals().update(_public_attributes(__name__))

@@ -30,17 +30,7 @@ if TYPE_CHECKING:
     from dask.array import Array
     from distributed import Client
 
-__all__ = [
-    "acceleration",
-    "com",
-    "com_jacobian",
-    "connect",
-    "fk",
-    "jacobian",
-    "position",
-    "rotation",
-    "velocity",
-]
+__all__ = ["acceleration", "com", "com_jacobian", "connect", "fk", "jacobian", "position", "rotation", "velocity"]
 
 globals().update(_public_attributes(__name__))
 
@@ -79,11 +69,7 @@ def connect(address: str | None = None, *, workers: int | None = None) -> Client
 
     if address is None:
         return Client(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
+            n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address="127.0.0.1:0"
         )
     if workers is not None:
         raise BadArgument("workers are started on this machine only: leave out either workers or address")
@@ -377,11 +363,7 @@ def _block(
 
 
 def _chunk(
-    robot: RobotModel,
-    inputs: Sequence[NDArray[Any]],
-    method: str,
-    arguments: Mapping[str, Any],
-    dtype: np.dtype[Any],
+    robot: RobotModel, inputs: Sequence[NDArray[Any]], method: str, arguments: Mapping[str, Any], dtype: np.dtype[Any]
 ) -> NDArray[Any]:
     """Return the result of a method for one chunk."""
     # With kernels a configuration has the same bits in every chunk. A chunk without rows does not load them.

@@ -140,10 +140,7 @@ def read_log(
         lines = [0] * len(rows)
     else:
         table, rows, lines = read_csv(
-            name,
-            text.encode(),
-            lambda head: options.table(name, head.fields, robot, head),
-            "joint names and values",
+            name, text.encode(), lambda head: options.table(name, head.fields, robot, head), "joint names and values"
         )
         if not len(rows):
             raise BadInputFile(name, "a header and no configurations")

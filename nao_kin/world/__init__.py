@@ -13,13 +13,7 @@ from nao_kin.world.camera_ground import (
     project,
     upright_position,
 )
-from nao_kin.world.camera_views import (
-    Horizon,
-    horizon,
-    own_body,
-    project_lines,
-    visible_ground,
-)
+from nao_kin.world.camera_views import Horizon, horizon, own_body, project_lines, visible_ground
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
 from nao_kin.world.dynamic_balance import EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.odometry import Odometry, odometry

@@ -16,15 +16,7 @@ from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import (
-    Feet,
-    OutlineKind,
-    RobotModel,
-    SetDown,
-    SupportPolygon,
-    named_soles,
-    points_on_floor,
-)
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, SupportPolygon, named_soles, points_on_floor
 from nao_kin.rotations import rot_z
 
 # Configurations whose margins are computed at a time: larger products of matrices are split among threads.

@@ -468,12 +468,7 @@ def _variances(deviations: Floats, what: str) -> Floats:
 
 
 def _relative_jacobian(
-    robot: RobotModel,
-    q: ArrayLike,
-    camera: Camera,
-    T_world_base: Floats,
-    down: SetDown | None,
-    support: str | None,
+    robot: RobotModel, q: ArrayLike, camera: Camera, T_world_base: Floats, down: SetDown | None, support: str | None
 ) -> tuple[Floats, Floats]:
     """Return Jacobians (..., 6, nv) of the camera at its eye with respect to the support, and the lever to its eye.
 

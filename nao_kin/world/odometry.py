@@ -14,15 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import (
-    Floats,
-    as_floats,
-    between_samples,
-    check_tolerance,
-    join_poses,
-    rigid_inverse,
-    shaped,
-)
+from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import WrongShape
 from nao_kin.robot import Feet, RobotModel, named_soles, rigid_poses, serial_chain

@@ -79,11 +79,7 @@ def test_a_file_says_what_calibrate_takes(nao: nk.NaoModel, path: Path, document
         (("observations", 0, "points"), [[1, 2, "x"]], "points must be real numbers"),
         (("observations", 0, "seen", 3, "pixels"), [[1, 2]], "pixels of seen 3 must be [u, v] or null for each of 9"),
         (("observations", 0, "seen", 3, "pixels"), [[1, "x"]] * 9, "pixels of seen 3 must be [u, v]"),
-        (
-            ("observations", 0, "seen", 3, "joints"),
-            {"HeadYa": 0},
-            "observation 0: seen 3: unknown joint 'HeadYa'",
-        ),
+        (("observations", 0, "seen", 3, "joints"), {"HeadYa": 0}, "observation 0: seen 3: unknown joint 'HeadYa'"),
         (("observations", 0, "seen", 3, "joint"), {}, "seen 3: member 'joint'"),
         (("observations", 1, "posture"), "Sitt", "observation 1: seen 0: unknown posture 'Sitt'"),
         (("observations", 1, "seen", 0, "pose"), [1, 2], "pose of seen 0 must have shape (6,) or (4, 4)"),

@@ -128,11 +128,7 @@ def test_bad_csv_names_line_and_column(nao: nk.NaoModel, tmp_path: Path, change,
     ("name", "text", "message"),
     [
         ("a.csv", f"{','.join(['0.1'] * 25)}\n" * 2, "line 1: 25 numbers and no header: .* joint_names or, .* LoLA$"),
-        (
-            "a.csv",
-            f"{','.join(['0.1'] * 26)}\n" * 2,
-            "line 1: 26 numbers and no header: .* H25, .* 25 joints$",
-        ),
+        ("a.csv", f"{','.join(['0.1'] * 26)}\n" * 2, "line 1: 26 numbers and no header: .* H25, .* 25 joints$"),
         ("a.csv", f"0;{';'.join(['0.1'] * 26)}\n" * 2, "line 1: 27 numbers and no header: the .* name the joints$"),
         ("a.csv", f"2026-03-01T12:00:00,{','.join(['0.1'] * 25)}\n", "line 1: 26 numbers and no header"),
         (

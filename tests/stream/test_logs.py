@@ -308,13 +308,7 @@ def test_a_header_in_a_comment_stands_above_dates_too(nao: nk.NaoModel, q: np.nd
 )
 @pytest.mark.parametrize("large", [False, True], ids=["", "large"])
 def test_a_bad_time_is_named_with_its_line_and_column(
-    nao: nk.NaoModel,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    first: str,
-    bad: str,
-    message: str,
-    large: bool,
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: str, bad: str, message: str, large: bool
 ) -> None:
     if large:
         monkeypatch.setattr("nao_kin._core.csv_numbers._LARGE", 0)

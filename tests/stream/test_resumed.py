@@ -177,14 +177,7 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
     ],
 )
 def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
-    nao: nk.NaoModel,
-    programs: Forks,
-    walk: Path,
-    tmp_path: Path,
-    small_parts: None,
-    source: str,
-    sink: str,
-    steps: int,
+    nao: nk.NaoModel, programs: Forks, walk: Path, tmp_path: Path, small_parts: None, source: str, sink: str, steps: int
 ) -> None:
     poses = tmp_path / f"poses.{sink}"
     # Groups and batches that end elsewhere than blocks and parts.

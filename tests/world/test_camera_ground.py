@@ -72,9 +72,7 @@ def test_a_camera_mounted_at_its_optical_frame_sees_what_opencv_sees(nao: nk.Nao
     assert covariances[0] == pytest.approx(covariances[1])
 
 
-def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics_under_any_name(
-    tmp_path: Path,
-) -> None:
+def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics_under_any_name(tmp_path: Path) -> None:
     tiago = nk.load_robot("tiago")
     camera = Camera.from_matrix(_K, frame="xtion_rgb_optical_frame", size=(640, 480))
     q = tiago.neutral()

@@ -51,11 +51,7 @@ class Track:
 
 
 def motion_of(
-    source: MotionSource,
-    tracks: Sequence[Track],
-    interpolation: Interpolation = "linear",
-    *,
-    negative: bool = False,
+    source: MotionSource, tracks: Sequence[Track], interpolation: Interpolation = "linear", *, negative: bool = False
 ) -> Motion:
     """Return the motion of all tracks, at most a day; times before 0 s are an error unless they may be `negative`."""
     other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
