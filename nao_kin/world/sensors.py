@@ -117,7 +117,7 @@ class Sensor:
         self._what, self._columns, self._notes = what, columns, notes
         self._note(~np.isfinite(self.values).any(axis=0), "never known")
 
-    def _note(self, odd: Mask, reason: str, *, unused: bool = True) -> None:
+    def _note(self, odd: Any, reason: str, *, unused: bool = True) -> None:
         """Note columns that are odd, and leave them out if they are `unused`."""
         if odd.any():
             names = "" if self._columns is None or odd.all() else f" of {', '.join(np.array(self._columns)[odd])}"
@@ -161,7 +161,7 @@ class Sensor:
         elif self._columns is None and agreement.sum() == 0.0:
             reason = "the robot never stands upright: its sign is taken as that of 9.8 m/s² up"
             self._note(whole, reason, unused=False)
-        return agreement
+        return np.asarray(agreement)
 
     def must_press(self) -> None:
         """Leave out contacts and forces that are negative."""

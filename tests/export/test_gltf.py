@@ -390,14 +390,3 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
     with pytest.raises(nk.NaoKinError):
         nk.export.gltf(nao, path, motion=tmp_path / "none.json")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_file_that_is_there_is_replaced_only_by_force(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"))
-    path = tmp_path / "m.glb"
-    path.write_bytes(b"mine")
-    with pytest.raises(BadArgument, match="already exists"):
-        nk.export.gltf(robot, path)
-    assert path.read_bytes() == b"mine"
-    nk.export.gltf(robot, path, overwrite=True)
-    assert path.read_bytes().startswith(b"glTF")

@@ -374,19 +374,6 @@ def test_bad_options_are_refused_and_nothing_is_written(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_missing_mesh_is_refused_and_can_be_left_out(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"))
-    text = robot.urdf_path.read_text(encoding="utf-8")
-    look = '<visual><geometry><mesh filename="gone.stl"/></geometry></visual>'
-    robot.urdf_path.write_text(text.replace('<link name="base">', f'<link name="base">{look}'), encoding="utf-8")
-    robot = nk.RobotModel.from_urdf(robot.urdf_path)
-    with pytest.raises(BadArgument, match=r"the mesh 'gone.stl' is not there; meshes='none' \(--meshes none\)"):
-        nk.export.ros2(robot, tmp_path / "p1", package="p1", samples=1)
-    assert not (tmp_path / "p1").exists()
-    done = nk.export.ros2(robot, tmp_path / "p1", package="p1", meshes="none", samples=1)
-    assert "the meshes of 1 links are left out" in done.changes
-
-
 def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"))
     folder = tmp_path / "p1"

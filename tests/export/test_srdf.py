@@ -529,14 +529,3 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
     with pytest.raises(BadArgument, match="cannot write"):
         nk.export.srdf(nao, tmp_path / "nowhere" / "nao.srdf", samples=1)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_file_that_is_there_is_replaced_only_by_force(tmp_path: Path) -> None:
-    robot, path = made_up(tmp_path, J("turn")), tmp_path / "robot.srdf"
-    path.write_text("mine", encoding="utf-8")
-    with pytest.raises(BadArgument, match=r"already exists; overwrite=True \(--force\) replaces it"):
-        nk.export.srdf(robot, path, samples=1)
-    assert path.read_text(encoding="utf-8") == "mine"
-    done = nk.export.srdf(robot, path, samples=1, overwrite=True)
-    assert (done.path, done.files) == (path, (path,))
-    assert path.read_text(encoding="utf-8").startswith("<?xml")

@@ -263,14 +263,6 @@ def test_links_and_joints_are_named_and_connected_as_in_nao_description(version:
     assert joints == set(map(tuple, published["joints"]))
 
 
-def test_every_name_of_nao_moveit_config_resolves() -> None:
-    moveit = json.loads((DATA / "nao_moveit_names.json").read_text())
-    tree, _ = Variant(names="ros").tree_of(nk.load_nao("v4"))
-    assert set(moveit["links"]) <= set(tree.links)
-    assert set(moveit["joints"]) <= {joint.name for joint in tree.joints}
-    assert moveit["robot"] == tree.name
-
-
 @for_all("frames", CHOICES["frames"])
 @for_all("version", VERSIONS)
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:

@@ -541,17 +541,6 @@ def test_two_hips_of_sensors_are_settled_as_asked(
         assert np.allclose(numbers.reshape(-1, 4, 4), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
 
 
-def test_output_may_be_standard_output(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "log.csv").write_text(_text({"time": TIMES, **_table(nao, q)}))
-    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "--csv"]) == 0
-    printed = capfd.readouterr().out
-    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", "-"]) == 0
-    assert capfd.readouterr().out == printed
-    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", "-", "--json"]) == 2
-
-
 def test_a_table_with_times_is_streamed_and_not_read_as_a_motion(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -275,18 +275,6 @@ def test_a_disk_that_is_full_at_once_leaves_the_old_file(
     assert not list(tmp_path.glob("*.parts"))
 
 
-def test_a_full_device_is_named(nao: nk.NaoModel, walk: Path, tmp_path: Path) -> None:
-    full = tmp_path / "full"
-    try:
-        os.mknod(full, stat.S_IFCHR | 0o666, os.makedev(1, 7))
-        full.open("wb").close()
-    except PermissionError:
-        pytest.skip("only root makes devices, and not in every file system")
-    with pytest.raises(BadArgument, match="full: No space left on device"):
-        nk.stream.fk(nao, walk, "Head", full)
-    assert stat.S_ISCHR(full.stat().st_mode)
-
-
 def test_a_resumed_run_writes_times_in_the_unit_of_the_whole_file(
     nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -368,15 +356,6 @@ def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(
     assert poses.read_bytes() == finished
     assert command(*arguments, "--deg", "--force", "--limits", "ignore")[0] == 0
     assert poses.read_bytes() != finished
-
-
-def test_starting_over_is_one_line_on_the_command_line(
-    command: Callable[..., tuple[int, str, str]], half_done: Path
-) -> None:
-    code, _, err = command("fk", "walk.csv", "--frame", "Head", "-o", "poses.csv")
-    assert code == 0
-    changed = "holds parts of an earlier run, and frames, form changed: starting over"
-    assert err == f"nao-kin: {half_done} {changed}\n"
 
 
 @pytest.mark.parametrize(
