@@ -79,16 +79,8 @@ class Directions:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        n = len(self.gaze)
-        for name, tail in (
-            ("torso", (3, 3)),
-            ("upper_arms", (2, 3)),
-            ("forearms", (2, 3)),
-            ("hands", (2, 3, 3)),
-            ("gaze", (3,)),
-        ):
-            given = shaped(getattr(self, name), (n, *tail), name, gaps=True)
-            object.__setattr__(self, name, given if name in ("torso", "hands") else _unit(given))
+        for name in ("upper_arms", "forearms", "gaze"):
+            object.__setattr__(self, name, _unit(getattr(self, name)))
 
     @classmethod
     def of(cls, points: Mapping[str, Floats], orientations: Mapping[str, Floats] | None = None) -> Directions:

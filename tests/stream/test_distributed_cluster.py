@@ -103,6 +103,7 @@ def test_a_worker_that_is_killed_takes_no_result_with_it(client: Client, nao: nk
     assert victim not in client.run(os.getpid).values()
 
 
+@pytest.mark.full
 def test_a_scheduler_that_runs_already_is_found_by_its_address(client: Client, nao: nk.NaoModel) -> None:
     q = nao.random(2, 200)
     with distributed.connect(address=client.scheduler.address) as second:
