@@ -329,14 +329,6 @@ def test_motions_of_one_and_two_keys_are_motions_like_any_other(nao: nk.NaoModel
             assert left.isdisjoint(mended.get(name, {"speed"} if name.startswith("slow") else set()))
 
 
-def test_a_motion_needs_at_least_one_key() -> None:
-    for keys in ([], [[]], np.zeros((0, 1))):
-        with pytest.raises(nk.errors.BadArgument, match="times must have at least one entry, got none"):
-            nk.Motion([], ["HeadYaw"], keys)
-    with pytest.raises(nk.errors.BadArgument, match="times of HeadPitch must have at least one key, got none"):
-        nk.Motion([[0.0], []], ["HeadYaw", "HeadPitch"], [[0.0], []])
-
-
 def test_one_key_outside_a_coupled_limit_is_moved_into_it(nao: nk.NaoModel) -> None:
     table = next(table for table in nao.coupled_limits if table.joint == "HeadPitch")
     for times in ([0.0], [0.0, 1.0]):

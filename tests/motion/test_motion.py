@@ -295,11 +295,6 @@ def test_the_outermost_handles_may_have_any_length() -> None:
     assert nk.Motion([0.0, 1.0], ["HeadYaw"], [[0], [1]], "bezier", [handles]).sample(0.5)[0] == 0.5
 
 
-def test_times_to_sample_at_are_finite_numbers() -> None:
-    with pytest.raises(nk.errors.NotFinite):
-        random_motion(0, "linear").sample([0.0, np.nan])
-
-
 # --- configurations ---------------------------------------------------------------------------------------------------
 
 
