@@ -49,6 +49,7 @@ LIMBS = "armsAngles = []; legsAngles = []; duration = 5;"
 # File, text, words of the message, line and column.
 LIBRARY = "<x a='ChoregraphePositionLibrary'><position>"
 WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
+    ("a.csv", "time,HeadYaw\n0,1e308\n", "HeadYaw has numbers too large", (1, 2)),
     ("a.csv", "time,HeadYow\n0,1\n", "unknown joint 'HeadYow' (nearest: HeadYaw", (1, 2)),
     ("a.csv", "time,HeadYaw,HeadYaw\n0,1,1\n", "joint 'HeadYaw' is given twice", (1, 3)),
     ("a.csv", "time,HeadYaw\n0,1\n\n0,2\n", "time 0 s is the same as", (4, 1)),
