@@ -30,6 +30,8 @@ from nao_kin._core.browsers import find_browsers
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
+# Size of the page [CSS pixels].
+WIDTH, HEIGHT = 1280, 800
 # Largest mean difference of a checked picture, of 255 grey levels, at an eighth of its size.
 DIFFERENCE = 1.0
 # Chromium draws without a graphics card; this long after the last change the picture is final [ms].
@@ -53,10 +55,9 @@ def page(viewer: nk.Viewer, at_half: bool = False) -> Image.Image:
     """Return a picture of the whole page with its panel."""
     from playwright.sync_api import sync_playwright
 
-    size = {"width": 1280, "height": 800}
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         browser = playwright.chromium.launch(executable_path=str(find_browsers()[0]), args=OPTIONS)
-        tab = browser.new_page(viewport=size, device_scale_factor=1.5)
+        tab = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, device_scale_factor=1.5)
         tab.add_init_script("localStorage.setItem('nao-kin.hint', 'seen')")
         tab.goto(viewer.save_html(Path(folder) / "page.html").as_uri())
         tab.wait_for_selector("body[data-ready]")
@@ -66,7 +67,7 @@ def page(viewer: nk.Viewer, at_half: bool = False) -> Image.Image:
         tab.wait_for_timeout(AT_REST)
         picture = Image.open(io.BytesIO(tab.screenshot(timeout=120_000))).convert("RGB")
         browser.close()
-    return picture.resize(tuple(size.values()), Image.Resampling.LANCZOS)
+    return picture.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
 
 
 def view() -> Image.Image:

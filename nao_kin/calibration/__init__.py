@@ -3,12 +3,7 @@
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.calibration.files import from_photos, read_observations
 from nao_kin.calibration.observations import FIELDS, Contacts, Field, Lines, Pixels, Poses
-from nao_kin.calibration.solve import (
-    Calibration,
-    NextPosture,
-    calibrate,
-    next_posture,
-)
+from nao_kin.calibration.solve import Calibration, NextPosture, calibrate, next_posture
 from nao_kin.calibration.unknowns import PRIORS
 
 __all__ = [

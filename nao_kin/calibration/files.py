@@ -21,7 +21,7 @@ from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
 from nao_kin.calibration.problem import AnyObservation
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning, UnknownName
-from nao_kin.robot import RobotModel, check_robot, pose_of
+from nao_kin.robot import RobotModel, pose_of
 from nao_kin.screws import transform_point
 from nao_kin.stream import read_log
 from nao_kin.world import Camera, camera, configurations_at
@@ -78,7 +78,6 @@ def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
         >>> round(found.joints["HeadYaw"], 4), round(found.standard_deviations["HeadYaw offset"], 4)
         (0.0075, 0.0088)
     """
-    check_robot(robot)
     name = str(path)
     document = read_json(name, read_text(name))
     try:
@@ -111,6 +110,9 @@ def _observation(robot: RobotModel, given: Any) -> AnyObservation:
     for key in names:
         if not isinstance(given.get(key), str):
             raise BadArgument(f"{key} must be given: the name of a frame")
+    for key in ("frame", "board", "world", "marker", "reference"):
+        if not isinstance(given.get(key), str | None):
+            raise BadArgument(f"{key} must be a text, got {quoted(given[key])}")
     seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
     for number, one in enumerate(seen):
         _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
@@ -283,7 +285,6 @@ def from_photos(
         ...     nk.load_nao(), [seen], joints=["HeadYaw", "HeadPitch"], frames={"CameraTop": ["roll", "pitch", "yaw"]}
         ... )  # doctest: +SKIP
     """
-    check_robot(robot)
     need_extra("chessboards in photos", "photos")
     paths = _photos(photos)
     if np.shape(board) != (2,):
@@ -338,10 +339,7 @@ def _photos(photos: Path | str | Iterable[Path | str]) -> list[Path]:
         if not found:
             raise BadArgument(f"no photos ({', '.join(_SUFFIXES[:3])} …) in {quoted(str(folder))}")
     else:
-        try:
-            found = [Path(path) for path in photos]
-        except TypeError:
-            raise BadArgument(f"photos must be a folder or paths of photos, got {quoted(photos)}") from None
+        found = [Path(path) for path in photos]
         if not found:
             raise BadArgument("photos must have at least one path")
     for path in found:

@@ -66,7 +66,6 @@ class Pixels:
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
-        checked_camera(self.camera)
         q = configurations(robot, self.q)
         points = as_floats(self.points, (3,), "points")
         if points.ndim != 2:
@@ -337,7 +336,6 @@ class Lines:
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
-        checked_camera(self.camera)
         q, (C, L) = configurations(robot, self.q), self._curves()
         pixels = one_each(as_pixels(self.pixels), self.q, (len(C), 2), "pixels")
         noise = positive_noise(self.noise, (), "noise of lines")
@@ -383,7 +381,7 @@ class Lines:
     def _curves(self) -> tuple[Floats, Floats]:
         """Return the conic (k, 3, 3) and the straight line (k, 3) of each pixel; zero for the one that it is not."""
         field = self.field if isinstance(self.field, Field) else FIELDS[choice(self.field, FIELDS, "field")]
-        if isinstance(self.lines, str) or not isinstance(self.lines, Sequence) or not self.lines:
+        if isinstance(self.lines, str) or not self.lines:
             raise BadArgument(f"lines must be a list of names or of pairs of points, got {quoted(self.lines)}")
         straight, C, L = field.lines, np.zeros((len(self.lines), 3, 3)), np.zeros((len(self.lines), 3))
         for k, line in enumerate(self.lines):
@@ -433,12 +431,6 @@ class Checked:
         return f"posture {posture}" + (f", {self.item} {item}" if self.item else "")
 
 
-def checked_camera(given: Any) -> None:
-    """Refuse what is not a camera."""
-    if not isinstance(given, Camera):
-        raise BadArgument(f"camera must be a Camera, as nk.world.camera returns it, got {quoted(given)}")
-
-
 def configurations(robot: RobotModel, q: ArrayLike) -> Floats:
     """Return checked configurations, shape (n, nq)."""
     array = robot.checked(q).reshape(-1, robot.nq)
@@ -479,11 +471,7 @@ def errors_of(where: str) -> Iterator[None]:
 
 def named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
     """Return names and meanings of those poses that have a name."""
-    named = tuple((name, meaning) for name, meaning in poses if name is not None)
-    for name, meaning in named:
-        if not isinstance(name, str):
-            raise BadArgument(f"the name of a {meaning} must be a text, got {quoted(name)}")
-    return named
+    return tuple((name, meaning) for name, meaning in poses if name is not None)
 
 
 def positive_noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:

@@ -12,17 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, check_tolerance, choice, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import quoted
-from nao_kin.calibration.observations import (
-    PLACE,
-    Checked,
-    Contacts,
-    Lines,
-    Pixels,
-    Poses,
-    Seen,
-    camera_at,
-    errors_of,
-)
+from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pixels, Poses, Seen, camera_at, errors_of
 from nao_kin.calibration.unknowns import COORDINATES, PLANAR, State, Unknowns
 from nao_kin.errors import BadArgument, DegreesWarning
 from nao_kin.robot import RobotModel
@@ -66,10 +56,6 @@ class Outlier:
         return f"observation {self.observation} ({self.kind}), {self.item}: {self.sigmas:.1f} σ"
 
 
-# Beyond this standard deviation [rad] a reading says nothing.
-_LARGEST_NOISE = 100.0
-
-
 class Problem:
     """Checked observations and the unknowns that explain them."""
 
@@ -83,14 +69,8 @@ class Problem:
         prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "typical",
         joint_noise: float = 0.0,
     ) -> None:
-        several = isinstance(observations, Iterable) and getattr(observations, "ndim", 1) > 0
-        given = list(observations) if several else [observations]
-        if not isinstance(start, Mapping):
-            raise BadArgument(f"start must map names to poses, got {quoted(start)}")
         self.observations: list[Checked] = []
-        for number, one in enumerate(given):
-            if not isinstance(one, AnyObservation):
-                raise BadArgument(f"expected observations: Pixels, Lines, Poses or Contacts, got {quoted(one)}")
+        for number, one in enumerate(observations):
             with errors_of(f"observation {number}"):
                 self.observations.append(one._checked(robot))
         names = dict[str, str]()
@@ -122,8 +102,6 @@ class Problem:
         self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
         self._last: tuple[bytes, list[Seen]] | None = None
         check_tolerance(joint_noise, "joint_noise")
-        if joint_noise > _LARGEST_NOISE:
-            raise BadArgument(f"joint_noise must be at most {_LARGEST_NOISE:g} rad, got {joint_noise:g}")
         self._again, self._joint_noise = (dict(start), prior, joint_noise), joint_noise
         self._readings: Readings | None = None
 

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, whole_number
-from nao_kin._core.text import one_line_repr, quoted
+from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import need_extra
 from nao_kin.calibration.observations import BEHIND, Checked, Pixels
 from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
 from nao_kin.calibration.unknowns import PRIORS, names_of
 from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError
-from nao_kin.robot import RobotModel, check_robot, write_offsets
+from nao_kin.robot import RobotModel, write_offsets
 
 READING = next(row.deviation for row in PRIORS if row.of == "reading")
 # With more outliers than this share of all items, the observations contradict each other.
@@ -219,7 +219,6 @@ def calibrate(
         >>> found.held, np.degrees(list(found.standard_deviations.values())).round(2).tolist()
         (('RElbowYaw offset',), [0.1, 1.0])
     """
-    check_robot(robot)
     need_extra("calibration", "calibration")
     choice(indistinguishable, ("hold", "refuse"), "indistinguishable")
     choice(loss, ("huber", "linear"), "loss")
@@ -358,8 +357,6 @@ def next_posture(
         >>> best.gain.shape, bool(best.gain[best.index] == best.gain.max())
         ((500,), True)
     """
-    if not isinstance(calibration, Calibration):
-        raise BadArgument(f"expected a Calibration, as calibrate returns it, got {quoted(calibration)}")
     problem, robot = calibration._problem, calibration.robot
     offsets = slice(len(calibration.labels))
     if candidates is None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core import files as atomic
+from nao_kin._core.arrays import choice
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
@@ -85,7 +86,9 @@ def export(
     if atomic.leads_to_standard_output(path) and written.json:
         raise BadArgument(f"{path} and --json both write to standard output; give one")
     chosen = {name: value for name, value in vars(options).items() if value is not None}
-    exports.check_options(format_, chosen)
+    known = exports.options(format_)
+    for name in chosen:
+        choice(name, known, f"option of the format {format_}")
     model = robot.load()
     if "motion" in chosen:
         chosen["motion"] = MotionFile(chosen["motion"], timeline=timeline, file_deg=file_deg).read(model)

@@ -29,7 +29,7 @@ from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
-    from nao_kin.stream import PoseColumns, PoseStyle
+    from nao_kin.stream import PoseColumns
 
 
 # --- Output of poses: JSON, CSV, a table, or lines as they come.
@@ -75,13 +75,11 @@ class PosePrinter:
 
     def print_csv(self, chunks: Chunks) -> None:
         """Print a header, and one line per configuration and frame."""
-        from nao_kin.stream import csv_header, pose_lines
-
-        sys.stdout.write(csv_header(self.columns.names, timed=self.times is not None))
+        sys.stdout.write(self.columns.csv_header(timed=self.times is not None))
         for start, numbers in chunks:
             rows = np.arange(start, start + len(numbers))
             times = None if self.times is None else self.times[start : start + len(numbers)]
-            sys.stdout.write(pose_lines(rows, self.frames, numbers, times).decode())
+            sys.stdout.write(self.columns.csv_lines(rows, self.frames, numbers, times).decode())
 
     def print_table(self, chunks: Chunks) -> None:
         """Print the poses of one configuration as a table."""
@@ -122,8 +120,8 @@ def _rows(chunks: Chunks) -> Iterator[tuple[int, list[list[float]]]]:
 
 # --- The command.
 
-# Rows between two updates of the progress bar: small enough to move often, large enough to cost no time.
-_CHUNK = 8192
+# Rows between two updates of the progress bar; with more rows, the compiled kernels compute.
+_CHUNK = 10_000
 
 _EXAMPLES = (
     "Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json; "
@@ -145,7 +143,7 @@ class PoseOptions:
         return frame_names(model, self.frame) or effectors or list(model.link_names)
 
     @property
-    def style(self) -> PoseStyle:
+    def style(self) -> Literal["matrix", "position6d", "rpy", "position_quaternion"]:
         """The format of --as, as `nao_kin.stream.fk` calls it."""
         return "position_quaternion" if self.as_ == "quaternion" else self.as_
 
@@ -272,9 +270,7 @@ def _stream(
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:
     """Yield first row and poses (n, frames, k) of one chunk after another, with a progress bar for many."""
-    from nao_kin import stream
-
-    many = len(q) > stream.FEW_ROWS
+    many = len(q) > _CHUNK
     with progress("forward kinematics", shown=many) as say:
         for start in range(0, len(q), _CHUNK):
             part = q[start : start + _CHUNK]

@@ -450,17 +450,21 @@ class FileOptions(JointOptions):
             advice = "are these degrees (--file-deg)?" if in_degrees else advice
             raise BadInputFile(file, f"{reason}; {advice}")
         if limits == "measured":
-            from nao_kin.stream import clamp
-
-            clamp(model, path.q)[1].warn(model.unit)
+            _moved_inside(model, path.q)[1].warn(model.unit)
         return path.q
+
+
+def _moved_inside(model: RobotModel, q: Floats) -> tuple[Floats, OutsideRows]:
+    """Return configurations (n, nq) moved inside the limits, and the changes that exceed the tolerance of limits."""
+    from nao_kin.robot import OutsideRows
+
+    inside, base = model.clamp(q), model.nq_base
+    return inside, OutsideRows.of(q[:, base:], inside[:, base:], model.joint_names)
 
 
 def _clamped(model: RobotModel, q: Floats) -> Floats:
     """Return configurations moved inside the limits, and print a note on their number and the largest change."""
-    from nao_kin.stream import clamp
-
-    inside, changes = clamp(model, q)
+    inside, changes = _moved_inside(model, q)
     note_clamped(model, changes, len(q))
     return inside
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from nao_kin._core.arrays import choice
-from nao_kin._core.text import nearest_names
-from nao_kin.errors import BadArgument
 from nao_kin.export.gltf import gltf
-from nao_kin.export.mujoco import mjcf
+from nao_kin.export.mjcf import mjcf
 from nao_kin.export.pipeline import Exported
 from nao_kin.export.ros2 import ros2
 from nao_kin.export.sdf import sdf
@@ -48,21 +46,13 @@ def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool =
         **chosen: options of the format.
 
     Raises:
-        BadArgument: an option that the format does not have; otherwise the errors of the format's function.
+        UnknownName: an option that the format does not have; otherwise the errors of the format's function.
 
     Examples:
         >>> nk.export.write(nk.load_nao("v6"), "nao.urdf", "urdf", meshes="none").changes
         ('the meshes of 41 links are left out',)
     """
-    check_options(format, chosen)
-    return FORMATS[format](robot, path, overwrite=overwrite, **chosen)
-
-
-def check_options(format: str, chosen: Iterable[str]) -> None:
-    """Refuse options that a format does not have, before the robot is read."""
     known = options(format)
     for name in chosen:
-        if name not in known:
-            near = ", ".join(nearest_names(name, known))
-            advice = f"nearest: {near}" if near else f"it takes {', '.join(known)}" if known else "it takes none"
-            raise BadArgument(f"the format {format} has no option {name} (--{name.replace('_', '-')}); {advice}")
+        choice(name, known, f"option of the format {format}")
+    return FORMATS[format](robot, path, overwrite=overwrite, **chosen)

@@ -265,7 +265,7 @@ def gltf(
     """
     if not str(path).lower().endswith((".glb", "/dev/stdout")):
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
-    target = Destination(robot, path, overwrite=overwrite)
+    target = Destination(path, overwrite=overwrite)
     tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
@@ -285,7 +285,7 @@ def gltf(
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:
-    if isinstance(fps, bool) or not isinstance(fps, (int, float)) or not 0.0 < fps <= 1000.0:
+    if not 0.0 < fps <= 1000.0:
         raise BadArgument(f"fps must be a number above 0 and at most 1000, got {quoted(fps)}")
     if motion is None:
         start = robot.semantics.start if posture is None else posture

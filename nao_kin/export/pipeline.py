@@ -12,7 +12,6 @@ import numpy as np
 
 from nao_kin._core.files import check_folder, check_replaceable, write_document, write_folder
 from nao_kin._core.text import one_line_repr
-from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.urdf import Box, Cylinder, Sphere
 
 
@@ -35,8 +34,7 @@ class Exported:
 class Destination:
     """The path of an export of a robot, checked before any work: a document with files next to it, or a folder."""
 
-    def __init__(self, robot: RobotModel, path: Path | str, *, overwrite: bool, folder: bool = False) -> None:
-        check_robot(robot)
+    def __init__(self, path: Path | str, *, overwrite: bool, folder: bool = False) -> None:
         (check_folder if folder else check_replaceable)(path, overwrite=overwrite)
         self._path, self._overwrite, self._folder = path, overwrite, folder
 

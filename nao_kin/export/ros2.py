@@ -98,7 +98,6 @@ def ros2(
     coupling: str = "mimic",
     inertia: str = "published",
     samples: int = 10_000,
-    seed: int = 0,
     overwrite: bool = False,
 ) -> Exported:
     """Write a ROS 2 package: the robot's URDF and meshes, its SRDF, and a launch file that shows it in RViz.
@@ -122,7 +121,6 @@ def ros2(
         coupling: as in `urdf`.
         inertia: as in `urdf`.
         samples: as in `srdf`.
-        seed: as in `srdf`.
         overwrite: replace the folder, if it contains only such a package.
 
     Returns:
@@ -136,11 +134,11 @@ def ros2(
         >>> sorted({file.parent.name for file in done.files})
         ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
     """
-    target = Destination(robot, path, overwrite=overwrite, folder=True)
+    target = Destination(path, overwrite=overwrite, folder=True)
     person = _checked_person(maintainer)
-    if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
+    if not _VERSION.fullmatch(package_version):
         raise BadArgument(f"package_version must be three numbers, such as 1.0.0, got {quoted(package_version)}")
-    if license is not None and not (isinstance(license, str) and license.strip() and license.isprintable()):
+    if license is not None and not (license.strip() and license.isprintable()):
         raise BadArgument(f"license must be one line, an SPDX identifier, got {quoted(license)}")
     choice(meshes, MESHES, "choice of meshes")
     default = "ros" if robot.semantics.ros_names else "naoqi"
@@ -153,7 +151,7 @@ def ros2(
     looks, painted = coloured(tree, taken.names, taken.files, f"{name}.mtl") if taken.names else ({}, ())
     links = None if taken.names is None else {mesh: f"package://{name}/{file}" for mesh, file in taken.names.items()}
     urdf, urdf_losses = urdf_document(tree, links)
-    semantic, srdf_losses = srdf_document(robot, chosen, samples=samples, seed=seed)
+    semantic, srdf_losses = srdf_document(robot, chosen, samples=samples)
     folders = [folder for folder in FOLDERS if folder != MESH_FOLDER or looks]
     own = robot.parameters is not None and license is None
     stated = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
@@ -179,7 +177,7 @@ def ros2(
 
 def _checked_name(package: str | None, tree: UrdfTree) -> str:
     name = f"{_plain(tree.name)}_description" if package is None else package
-    if not isinstance(name, str) or len(name) < 2 or not _NAME.fullmatch(name):
+    if len(name) < 2 or not _NAME.fullmatch(name):
         raise BadArgument(
             f"package must be two or more lower-case letters, digits and single underscores between them, a letter "
             f"first, got {quoted(name)}; nearest: {_plain(name)}"
@@ -187,15 +185,15 @@ def _checked_name(package: str | None, tree: UrdfTree) -> str:
     return name
 
 
-def _plain(name: object) -> str:
+def _plain(name: str) -> str:
     """Return a name made of the characters that names of packages and files may have."""
-    words = re.findall(r"[a-z0-9]+", str(name)[:100].lower())
+    words = re.findall(r"[a-z0-9]+", name[:100].lower())
     plain = "_".join(words)
     return plain if len(plain) > 1 and plain[0].isalpha() else f"robot_{plain}".rstrip("_")
 
 
 def _checked_person(maintainer: str) -> tuple[str, str]:
-    match = _PERSON.fullmatch(maintainer) if isinstance(maintainer, str) and maintainer.isprintable() else None
+    match = _PERSON.fullmatch(maintainer) if maintainer.isprintable() else None
     if match is None:
         raise BadArgument(f"maintainer must have the form 'Name <name@example.org>', got {quoted(maintainer)}")
     return match[1], match[2]

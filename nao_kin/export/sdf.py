@@ -205,7 +205,7 @@ def sdf(
         >>> [file.name for file in done.files]
         ['model.config', 'model.sdf']
     """
-    target = Destination(robot, path, overwrite=overwrite, folder=True)
+    target = Destination(path, overwrite=overwrite, folder=True)
     choice(meshes, MESHES, "choice of meshes")
     choice(base, BASES, "base")
     whole, _ = Variant(frames, names, coupling).tree_of(robot)

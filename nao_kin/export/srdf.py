@@ -163,7 +163,7 @@ WORLD = "world"
 
 # MoveIt, "URDF and SRDF": characters that joint names should not contain.
 _TROUBLESOME = re.compile(r"[-\[\](),]")
-_MAX_SAMPLES = 1_000_000
+_MAX_SAMPLES, _SEED = 1_000_000, 0
 # Names of groups become names of parameters.
 _PARAMETER = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
@@ -177,7 +177,6 @@ def srdf(
     coupling: str = "mimic",
     base: str | None = None,
     samples: int = 10_000,
-    seed: int = 0,
     overwrite: bool = False,
 ) -> Exported:
     """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may skip.
@@ -198,7 +197,6 @@ def srdf(
             the loaded robot.
         samples: largest number of configurations that the proof for a pair of links examines; the first 1000 random
             ones are also tested for contacts.
-        seed: seed of the random configurations; the same seed gives the same file.
         overwrite: replace an existing file.
 
     Returns:
@@ -214,14 +212,14 @@ def srdf(
         >>> again.chains["LLeg"] == nao.chains["LLeg"], again.posture_names == nao.posture_names
         (True, True)
     """
-    target = Destination(robot, path, overwrite=overwrite)
+    target = Destination(path, overwrite=overwrite)
     chosen = Variant(frames, names, coupling)
-    text, changes = srdf_document(robot, chosen, base=base, samples=samples, seed=seed)
+    text, changes = srdf_document(robot, chosen, base=base, samples=samples)
     return target.write({"": text.encode()}, changes)
 
 
 def srdf_document(
-    robot: RobotModel, chosen: Variant, *, base: str | None = None, samples: int = 10_000, seed: int = 0
+    robot: RobotModel, chosen: Variant, *, base: str | None = None, samples: int
 ) -> tuple[str, tuple[str, ...]]:
     """Return the text of an SRDF for a variant of the robot, and its losses; arguments and errors as `srdf`."""
     attached = robot.base if base is None else choice(base, BASES, "base")
@@ -231,7 +229,7 @@ def srdf_document(
     body = _as_written(robot, own)
     plan = Planning(tree, named_semantics(robot.semantics, chosen.names))
     contacts = LinkShapes.exact(body)
-    reasons = contacts.found_disabled(count, whole_number(seed, "seed", 0))
+    reasons = contacts.found_disabled(count, _SEED)
     new = new_names(robot.semantics, chosen.names)
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
     states = {name: joint_values(robot, robot.posture(name), chosen.names) for name in robot.posture_names}

@@ -186,7 +186,7 @@ def urdf(
         >>> nk.RobotModel.from_urdf("nao.urdf").link_names[0]
         'torso'
     """
-    target = Destination(robot, path, overwrite=overwrite)
+    target = Destination(path, overwrite=overwrite)
     tree, changes = Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)
     if inertia == "physical":
         nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -198,12 +198,12 @@ def urdf(
     return target.write({"": text.encode(), **taken.files}, (*changes, *losses, *taken.notes))
 
 
-def _package(meshes: object) -> str:
+def _package(meshes: str) -> str:
     """Return the folder of meshes that a `package://` names; "" for the choices without one."""
     if meshes in ("relative", "absolute", "none"):
         return ""
-    before, scheme, inside = str(meshes).partition("package://")
+    before, scheme, inside = meshes.partition("package://")
     inside = inside.strip("/")
-    if not isinstance(meshes, str) or before or not inside or set(inside) & set(" \t\n\\"):
+    if before or not inside or set(inside) & set(" \t\n\\"):
         raise UnknownName("choice of meshes", meshes, MESHES)
     return scheme + (inside if "/" in inside else f"{inside}/{MESH_FOLDER}")

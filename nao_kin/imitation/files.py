@@ -131,8 +131,6 @@ def read_skeleton(
         >>> wave.source, len(wave), wave.notes[1:]
         ('mixamo', 65, ('y points up, by the direction of the trunk', 'unit cm, by the size of the trunk: 0.53 m'))
     """
-    if not isinstance(path, (str, Path)) or not str(path):
-        raise BadArgument(f"path must be the name of a file, got {quoted(path)}")
     if source is not None:
         choice(source, NAMINGS, "source")
     name, options = str(path), _Options(source, names, rate, units, up)

@@ -18,7 +18,7 @@ from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirr
 from nao_kin.imitation.skeleton import POINTS, Skeleton, lacking_notes, left_and_trunk
 from nao_kin.imitation.stance import followed, in_place, stood
 from nao_kin.motion import Change, Motion, MotionReport, check, clamp, slow_down
-from nao_kin.robot import CollisionRule, RobotModel, check_robot
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import nearest_rotation, rot_z
 
 # The points that nothing needs.
@@ -201,9 +201,6 @@ def imitate(
         >>> wave.ok
         True
     """
-    check_robot(robot)
-    if not isinstance(skeleton, Skeleton):
-        raise BadArgument(f"skeleton must be a Skeleton, as from read_skeleton, got {type(skeleton).__name__}")
     check_tolerance(cutoff, "cutoff")
     choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
     choice(target, TARGETS, "target")

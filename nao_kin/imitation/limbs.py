@@ -34,7 +34,7 @@ from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Row, both_way
 from nao_kin._kernels.rows import in_lists, run_rows
 from nao_kin.errors import BadArgument
 from nao_kin.ik import LimitRegion, arm as solve_arm, head as solve_head, limbs
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import rot_x, rot_y, rot_z
 
 SIDES = ("left", "right")
@@ -79,16 +79,8 @@ class Directions:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        n = len(self.gaze)
-        for name, tail in (
-            ("torso", (3, 3)),
-            ("upper_arms", (2, 3)),
-            ("forearms", (2, 3)),
-            ("hands", (2, 3, 3)),
-            ("gaze", (3,)),
-        ):
-            given = shaped(getattr(self, name), (n, *tail), name, gaps=True)
-            object.__setattr__(self, name, given if name in ("torso", "hands") else _unit(given))
+        for name in ("upper_arms", "forearms", "gaze"):
+            object.__setattr__(self, name, _unit(getattr(self, name)))
 
     @classmethod
     def of(cls, points: Mapping[str, Floats], orientations: Mapping[str, Floats] | None = None) -> Directions:
@@ -576,7 +568,6 @@ class LimbMap:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        check_robot(robot)
         self.robot = robot
         self._rest = robot.clamp(robot.neutral())
         found = {limb["kind"] + limb["side"]: limb for limb in limbs(robot)}

@@ -124,8 +124,6 @@ class Skeleton:
             ("confidence", (), POINTS),
         ):
             given = getattr(self, name)
-            if not isinstance(given, Mapping):
-                raise BadArgument(f"{name} must be a mapping of names to arrays, got {abbreviated(repr(given), 60)}")
             for key in given:
                 choice(key, valid, "point" if valid is POINTS else "part with an orientation")
             checked = {
@@ -376,10 +374,6 @@ def with_names(naming: Naming, names: Mapping[str, str] | None, joints: Sequence
     """Return the naming with the names of the caller, name of `POINTS` → joint, in place of its own."""
     if names is None:
         return naming
-    if not isinstance(names, Mapping):
-        raise BadArgument(
-            f"names must map {', '.join(POINTS[:2])} … to names of joints, got {abbreviated(repr(names))}"
-        )
     for name, joint in names.items():
         choice(name, POINTS, "point")
         for part in str(joint).split("+"):

@@ -116,12 +116,7 @@ def stood(
 
 
 def _solved(
-    robot: RobotModel,
-    q: Floats,
-    stance: Stance,
-    rows: NDArray[np.intp],
-    share: Floats,
-    fixed: NDArray[np.intp],
+    robot: RobotModel, q: Floats, stance: Stance, rows: NDArray[np.intp], share: Floats, fixed: NDArray[np.intp]
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return the poses of frames in which the same feet carry, with a share of the lean, and which of them are missed.
 

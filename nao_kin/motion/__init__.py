@@ -4,17 +4,8 @@ from __future__ import annotations
 
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.sides import Hips
-from nao_kin.motion.checking import MotionReport, MotionViolation, balanced as balanced, check, plot
-from nao_kin.motion.cubics import cubics as cubics
-from nao_kin.motion.editing import (
-    complete,
-    concatenate,
-    loop,
-    mirror,
-    resample,
-    reverse,
-    time_warp,
-)
+from nao_kin.motion.checking import MotionReport, MotionViolation, check, plot
+from nao_kin.motion.editing import complete, concatenate, loop, mirror, resample, reverse, time_warp
 from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read_motion, write_motion
 from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.interpolation import Interpolation

@@ -7,10 +7,10 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
     COUPLING_TOLERANCE,
@@ -22,15 +22,14 @@ from nao_kin._core.arrays import (
     flag,
     runs,
 )
-from nao_kin._core.headings import LONGEST
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import UnknownName
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
-from nao_kin.motion.motion import HOLD, Motion, check_both, checked_names, checked_rate
+from nao_kin.motion.motion import HOLD, REST, Motion, check_joints, checked_names, checked_rate
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
-from nao_kin.world import EDGES, dynamic_balance
+from nao_kin.world import EDGES, DynamicBalance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -303,10 +302,6 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
 SPEED_TOLERANCE = 1e-9
 _RATE = 1000.0
 _MOST_COLLISIONS = 1000
-# Samples per second of the balance, and samples at rest before and after the motion.
-_BALANCE_RATE, _REST = 100.0, 20
-# Samples whose balance is computed at once, and those around them that say which sole is in place.
-_BLOCK, _AROUND = 1 << 14, 500
 
 # Violations, and the number of omitted ones.
 _Found = tuple[list[MotionViolation], int]
@@ -347,7 +342,7 @@ def check(
         >>> nk.motion.check(nk.load_nao(), nod).ok
         True
     """
-    check_both(robot, motion)
+    check_joints(robot, motion)
     choice(limits, ("enforce", "measured"), "limits")
     rate = checked_rate(rate)
     curves, rule = JointCurves(motion, fill, robot, rate), CollisionRule.of(collisions)
@@ -362,7 +357,7 @@ def check(
         ),
         *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
     ]
-    intervals, tips = _balance(*balanced(robot, motion, fill)) if balance else ([], [])
+    intervals, tips = _balance(motion.balance(robot, fill=fill)) if balance else ([], [])
     findings.append((tips, 0))
     rows = [(row, limits == "measured" and _is_noise(row)) for found, _ in findings for row in found]
     return MotionReport(
@@ -403,36 +398,11 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
 _EDGES = (*EDGES, "")
 
 
-class Margins(NamedTuple):
-    """The balance in n samples of a motion, as in `DynamicBalance`; `on_floor` (n, soles) only where it stands."""
-
-    times: Floats
-    on_floor: NDArray[np.bool_]
-    com_margin: Floats
-    margin: Floats
-    edge: NDArray[np.intp]
-    slower: Floats
-
-
-def balanced(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> tuple[tuple[str, ...], Margins]:
-    """Return the soles, and the balance during a motion, before and after which the robot stands still."""
-    if not motion.duration <= LONGEST:
-        raise BadArgument(f"the balance of at most a day is sampled, {LONGEST:g} s, got {motion.duration:.6g} s")
-    count, parts = math.ceil(motion.duration * _BALANCE_RATE) + 2 * _REST + 1, list[Margins]()
-    for first in range(0, count, _BLOCK):
-        begin, end = max(0, first - _AROUND), min(count, first + _BLOCK + _AROUND)
-        times = motion.start + (np.arange(begin, end) - _REST) / _BALANCE_RATE
-        q = motion.configurations(robot, times=np.clip(times, motion.start, motion.end), fill=fill).q
-        found = dynamic_balance(robot, times, q)
-        on_floor = found.down.touching & found.stands[:, None]
-        every: tuple[Any, ...] = found.times, on_floor, found.com_margin, found.margin, found.edge, found.slower
-        parts.append(Margins(*(array[first - begin :][:_BLOCK] for array in every)))
-    return found.down.soles, Margins(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-def _balance(soles: tuple[str, ...], found: Margins) -> tuple[list[BalanceInterval], list[MotionViolation]]:
+def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionViolation]]:
     """Return the intervals in which the same soles are on the floor, and those in which the robot tips."""
-    times, on_floor, com_margin, margin, edge, slower = (array[_REST:-_REST] for array in found)
+    on_floor, soles, moving = found.down.touching & found.stands[:, None], found.down.soles, slice(REST, -REST)
+    arrays: tuple[Any, ...] = found.times, on_floor, found.com_margin, found.margin, found.edge, found.slower
+    times, on_floor, com_margin, margin, edge, slower = (array[moving] for array in arrays)
     intervals, tips = [], []
     changes = np.flatnonzero(np.diff(on_floor, axis=0).any(axis=1)) + 1
     for part in itertools.starmap(slice, itertools.pairwise([0, *changes.tolist(), len(times)])):
@@ -569,7 +539,7 @@ def plot(
     need_extra("plotting a motion", "plot", "matplotlib.figure")
     from matplotlib.figure import Figure
 
-    check_both(robot, motion)
+    check_joints(robot, motion)
     flag(balance, "balance")
     names = motion.joint_names if joints is None else checked_names(joints)
     for name in names:
@@ -598,7 +568,7 @@ def plot(
         unit += "/s" if speed else ""
         axes.set_title(f"{name}{f' [{unit}]' if unit else ''}", fontsize=9)
     if balance:
-        _draw_margins(grid.flat[len(names)], balanced(robot, motion, fill)[1])
+        _draw_margins(grid.flat[len(names)], motion.balance(robot, fill=fill))
     for index, axes in enumerate(grid.flat):
         if index >= count:
             axes.set_visible(False)
@@ -608,7 +578,7 @@ def plot(
     return figure
 
 
-def _draw_margins(axes: Any, found: Margins) -> None:
+def _draw_margins(axes: Any, found: DynamicBalance) -> None:
     for margin, colour, name in ((found.com_margin, _LIMIT, "at rest"), (found.margin, _LINE, "moving")):
         axes.plot(found.times, 1e3 * margin, color=colour, linewidth=1.2, label=name)
     axes.axhline(0.0, color=_LIMIT, linewidth=0.9, linestyle="--")

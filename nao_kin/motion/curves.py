@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument
 from nao_kin.motion.interpolation import Segments, segments
-from nao_kin.motion.motion import MAX_SAMPLES, Motion, filled
+from nao_kin.motion.motion import Motion, filled
 from nao_kin.robot import RobotModel
 
 
@@ -36,7 +35,7 @@ class JointCurves:
     def values(self, joint: str, times: Floats) -> Floats:
         """Return values (n,) of a joint at times (n,)."""
         curve = self[joint]
-        segment = np.clip(np.searchsorted(curve.start, times, side="right") - 1, 0, None)
+        segment = curve.at(times)
         return curve.value(segment, curve.parameter(segment, times))
 
     def values_at(self, time: float, *joints: str) -> list[float]:
@@ -51,12 +50,8 @@ class JointCurves:
         times += [] if bends is None else [bends]
         if motion.handles is not None:
             self.sampled = True
-            steps = motion.duration * self._rate
-            if steps > MAX_SAMPLES:
-                raise BadArgument(
-                    f"{motion.duration:g} s at {self._rate:g} samples per second are too many; lower rate"
-                )
-            times.append(np.linspace(motion.start, motion.end, int(np.ceil(steps)) + 1))
+            steps = int(np.ceil(motion.duration * self._rate))
+            times.append(np.linspace(motion.start, motion.end, steps + 1))
         result = np.unique(np.concatenate(times))
         return result if len(result) > 1 else np.repeat(result, 2)
 
@@ -105,7 +100,7 @@ def combination(one: Segments, other: Segments, times: Floats, slope: Floats, va
 
 def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
     """Return the speed at one end of intervals, in the segment that contains their middle."""
-    segment: NDArray[np.intp] = np.clip(np.searchsorted(curve.start, middle, side="right") - 1, 0, None)
+    segment = curve.at(middle)
     return curve.speed(segment, curve.parameter(segment, end))
 
 

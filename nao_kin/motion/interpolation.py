@@ -106,6 +106,10 @@ class Segments:
     controls: Floats  # P, Q and D of the value, shape (m, 3)
     lengths: Floats | None = None  # a and b of the time, shape (m, 2); None if all are a third
 
+    def at(self, t: Floats) -> NDArray[np.intp]:
+        """Return the segment of each time: at a key the one that begins there, at the last key the one before."""
+        return np.asarray(np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, None))
+
     def parameter(self, segment: NDArray[Any], t: Floats) -> Floats:
         """Return parameters u (n,) at times (n,) in segments (n,); times outside count as the nearest end."""
         width = self.width[segment]
@@ -141,6 +145,18 @@ class Segments:
         width = self.width[segment]
         return np.asarray(ratio / np.where(width > 0.0, width, 1.0))
 
+    def part(self, segment: NDArray[Any], u: Floats, v: Floats) -> Floats:
+        """Return the control points of parts of segments between parameters u and v, shape (4, 2, n).
+
+        The axes are control point, x or value; the value counts from the beginning of the segment. With its polar form
+        f, a cubic has between u and v the control points f(u, u, u), f(u, u, v), f(u, v, v) and f(v, v, v).
+        Source: L. Ramshaw, Blossoming: A Connect-the-Dots Approach to Splines, DEC SRC report 19 (1987).
+        """
+        a, b = np.full((2, len(segment)), _THIRD) if self.lengths is None else self.lengths[segment].T
+        p, q, d = np.stack([np.array([a, 1.0 - b, np.ones_like(a)]), self.controls[segment].T], axis=1)
+        rows = [(u, u, u), (u, u, v), (u, v, v), (v, v, v)]
+        return np.array([_polar(p, q, d, *row) for row in rows])
+
     def slopes(self, segment: NDArray[Any]) -> Floats:
         """Return the Bernstein coefficients of a third of the value's derivative by u, shape (3, n)."""
         p, q, d = self.controls[segment].T
@@ -172,14 +188,16 @@ def segments(interpolation: Interpolation, times: Floats, keys: Floats, handles:
     return Segments(times[:-1], width, keys[:-1], np.stack([p, q, rise], axis=-1), lengths)
 
 
-def segment_of(times: Floats, t: Floats) -> NDArray[np.intp]:
-    """Return the segment of each time: at a key the one that begins there, at the last key the one before."""
-    return np.asarray(np.clip(np.searchsorted(times, t, side="right") - 1, 0, max(len(times) - 2, 0)))
-
-
 def _cubic(u: Floats, p: Any, q: Any, d: Any) -> Floats:
     rest = 1.0 - u
     return np.asarray(u * (3.0 * rest * (rest * p + u * q) + u * u * d))
+
+
+def _polar(p: Any, q: Any, d: Any, r: Floats, s: Floats, t: Floats) -> Floats:
+    """Return the polar form of a cubic with the Bernstein coefficients 0, p, q and d."""
+    once = r * (1.0 - s) * (1.0 - t) + s * (1.0 - r) * (1.0 - t) + t * (1.0 - r) * (1.0 - s)
+    twice = r * s * (1.0 - t) + r * t * (1.0 - s) + s * t * (1.0 - r)
+    return np.asarray(p * once + q * twice + d * r * s * t)
 
 
 def _quadratic(u: Floats, c0: Any, c1: Any, c2: Any) -> Floats:

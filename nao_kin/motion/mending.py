@@ -13,10 +13,10 @@ from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, choice
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
-from nao_kin.motion.checking import balanced, bends, check, interval
+from nao_kin.motion.checking import bends, check, interval
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
-from nao_kin.motion.motion import HOLD, Motion, check_both, sampling_times
+from nao_kin.motion.motion import HOLD, Motion, check_joints, sampling_times
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -143,7 +143,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         >>> float(nk.motion.clamp(nao, turn).motion.sample(2.0)[0].round(4))
         2.0857
     """
-    check_both(robot, motion)
+    check_joints(robot, motion)
     clamped, changes = _into_ranges(robot, motion)
     coupled = [row for row in check(robot, clamped, fill=fill).violations if row.kind == "coupled limit"]
     if not coupled:
@@ -181,7 +181,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
         >>> nk.motion.share_motors(nao, split).motion.sample(1.0).round(9).tolist()
         [-0.3, -0.3]
     """
-    check_both(robot, motion)
+    check_joints(robot, motion)
     check_hips(hips)
     differing = {row.of for row in check(robot, motion).violations if row.kind == "motor"}
     groups = [joints for joints in robot.joints_by_motor(motion.joint_names).values() if joints[0] in differing]
@@ -334,7 +334,7 @@ def slow_down(
         >>> mended.motion.end > 0.1, nk.motion.check(nao, mended.motion).ok
         (True, True)
     """
-    check_both(robot, motion)
+    check_joints(robot, motion)
     choice(how, ("local", "uniform"), "way to slow down")
     mended = _within_speeds(robot, motion, how)
     return _upright(robot, mended, fill) if balance else mended
@@ -344,7 +344,7 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
     """Return a motion that takes longer, until the robot does not tip."""
     motion, total = mended.motion, 1.0
     for _ in range(_TRIES):
-        _, found = balanced(robot, motion, fill)
+        found = motion.balance(robot, fill=fill)
         tips = found.margin < 0.0  # not where it is NaN
         if not tips.any():
             break
@@ -407,7 +407,7 @@ def _stretch_factors(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]
             raise BadArgument(f"{joint} has to move, but its speed limit is 0: no time is long enough")
         share = np.divide(fastest, limit, out=np.zeros_like(fastest), where=fastest > 0.0)
         # A segment covers consecutive intervals between knots.
-        covers = np.clip(np.searchsorted(curve.start, knots[:-1], side="right") - 1, 0, None)
+        covers = curve.at(knots[:-1])
         during = (knots[:-1] >= own[0]) & (knots[:-1] < own[-1])
         factors = np.maximum(factors, np.where(during, share[covers], 1.0))
     return knots, np.where(factors > _SLACK, factors, 1.0)

@@ -1,33 +1,13 @@
 """Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
 from nao_kin._core.guesses import public_attributes as _public_attributes
-from nao_kin.stream.results import StreamResult, clamp as clamp
+from nao_kin.stream.parts import StreamResult
 from nao_kin.stream.run import ErrorPolicy, fk
-from nao_kin.stream.sinks import (
-    FEW_ROWS as FEW_ROWS,
-    PoseColumns as PoseColumns,
-    PoseStyle as PoseStyle,
-    csv_header as csv_header,
-    pose_lines as pose_lines,
-)
+from nao_kin.stream.sinks import PoseColumns as PoseColumns
 from nao_kin.stream.sources import Configurations
-from nao_kin.stream.tables import (
-    log_columns as log_columns,
-    read_configurations,
-    read_log,
-    unit_note as unit_note,
-)
+from nao_kin.stream.tables import log_columns as log_columns, read_log, unit_note as unit_note
 from nao_kin.stream.targets import Targets, read_targets
 
-__all__ = [
-    "Configurations",
-    "ErrorPolicy",
-    "StreamResult",
-    "Targets",
-    "fk",
-    "read_configurations",
-    "read_log",
-    "read_targets",
-]
+__all__ = ["Configurations", "ErrorPolicy", "StreamResult", "Targets", "fk", "read_log", "read_targets"]
 
 globals().update(_public_attributes(__name__))

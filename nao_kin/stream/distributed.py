@@ -19,38 +19,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from nao_kin._core.arrays import float_dtype, whole_number
+from nao_kin._core.arrays import float_dtype
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import Expression, PoseForm, RobotModel, check_robot
+from nao_kin.robot import Expression, PoseForm, RobotModel
 
 if TYPE_CHECKING:
     from dask.array import Array
     from distributed import Client
 
-__all__ = [
-    "acceleration",
-    "com",
-    "com_jacobian",
-    "connect",
-    "fk",
-    "jacobian",
-    "position",
-    "rotation",
-    "velocity",
-]
+__all__ = ["acceleration", "com", "com_jacobian", "connect", "fk", "jacobian", "position", "rotation", "velocity"]
 
 globals().update(_public_attributes(__name__))
 
 
 # --- A dask client for this machine's cores or for a scheduler elsewhere.
 
+# Longest time to wait for a scheduler [s].
+_PATIENCE = 30.0
 
-def connect(
-    address: str | None = None, *, workers: int | None = None, threads_per_worker: int = 1, timeout: float = 30.0
-) -> Client:
+
+def connect(address: str | None = None, *, workers: int | None = None) -> Client:
     """Return a client of the scheduler at an address, or of new worker processes on this machine.
 
     From then on dask computes all lazy arrays there until the client is closed, which also ends the new workers. Any
@@ -65,8 +56,6 @@ def connect(
         address: address of a scheduler, as printed by `dask scheduler`; None starts workers that only this machine can
             reach.
         workers: number of workers to start; None for one for each core.
-        threads_per_worker: threads of each new worker.
-        timeout: longest time to wait for the scheduler [s].
 
     Returns:
         The `distributed.Client`, which is a context manager.
@@ -79,21 +68,15 @@ def connect(
     from distributed import Client
 
     if address is None:
-        count = None if workers is None else whole_number(workers, "workers", 1)
-        threads = whole_number(threads_per_worker, "threads_per_worker", 1)
         return Client(
-            n_workers=count,
-            threads_per_worker=threads,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
+            n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address="127.0.0.1:0"
         )
     if workers is not None:
         raise BadArgument("workers are started on this machine only: leave out either workers or address")
     try:
         # A default client that fails to connect would remain dask's scheduler: another one tries first.
-        Client(address, timeout=timeout, set_as_default=False).close()
-        return Client(address, timeout=timeout)
+        Client(address, timeout=_PATIENCE, set_as_default=False).close()
+        return Client(address, timeout=_PATIENCE)
     except (OSError, asyncio.TimeoutError, TypeError, ValueError) as error:
         raise BadArgument(f"no dask scheduler answers at {quoted(address)}: {abbreviated(error)}") from None
 
@@ -330,7 +313,6 @@ def _mapped(
     from dask.delayed import delayed
     from dask.tokenize import tokenize
 
-    check_robot(robot)
     q = _checked(q, robot.nq, "q")
     rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))
     result_dtype = float_dtype(q.dtype if dtype is None and q.dtype == np.float32 else dtype)
@@ -381,11 +363,7 @@ def _block(
 
 
 def _chunk(
-    robot: RobotModel,
-    inputs: Sequence[NDArray[Any]],
-    method: str,
-    arguments: Mapping[str, Any],
-    dtype: np.dtype[Any],
+    robot: RobotModel, inputs: Sequence[NDArray[Any]], method: str, arguments: Mapping[str, Any], dtype: np.dtype[Any]
 ) -> NDArray[Any]:
     """Return the result of a method for one chunk."""
     # With kernels a configuration has the same bits in every chunk. A chunk without rows does not load them.
@@ -397,13 +375,6 @@ def _chunk(
 
 def _checked(values: Array, length: int, name: str) -> Array:
     """Return a dask array with all numbers of a row in one chunk."""
-    import dask.array as da
-
-    if not isinstance(values, da.Array):
-        advice = f"; dask.array.from_array({name}, chunks=…) makes one" if isinstance(values, np.ndarray) else ""
-        raise BadArgument(f"{name} must be a dask array, got {type(values).__name__}{advice}")
-    if values.dtype.kind not in "fiub":
-        raise BadArgument(f"{name} must be real numbers, got a dask array of {values.dtype}")
     if values.ndim == 0 or values.shape[-1] != length:
         unknown = values.ndim > 0 and math.isnan(values.shape[-1])
         raise WrongShape(

@@ -1,4 +1,4 @@
-"""The folder next to an output with its finished parts, so that an interrupted run can be resumed.
+"""The summary of a run, and the folder next to its output with finished parts, so that it can be resumed.
 
     poses.parquet.parts/
         run.json           inputs of the parts: source, robot, arguments, version
@@ -20,17 +20,87 @@ import threading
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from nao_kin._core.files import sync
 from nao_kin._core.process import before_ending
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.robot import OutsideRows
-from nao_kin.stream.results import NOT_CLAMPED, BadRow
 from nao_kin.stream.sources import Position
+
+# Bad rows that are listed; the others are only counted.
+MAX_LISTED = 20
+
+
+@dataclass(frozen=True)
+class BadRow:
+    """A row without a valid configuration.
+
+    Attributes:
+        row: its index among the rows of the source, from 0, as in the column "row" of the output.
+        line: its line in a CSV file, from 1; 0 in other files.
+        column: the wrong column in a CSV file, from 1; 0 for none.
+        reason: description of the error.
+        file: its file, if there are several; otherwise "".
+    """
+
+    row: int
+    line: int
+    column: int
+    reason: str
+    file: str = ""
+
+    def __str__(self) -> str:
+        place = f"line {self.line}" if self.line else f"row {self.row}"
+        place += f", column {self.column}" if self.column else ""
+        return f"{f'{self.file}, ' if self.file else ''}{place}: {self.reason}"
+
+
+@one_line_repr
+@dataclass(frozen=True)
+class StreamResult:
+    """Summary of a run.
+
+    Attributes:
+        sink: the file that was written.
+        frames: the frames whose poses are in the file.
+        columns: names of the numbers of a pose.
+        rows_read: rows of the source, bad ones included.
+        rows_written: rows of the output, each with one pose per frame.
+        rows_resumed: how many of the rows read an earlier run had finished.
+        bad_rows: rows without a valid configuration: left out, or written as NaN.
+        first_bad_rows: the first of them, each with its `row` in the source, from 0, its `line` and `column` in a CSV
+            file, from 1 (0 for none), its `reason`, and its `file`, "" if there is only one.
+        clamped: rows outside the limits that limits="clamp" has moved, or "measured" accepted: the number of `rows`,
+            the `largest` distance of a joint from its range [rad, m or ratio], that `joint`, "" for none, and the
+            distances of all `joints` that are outside.
+        notes: assumptions about the source.
+    """
+
+    sink: str
+    frames: tuple[str, ...]
+    columns: tuple[str, ...]
+    rows_read: int
+    rows_written: int
+    rows_resumed: int
+    bad_rows: int
+    first_bad_rows: tuple[BadRow, ...]
+    clamped: OutsideRows = field(default_factory=OutsideRows)
+    notes: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields for JSON."""
+        found = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        for row in found["first_bad_rows"]:
+            if not row["file"]:
+                del row["file"]
+        return found
+
+
+# --- The folder.
 
 _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
 _READ_AT_ONCE = 1 << 20
@@ -45,7 +115,7 @@ class Progress:
     rows_written: int = 0  # rows of the parts so far
     bad_rows: int = 0  # without a valid configuration
     first_bad_rows: tuple[BadRow, ...] = ()
-    clamped: OutsideRows = NOT_CLAMPED
+    clamped: OutsideRows = field(default_factory=OutsideRows)
 
     @classmethod
     def of(cls, record: dict[str, Any]) -> Progress:

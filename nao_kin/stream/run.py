@@ -27,9 +27,8 @@ from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
-from nao_kin.robot import RobotModel, check_robot
-from nao_kin.stream.parts import PartFolder, Progress
-from nao_kin.stream.results import MAX_LISTED, BadRow, StreamResult
+from nao_kin.robot import RobotModel
+from nao_kin.stream.parts import MAX_LISTED, BadRow, PartFolder, Progress, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
 from nao_kin.stream.sources import Block, Configurations, TableSource, found_files, open_source
 from nao_kin.stream.tables import JointColumns, TableOptions
@@ -161,7 +160,6 @@ def fk(
         >>> np.load("poses.npy").shape
         (1, 2, 4, 4)
     """
-    check_robot(robot)
     files = source if isinstance(source, Configurations) else _paths(source)
     sink = _path(sink, "sink")
     sink = "/dev/stdout" if sink == "-" else sink
@@ -185,7 +183,7 @@ def fk(
         missing = single_number(missing, "missing")
     with closing(open_source(files, robot, TableOptions(degrees, columns, ignore_other, missing))) as opened:
         joints = [JointColumns(robot, file.table, limits, hips, file.whole, missing) for file in opened.files]
-        writer = sink_kind(names, numbers.names, shape, kind, opened.table.timed)
+        writer = sink_kind(names, numbers, shape, kind, opened.table.timed)
         job = _PoseRun(robot, opened, joints, names, reference, numbers, writer, on_error)
         arguments = {
             "frames": list(names),
@@ -454,13 +452,13 @@ def _check_apart(sources: Sequence[str], sink: str) -> None:
 
 def _paths(source: Path | str | Sequence[Path | str]) -> list[str]:
     """Return the files that a name, a pattern, or a list of these stands for."""
-    several = [source] if isinstance(source, (str, os.PathLike)) or not isinstance(source, Sequence) else source
+    several = [source] if isinstance(source, (str, Path)) else source
     if not several:
         raise BadArgument("no source; expected at least one file")
     return [file for one in several for file in found_files(_path(one, "source"))]
 
 
 def _path(path: Path | str, what: str) -> str:
-    if not isinstance(path, (str, os.PathLike)) or not os.fspath(path):
+    if not str(path):
         raise BadArgument(f"{what} must be the name of a file, got {quoted(path)}")
     return str(path)

@@ -36,8 +36,10 @@ _ORIENTATION: dict[str, tuple[str, ...]] = {
 }
 
 
+# Python writes this many numbers in the time that loading pyarrow takes.
+_FEW = 20_000
 # Up to this many rows, Pinocchio computes small pieces, without loading the batch kernels.
-FEW_ROWS = 10_000
+_FEW_ROWS = 10_000
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class PoseColumns:
         """Return poses (n, frames, k) as numbers; the arguments are those of `RobotModel.fk`."""
         form = "position6d" if self.style == "rpy" else self.style
         # Pinocchio computes batches below the crossover.
-        step = len(q) if threads is not None or len(q) > FEW_ROWS else CROSSOVER - 1
+        step = len(q) if threads is not None or len(q) > _FEW_ROWS else CROSSOVER - 1
         starts = range(0, len(q), max(step, 1))
         parts = [
             robot.fk(q[start : start + step], frames, reference=reference, as_=form, dtype=dtype, threads=threads)
@@ -94,32 +96,29 @@ class PoseColumns:
             numbers[..., 3:] = np.degrees(numbers[..., 3:])
         return numbers.reshape(*numbers.shape[:2], len(self.names))
 
+    def csv_header(self, *, timed: bool) -> str:
+        """Return the first line of CSV, with a time column if `timed`."""
+        return ",".join(("row", *(("time",) if timed else ()), "frame", *self.names)) + "\n"
 
-# --- Poses as lines of CSV: row, time, frame, and the numbers with all their digits.
+    @staticmethod
+    def csv_lines(
+        rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any], times: Floats | None = None
+    ) -> bytes:
+        """Return lines of CSV in UTF-8: for each of `rows` (n,) and each frame, numbers (n, frames, k) and times (n,).
 
-# Python writes this many numbers in the time that loading pyarrow takes.
-_FEW = 20_000
-
-
-def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
-    """Return the first line, with a time column if `timed`."""
-    return ",".join(("row", *(("time",) if timed else ()), "frame", *columns)) + "\n"
-
-
-def pose_lines(
-    rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any], times: Floats | None = None
-) -> bytes:
-    """Return a line in UTF-8 for each of `rows` (n,) and each frame, of numbers (n, frames, k) and times (n,)."""
-    names = [_field(name) for name in frames]
-    flat = numbers.reshape(-1, numbers.shape[-1])
-    if numbers.size > _FEW and has_pyarrow():
-        return _by_pyarrow(rows, times, names, flat)
-    written = (map(repr, row) for row in flat.tolist()) if flat.dtype == np.float64 else (map(str, row) for row in flat)
-    starts = [str(row) for row in rows.tolist()]
-    if times is not None:
-        starts = [f"{row},{time!r}" for row, time in zip(starts, times.tolist(), strict=True)]
-    heads = (f"{start},{name}," for start in starts for name in names)
-    return "".join([f"{head}{','.join(text)}\n" for head, text in zip(heads, written, strict=True)]).encode()
+        The numbers have all their digits.
+        """
+        names = [_field(name) for name in frames]
+        flat = numbers.reshape(-1, numbers.shape[-1])
+        if numbers.size > _FEW and has_pyarrow():
+            return _by_pyarrow(rows, times, names, flat)
+        single = flat.dtype != np.float64
+        written = (map(str, row) for row in flat) if single else (map(repr, row) for row in flat.tolist())
+        starts = [str(row) for row in rows.tolist()]
+        if times is not None:
+            starts = [f"{row},{time!r}" for row, time in zip(starts, times.tolist(), strict=True)]
+        heads = (f"{start},{name}," for start in starts for name in names)
+        return "".join([f"{head}{','.join(text)}\n" for head, text in zip(heads, written, strict=True)]).encode()
 
 
 def _by_pyarrow(rows: NDArray[np.int64], times: Floats | None, frames: list[str], numbers: NDArray[Any]) -> bytes:
@@ -159,7 +158,7 @@ class Sink(ABC):
     """A format of output files."""
 
     frames: tuple[str, ...]
-    columns: tuple[str, ...]  # names of the numbers of a pose
+    columns: PoseColumns
     shape: tuple[int, ...]  # of the numbers of one row
     dtype: np.dtype[Any]
     timed: bool = False  # the rows have times
@@ -178,11 +177,11 @@ class CsvSink(Sink):
 
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
         """As `Sink`."""
-        file.write(pose_lines(rows, self.frames, numbers, times))
+        file.write(self.columns.csv_lines(rows, self.frames, numbers, times))
 
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
         """As `Sink`."""
-        file.write(csv_header(self.columns, timed=self.timed).encode())
+        file.write(self.columns.csv_header(timed=self.timed).encode())
         _append(parts, file)
 
 
@@ -225,14 +224,15 @@ class ArrowSink(Sink):
         frame = pa.dictionary(pa.int32(), pa.string())
         number = pa.from_numpy_dtype(self.dtype)
         time = [("time", pa.float64())] if self.timed else []
-        return pa.schema([("row", pa.int64()), *time, ("frame", frame), *((name, number) for name in self.columns)])
+        numbers = [(name, number) for name in self.columns.names]
+        return pa.schema([("row", pa.int64()), *time, ("frame", frame), *numbers])
 
     def _batch(self, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> Any:
         import pyarrow as pa
 
         places = np.tile(np.arange(len(self.frames), dtype=np.int32), len(rows))
         frame = pa.DictionaryArray.from_arrays(places, pa.array(self.frames, pa.string()))
-        columns = [np.ascontiguousarray(column) for column in numbers.reshape(-1, len(self.columns)).T]
+        columns = [np.ascontiguousarray(column) for column in numbers.reshape(-1, len(self.columns.names)).T]
         heads = [pa.array(np.repeat(of_rows, len(self.frames))) for of_rows in (rows, times) if of_rows is not None]
         return pa.record_batch([*heads, frame, *columns], schema=self._schema())
 

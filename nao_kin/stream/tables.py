@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import COUPLING_TOLERANCE, UNIT_TOLERANCE, Floats, LimitPolicy, flag, limit_policy, texts
+from nao_kin._core.arrays import COUPLING_TOLERANCE, UNIT_TOLERANCE, Floats, LimitPolicy, flag, limit_policy
 from nao_kin._core.csv_numbers import CsvHead, Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
 from nao_kin._core.headings import (
@@ -39,9 +39,8 @@ from nao_kin._core.messages import printed_messages
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
-from nao_kin.robot import OutsideRows, RobotModel, check_robot
+from nao_kin.robot import OutsideRows, RobotModel
 from nao_kin.robot.nao import BODY_ORDER
-from nao_kin.stream.results import clamp
 
 # Bytes of a file to inspect.
 _BEGINNING = 1 << 16
@@ -71,39 +70,6 @@ class Log:
     gaps: NDArray[np.bool_]
 
 
-def read_configurations(
-    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "enforce", degrees: bool = False
-) -> tuple[Floats, bool]:
-    """Return the configurations in a file, without the times that `read_log` also returns.
-
-    `nk.motion.read_motion` reads a table of times and only some of the joints.
-
-    Args:
-        robot: its joints are named in the file.
-        path: a CSV or JSON file, or "-" for standard input.
-        limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
-            "measured" accepts them up to what sensors show, 5° or 0.02 of a ratio, with a warning.
-        degrees: turning joints are in degrees if the file does not give their unit.
-
-    Returns:
-        q, shape (n, nq), and whether the file contains a list: False for one JSON object.
-
-    Raises:
-        BadInputFile: as in `read_log`.
-
-    Examples:
-        >>> import json
-        >>> from pathlib import Path
-        >>> nao = nk.load_nao()
-        >>> _ = Path("pose.json").write_text(json.dumps(nao.angles(nao.posture("Stand"))))
-        >>> q, many = nk.stream.read_configurations(nao, "pose.json")
-        >>> q.shape, many
-        ((1, 25), False)
-    """
-    log = read_log(robot, path, limits=limits, degrees=degrees)
-    return log.q, log.many
-
-
 def read_log(
     robot: RobotModel,
     path: Path | str,
@@ -117,8 +83,7 @@ def read_log(
 ) -> Log:
     """Return the configurations in a file, and their times if it has a column of them.
 
-    `read_configurations` returns the configurations alone, and `nk.motion.read_motion` reads a table of times and only
-    some of the joints.
+    `nk.motion.read_motion` reads a table of times and only some of the joints.
 
     Args:
         robot: its joints are named in the file.
@@ -157,7 +122,6 @@ def read_log(
         >>> log.times.tolist(), round(float(log.q[0, 0]), 4)
         ([0.02], 0.0087)
     """
-    check_robot(robot)
     limits = limit_policy(limits)
     if hips is not None:
         check_hips(hips)
@@ -176,10 +140,7 @@ def read_log(
         lines = [0] * len(rows)
     else:
         table, rows, lines = read_csv(
-            name,
-            text.encode(),
-            lambda head: options.table(name, head.fields, robot, head),
-            "joint names and values",
+            name, text.encode(), lambda head: options.table(name, head.fields, robot, head), "joint names and values"
         )
         if not len(rows):
             raise BadInputFile(name, "a header and no configurations")
@@ -228,9 +189,6 @@ class TableOptions:
     def __post_init__(self) -> None:
         flag(self.degrees, "degrees")
         flag(self.ignore_other, "ignore_other")
-        if not (self.columns is None or isinstance(self.columns, Mapping)):
-            raise BadArgument(f"columns must be a mapping of headings, got {quoted(self.columns)}")
-        texts([text for pair in (self.columns or {}).items() for text in pair if text is not None], "columns")
 
     def table(
         self, name: str, headings: Sequence[str], robot: RobotModel, head: CsvHead | None = None, where: str = ""
@@ -473,7 +431,8 @@ class JointColumns:
             return q, good, OutsideRows()
         if self.limits != "clamp":
             q = _narrow(good, self.robot.within_limits(q, limits=self.limits), q)
-        inside, outside = clamp(self.robot, q)
+        inside, joints = self.robot.clamp(q), self.robot.joint_names
+        outside = OutsideRows.of(q[:, -len(joints) :], inside[:, -len(joints) :], joints)
         return inside if self.limits == "clamp" else q, good, outside
 
     def advice(self, row: Floats) -> str:

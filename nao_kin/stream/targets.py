@@ -23,7 +23,7 @@ from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, read_arrays, read_bytes, read_json, read_table_text
 from nao_kin._core.text import abbreviated, one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, WrongShape
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 from nao_kin.stream.sinks import PoseColumns, PoseStyle
 
@@ -158,7 +158,6 @@ def read_targets(robot: RobotModel, path: Path | str, frame: str | Sequence[str]
         >>> found.kind, np.allclose(found.values, nao.fk(walk, "LLeg"))
         ('pose', True)
     """
-    check_robot(robot)
     flag(degrees, "degrees")
     frames = tuple(texts([frame] if isinstance(frame, str) else frame, "frame"))
     if not frames:

@@ -28,11 +28,12 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion import Hips, Motion, balanced, cubics
+from nao_kin.motion import Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw, quat_unwrap, rotation_between
+from nao_kin.viewer.cubics import cubics
 from nao_kin.viewer.meshes import Mesh, Shape, load_meshes, mesh_of
 from nao_kin.viewer.messages import (
     Command,
@@ -139,7 +140,7 @@ def margins(
     motion = qs
     if not isinstance(motion, Motion):
         motion = Motion(np.arange(len(motion)) / fps, robot.joint_names, motion[:, robot.nq_base :])
-    _, found = balanced(robot, motion, fill)
+    found = motion.balance(robot, fill=fill)
     times = (found.times - motion.start).round(9)
     during = (times >= 0.0) & (times <= round(motion.duration, 9))
     lines = {"margin": found.margin, "centre-of-mass margin": found.com_margin}

@@ -13,21 +13,11 @@ from nao_kin.world.camera_ground import (
     project,
     upright_position,
 )
-from nao_kin.world.camera_views import (
-    Horizon,
-    horizon,
-    own_body,
-    project_lines,
-    visible_ground,
-)
+from nao_kin.world.camera_views import Horizon, horizon, own_body, project_lines, visible_ground
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
-from nao_kin.world.contact import sole_heights as sole_heights, standing_sole as standing_sole
 from nao_kin.world.dynamic_balance import EDGES, DynamicBalance, dynamic_balance
-from nao_kin.world.odometry import (
-    Odometry,
-    odometry,
-    on_floor as on_floor,
-)
+from nao_kin.world.odometry import Odometry, odometry
+from nao_kin.world.sensors import standing_sole as standing_sole
 from nao_kin.world.state import State, state
 
 __all__ = [

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import TOUCHING, Floats, as_batch, rigid_inverse, rows_with_gravity
+from nao_kin._core.arrays import TOUCHING, Floats, as_batch, join_poses, rigid_inverse, rows_with_gravity
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, SupportPolygon, check_robot
-from nao_kin.rotations import rot_z, rpy_from_matrix
+from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, SupportPolygon
+from nao_kin.rotations import rot_z
 
 # Configurations whose margins are computed at a time: larger products of matrices are split among threads.
 _AT_ONCE = 2048
@@ -94,7 +94,6 @@ def balance(
         >>> round(float(found.margin), 3), round(float(np.degrees(found.tilts.min())), 1)
         (0.069, 14.1)
     """
-    check_robot(robot)
     feet = Feet.of(robot, soles, outline)
     names = feet.names
     down = robot.set_down(q, soles=soles, contacts=contacts, forces=forces, gravity=gravity, tolerance=tolerance)
@@ -152,7 +151,6 @@ def margin(
         >>> nk.world.margin(nao, [nao.posture("StandInit"), nao.posture("Crouch")]).round(3).tolist()
         [0.069, 0.067]
     """
-    check_robot(robot)
     feet = Feet.of(robot, soles, outline, needed=True)
     batch, rows, given = rows_with_gravity(robot.checked(q), gravity)
     found = np.empty(len(rows))
@@ -185,17 +183,10 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     T = as_batch(T_world_feet, (4, 4), "T_world_feet")
     if T.ndim < 3 or not T.shape[-3]:
         raise BadArgument("T_world_feet must have shape (..., n, 4, 4), with one foot at least")
-    yaws = rpy_from_matrix(T[..., :3, :3])[..., 2]
-    # Differences from the first yaw: exact to rounding, even for yaws on both sides of ±π.
-    turns = yaws - yaws[..., :1]
-    mean = np.arctan2(np.sin(turns).sum(axis=-1), np.cos(turns).sum(axis=-1))
-    places = T[..., :3, 3]
-    frame = np.zeros((*yaws.shape[:-1], 4, 4))
-    frame[..., :3, :3] = rot_z(yaws[..., 0] + mean)
-    frame[..., :2, 3] = places[..., :2].mean(axis=-2)
-    frame[..., 2, 3] = places[..., 2].min(axis=-1)
-    frame[..., 3, 3] = 1.0
-    return frame
+    x, places = T[..., :2, 0], T[..., :3, 3]
+    ahead = (x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-12)).sum(axis=-2)
+    origin = np.concatenate([places[..., :2].mean(axis=-2), places[..., 2:].min(axis=-2)], axis=-1)
+    return join_poses(rot_z(np.arctan2(ahead[..., 1], ahead[..., 0])), origin)
 
 
 def _on_floor(down: SetDown, feet: Feet, corners: Floats, tolerance: float) -> NDArray[np.bool_]:

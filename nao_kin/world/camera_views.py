@@ -25,9 +25,9 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, SupportPolygon, check_robot
+from nao_kin.robot import RobotModel, SupportPolygon
 from nao_kin.world.camera_ground import ImagePoints, placed
-from nao_kin.world.cameras import LARGEST, Camera, pixel_name, positive, tangent_circle
+from nao_kin.world.cameras import Camera, pixel_name, positive, tangent_circle
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
 _CURVED = 16
@@ -85,7 +85,7 @@ def horizon(
         >>> bool(found.visible), found.line.round(3).tolist()  # 73 rows above the middle of the image
         (True, [0.0, 1.0, -166.757])
     """
-    count = whole_number(n, "n", 2, LARGEST)
+    count = whole_number(n, "n", 2)
     T, _ = placed(robot, q, camera, T_world_base)
     up = T[..., 2, :3]
     line = np.stack([up[..., 1] / camera.fx, up[..., 2] / camera.fy, -up[..., 0]], axis=-1)
@@ -189,7 +189,7 @@ def project_lines(
         >>> nk.world.project_lines(nao, q, sideline, top, n=2).pixels.round(0).tolist()
         [[12.0, 479.0], [244.0, 244.0]]
     """
-    count, ends = whole_number(n, "n", 2, LARGEST), as_floats(lines, (2, 3), "lines")
+    count, ends = whole_number(n, "n", 2), as_floats(lines, (2, 3), "lines")
     T, _ = placed(robot, q, camera, T_world_base)
     common_batch("configurations and lines", T.shape[:-2], ends.shape[:-2])
     with np.errstate(all="ignore"):
@@ -235,7 +235,6 @@ def own_body(
         >>> nk.world.own_body(nao, q, [[230, 470], [320, 470]], bottom).tolist()  # the left foot, and the floor
         [True, False]
     """
-    check_robot(robot)
     row, uv = robot.checked(q), as_pixels(pixels)
     if row.ndim != 1:
         raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)

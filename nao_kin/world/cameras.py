@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,16 +23,13 @@ from nao_kin._core.arrays import (
     choice,
     first_index,
     shaped,
-    texts,
     whole_number,
 )
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import RESOLUTIONS
 
-# Largest width and height of an image [pixel], and the largest number of points along its edge or horizon.
-LARGEST = 1_000_000
 # Newton's steps on the distortion, and the error of the result in normalised coordinates that counts as solved.
 _MOST_STEPS, _SOLVED = 40, 1e-12
 # Ratio of two singular values of the rays to the edge of a ball below which they determine no cone.
@@ -93,9 +89,8 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        texts((self.name, self.frame), "name and frame of a camera")
         for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, LARGEST))
+            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1))
         for name in ("fx", "fy", "cx", "cy"):
             value = float(shaped(getattr(self, name), (), f"{name} of {self.name}"))
             if name in ("fx", "fy") and value <= 0.0:
@@ -147,8 +142,7 @@ class Camera:
                 f"size is the width and height of the images of the calibration, about {likely}; "
                 "resized and cropped give the camera of others"
             )
-        own = frame if isinstance(name, str) and not name else name
-        return Camera(own, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+        return Camera(name or frame, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
 
     def resized(self, size: tuple[int, int]) -> Camera:
         """Return the camera of images that are scaled to another size, as by OpenCV's `resize`.
@@ -192,7 +186,7 @@ class Camera:
             >>> middle.width, middle.fx, middle.cx, middle.cy
             (320, 558.0, 157.0, 123.0)
         """
-        (left, upper), (width, height) = _size(corner, ("column", "row"), 0), _size(size)
+        (left, upper), (width, height) = (whole_number(at, "corner", 0) for at in corner), _size(size)
         if left + width > self.width or upper + height > self.height:
             part = f"{width} × {height} pixels from ({left}, {upper}) on"
             raise BadArgument(f"{part} extend beyond the image of {self.name}, {self.width} × {self.height} pixels")
@@ -342,7 +336,7 @@ class Camera:
             [[-0.5, -0.5], [639.5, -0.5], [639.5, 479.5], [-0.5, 479.5]]
         """
         corners = np.array([[0, 0], [self.width, 0], [self.width, self.height], [0, self.height], [0, 0]]) - 0.5
-        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1, LARGEST), endpoint=False)[:, None]
+        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1), endpoint=False)[:, None]
         return np.asarray((corners[:-1, None] + share * np.diff(corners, axis=0)[:, None]).reshape(-1, 2))
 
     def ball_outline(self, centres: ArrayLike, radius: float, n: int = 32) -> Floats:
@@ -368,7 +362,7 @@ class Camera:
             [25.01, 25.01]
         """
         centre, size = as_vectors(centres, "centres"), positive(radius, "radius")
-        count = whole_number(n, "n", 3, LARGEST)
+        count = whole_number(n, "n", 3)
         near = np.asarray(np.linalg.norm(centre, axis=-1) <= size)
         if near.any():
             raise BadArgument(f"{self.name} is inside the ball at {centre[first_index(near)].tolist()}")
@@ -515,7 +509,6 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
         >>> camera.width, camera.height, round(camera.fx, 2), camera.cx
         (320, 240, 299.03, 159.5)
     """
-    check_robot(robot)
     semantics = robot.semantics
     choice(name, semantics.cameras, f"camera of {robot.name}")
     if name not in semantics.fields_of_view:
@@ -558,13 +551,9 @@ def positive(value: float, what: str) -> float:
     return number
 
 
-def _size(size: Any, names: tuple[str, str] = ("width", "height"), least: int = 1) -> tuple[int, int]:
-    """Return a width and a height, or two other whole numbers."""
-    try:
-        one, other = size
-    except (TypeError, ValueError):
-        raise BadArgument(f"expected {' and '.join(names)} of an image, got {quoted(size)}") from None
-    return whole_number(one, names[0], least, LARGEST), whole_number(other, names[1], least, LARGEST)
+def _size(size: tuple[int, int]) -> tuple[int, int]:
+    width, height = size
+    return whole_number(width, "width", 1), whole_number(height, "height", 1)
 
 
 def _check_shape(camera: str, size: tuple[int, int], shape: float) -> None:

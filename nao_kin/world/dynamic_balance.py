@@ -13,15 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LOWER, TOUCHING, Floats, as_vectors, rigid_inverse
+from nao_kin._core.arrays import Floats, as_vectors, rigid_inverse
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, OutlineKind, RobotModel, SetDown, check_robot
+from nao_kin.robot import Feet, RobotModel, SetDown
 from nao_kin.world.balance import balance
-from nao_kin.world.contact import GRAVITY
 from nao_kin.world.odometry import LegLog
+from nao_kin.world.sensors import GRAVITY
 
 # Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster.
 _OVER = 0.1
@@ -86,8 +86,6 @@ def dynamic_balance(
     soles: Sequence[str] | str | None = None,
     contacts: ArrayLike | None = None,
     forces: ArrayLike | None = None,
-    outline: OutlineKind = "sole",
-    tolerance: float = TOUCHING,
 ) -> DynamicBalance:
     """Return the zero-moment point of a motion and its distance from the edge of the support polygon.
 
@@ -111,8 +109,6 @@ def dynamic_balance(
         soles: frames of the soles on the floor, as in `balance`.
         contacts: whether each sole touches the floor, shape (n, s), as far as they are not odd, as in `odometry`.
         forces: force on each sole or sensor, as `contacts`.
-        outline: corners of a sole, as in `balance`.
-        tolerance: height up to which a point touches the floor [m].
 
     Raises:
         BadArgument: times that go back, fewer than five samples without a gap, a robot without mass or soles.
@@ -128,12 +124,11 @@ def dynamic_balance(
         >>> bool(found.margin.min() < found.com_margin.min())
         True
     """
-    check_robot(robot)
-    log = LegLog.of(robot, times, robot.checked(q), soles, contacts, forces, LOWER, _OVER)
+    log = LegLog.of(robot, times, robot.checked(q), soles, contacts, forces, _OVER)
     given, ground = log.rows.own, log.ground
     rows, moments = log.q[given], as_vectors(log.moments[given], "times", len(given))
     measured = None if ground.rule == "joints" else log.feet.loaded(ground.pressed)[given]
-    rest = balance(robot, rows, soles=soles, contacts=measured, outline=outline, tolerance=tolerance)
+    rest = balance(robot, rows, soles=soles, contacts=measured)
     support, acceleration, moment = _lasting(rest.down.touching), *np.full((2, len(rows), 3), np.nan)
     R_world_sole = (rest.down.T_world_base @ rigid_inverse(rest.T_sole_base[np.arange(len(rows)), support]))[:, :3, :3]
     for part in _parts(moments, log.notes):
@@ -153,7 +148,7 @@ def dynamic_balance(
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
     supported = np.isfinite(rest.margin)
     stands = rest.down.touching.any(axis=1) & (supported | rest.down.stands) & np.isfinite(zmp).all(axis=1)
-    stands &= ~Feet.of(robot, rest.down.soles or None, outline).others(robot, rest.down.links).any(axis=1)
+    stands &= ~Feet.of(robot, rest.down.soles).others(robot, rest.down.links).any(axis=1)
     stands &= (ground.known & ground.stands)[given]
     lost = stands & ~supported  # on an edge or a corner of its soles
     vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))

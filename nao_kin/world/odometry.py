@@ -14,23 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import (
-    LOWER,
-    Floats,
-    as_floats,
-    between_samples,
-    check_tolerance,
-    join_poses,
-    rigid_inverse,
-    shaped,
-)
+from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import WrongShape
-from nao_kin.robot import Feet, RobotModel, check_robot, rigid_poses, serial_chain
+from nao_kin.robot import Feet, RobotModel, rigid_poses, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
-from nao_kin.world.contact import Ground
-from nao_kin.world.sensors import Mask, Rows, bridged, examined
+from nao_kin.world.sensors import Ground, Mask, Rows, Sensor, bridged
 
 # Values of a sensor, and in which rows they are known.
 Measured = tuple[Floats, Mask]
@@ -127,7 +117,6 @@ def odometry(
     forces: ArrayLike | None = None,
     gyro: ArrayLike | None = None,
     start: ArrayLike | None = None,
-    lower: float = LOWER,
     longest_gap: float = 0.5,
     valid: ArrayLike | None = None,
 ) -> Odometry:
@@ -137,7 +126,7 @@ def odometry(
 
     - with `contacts`, when the support loses contact and another sole has it;
     - with `forces`, when another sole carries more than 60 % of the total;
-    - with neither, when another sole is lower than the support by more than `lower`, seen from both soles.
+    - with neither, when another sole is lower than the support by more than 1 mm, seen from both soles.
 
     With `gyro` the heading is that of the gyrometer: it integrates the angular velocity about the vertical, and the
     support turns about its origin where its leg disagrees. Roll and pitch are always those of a flat sole. Subtract the
@@ -165,7 +154,6 @@ def odometry(
         gyro: angular velocity in the axes of the root link, shape (n, 3) [rad/s].
         start: pose of the root link at the first row of a segment, shape (4, 4). None for a world with its origin on
             the floor between the feet at that row, and its x axis along theirs (`feet_frame`).
-        lower: height difference that makes a lower sole the support [m].
         longest_gap: largest time between two rows of a segment [s].
         valid: in which rows the robot stands or walks, shape (n,); None for all.
 
@@ -180,7 +168,7 @@ def odometry(
         >>> found.T_world_base[[0, -1], 2, 3].round(3).tolist()
         [0.32, 0.227]
     """
-    log = LegLog.of(robot, times, q, soles, contacts, forces, lower, longest_gap)
+    log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
     stands = None if valid is None else log.rows.merged(shaped(valid, (len(log.rows.own),), "valid")) != 0.0
     return log.rows.expanded(log.followed(log.gyro(gyro), start, stands))
 
@@ -237,7 +225,6 @@ class LegLog:
         T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
         ground: contacts or forces.
         known: in which rows the values of the legs and of the ground are known, shape (n,).
-        lower: height difference that makes a lower sole the support [m].
         longest_gap: largest time between two rows of a segment [s].
         notes: what is odd about the sensors.
     """
@@ -248,7 +235,6 @@ class LegLog:
     T_base_soles: Floats
     ground: Ground
     known: Mask
-    lower: float
     longest_gap: float
     notes: list[str]
 
@@ -260,11 +246,9 @@ class LegLog:
         soles: Sequence[str] | None,
         contacts: ArrayLike | None,
         forces: ArrayLike | None,
-        lower: float,
         longest_gap: float,
     ) -> LegLog:
         """Return the log that the arguments of `odometry` give."""
-        check_robot(robot)
         feet = Feet.of(robot, soles, needed=True, or_origin=True)
         values = as_floats(q, (robot.nq,), "q", gaps=True)
         if values.ndim != 2 or not len(values):
@@ -272,12 +256,11 @@ class LegLog:
         rows = Rows.of(times, len(values))
         configurations, known = _filled(robot, rows.merged(values), feet.names)
         check_tolerance(longest_gap, "longest_gap")
-        check_tolerance(lower, "lower")
         notes = list(rows.notes)
         T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, feet.names, reference=robot.tree.root)))
         ground = Ground.of(robot, feet, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
         known = known & ground.known
-        return LegLog(feet, rows, configurations, T_base_soles, ground, known, float(lower), float(longest_gap), notes)
+        return LegLog(feet, rows, configurations, T_base_soles, ground, known, float(longest_gap), notes)
 
     @property
     def moments(self) -> Floats:
@@ -289,13 +272,17 @@ class LegLog:
     ) -> Measured | None:
         """Return values (n, k) of an inertial sensor, interpolated in time, and where they are known; or None.
 
-        None stands for a sensor that cannot be used; the arguments are those of `examined`, and the notes say why.
+        None stands for a sensor that cannot be used, and the notes say why. `most`, `hint` and `along` are those of
+        `Sensor`.
         """
         known = values[np.isfinite(values).all(axis=1)]
         moves = len(known) > 1 and bool((known == known[0]).all()) and self._turns(about_all=what == "gyro")
-        values, odd = examined(what, values, moves=moves, most=most, hint=hint, along=along)
-        self.notes.extend(odd)
-        return bridged(values, self.moments, self.longest_gap) if np.isfinite(values).any() else None
+        found = Sensor(what, values, None, self.notes)
+        found.must_be_within(most, hint)
+        found.must_move(moves)
+        if along is not None and np.isfinite(found.values).any():
+            found.agree_with(along, hint)
+        return bridged(found.values, self.moments, self.longest_gap) if np.isfinite(found.values).any() else None
 
     def gyro(self, gyro: ArrayLike | None) -> Measured | None:
         """Return the angular velocity (n, 3), and where it is known, as in `measured`."""
@@ -330,7 +317,7 @@ class LegLog:
         for k in range(segment.max(initial=-1) + 1):
             own = np.flatnonzero(segment == k)
             T_soles, at = self.T_base_soles[own], moments[own]
-            support[own] = self.ground.supports(own, T_soles, self.lower)
+            support[own] = self.ground.supports(own, T_soles)
             first = T_soles[0, support[own[0]]]
             if T_world_first is None:
                 frame = feet_frame(rigid_inverse(first) @ T_soles[0])

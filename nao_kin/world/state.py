@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LOWER, TOUCHING, Floats, join_poses
+from nao_kin._core.arrays import TOUCHING, Floats, join_poses
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy, rot_z
-from nao_kin.world.contact import Ground, sole_heights
 from nao_kin.world.odometry import LegLog, Measured, Odometry
-from nao_kin.world.sensors import Mask, debounced
+from nao_kin.world.sensors import Ground, Mask, debounced, sole_heights
 
 # Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
 # and from which it lies in any case. Between a standing robot that bends (up to 60° in Aldebaran's animations) and one
@@ -156,7 +155,6 @@ def state(
     accelerometer: ArrayLike | None = None,
     gyro: ArrayLike | None = None,
     start: ArrayLike | None = None,
-    lower: float = LOWER,
     longest_gap: float = 0.5,
 ) -> State:
     """Return what a robot does in each row of a log: support, contact, posture, pose with covariance, and odometry.
@@ -178,7 +176,7 @@ def state(
         robot: any robot whose semantics name soles, or for which `soles` does.
         q: configurations, shape (n, nq).
         times: of the rows, ascending; rows with one time are one row [s].
-        soles: as in `odometry`, like `contacts`, `forces`, `start`, `lower` and `longest_gap`.
+        soles: as in `odometry`, like `contacts`, `forces`, `start` and `longest_gap`.
         contacts: whether each sole touches the floor, shape (n, s).
         forces: force on each sole or on each sensor, shape (n, s) or (n, f) [kg, N or shares of the weight].
         angles: roll and pitch of the root link, AngleX and AngleY of NAOqi, R = Ry(AngleY) Rx(AngleX), shape (n, 2)
@@ -189,7 +187,6 @@ def state(
         gyro: angular velocity in the axes of the root link, shape (n, 3) [rad/s], x positive when the robot turns to
             its right side, y forwards, z to the left. Its mean in rows at rest is its bias, and is subtracted.
         start: pose of the root link at the first valid row, shape (4, 4).
-        lower: height difference that makes a lower sole the support [m].
         longest_gap: largest time between two rows of a segment [s].
 
     Raises:
@@ -209,9 +206,9 @@ def state(
     Source: AngleX, AngleY and the axes: doc.aldebaran.com/2-8, inertial_naov6; signs of V6: docs.ros.org,
     nao_sensor_msgs; the negative accelerometer: B-Human's NaoProvider.cpp (d89d603), which changes LoLA's sign.
     """
-    log = LegLog.of(robot, times, q, soles, contacts, forces, lower, longest_gap)
+    log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
     ground, T_base_soles, rows = log.ground, log.T_base_soles, np.arange(len(log.moments))
-    support = ground.supports(rows, T_base_soles, lower)
+    support = ground.supports(rows, T_base_soles)
     turns = _without_bias(log, log.gyro(gyro))
     measured = _vertical(log, angles, accelerometer, turns)
     up = T_base_soles[rows, support, :3, 2] if measured is None else measured

@@ -101,7 +101,7 @@ CALLS = """
     nk.stream.fk(NAO, "walk.csv", ["LArm"], "fk.csv")
     nk.stream.fk(NAO, "walk.npy", ["LArm"], "fk.npy")
     nk.stream.fk(NAO, "walk.parquet", ["LArm"], "fk.parquet")
-    nk.stream.read_configurations(NAO, "walk.json")
+    nk.stream.read_log(NAO, "walk.json")
     nk.stream.read_targets(NAO, "targets.json", "LArm")
     nk.imitation.Imitation.figure(nk.imitation.imitate(NAO, nk.imitation.read_skeleton("wave.bvh")), [0.0])
     nk.imitation.read_skeleton(nk.imitation.SAMPLES["bow"])

@@ -228,17 +228,16 @@ def test_csv_output_reads_back(capsys: pytest.CaptureFixture, nao: nk.NaoModel, 
     assert np.array_equal(_printed_csv(capsys, trajectory), nao.fk(nao.random(0, 5), ["LArm", "RLeg"]))
 
 
-@pytest.mark.parametrize(("few", "threads"), [(5, None), (4, 1)], ids=["by Pinocchio", "by the kernels"])
+@pytest.mark.parametrize(("chunk", "threads"), [(5, None), (2, 1)], ids=["by Pinocchio", "by the kernels"])
 def test_long_files_are_worked_through_in_pieces(
     capsys: pytest.CaptureFixture,
     nao: nk.NaoModel,
     trajectory: Path,
     monkeypatch: pytest.MonkeyPatch,
-    few: int,
+    chunk: int,
     threads: int | None,
 ) -> None:
-    monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
-    monkeypatch.setattr("nao_kin.stream.FEW_ROWS", few)
+    monkeypatch.setattr("nao_kin.cli.fk._CHUNK", chunk)
     poses = nao.fk(nao.random(0, 5), ["LArm", "RLeg"], threads=threads)
     assert np.array_equal(_printed_csv(capsys, trajectory), poses)
 

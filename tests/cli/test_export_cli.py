@@ -39,7 +39,6 @@ def test_the_command_offers_every_option_of_every_format_with_its_help(capsys: p
     assert "--posture NAME gltf: a posture of the robot; by default its start posture" in help
     assert "mjcf: physical corrects impossible inertias, which MuJoCo refuses; published does not change them." in help
     assert "Default: published; physical (mjcf, sdf). --typed urdf: write three joints with one centre" in help
-    assert "--seed N srdf, ros2: seed of the random configurations; the same seed gives the same file. " in help
 
 
 def test_every_format_takes_overwrite_and_has_a_default_for_each_option() -> None:

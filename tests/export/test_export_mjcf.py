@@ -511,6 +511,17 @@ def test_a_joint_that_its_limits_hold_is_held(tmp_path: Path) -> None:
             assert ends[0] < ends[1]
 
 
+def test_a_joint_with_one_limit_has_it_in_mujoco_too(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", limits=(-0.5, np.inf)), J("b", limits=(-np.inf, 0.25)), J("c"))
+    done = nk.export.mjcf(robot, tmp_path / "model")
+    model = mujoco.MjModel.from_xml_path(str(done.path))
+    for name, ends in (("a", (-0.5, 1e9)), ("b", (-1e9, 0.25))):
+        assert model.joint(name).limited
+        np.testing.assert_array_equal(model.joint(name).range, ends)
+        np.testing.assert_array_equal(model.actuator(name).ctrlrange, ends)
+    assert sum("has one limit" in line for line in done.changes) == 2
+
+
 def test_the_key_frame_of_a_robot_without_postures_is_within_its_limits(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b"), J("c", limits=(-1.0, -0.25)))
     model = exported(robot, tmp_path / "m", base="fixed")
@@ -605,11 +616,6 @@ def test_a_choice_that_there_is_not_writes_nothing(
     with pytest.raises(error):
         nk.export.mjcf(nao, tmp_path / "nao", **options)
     assert not list(tmp_path.iterdir())
-
-
-def test_what_is_no_robot_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadArgument, match="RobotModel"):
-        nk.export.mjcf("nao", tmp_path / "nao")  # type: ignore[arg-type]
 
 
 def test_a_missing_mesh_is_named_and_nothing_is_written(tmp_path: Path) -> None:

@@ -111,10 +111,7 @@ def test_sensors_say_what_they_measure(nao: nk.NaoModel, model: Any) -> None:
 
 @pytest.mark.parametrize(
     ("lean", "pressed"),
-    [
-        ({"LAnklePitch": -0.1, "RAnklePitch": -0.1}, "Rear"),
-        ({"LAnklePitch": 0.1, "RAnklePitch": 0.1}, "Front"),
-    ],
+    [({"LAnklePitch": -0.1, "RAnklePitch": -0.1}, "Rear"), ({"LAnklePitch": 0.1, "RAnklePitch": 0.1}, "Front")],
 )
 def test_who_leans_presses_on_the_sensors_there(model: Any, lean: dict[str, float], pressed: str) -> None:
     data, _ = simulate(model, "StandInit", 1.0)

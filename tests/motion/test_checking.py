@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from loops import full
 from made_up_robots import J, made_up
-from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin._core.arrays import COUPLING_TOLERANCE, Floats
@@ -252,8 +251,7 @@ def test_a_robot_without_speed_limits_is_never_too_fast(nao: nk.NaoModel) -> Non
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
-    [({"rate": 0.0}, "rate"), ({"rate": 1e12}, "lower rate"), ({"fill": "Stood"}, "unknown posture 'Stood'")],
+    ("arguments", "words"), [({"rate": 0.0}, "rate"), ({"fill": "Stood"}, "unknown posture 'Stood'")]
 )
 def test_bad_arguments_are_named(nao: nk.NaoModel, arguments: Any, words: str) -> None:
     motion = nk.Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[0.0, 0.0], [0.1, 0.1]], "bezier")
@@ -264,8 +262,6 @@ def test_bad_arguments_are_named(nao: nk.NaoModel, arguments: Any, words: str) -
 def test_joints_of_another_robot_are_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(nk.errors.UnknownName, match="HeadJaw"):
         check(nao, nk.Motion([0.0], ["HeadJaw"], [[0.0]]))
-    with pytest.raises(nk.errors.BadArgument, match="RobotModel"):
-        check("nao", random_motion(0, "linear"))  # type: ignore[arg-type]
 
 
 def test_two_fast_segments_beside_a_slow_one_are_two_stretches(nao: nk.NaoModel) -> None:

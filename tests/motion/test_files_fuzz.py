@@ -106,16 +106,6 @@ def test_every_format_is_broken_here() -> None:
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", FORMAT_OF)
-def test_cut_off_at_every_line_and_in_the_middle_of_it(path: Path, name: str) -> None:
-    content = _content(name)
-    ends = [index for index, byte in enumerate(content) if byte == 10][:150]
-    for end in [*ends, *(end - 3 for end in ends), *range(0, len(content), max(len(content) // 40, 1))]:
-        _reads_or_refuses(path, content[: max(end, 0)], FORMAT_OF[name])
-        _reads_or_refuses(path, content[: max(end, 0)], None)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("name", FORMAT_OF)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     changes=st.lists(st.tuples(st.floats(0, 1), st.sampled_from(WORDS), st.integers(0, 12)), min_size=1, max_size=3),
@@ -138,43 +128,6 @@ def test_bytes_changed_at_random(path: Path, name: str, seed: int) -> None:
     for _ in range(rng.choice([1, 3, 30])):
         content[rng.randrange(len(content))] = rng.randrange(256)
     _reads_or_refuses(path, bytes(content), FORMAT_OF[name])
-
-
-@pytest.mark.parametrize("name", [name for name in FORMAT_OF if name != "motion.npz"])
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(seed=st.integers(0, 2**32))
-def test_lines_and_numbers_swapped_doubled_and_left_out(path: Path, name: str, seed: int) -> None:
-    rng = random.Random(seed)
-    lines = _content(name).decode("utf-8-sig").splitlines(keepends=True)
-    one, two = rng.randrange(len(lines)), rng.randrange(len(lines))
-    if rng.random() < 0.5:
-        lines[one], lines[two] = lines[two], lines[one]
-    else:
-        lines[one : one + 1] = rng.choice([[], [lines[one]] * 2])
-    separator = rng.choice([",", ";", " ", ":", "="])
-    fields = lines[two % len(lines)].split(separator)
-    rng.shuffle(fields)
-    lines[two % len(lines)] = separator.join(fields)
-    _reads_or_refuses(path, "".join(lines).encode(), FORMAT_OF[name])
-
-
-@pytest.mark.parametrize("format", FORMATS)
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    content=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace")))
-)
-def test_anything_at_all(path: Path, format: str, content: bytes) -> None:
-    _reads_or_refuses(path, content, format)
-    _reads_or_refuses(path, content, None)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("format", [*FORMATS, None])
-@pytest.mark.parametrize("bracket", ["[", '{"a":', "(", "<a>", "-", "'", "'''a"])
-def test_nests_of_brackets(path: Path, format: str | None, bracket: str) -> None:
-    text = bracket * 30_001
-    for content in (text, f"names = {text}", f"names = list()\nnames.append({text}"):
-        _reads_or_refuses(path, content.encode(), format)
 
 
 @pytest.mark.parametrize("format", FORMATS)

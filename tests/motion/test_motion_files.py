@@ -248,10 +248,7 @@ def test_the_motors_of_webots_hands_are_one_joint(tmp_path: Path, recwarn: pytes
             "a.json",
             '{"joint_names": ["HeadYaw", "Wheel", "HeadPitch"], "times": [0, 1], "keys": [[0.1, 1, 0], [0.2, 1, 0.5]]}',
         ),
-        (
-            "a.json",
-            '[["HeadYaw", "Wheel", "HeadPitch"], [[0.1, 0.2], [1, 1], [0, 0.5]], [[0, 1], [0, 1], [0, 1]], 1]',
-        ),
+        ("a.json", '[["HeadYaw", "Wheel", "HeadPitch"], [[0.1, 0.2], [1, 1], [0, 0.5]], [[0, 1], [0, 1], [0, 1]], 1]'),
         (
             "a.py",
             "names = ['HeadYaw', 'Wheel', 'HeadPitch']\ntimes = [[0, 1], [0, 1], [0, 1]]\n"
@@ -449,13 +446,7 @@ def test_xar_timeline_has_degrees_ratios_and_tangents() -> None:
     assert _column(motion, "RHipYawPitch") == ([0.5], pytest.approx(_degrees(-18)))
     assert motion.handles is not None
     # Frames and degrees: automatic (slope 18 / 12), automatic at an extremum, given and linear, automatic at the end.
-    expected = [
-        [[0, 0], [1, 0]],
-        [[-1, -1.5], [3, 4.5]],
-        [[-3, 0], [1, 0]],
-        [[-1.5, 4.5], [2, 30]],
-        [[-2, 0], [0, 0]],
-    ]
+    expected = [[[0, 0], [1, 0]], [[-1, -1.5], [3, 4.5]], [[-3, 0], [1, 0]], [[-1.5, 4.5], [2, 30]], [[-2, 0], [0, 0]]]
     assert np.allclose(motion.handles[0], np.array(expected) * [0.1, math.pi / 180.0])
 
 
@@ -516,11 +507,7 @@ def test_naoqi_arguments_mix_numbers_and_lists() -> None:
 def test_naoqi_control_points() -> None:
     motion = read_motion(DATA / "bezier_arguments.json")
     assert motion == Motion(
-        [[1.0, 2.5]],
-        ["HeadYaw"],
-        [[0.3, 0.0]],
-        "bezier",
-        [[[[-0.25, 0.0], [0.5, 0.125]], [[-0.5, 0.0], [0.0, 0.0]]]],
+        [[1.0, 2.5]], ["HeadYaw"], [[0.3, 0.0]], "bezier", [[[[-0.25, 0.0], [0.5, 0.125]], [[-0.5, 0.0], [0.0, 0.0]]]]
     )
 
 

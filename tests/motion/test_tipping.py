@@ -69,18 +69,9 @@ def test_intervals_follow_the_soles(nao: nk.NaoModel) -> None:
     assert report.balance[-1].end == pytest.approx(2.0)
 
 
-def test_the_balance_is_the_same_in_blocks_and_of_at_most_a_day(
-    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    motion = rocking(nao, 0.15)
-    whole = nk.motion.check(nao, motion, balance=True)
-    monkeypatch.setattr("nao_kin.motion.checking._BLOCK", 64)
-    monkeypatch.setattr("nao_kin.motion.checking._AROUND", 50)
-    (again,), (part,) = nk.motion.check(nao, motion, balance=True).balance, whole.balance
-    assert (again.soles, again.end, again.edge) == (part.soles, part.end, part.edge)
-    assert (again.margin, again.slower) == pytest.approx((part.margin, part.slower), rel=1e-9)
-    with pytest.raises(BadArgument, match="at most a day"):
-        nk.motion.check(nao, nk.motion.time_warp(motion, 1e5), balance=True)
+def test_the_balance_of_at_most_an_hour_is_sampled(nao: nk.NaoModel) -> None:
+    with pytest.raises(BadArgument, match="hour"):
+        nk.motion.time_warp(rocking(nao, 0.15), 1e5).balance(nao)
 
 
 def test_the_command_tells_tips_and_slows_down(nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

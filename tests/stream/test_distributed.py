@@ -144,8 +144,6 @@ def test_motions_take_arrays_that_are_cut_otherwise(nao: nk.NaoModel, chunks: tu
         distributed.velocity(nao, Q, V[:9], "LArm")
     with pytest.raises(WrongShape, match=r"a must have shape"):
         distributed.acceleration(nao, Q, V, A[:, :9], "LArm")
-    with pytest.raises(BadArgument, match="v must be a dask array, got ndarray"):
-        distributed.velocity(nao, Q, v, "LArm")
 
 
 # --- what is refused, and when ----------------------------------------------------------------------------------------
@@ -169,13 +167,8 @@ def test_a_misspelt_name_is_refused_at_the_call(nao: nk.NaoModel, ask: Callable[
 @for_all(
     ("q", "kind", "message"),
     [
-        (np.zeros((4, 25)), BadArgument, r"q must be a dask array, got ndarray; dask\.array\.from_array"),
-        ([[0.0] * 25], BadArgument, "q must be a dask array, got list$"),
         (da.zeros((4, 24)), WrongShape, r"q must have shape \(\.\.\., 25\), got \(4, 24\)"),
         (da.zeros(()), WrongShape, r"got \(\)"),
-        (da.zeros((4, 25), dtype=object, chunks=2), BadArgument, "real numbers, got a dask array of object"),
-        (da.zeros((4, 25), dtype=complex), BadArgument, "real numbers, got a dask array of complex128"),
-        (da.zeros((4, 25), dtype="U3"), BadArgument, "real numbers"),
         (da.zeros((4, 30))[:, da.arange(30) < 25], WrongShape, r"unknown last axis: call q\.compute_chunk_sizes"),
     ],
 )
@@ -184,10 +177,8 @@ def test_what_holds_no_configurations_is_refused(nao: nk.NaoModel, q: Any, kind:
         distributed.fk(nao, q, "LArm")
 
 
-def test_what_is_no_robot_and_no_dtype_is_refused(nao: nk.NaoModel) -> None:
+def test_other_types_of_numbers_are_refused(nao: nk.NaoModel) -> None:
     q = da.zeros((4, nao.nq))
-    with pytest.raises(BadArgument, match="robot must be a RobotModel, got str"):
-        distributed.fk("nao", q)  # type: ignore[arg-type]
     for dtype in (np.float16, int, "flaot32", complex):
         with pytest.raises(BadArgument, match="dtype must be float64 or float32"):
             distributed.com(nao, q, dtype=dtype)

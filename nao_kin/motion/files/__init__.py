@@ -14,20 +14,19 @@ from nao_kin._core.files import check_replaceable, read_bytes, write_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.editing import resample
-from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAP, XAR
-from nao_kin.motion.files.csv_table import CSV, NPZ, write_csv_in_degrees
 from nao_kin.motion.files.hulks import HULKS, MOTION2
-from nao_kin.motion.files.json_keys import JSON
+from nao_kin.motion.files.key_frames import BHUMAN, NAODEVILS
+from nao_kin.motion.files.own import CSV, JSON, NPZ, write_csv_in_degrees
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
 from nao_kin.motion.files.source import Format, MotionSource, file_name
 from nao_kin.motion.files.webots import WEBOTS
-from nao_kin.motion.motion import Motion, check_motion
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.motion.motion import Motion
+from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import BODY_ORDER
 
-# --- Reading: the format is recognised by the content, then by the suffix.
+# --- Reading: the formats of the suffix are tried first, then all others, each by the content.
 
 _FORMATS = (CSV, JSON, NPZ, WEBOTS, RUNSWIFT, HULKS, MOTION2, NAODEVILS, BHUMAN, PYTHON, XAR, XAP, NAOQI)
 # Formats whose files may contain several motions.
@@ -50,7 +49,8 @@ def read_motion(
 
     Args:
         path: the file, or "-" for standard input.
-        format: one of `FORMATS`; None recognises it by the content, and by the suffix if the content is ambiguous.
+        format: one of `FORMATS`; None recognises it by the suffix, if the content is that of its format, or else by
+            the content.
         degrees: turning joints are in degrees if neither the file nor its format says otherwise: "csv" without units,
             "json" without "units", "naoqi" and "python".
         timeline: one of several motions of a "xar", "python" or "bhuman" file, or one of several poses of a "xap" file:
@@ -70,8 +70,6 @@ def read_motion(
         [0.3]
     """
     name = file_name(path)
-    if robot is not None:
-        check_robot(robot)
     joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
     which = None if timeline is None else str(timeline)
     source = MotionSource(name, read_bytes(name, unpack=False), joints, degrees, which, ignore_other)
@@ -105,9 +103,8 @@ def _recognised(source: MotionSource) -> Format:
     if _is_package(source.data):
         raise source.error("a package of Choregraphe; unpack it (ar, tar or unzip) and read the behavior.xar in it")
     by_suffix = formats_of_suffix(source.name)
-    fitting = [known for known in FORMATS.values() if looks_like(known, source)]
-    if len(fitting) > 1:
-        fitting = [known for known in fitting if known in by_suffix] or fitting
+    fitting = [known for known in by_suffix if looks_like(known, source)]
+    fitting = fitting or [known for known in FORMATS.values() if looks_like(known, source)]
     if len(fitting) == 1:
         return fitting[0]
     if fitting:
@@ -168,7 +165,6 @@ def write_motion(
         >>> nk.motion.read_motion("nod.xar").joint_names
         ('HeadPitch',)
     """
-    check_motion(motion)
     name = file_name(path)
     known = formats_of_suffix(name) if format is None else [FORMATS[choice(format, FORMATS, "motion format")]]
     if not known:

@@ -201,10 +201,8 @@ class MotionSource:
         )
 
 
-def file_name(path: object) -> str:
+def file_name(path: Path | str) -> str:
     """Return a file's name as text."""
-    if not isinstance(path, (str, Path)):
-        raise BadArgument(f"path must be the name of a file, got {type(path).__name__}")
     if not str(path):
         raise BadArgument("no file name; expected a motion file, or - for standard input")
     return str(path)

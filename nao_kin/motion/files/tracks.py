@@ -20,6 +20,8 @@ from nao_kin.robot.nao import BODY_ORDER
 # Largest distance of a handle outside its segment in a file, which has six digits, and in a motion [s, and share].
 _FILE_TOLERANCE = 1e-5
 _MOTION_TOLERANCE = 1e-6
+# Larger values, or shorter steps [s], in a file would overflow.
+_LARGEST, _SHORTEST = 1e100, 1e-100
 _MAX_LISTED = 5
 
 
@@ -51,11 +53,7 @@ class Track:
 
 
 def motion_of(
-    source: MotionSource,
-    tracks: Sequence[Track],
-    interpolation: Interpolation = "linear",
-    *,
-    negative: bool = False,
+    source: MotionSource, tracks: Sequence[Track], interpolation: Interpolation = "linear", *, negative: bool = False
 ) -> Motion:
     """Return the motion of all tracks, at most a day; times before 0 s are an error unless they may be `negative`."""
     other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
@@ -81,6 +79,9 @@ def motion_of(
             raise source.error(f"{track.joint} has no keys", track.place)
         if track.times is not checked:
             checked = check_times(source, track.times, track.time_of, negative=negative)
+        numbers = track.keys if track.handles is None else np.append(track.keys, track.handles)
+        if (np.abs(numbers) > _LARGEST).any() or (np.diff(track.times) < _SHORTEST).any():
+            raise source.error(f"{track.joint} has numbers too large or too near to compute with", track.place)
         if track.handles is not None:
             _check_handles(source, track, track.handles)
     handles = [track.handles for track in tracks if track.handles is not None]

@@ -15,7 +15,7 @@ from nao_kin.naoqi.spaces import TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between
-from nao_kin.world import feet_frame, on_floor, sole_heights, standing_sole
+from nao_kin.world import feet_frame, standing_sole
 
 # The difference below which a clipped command or a late joint counts as rounding.
 _NOTEWORTHY = 1e-9
@@ -240,12 +240,13 @@ class Base:
         T_torso_soles = self._robot.fk(q[None] if before is None else np.stack([before, q]), LEGS)
         if before is not None and np.array_equal(*T_torso_soles):
             return  # the legs did not move
-        heights, own = sole_heights(T_torso_soles), LEGS.index(self.support)
-        foot = LEGS[standing_sole(heights[-1], own)]
+        own = LEGS.index(self.support)
+        foot, T_sole_torso = LEGS[standing_sole(T_torso_soles[-1], own)], rigid_inverse(T_torso_soles[:, own])
+        height = (T_sole_torso @ T_torso_soles[:, 1 - own])[:, 2, 3]  # of the other sole
         if foot != self.support:
             self.stand_on(foot, q)
-        elif before is not None and (heights[:, own, 1 - own] <= LOWER).all():  # both are down
-            T_world_torso = self._T_world_sole @ rigid_inverse(T_torso_soles[:, own])
+        elif before is not None and (height <= LOWER).all():  # both are down
+            T_world_torso = self._T_world_sole @ T_sole_torso
             T_world_before, T_world_robot = feet_frame(T_world_torso[:, None] @ T_torso_soles)
             self._move(T_world_before @ rigid_inverse(T_world_robot))
 
@@ -256,7 +257,9 @@ class Base:
 
     def stand_on(self, foot: str, q: Floats) -> None:
         """Stand on a foot, "LLeg" or "RLeg", put flat on the floor at its pose in a configuration."""
-        self.plant(foot, on_floor(self.torso(q) @ self._robot.fk(q, foot)))
+        T_world_foot = feet_frame((self.torso(q) @ self._robot.fk(q, foot))[None])
+        T_world_foot[2, 3] = 0.0
+        self.plant(foot, T_world_foot)
 
     def stand_up(self, foot: str, q: Floats) -> None:
         """Stand on a foot after a rest on the floor, with FRAME_ROBOT where the robot last stood."""
@@ -296,7 +299,7 @@ class Base:
 
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
         """Return the standing foot: `before`, unless the other foot is lower in the frames of both soles."""
-        return LEGS[standing_sole(sole_heights(self._robot.fk(q, LEGS)), LEGS.index(before))]
+        return LEGS[standing_sole(self._robot.fk(q, LEGS), LEGS.index(before))]
 
 
 def _upright(up: ArrayLike) -> Floats:

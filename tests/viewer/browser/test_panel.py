@@ -17,7 +17,7 @@ from viewer_pages import Page, opened, until, visitor
 
 import nao_kin as nk
 from nao_kin.motion import mirror
-from nao_kin.stream.tables import read_configurations
+from nao_kin.stream.tables import read_log
 from nao_kin.viewer import Viewer
 
 SIZE = (1100, 760)
@@ -527,7 +527,7 @@ def test_copies_are_what_python_reads(page: Page, nao: nk.NaoModel, tmp_path: Pa
     for title, suffix in (("JSON", "json"), ("CSV", "csv")):
         file = tmp_path / f"q.{suffix}"
         file.write_text(copied(page, title), encoding="utf-8")
-        assert np.array_equal(np.ravel(read_configurations(nao, file)[0]), q)
+        assert np.array_equal(np.ravel(read_log(nao, file).q), q)
     space: dict[str, Any] = {"nao": nao}
     exec(copied(page, "Python"), space)
     assert np.array_equal(space["q"], q)

@@ -2,7 +2,7 @@ import { THREE } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 import { Motion } from "./motion.ts";
 
-/** The curves of a clip, as nao_kin.motion.cubics describes them. */
+/** The curves of a clip, as nao_kin.viewer.cubics describes them. */
 export interface Curves {
   times: Float64Array;
   q: Float64Array;

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin.motion import cubics
-from nao_kin.motion.cubics import Cubics
 from nao_kin.motion.interpolation import bezier_parameter
+from nao_kin.viewer.cubics import Cubics, cubics
 
 NAMES = ("HeadYaw", "LShoulderPitch", "LHipYawPitch", "RHipYawPitch")
 

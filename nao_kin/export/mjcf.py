@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
@@ -17,14 +17,14 @@ from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadModel
 from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
-from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.pipeline import Destination, Exported, filled, numbers
+from nao_kin.export.urdf import UNBOUNDED
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
 
-__all__ = ["mjcf"]
-
+if TYPE_CHECKING:
+    from nao_kin.export.mjcf_model import Bodies
 
 # --- The scene of the robot: a floor, light, and a viewpoint.
 
@@ -137,7 +137,7 @@ def mjcf(
     `<frame>_acceleration`, `<frame>_angular_velocity`, `<frame>_force`, and `<root>_orientation`.
 
     Gains, damping and rotor inertias are estimates from the published efforts and speeds, described in
-    `nao_kin.export.mujoco.model`. docs/mujoco.md shows how to use the files.
+    `nao_kin.export.mjcf_model`. docs/mujoco.md shows how to use the files.
 
     Args:
         robot: any robot.
@@ -170,21 +170,23 @@ def mjcf(
         >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 2)
         (25, 'StandInit', 5.36)
     """
-    target = Destination(robot, folder, overwrite=overwrite, folder=True)
+    target = Destination(folder, overwrite=overwrite, folder=True)
     floating = choice(base, _BASES, "base") == "floating"
     choice(meshes, _MESHES, "choice of meshes")
     chosen = Variant(frames, coupling=coupling, inertia=inertia, typed=typed)
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
-    from nao_kin.export.mujoco.model import (
+    from nao_kin.export.mjcf_model import (
         add_actuators,
         add_bodies,
         add_excludes,
         add_keyframes,
         add_shapes,
         add_sites,
+        bodies_of,
         floor_below,
+        give_the_root_mass,
         on_their_soles,
     )
 
@@ -205,8 +207,10 @@ def mjcf(
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = 10.0  # feet do not creep
     added = add_bodies(spec, bodies, floating=floating)
+    halves = (row for row in tree.moving_joints if row.mimic is None and np.isfinite([row.lower, row.upper]).sum() == 1)
     notes = (
         *taken.notes,
+        *(f"{row.name} has one limit, and the other is written as ±{UNBOUNDED:g}" for row in halves),
         *add_shapes(spec, added, bodies, tree, taken.names),
         *add_sites(spec, added, bodies, tree, robot.semantics, frames),
         *add_actuators(spec, bodies.joints()),

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.sides import Hips
-from nao_kin.motion.interpolation import Segments, segment_of
-from nao_kin.motion.motion import Motion
+from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 
 # Numbers of the handles of one motion, 32 MB.
@@ -65,33 +64,18 @@ def cubics(motion: Motion, robot: RobotModel, fill: str | ArrayLike, hips: Hips)
     return Cubics(times, found.q, handles)
 
 
-def _divided(curve: Segments, keys: Floats, times: Floats) -> Floats:
+def _divided(curve: Any, keys: Floats, times: Floats) -> Floats:
     """Return P, Q, a and b of the parts of a joint's curve between times, shape (len(times) − 1, 4)."""
     parts = np.zeros((len(times) - 1, 4))
     parts[:, 2:] = _THIRD
     if len(keys) == 1:
         return parts
     # Before the first and after the last key u equals v, and the part is a point.
-    segment = segment_of(keys, times[:-1])
+    segment = curve.at(times[:-1])
     u, v = curve.parameter(segment, times[:-1]), curve.parameter(segment, times[1:])
-    p, q, d = curve.controls[segment].T
-    begin, one, two, _ = _part(p, q, d, u, v)
-    parts[:, :2] = np.stack([one - begin, two - begin], axis=-1)
+    begin, one, two, end = curve.part(segment, u, v)
+    parts[:, :2] = np.stack([one[1] - begin[1], two[1] - begin[1]], axis=-1)
     if curve.lengths is not None:
-        a, b = curve.lengths[segment].T
-        begin, one, two, end = _part(a, 1.0 - b, np.ones_like(a), u, v)
-        width = np.where(end > begin, end - begin, 1.0)
-        parts[:, 2:] = np.clip(np.stack([one - begin, end - two], axis=-1) / width[:, None], 0.0, 1.0)
+        width = np.where(end[0] > begin[0], end[0] - begin[0], 1.0)
+        parts[:, 2:] = np.clip(np.stack([one[0] - begin[0], end[0] - two[0]], axis=-1) / width[:, None], 0.0, 1.0)
     return parts
-
-
-def _part(p: Floats, q: Floats, d: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the control values of a cubic from 0 over p and q to d between the parameters u and v, by its blossom."""
-
-    def blossom(r: Floats, s: Floats, t: Floats) -> Floats:
-        row = [np.zeros_like(p), p, q, d]
-        for at in (r, s, t):
-            row = [(1.0 - at) * one + at * other for one, other in pairwise(row)]
-        return row[0]
-
-    return blossom(u, u, u), blossom(u, u, v), blossom(u, v, v), blossom(v, v, v)
