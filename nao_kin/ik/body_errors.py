@@ -1,11 +1,9 @@
 """The robot as arrays, and errors of the targets of a whole-body pose, with exact derivatives.
 
-Errors, each times its weight, are zero when a target is met:
+The six errors of a target, each times its weight, are zero when the target is met:
 
-    a position  p_target − p, in the world
-    a pose      R_tᵀ (p_t − p) and log(Rᵀ R_t), as in `nao_kin.ik.numeric`
-    a gaze      φ (d_y, d_z)/sin φ, the rotation from the camera's x axis to the direction d of the point
-    the com     the horizontal part of p_target − com
+    position   R_tᵀ (p_t − p), of a frame or of the centre of mass
+    rotation   log(Rᵀ R_t); or φ (0, −d_z, d_y)/sin φ, from the x axis of a frame that aims at p_t to its direction d
 
 The support polygon is a set of inequalities in `body_search`.
 """
@@ -63,17 +61,21 @@ def place_chain(body: Body, row: int, x: Floats, R: Floats, p: Floats) -> None:
     t00, t01, t02 = c + v * a0 * a0, v * a0 * a1 - s * a2, v * a0 * a2 + s * a1
     t10, t11, t12 = v * a0 * a1 + s * a2, c + v * a1 * a1, v * a1 * a2 - s * a0
     t20, t21, t22 = v * a0 * a2 - s * a1, v * a1 * a2 + s * a0, c + v * a2 * a2
-    fixed = body.rotation[row]
-    place = body.place[row]
+    # As numbers: counting the references to slices would take a tenth of the search.
+    f = body.rotation
+    f00, f01, f02 = f[row, 0, 0], f[row, 0, 1], f[row, 0, 2]
+    f10, f11, f12 = f[row, 1, 0], f[row, 1, 1], f[row, 1, 2]
+    f20, f21, f22 = f[row, 2, 0], f[row, 2, 1], f[row, 2, 2]
+    p0, p1, p2 = body.place[row, 0], body.place[row, 1], body.place[row, 2]
     for i in range(3):
         u0, u1, u2 = R[above, i, 0], R[above, i, 1], R[above, i, 2]
-        w0 = u0 * fixed[0, 0] + u1 * fixed[1, 0] + u2 * fixed[2, 0]
-        w1 = u0 * fixed[0, 1] + u1 * fixed[1, 1] + u2 * fixed[2, 1]
-        w2 = u0 * fixed[0, 2] + u1 * fixed[1, 2] + u2 * fixed[2, 2]
+        w0 = u0 * f00 + u1 * f10 + u2 * f20
+        w1 = u0 * f01 + u1 * f11 + u2 * f21
+        w2 = u0 * f02 + u1 * f12 + u2 * f22
         R[row, i, 0] = w0 * t00 + w1 * t10 + w2 * t20
         R[row, i, 1] = w0 * t01 + w1 * t11 + w2 * t21
         R[row, i, 2] = w0 * t02 + w1 * t12 + w2 * t22
-        p[row, i] = p[above, i] + u0 * place[0] + u1 * place[1] + u2 * place[2]
+        p[row, i] = p[above, i] + u0 * p0 + u1 * p1 + u2 * p2
 
 
 @both_ways
@@ -195,12 +197,11 @@ def com_velocities(body: Body, R: Floats, p: Floats, torso: Floats, below: Float
 
 # --- Errors of the targets, with their derivatives.
 
-PLACE, POSE, GAZE, COM = range(4)
 # The stance on both feet; 0 is the left foot alone, 1 the right one.
 BOTH = 2
 TARGET_ROWS = 6
-# Weights of errors in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
-DEFAULT_WEIGHTS = (1.0, 0.1)
+# Weights of errors of position [1/m] and of rotation [1/rad], as in `numeric`; and of the posture [1/rad].
+DEFAULT_WEIGHTS = (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)
 DEFAULT_POSTURE = 0.01
 # Below this angle, closed forms lose digits and two terms of their series are exact [rad].
 _SMALL = 1e-2
@@ -209,10 +210,9 @@ _SMALL = 1e-2
 class Plan(NamedTuple):
     """The targets of all poses, without the numbers that differ from pose to pose."""
 
-    kind: Ints1  # PLACE, POSE, GAZE or COM of each target, shape (t,)
-    row: Ints1  # the body that carries its frame, shape (t,)
-    T_row_frame: Floats3  # shape (t, 4, 4)
-    weights: Floats2  # of errors in metres and in radians, shape (t, 2)
+    row: Ints1  # the body that carries the frame of each target; −1 for the centre of mass, shape (t,)
+    aims: Ints1  # 1 if the frame's x axis points at the target's position, shape (t,)
+    weights: Floats2  # of the six errors, shape (t, 6)
     support: float  # weight of the distance by which the centre of mass misses its margin; 0 without a support target
     posture: float  # weight of the differences to the posture [per rad]
     stance: int  # 0 for the left foot, 1 for the right one, 2 for both
@@ -226,9 +226,9 @@ class State(NamedTuple):
 
     x: Floats  # the variables
     T: Floats  # T_world_torso
-    e: Floats  # weighted errors, six of each target, 0 if it has fewer, shape (6 t,)
+    e: Floats  # weighted errors, six of each target, shape (6 t,)
     J: Floats  # their derivatives, shape (6 t, moving)
-    residuals: Floats  # distances and angles without weights, shape (t, 2) [m, rad]
+    residuals: Floats  # distance and angle in the components with a weight, and the norm of e, shape (t, 3) [m, rad]
     com: Floats
     com_J: Floats  # shape (3, moving)
     sums: Floats  # ½ (Σ e² + missing margin²), ½ Σ posture², excess of joints over limits, missing margin; shape (4,)
@@ -239,16 +239,19 @@ def new_state(body: Body, variables: int, targets: int) -> State:
     """Allocate a state."""
     n, m = body.moving, TARGET_ROWS * targets
     return State(
-        np.zeros(variables), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 2)),
+        np.zeros(variables), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 3)),
         np.zeros(3), np.zeros((3, n)), np.zeros(4),
     )  # fmt: skip
 
 
 @both_ways
-def errors_at(body: Body, plan: Plan, targets: Floats, state: State) -> None:
-    """Write the weighted errors of all targets (t, 4, 4) and their derivatives into a state with known x and T."""
+def errors_at(body: Body, plan: Plan, frames: Floats, targets: Floats, state: State) -> None:
+    """Write the weighted errors of all targets and their derivatives into a state with known x and T.
+
+    `frames` are the poses of the frames in the bodies that carry them, `targets` those in the world, shape (t, 4, 4).
+    """
     n, rows = body.moving, len(body.parent)
-    e, J, residuals, com, com_J = state.e, state.J, state.residuals, state.com, state.com_J
+    e, J, com, com_J = state.e, state.J, state.com, state.com_J
     R, p, below = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.empty((rows, 4))
     place_all(body, state.x, state.T, R, p)
     torso = np.zeros((6, n))
@@ -259,51 +262,49 @@ def errors_at(body: Body, plan: Plan, targets: Floats, state: State) -> None:
     e[:] = 0.0
     J[:] = 0.0
     twists, T = np.empty((6, n)), np.empty((4, 4))
-    for t in range(len(plan.kind)):
-        first = TARGET_ROWS * t
-        metres, radians = plan.weights[t, 0], plan.weights[t, 1]
-        residuals[t, 0] = residuals[t, 1] = 0.0
-        if plan.kind[t] == COM:
-            for i in range(2):
-                e[first + i] = metres * (targets[t, i, 3] - com[i])
-                for k in range(n):
-                    J[first + i, k] = -metres * com_J[i, k]
-            residuals[t, 0] = math.hypot(targets[t, 0, 3] - com[0], targets[t, 1, 3] - com[1])
-            continue
-        frame_pose(R, p, plan.row[t], plan.T_row_frame[t], T)
-        twists[:] = torso
-        add_chain(body, plan.row[t], 1.0, R, p, twists)
-        # From the velocity at the world's origin to that at the frame's origin.
-        for k in range(n):
-            w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
-            twists[0, k] += w1 * T[2, 3] - w2 * T[1, 3]
-            twists[1, k] += w2 * T[0, 3] - w0 * T[2, 3]
-            twists[2, k] += w0 * T[1, 3] - w1 * T[0, 3]
-        if plan.kind[t] == GAZE:
-            residuals[t, 1] = _gaze(T, targets[t], twists, radians, e[first : first + 2], J[first : first + 2])
-            continue
-        if metres > 0.0:
-            residuals[t, 0] = _position(T, targets[t], twists, metres, e[first : first + 3], J[first : first + 3])
-        if plan.kind[t] == POSE and radians > 0.0:
-            residuals[t, 1] = _turn(T, targets[t], twists, radians, e[first + 3 : first + 6], J[first + 3 : first + 6])
+    for t in range(len(plan.row)):
+        weights, first = plan.weights[t], TARGET_ROWS * t
+        if plan.row[t] < 0:
+            T[:] = np.eye(4)
+            T[:3, 3], twists[:3], twists[3:] = com, com_J, 0.0
+        else:
+            frame_pose(R, p, plan.row[t], frames[t], T)
+            twists[:] = torso
+            add_chain(body, plan.row[t], 1.0, R, p, twists)
+            # From the velocity at the world's origin to that at the frame's origin.
+            for k in range(n):
+                w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
+                twists[0, k] += w1 * T[2, 3] - w2 * T[1, 3]
+                twists[1, k] += w2 * T[0, 3] - w0 * T[2, 3]
+                twists[2, k] += w0 * T[1, 3] - w1 * T[0, 3]
+        _position(T, targets[t], twists, weights, e[first : first + 3], J[first : first + 3])
+        if plan.aims[t] == 1:
+            _aim(T, targets[t], twists, weights, e[first : first + 6], J[first : first + 6])
+        elif weights[3] > 0.0 or weights[4] > 0.0 or weights[5] > 0.0:
+            _turn(T, targets[t], twists, weights, e[first + 3 : first + 6], J[first + 3 : first + 6])
+        state.residuals[t] = 0.0
+        for i in range(TARGET_ROWS):
+            if weights[i] > 0.0:
+                state.residuals[t, i // 3] += (e[first + i] / weights[i]) ** 2
+                state.residuals[t, 2] += e[first + i] ** 2
+        state.residuals[t] = np.sqrt(state.residuals[t])
 
 
 @both_ways
-def _position(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
-    """Write errors w · R_tᵀ (p_t − p) and their derivatives; return the distance."""
+def _position(T: Floats, target: Floats, twists: Floats, weights: Floats, e: Floats, J: Floats) -> None:
+    """Write errors w · R_tᵀ (p_t − p) and their derivatives."""
     d0, d1, d2 = target[0, 3] - T[0, 3], target[1, 3] - T[1, 3], target[2, 3] - T[2, 3]
     for i in range(3):
-        e[i] = weight * target[0, i] * d0 + weight * target[1, i] * d1 + weight * target[2, i] * d2
-        for k in range(twists.shape[1]):
-            J[i, k] = -weight * (
-                target[0, i] * twists[0, k] + target[1, i] * twists[1, k] + target[2, i] * twists[2, k]
-            )
-    return math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+        if weights[i] > 0.0:
+            a0, a1, a2 = weights[i] * target[0, i], weights[i] * target[1, i], weights[i] * target[2, i]
+            e[i] = a0 * d0 + a1 * d1 + a2 * d2
+            for k in range(twists.shape[1]):
+                J[i, k] = -(a0 * twists[0, k] + a1 * twists[1, k] + a2 * twists[2, k])
 
 
 @both_ways
-def _turn(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
-    """Write errors w · log(Rᵀ R_t) and their derivatives −w · J_l⁻¹ Rᵀ ω; return the angle."""
+def _turn(T: Floats, target: Floats, twists: Floats, weights: Floats, e: Floats, J: Floats) -> None:
+    """Write errors w · log(Rᵀ R_t) and their derivatives −w · J_l⁻¹ Rᵀ ω."""
     M = np.empty((3, 3))
     for i in range(3):
         for j in range(3):
@@ -311,7 +312,8 @@ def _turn(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
     v0, v1, v2 = rotation_vector(M[0, 0], M[0, 1], M[0, 2], M[1, 0], M[1, 1], M[1, 2], M[2, 0], M[2, 1], M[2, 2])
     squares = v0 * v0 + v1 * v1 + v2 * v2
     c = inverse_jacobian_factor(squares)
-    e[0], e[1], e[2] = weight * v0, weight * v1, weight * v2
+    x, y, z = weights[3], weights[4], weights[5]
+    e[0], e[1], e[2] = x * v0, y * v1, z * v2
     d = 1.0 - c * squares  # [v×]² = v vᵀ − φ² 1
     for k in range(twists.shape[1]):
         w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
@@ -319,15 +321,14 @@ def _turn(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
         u1 = T[0, 1] * w0 + T[1, 1] * w1 + T[2, 1] * w2
         u2 = T[0, 2] * w0 + T[1, 2] * w1 + T[2, 2] * w2
         along = c * (v0 * u0 + v1 * u1 + v2 * u2)
-        J[0, k] = -weight * (d * u0 + along * v0 - 0.5 * (v1 * u2 - v2 * u1))
-        J[1, k] = -weight * (d * u1 + along * v1 - 0.5 * (v2 * u0 - v0 * u2))
-        J[2, k] = -weight * (d * u2 + along * v2 - 0.5 * (v0 * u1 - v1 * u0))
-    return math.sqrt(squares)
+        J[0, k] = -x * (d * u0 + along * v0 - 0.5 * (v1 * u2 - v2 * u1))
+        J[1, k] = -y * (d * u1 + along * v1 - 0.5 * (v2 * u0 - v0 * u2))
+        J[2, k] = -z * (d * u2 + along * v2 - 0.5 * (v0 * u1 - v1 * u0))
 
 
 @both_ways
-def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
-    """Write errors w · φ (d_y, d_z)/sin φ and their derivatives; return the angle φ from the x axis to the point."""
+def _aim(T: Floats, target: Floats, twists: Floats, weights: Floats, e: Floats, J: Floats) -> None:
+    """Write errors w · φ (−d_z, d_y)/sin φ about the y and z axes, and their derivatives, into the last two of six."""
     u = np.empty(3)
     for i in range(3):
         u[i] = 0.0
@@ -335,18 +336,18 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
             u[i] += T[j, i] * (target[j, 3] - T[j, 3])
     far = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     if far < 1e-9:  # a camera at the point itself sees it
-        return 0.0
+        return
     dx, dy, dz = u[0] / far, u[1] / far, u[2] / far
     sine = math.hypot(dy, dz)
-    angle = math.atan2(sine, dx)
     if sine > _SMALL:
-        ratio = angle / sine
+        ratio = math.atan2(sine, dx) / sine
         slope = (1.0 - ratio * dx) / (sine * sine)  # d(φ/sin φ)/dφ = slope · sin φ
     elif dx > 0.0:
         ratio, slope = 1.0 + sine * sine / 6.0, 1.0 / 3.0
     else:  # straight behind the camera, all rotations have the same angle
-        ratio, slope, dy, dz = math.pi / _SMALL, 0.0, max(dy, _SMALL), dz
-    e[0], e[1] = weight * ratio * dy, weight * ratio * dz
+        ratio, slope, dy = math.pi / _SMALL, 0.0, max(dy, _SMALL)
+    y, z = weights[4], weights[5]
+    e[4], e[5] = -y * ratio * dz, z * ratio * dy
     for k in range(twists.shape[1]):
         w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
         a0 = T[0, 0] * w0 + T[1, 0] * w1 + T[2, 0] * w2
@@ -361,9 +362,8 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
         g0, g1, g2 = g0 - along * dx, g1 - along * dy, g2 - along * dz
         # −d(cos φ) = sin φ dφ, so that d(φ/sin φ) = −slope · d(cos φ).
         change = -slope * g0
-        J[0, k] = weight * (ratio * g1 + change * dy)
-        J[1, k] = weight * (ratio * g2 + change * dz)
-    return angle
+        J[4, k] = -y * (ratio * g2 + change * dz)
+        J[5, k] = z * (ratio * g1 + change * dy)
 
 
 # --- Standing: the torso and the legs for fixed feet.

@@ -21,7 +21,7 @@ from nao_kin.ik.body_errors import (
     BOTH,
     DEFAULT_POSTURE,
     DEFAULT_WEIGHTS,
-    POSE,
+    TARGET_ROWS,
     Body,
     Plan,
     SecondLeg,
@@ -59,7 +59,8 @@ class Problem(NamedTuple):
 
     plan: Plan
     feet: Floats  # T_world_foot, shape (2, 4, 4)
-    targets: Floats  # as in `errors_at`
+    frames: Floats  # as in `errors_at`, like the next one
+    targets: Floats
     planes: Floats  # (n_x, n_y, d) with n·com ≥ d inside the margin, shape (edges, 3)
     posture: Floats  # preferred variables
     pull: float  # weight of the posture [per rad]; 0 for the targets alone
@@ -69,7 +70,7 @@ class Problem(NamedTuple):
 def evaluate(body: Body, problem: Problem, limits: Region, state: State) -> None:
     """Write errors, derivatives and sums into a state with known x and T."""
     plan, sums = problem.plan, state.sums
-    errors_at(body, plan, problem.targets, state)
+    errors_at(body, plan, problem.frames, problem.targets, state)
     sums[SUM_SHORTFALL] = margin_shortfall(problem.planes, state.com) if plan.support > 0.0 else 0.0
     sums[SUM_OUTSIDE] = outside(limits, state.x)
     sums[SUM_POSTURE] = 0.0
@@ -327,13 +328,14 @@ def _take_stance(body: Body, second_leg: SecondLeg, problem: Problem, x: Floats,
         x[:] = current.x
         return True, 0
     current.x[:] = x
-    weights = np.empty((1, 2))
-    weights[0, 0], weights[0, 1] = DEFAULT_WEIGHTS
+    weights = np.empty((1, TARGET_ROWS))
+    weights[0] = DEFAULT_WEIGHTS
     plan = Plan(
-        np.full(1, POSE), np.full(1, body.legs[1, JOINTS - 1]), body.ankle_to_sole[1:], weights,
+        np.full(1, body.legs[1, JOINTS - 1]), np.zeros(1, np.int64), weights,
         0.0, DEFAULT_POSTURE, 0, False, _FOOT_TOLERANCE, problem.plan.steps,
     )  # fmt: skip
-    foot = Problem(plan, problem.feet, problem.feet[1:], np.zeros((0, 3)), x, plan.posture)
+    no_planes = np.zeros((0, 3))
+    foot = Problem(plan, problem.feet, body.ankle_to_sole[1:], problem.feet[1:], no_planes, x, plan.posture)
     _stand(body, second_leg, foot, current.x, current.T)
     _, first = descend(body, second_leg, foot, current, trial)
     status, second = descend(body, second_leg, without_pull(foot), current, trial)
@@ -344,7 +346,7 @@ def _take_stance(body: Body, second_leg: SecondLeg, problem: Problem, x: Floats,
 @both_ways
 def without_pull(problem: Problem) -> Problem:
     """Return the problem with the targets alone."""
-    return Problem(problem.plan, problem.feet, problem.targets, problem.planes, problem.posture, 0.0)
+    return Problem(problem.plan, problem.feet, problem.frames, problem.targets, problem.planes, problem.posture, 0.0)
 
 
 @both_ways
@@ -363,10 +365,9 @@ def _is_solved(body: Body, second_leg: SecondLeg, problem: Problem, current: Sta
 def _only_worst_limb(body: Body, plan: Plan, best: State, x: Floats) -> None:
     """Keep those joints of a new start that carry the worst target; set all others as in the best state."""
     worst, largest = -1, plan.support * best.sums[SUM_SHORTFALL]
-    for t in range(len(plan.kind)):
-        size = math.hypot(plan.weights[t, 0] * best.residuals[t, 0], plan.weights[t, 1] * best.residuals[t, 1])
-        if size > largest and plan.row[t] > 0:
-            worst, largest = t, size
+    for t in range(len(plan.row)):
+        if best.residuals[t, 2] > largest and plan.row[t] > 0:
+            worst, largest = t, best.residuals[t, 2]
     if worst < 0:  # the centre of mass or the torso, which all joints carry
         return
     start = x.copy()
@@ -385,7 +386,7 @@ def solve_body(
 
     The best state goes into `best`, STATUS, STEPS, START and SHORTFALL into `report`.
     """
-    variables, targets = len(best.x), len(problem.plan.kind)
+    variables, targets = len(best.x), len(problem.plan.row)
     current, trial = new_state(body, variables, targets), new_state(body, variables, targets)
     alone = without_pull(problem)
     least, steps = math.inf, 0
@@ -422,7 +423,8 @@ class Problems(NamedTuple):
     """n poses to find, with the t targets of one plan."""
 
     feet: Floats4  # T_world_foot, shape (n, 2, 4, 4)
-    targets: Floats4  # as in `errors_at`, shape (n, t, 4, 4)
+    frames: Floats4  # as in `errors_at`, shape (n, t, 4, 4), like the next one
+    targets: Floats4
     planes: Floats3  # half planes of the support polygons, shape (n, k, 3)
     edges: Ints1  # how many of the k half planes are used, shape (n,)
     posture: Floats2  # preferred variables, shape (n, variables)
@@ -434,9 +436,9 @@ class Solutions(NamedTuple):
 
     x: Floats2  # shape (n, variables)
     T_world_torso: Floats3
-    residuals: Floats3  # distances and angles without weights, shape (n, t, 2) [m, rad]
+    residuals: Floats3  # as in `State`, shape (n, t, 3)
     com: Floats2  # shape (n, 3)
-    report: Floats2  # STATUS, STEPS, START and SHORTFALL, shape (n, 4)
+    report: Floats2  # STATUS, STEPS, START, SHORTFALL and 0, shape (n, 5)
 
 
 def _types() -> tuple[Any, ...]:
@@ -457,9 +459,11 @@ def _types() -> tuple[Any, ...]:
 def whole_bodies(body: Body, second_leg: SecondLeg, plan: Plan, problems: Problems, solutions: Solutions) -> None:
     """Run `solve_body` for many poses."""
     for i in range(len(solutions.x)):
-        best = new_state(body, solutions.x.shape[1], len(plan.kind))
+        best = new_state(body, solutions.x.shape[1], len(plan.row))
         planes = problems.planes[i, : problems.edges[i]]
-        problem = Problem(plan, problems.feet[i], problems.targets[i], planes, problems.posture[i], plan.posture)
+        problem = Problem(
+            plan, problems.feet[i], problems.frames[i], problems.targets[i], planes, problems.posture[i], plan.posture
+        )
         solve_body(body, second_leg, problem, problems.starts[i], best, solutions.report[i])
         solutions.x[i], solutions.T_world_torso[i], solutions.residuals[i], solutions.com[i] = (
             best.x,

@@ -7,20 +7,21 @@ import threading
 import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_vectors
+from nao_kin._core.arrays import Floats, as_floats, join_poses, shaped
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SIDES, Body, SecondLeg
+from nao_kin.ik.body_errors import DEFAULT_WEIGHTS, SIDES, Body, SecondLeg
 from nao_kin.ik.closed_form import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import is_pose, rigid_poses
 from nao_kin.robot import RobotModel, SupportPolygon, check_robot
+from nao_kin.rotations import check_rotation
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
 
@@ -61,6 +62,7 @@ class BodyTables:
         R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
         leg_rows = np.array([[joints.row(joint) + 1 for joint in leg] for leg in legs])
         soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
+        self.ankles = np.linalg.inv(soles)[:, :, 3:]  # in the soles' frames, in columns (x, y, z, 1), shape (2, 4, 1)
         self.body = Body(parent, R, p, axes, which, multiplier, offset, mass, levers, leg_rows, soles, moving, limits)
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
@@ -113,10 +115,13 @@ def prepared(robot: RobotModel) -> PreparedRobot:
 
 # --- The targets of a whole-body pose, checked and laid out for the search.
 
-SUPPORT = "support"
-_OWN_NAMES = ("com", "gaze", "torso")
-# With a larger weight of one target than this, the other targets are lost in rounding.
-_LARGEST_WEIGHT = 1e12
+COM, GAZE, SUPPORT, TORSO = "com", "gaze", "support", "torso"
+# A factor, two weights or six, or six and their axes.
+Weight = ArrayLike | tuple[ArrayLike, ArrayLike]
+# Which of the six errors a target has that is not a pose.
+_POSITION = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+_USED = {COM: (1.0, 1.0, 0.0, 0.0, 0.0, 0.0), GAZE: (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)}
+_DEFAULT = np.array(DEFAULT_WEIGHTS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,17 +129,14 @@ class BodyTarget:
     """One target of a whole-body pose."""
 
     name: str  # its key in weights and residuals
-    kind: int  # PLACE, POSE, GAZE or COM
-    row: int  # of the body that carries the frame
-    T_row_frame: Floats
-    values: Floats  # T_world_target, or the position in its last column, shape (..., 4, 4)
-    weights: tuple[float, float]  # of metres and of radians
+    row: int  # of the body that carries the frame; −1 for the centre of mass
+    frames: Floats  # T_row_frame, turned with the target to the axes of the weights, shape (..., 4, 4)
+    values: Floats  # T_world_target; of a position, with the axes of the world, shape (..., 4, 4)
+    weights: Floats  # of the six errors, 0 for those that it has not
 
 
 def standing_feet(feet: Mapping[str, ArrayLike]) -> dict[str, Floats]:
     """Return the checked T_world_foot (..., 4, 4) of the standing feet."""
-    if not isinstance(feet, Mapping):
-        raise BadArgument(f"feet must be a mapping of L and R to poses, or None for both, got {type(feet).__name__}")
     for side in feet:
         if side not in SIDES:
             raise UnknownName("foot", side, SIDES)
@@ -151,93 +153,86 @@ def all_targets(
     com: ArrayLike | str | None,
     gaze: ArrayLike | tuple[ArrayLike, str] | None,
     torso: ArrayLike | None,
-    weights: Mapping[str, float | tuple[float, float]],
+    weights: Mapping[str, Weight],
 ) -> list[BodyTarget]:
     """Return all targets, checked, without the support polygon."""
-    if not isinstance(targets, Mapping):
-        raise BadArgument(f"targets must be a mapping of frames to poses or positions, got {type(targets).__name__}")
-    requested: list[tuple[str, str, ArrayLike, int]] = []
+    requested: list[tuple[str, str, ArrayLike]] = []
     for name, value in targets.items():
-        if not isinstance(name, str) or name not in robot.frame_table:
+        if name not in robot.frame_table:
             raise UnknownName("target", name, (*robot.semantics.end_effectors, *robot.frame_names))
-        requested.append((name, name, value, POSE))
+        requested.append((name, name, value))
     if torso is not None:
         # A target for another frame on the torso's body would also place the torso.
         for name in targets:
             if tables.frame(robot, name)[0] == 0:
                 raise BadArgument(f"the torso is given twice: as torso and as the target {quoted(name)}")
-        requested.append(("torso", torso_frame(robot), torso, POSE))
+        requested.append((TORSO, torso_frame(robot), torso))
     if gaze is not None:
         with_camera = isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str)
         point, camera = cast("tuple[ArrayLike, str]", gaze) if with_camera else (cast("ArrayLike", gaze), "CameraTop")
         if camera not in robot.frame_table:
             raise UnknownName("camera", camera, robot.semantics.cameras)
-        requested.append(("gaze", robot.body_frame(camera), point, GAZE))
+        requested.append((GAZE, robot.body_frame(camera), point))
     if com is not None and not isinstance(com, str):
-        requested.append(("com", torso_frame(robot), com, COM))
+        requested.append((COM, "", com))
     elif isinstance(com, str) and com != SUPPORT:
-        raise UnknownName("com", com, (SUPPORT,), "or a position (x, y)")
+        raise UnknownName(COM, com, (SUPPORT,), "or a position (x, y)")
     ankles = {int(tables.body.legs[SIDES.index(side), -1]): side for side in standing}
     found = []
-    for name, frame, value, kind in requested:
-        row, T_row_frame = tables.frame(robot, frame)
-        if row in ankles and kind != GAZE:
+    for name, frame, value in requested:
+        row, T_row_frame = tables.frame(robot, frame) if frame else (-1, np.eye(4))
+        if row in ankles and name != GAZE:
             raise BadArgument(
                 f"{quoted(name)} is on the {'left' if ankles[row] == 'L' else 'right'} foot, which stands: "
                 f"leave it out of targets, or feet without {ankles[row]}"
             )
-        what, weight = (f"targets[{quoted(name)}]" if name not in _OWN_NAMES else name), _weights(name, weights)
-        kind, values = _values(what, value, kind)
-        as_vectors(weight[0] * values[..., :3, 3], f"{what} times its weight")
-        found.append(BodyTarget(name, kind, row, T_row_frame, values, weight))
-    names = [target.name for target in found] + ["com", "posture"]
+        six, axes = _six_weights(name, weights)
+        what = f"targets[{quoted(name)}]" if name not in (COM, GAZE, TORSO) else name
+        if name not in _USED and is_pose(value, what):
+            values = rigid_poses(value, what)
+        else:
+            six = six * _USED.get(name, _POSITION)
+            positions = as_floats(value, (2 if name == COM else 3,), what)
+            values = np.zeros((*positions.shape[:-1], 4, 4))
+            values[..., :, :] = np.eye(4)
+            values[..., : positions.shape[-1], 3] = positions
+        if axes is not None:
+            # Errors are along the axes of the target. The frame and the target are turned equally, to other axes.
+            T_row_frame = T_row_frame @ join_poses(np.swapaxes(values[..., :3, :3], -1, -2) @ axes, np.zeros(3))
+            values[..., :3, :3] = axes
+        found.append(BodyTarget(name, row, T_row_frame, values, six))
+    names = [target.name for target in found] + [COM, "posture"]
     for name in weights:
         if name not in names:
             raise UnknownName("weight", name, names)
     return found
 
 
-def checked_weights(weights: Mapping[str, object] | None) -> Mapping[str, float | tuple[float, float]]:
-    """Return checked weights by name, each a factor or a pair."""
-    found: dict[str, float | tuple[float, float]] = {}
-    if weights is not None and not isinstance(weights, Mapping):
-        raise BadArgument(f"weights must be a mapping of targets to numbers, got {type(weights).__name__}")
-    for name, given in (weights or {}).items():
-        what = f"weights[{quoted(str(name))}]"
-        values = as_floats(given, (), what)  # type: ignore[arg-type]
-        if values.shape not in ((), (2,)) or (values < 0.0).any():
-            form = "a factor, or two weights for metres and radians, none below 0"
-            raise BadArgument(f"{what} must be {form}, got {values.tolist()}")
-        if (values > _LARGEST_WEIGHT).any():
-            raise BadArgument(f"{what} must not exceed {_LARGEST_WEIGHT:.0e}, got {values.max():.3g}")
-        found[str(name)] = float(values) if values.ndim == 0 else (float(values[0]), float(values[1]))
-    return found
-
-
-def factor(name: str, weights: Mapping[str, float | tuple[float, float]]) -> float:
+def factor(name: str, weights: Mapping[str, Weight]) -> float:
     """Return the weight of a name that takes one factor."""
-    given = weights.get(name, 1.0)
-    if isinstance(given, tuple):
-        raise BadArgument(f"weights[{quoted(name)}] must be one factor, got {list(given)}")
-    return given
+    if name not in weights:
+        return 1.0
+    values = as_floats(cast("ArrayLike", weights[name]), (), f"weights[{quoted(name)}]")
+    if values.ndim or values < 0.0:
+        raise BadArgument(f"weights[{quoted(name)}] must be one factor ≥ 0, got {values.tolist()}")
+    return float(values)
 
 
-def _weights(name: str, weights: Mapping[str, float | tuple[float, float]]) -> tuple[float, float]:
-    given = weights.get(name, 1.0)
-    return given if isinstance(given, tuple) else (given * DEFAULT_WEIGHTS[0], given * DEFAULT_WEIGHTS[1])
-
-
-def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
-    """Return the kind of a target, with PLACE for a POSE given as position, and its numbers (..., 4, 4)."""
-    if kind == POSE:
-        if is_pose(value, what):
-            return POSE, rigid_poses(value, what)
-        kind = PLACE
-    size = 2 if kind == COM else 3
-    positions = as_vectors(value, what, size)
-    values = np.tile(np.eye(4), (*positions.shape[:-1], 1, 1))
-    values[..., :size, 3] = positions
-    return kind, values
+def _six_weights(name: str, weights: Mapping[str, Weight]) -> tuple[Floats, Floats | None]:
+    """Return the six weights of a target, and R_world_axes of the axes along which they are; None for the target's."""
+    if name not in weights:
+        return _DEFAULT, None
+    given: Any = weights[name]
+    axes, what = None, f"weights[{quoted(name)}]"
+    if name not in _USED and isinstance(given, tuple) and len(given) == 2 and np.ndim(given[0]) == 1:
+        axes = shaped(given[1], (3, 3), what)
+        check_rotation(axes, name=what)
+        given = given[0]
+    values = as_floats(given, (), what)
+    if values.shape not in ((), (2,), (6,)) or (values < 0.0).any():
+        form = "a factor, two weights for metres and radians, or six for all errors, none below 0"
+        raise BadArgument(f"{what} must be {form}, got {values.tolist()}")
+    return values * _DEFAULT if values.ndim == 0 else np.repeat(values, 6 // values.size), axes
 
 
 # --- Targets that are certainly out of reach.
@@ -246,17 +241,17 @@ def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
 # the sum of the lengths between them, and no point is deeper inside a polygon than half its least width.
 
 
-def target_beyond(body: Body, target: BodyTarget, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:
-    """Return lower bounds on how far a target's positions (n, 3) are out of reach of the feet [m]; 0 for a gaze."""
-    beyond = np.zeros(len(places))
-    if target.kind == GAZE or not target.weights[0] > 0.0:
-        return beyond
-    axes = 2 if target.kind == COM else 3
-    for side in standing:
-        k = SIDES.index(side)
-        distance = np.linalg.norm((places - feet[:, k, :3, 3])[:, :axes], axis=-1)
-        reach = _com_reach(body, k) if target.kind == COM else _reach(body, k, target.row, target.T_row_frame[:3, 3])
-        beyond = np.maximum(beyond, distance - reach)
+def target_beyond(body: Body, target: BodyTarget, standing: tuple[str, ...], feet: Floats, targets: Floats) -> Floats:
+    """Return lower bounds on how far the positions of a target (n, 4, 4) are out of reach of the feet, shape (n,) [m].
+
+    A position with a weight on two axes is met on a line, and one with a weight on one axis on a plane.
+    """
+    beyond, used = np.zeros(len(targets)), target.weights[:3] > 0.0
+    for k in map(SIDES.index, standing if used.any() else ()):
+        ways = np.einsum("nji,nj->ni", targets[:, :3, :3], targets[:, :3, 3] - feet[:, k, :3, 3])
+        place = target.frames.reshape(-1, 4, 4)[0, :3, 3]
+        reach = _com_reach(body, k) if target.row < 0 else _reach(body, k, target.row, place)
+        beyond = np.maximum(beyond, np.linalg.norm(ways[:, used], axis=-1) - reach)
     return beyond
 
 

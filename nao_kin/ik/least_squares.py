@@ -436,6 +436,7 @@ class FrameMotion:
             raise BadArgument(f"no joint moves {quoted(self.frame)}")
         # Indices in `RobotModel.joint_names`, from the base outwards.
         self.joints = np.array([robot.joint_names.index(name) for name in self.names], dtype=np.intp)
+        self.units = tuple(robot.joint_units[index] for index in self.joints)
         self._offset = robot.nq_base
         self.columns = self._offset + self.joints  # indices in q
         self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints  # in velocities
@@ -514,7 +515,7 @@ def descended(
         ends[part], reports[part] = values, report
 
     def solve(function: Callable[..., object], part: slice) -> None:
-        numbers = copied(chain), copied(limits), copied(goal)
+        numbers = (chain, limits, goal) if len(starts) == 1 else (copied(chain), copied(limits), copied(goal))
         function(*numbers, targets[part], fixed[part], ends[part], reports[part])
 
     if len(starts) == 1 and not _descents.in_memory:

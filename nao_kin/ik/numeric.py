@@ -12,12 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     CROSSOVER,
-    LARGEST,
     MAX_SEARCHES,
     Floats,
     LimitPolicy,
     as_floats,
-    as_vectors,
     check_tolerance,
     choice,
     common_batch,
@@ -30,7 +28,15 @@ from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
-from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, is_pose, rigid_poses, with_unit_quaternion
+from nao_kin.ik.targets import (
+    check_threads,
+    inside_limits,
+    is_enforced,
+    is_pose,
+    rigid_poses,
+    rows_of,
+    with_unit_quaternion,
+)
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import log
 
@@ -242,6 +248,9 @@ def pose_errors(poses: Floats, targets: Floats) -> Floats:
 # --- `numeric`.
 
 Solver = Literal["least squares", "pink"]
+_WEIGHTS = (1.0, 0.1)
+# The default weights of a pose, with six errors, and of a position, with three.
+_SIX_WEIGHTS = {6: np.repeat(_WEIGHTS, 3), 3: np.repeat((1.0, 0.0), 3)}
 
 # Targets solved at a time: few enough for their arrays to stay in a processor's cache.
 _BLOCK = 2048
@@ -254,7 +263,7 @@ def numeric(
     *,
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
-    weights: ArrayLike = (1.0, 0.1),
+    weights: ArrayLike = _WEIGHTS,
     restarts: SupportsIndex = 30,
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
@@ -299,7 +308,7 @@ def numeric(
     Raises:
         MissingExtra: pink is not installed.
         NotARotation: the 3×3 part of a target is not a rotation; the error has its index and its defect.
-        BadArgument: a frame that no joint moves; T, or T times weights, beyond ±1e150; positions without a weight.
+        BadArgument: a frame that no joint moves; positions without a weight.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -312,8 +321,8 @@ def numeric(
     """
     motion = cached_limb(robot, FrameMotion, frame)
     enforced = is_enforced(limits)
-    if choice(solver, get_args(Solver), "solver") == "pink":
-        need_extra('solver="pink"', "pink")
+    if solver != "least squares":
+        need_extra(f'solver="{choice(solver, get_args(Solver), "solver")}"', "pink")
     poses = is_pose(T, "T")
     six = _six_weights(weights, 6 if poses else 3)
     check_tolerance(tolerance)
@@ -328,9 +337,7 @@ def numeric(
         threads=check_threads(threads),
         minimise=minimise_with_pink if solver == "pink" else minimise,
     )
-    targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_vectors(T, "T"))
-    if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
-        raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
+    targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_floats(T, (3,), "T"))
     notes: tuple[str, ...] = ()
     if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
@@ -339,8 +346,7 @@ def numeric(
     else:
         start = with_unit_quaternion(robot, near)
     batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
-    T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
-    reference_rows = np.array(np.broadcast_to(start, (*batch, start.shape[-1])).reshape(-1, start.shape[-1]))
+    T_rows, reference_rows = rows_of(targets, batch, 2), np.array(rows_of(start, batch, 1))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     results = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
     result = _result(search, reference_rows, results, batch, notes)
@@ -352,11 +358,10 @@ def _result(
 ) -> IKResult:
     """Join the parts of a batch."""
     motion, width = search.motion, len(search.motion.joints)
-    minima = (vars(part.minimum).values() for part in parts)
-    q, _, residual, met, settled = (np.concatenate(arrays) for arrays in zip(*minima, strict=True))
-    columns = list(zip(*parts, strict=True))[1:]
-    reasons, joint, needed, limit, first = (np.concatenate(arrays) for arrays in columns)
-    best, reached = q[:, motion.columns], reasons == Reason.REACHED
+    rows = [(*vars(part.minimum).values(), *part[1:]) for part in parts]
+    columns = rows[0] if len(rows) == 1 else map(np.concatenate, zip(*rows, strict=True))
+    q, _, residual, met, settled, reasons, joint, needed, limit, first = columns
+    best, reached = q[:, motion.columns], reasons == int(Reason.REACHED)
     later = np.count_nonzero(reached & ~first)
     if later and reached.size > 1:
         notes = (*notes, f"{later} of {reached.size} targets were reached only after restarts")
@@ -376,14 +381,15 @@ def _result(
         residual=residual.reshape(*batch, 2),
         obstacles=Obstacles(joint.reshape(batch), needed.reshape(batch), limit.reshape(batch)),
         notes=notes,
-        units=tuple(motion.robot.joint_units[index] for index in motion.joints),
+        units=motion.units,
     )
 
 
 def _six_weights(weights: ArrayLike, used: int) -> Floats:
     """Return six weights, of which all but the first `used` are 0."""
-    with np.errstate(over="ignore"):
-        values = as_floats(weights, (), "weights")
+    if weights is _WEIGHTS:
+        return _SIX_WEIGHTS[used]
+    values = as_floats(weights, (), "weights")
     if values.shape == (2,):
         values = np.repeat(values, 3)
     if values.shape != (6,) or (values < 0.0).any() or not values[:used].any():

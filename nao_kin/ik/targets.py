@@ -65,6 +65,14 @@ def rigid_poses(T: ArrayLike, what: str) -> Floats:
     return nearest_rigid_poses(poses, what)
 
 
+def rows_of(array: Floats, batch: Shape, tail: int) -> Floats:
+    """Return an array, whose last `tail` axes belong to one target, as rows of the batch."""
+    own = array.shape[array.ndim - tail :]
+    if array.shape[: array.ndim - tail] != batch:
+        array = np.broadcast_to(array, (*batch, *own))
+    return array.reshape(-1, *own)
+
+
 def is_enforced(limits: object) -> bool:
     """Return whether limits are enforced."""
     if limits is _ENFORCE:

@@ -14,7 +14,6 @@ from nao_kin._core.arrays import (
     MAX_SEARCHES,
     Floats,
     LimitPolicy,
-    as_vectors,
     batch_index,
     check_tolerance,
     common_batch,
@@ -22,7 +21,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.rows import run_rows
-from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, SIDES, Plan
+from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, SIDES, Plan
 from nao_kin.ik.body_search import (
     NOT_STANDING,
     REACHED,
@@ -36,11 +35,13 @@ from nao_kin.ik.body_search import (
     whole_bodies,
 )
 from nao_kin.ik.body_targets import (
+    COM,
+    GAZE,
     BodyTables,
     BodyTarget,
     PreparedRobot,
+    Weight,
     all_targets,
-    checked_weights,
     factor,
     feet_beyond,
     margin_beyond,
@@ -59,13 +60,12 @@ from nao_kin.ik.results import (
     length_in_words,
     overlap_in_words,
 )
-from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rows_of, with_unit_quaternion
 from nao_kin.robot import Clearance, CollisionRule, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
 
 FEET = "feet"
-COM = "com"
 _MAX_NAMES = 4
 _METRES = "; targets are in metres"
 _WHY = {
@@ -83,8 +83,8 @@ class WholeBodyResult(Outcome):
             targets are not met, the pose inside the limits with the least weighted sum of squares.
         torso: T_world_torso, shape (..., 4, 4).
         reasons: a `Reason` for each pose as a number, shape (...).
-        residuals: name of a target → errors of its position and rotation, shape (..., 2) [m, rad], 0 for a component
-            that was not given; for "com" the horizontal distance, or the missing margin.
+        residuals: name of a target → errors of its position and rotation in the components with a weight, shape
+            (..., 2) [m, rad]; for "com" the horizontal distance, or the missing margin.
         beyond: a lower bound on how far the target that gives way is out of reach of the stretched robot, or on how
             much too far apart the feet are, shape (...) [m]; 0 if the reason is another one.
         worst: index in `residuals` of the target that gives way, shape (...); −1 for none.
@@ -189,7 +189,7 @@ def whole_body(
     gaze: ArrayLike | tuple[ArrayLike, str] | None = None,
     torso: ArrayLike | None = None,
     posture: ArrayLike | None = None,
-    weights: Mapping[str, float | tuple[float, float]] | None = None,
+    weights: Mapping[str, Weight] | None = None,
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
     restarts: SupportsIndex = 50,
@@ -222,9 +222,12 @@ def whole_body(
         torso: a pose or position for the torso, as in `targets`.
         posture: preferred configurations, shape (..., nq); None for `near`. Outside the limits they are
             projected onto them, and `notes` says so.
-        weights: name of a target, "com", "gaze", "torso" or "posture" → a factor on its default weight, or two weights
-            for metres and radians; 0 frees the component. Defaults are 1 per metre and 0.1 per radian, and 0.01 per
-            radian of difference to the posture.
+        weights: name of a target, "com", "gaze", "torso" or "posture" → a factor on its default weight; for a target
+            also two weights, for metres and radians, or six, for x, y, z and the rotations about x, y, z in the axes of
+            the target; or (six weights, R_world_axes) for other axes, shape (3, 3). Zero frees a component:
+            (0, 0, 1, 0.1, 0.1, 0) leaves x, y and the rotation about z free. Defaults are 1 per metre and 0.1 per
+            radian, and 0.01 per radian of difference to the posture. A position has the axes of the world, and no
+            rotation errors; "com" has x and y alone, "gaze" the rotations about y and z of the camera.
         near: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
             the limit nearest to it. The torso of a fixed base is at the origin of the world, a floating base has its
             pose in `near`. Outside the limits it is projected onto them, and `notes` says so.
@@ -240,8 +243,8 @@ def whole_body(
 
     Raises:
         UnknownName: a frame, camera, foot or weight that does not exist.
-        BadArgument: contradicting targets (a frame on a standing foot, the torso twice, no foot), numbers above 1e150,
-            weights above 1e12, or a robot without the legs of a NAO.
+        BadArgument: contradicting targets (a frame on a standing foot, the torso twice, no foot), or a robot without
+            the legs of a NAO.
         NotARotation: a pose is not rigid; the error has its index and its defect.
 
     Examples:
@@ -253,7 +256,7 @@ def whole_body(
     ready = prepared(robot)
     enforce = is_enforced(limits)
     tables = ready.tables[enforce]
-    factors = checked_weights(weights)
+    weights = weights or {}
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
     searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
@@ -261,27 +264,24 @@ def whole_body(
     workers = check_threads(threads)
     given, notes = (ready.rest, ()) if near is None else _configurations(robot, near, "near", enforce)
     standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if near is None else given)
-    requested = all_targets(robot, tables, standing, targets, com, gaze, torso, factors)
+    requested = all_targets(robot, tables, standing, targets, com, gaze, torso, weights)
     preferred, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
     shapes = [T.shape[:-2] for T in (*(target.values for target in requested), *standing.values())]
     shapes += [given.shape[:-1], preferred.shape[:-1]]
     batch = common_batch("targets, feet, posture and near", *shapes)
     support = isinstance(com, str)
-    weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
-    as_vectors([margin, margin * weight], "margin", 2)
     plan = Plan(
-        np.array([target.kind for target in requested], np.int64),
         np.array([target.row for target in requested], np.int64),
-        np.array([target.T_row_frame for target in requested]).reshape(-1, 4, 4),
-        np.array([target.weights for target in requested]).reshape(-1, 2),
-        support=weight,
-        posture=factor("posture", factors) * DEFAULT_POSTURE,
+        np.array([target.name == GAZE for target in requested], np.int64),
+        np.array([target.weights for target in requested]).reshape(-1, 6),
+        support=factor(COM, weights) if support else 0.0,
+        posture=factor("posture", weights) * DEFAULT_POSTURE,
         stance=BOTH if len(standing) == BOTH else SIDES.index(next(iter(standing))),
         as_is=False,
         tolerance=float(tolerance),
         steps=steps,
     )
-    begin, pull = (_rows(q[..., tables.order], batch, 1) for q in (given, preferred))
+    begin, pull = (np.array(rows_of(q[..., tables.order], batch, 1)) for q in (given, preferred))
     ends = (pull, begin) if enforce else (tables.unwound(pull, 0.0), tables.unwound(begin, 0.0))
     inside = float(margin) if support else 0.0
     problems, origin, polygons = _problems(ready, standing, requested, batch, inside, *ends)
@@ -289,12 +289,12 @@ def whole_body(
     search = _Search(
         robot, ready, tables, requested, feet_names, plan, problems, origin, polygons, inside, searches, number, workers
     )
-    solutions = search.run(np.arange(len(begin)), as_is=posture is None, restarts=0)
+    solutions = search.run(slice(None), as_is=posture is None, restarts=0)
     again = np.flatnonzero(solutions.report[:, STATUS] != REACHED)
     if again.size and searches:
         for all_rows, rows in zip(solutions, search.run(again), strict=True):
             all_rows[again] = rows
-    reference_rows, rule = _rows(given, batch, 1), CollisionRule.of(collisions)
+    reference_rows, rule = np.array(rows_of(given, batch, 1)), CollisionRule.of(collisions)
     if rule is not None:
         _search_without_overlap(search, solutions, reference_rows, rule)
     if not enforce:
@@ -317,18 +317,19 @@ def _problems(
     for each pose or one for all.
     """
     n = math.prod(batch)
-    feet = np.stack([_rows(standing.get(side, np.eye(4)), batch, 2) for side in SIDES], axis=1)
+    feet = np.zeros((n, len(SIDES), 4, 4))
+    for side, T in standing.items():
+        feet[:, SIDES.index(side)] = rows_of(T, batch, 2)
     origin = feet[:, SIDES.index(next(iter(standing))), :3, 3].copy()
-    targets = np.empty((n, len(requested), 4, 4))
+    frames, targets = np.empty((n, len(requested), 4, 4)), np.empty((n, len(requested), 4, 4))
     for k, target in enumerate(requested):
-        targets[:, k] = _rows(target.values, batch, 2)
+        frames[:, k], targets[:, k] = rows_of(target.frames, batch, 2), rows_of(target.values, batch, 2)
     feet[:, :, :3, 3] -= origin[:, None]
     targets[:, :, :3, 3] -= origin[:, None]
     is_common = all(T.ndim == 2 for T in standing.values())
-    polygons = tuple(
-        SupportPolygon.of_soles((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
-        for i in range(min(n, 1) if is_common else n)
-    )
+    sides = [(feet[:, SIDES.index(side)], ready.corners[side]) for side in standing]
+    corners = np.concatenate([c @ T[:, :3, :3].swapaxes(-1, -2) + T[:, None, :3, 3] for T, c in sides], axis=1)
+    polygons = tuple(map(SupportPolygon.around, corners[: 1 if is_common else n]))
     edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
     planes = np.zeros((len(polygons), int(edges.max(initial=0)), 3))
     for i, polygon in enumerate(polygons):
@@ -336,7 +337,7 @@ def _problems(
         planes[i, : edges[i], 2] += margin
     if is_common:
         planes, edges = np.repeat(planes, n, axis=0), np.repeat(edges, n)
-    return Problems(feet, targets, planes, edges, posture, first[:, None]), origin, polygons
+    return Problems(feet, frames, targets, planes, edges, posture, first[:, None]), origin, polygons
 
 
 @dataclass(frozen=True, eq=False)
@@ -359,7 +360,7 @@ class _Search:
 
     def run(
         self,
-        rows: Integers,
+        rows: Integers | slice,
         *,
         targets: list[int] | None = None,
         as_is: bool = False,
@@ -375,9 +376,9 @@ class _Search:
         if start is not None:
             plan = plan._replace(posture=0.0)
         if targets is not None:
-            parts = {name: getattr(plan, name)[targets] for name in ("kind", "row", "T_row_frame", "weights")}
+            parts = {name: getattr(plan, name)[targets] for name in ("row", "aims", "weights")}
             plan = plan._replace(support=0.0 if targets else plan.support, **parts)
-            problems = problems._replace(targets=problems.targets[:, targets])
+            problems = problems._replace(frames=problems.frames[:, targets], targets=problems.targets[:, targets])
         count = self.restarts if restarts is None else restarts
         problems = Problems._make(np.ascontiguousarray(part[rows]) for part in problems)
         if start is not None:
@@ -387,8 +388,8 @@ class _Search:
             starts = np.repeat(problems.starts, 1 + count, axis=1)
             starts[:, 1:, : body.moving] = random  # the hands as in the reference
             problems = problems._replace(starts=starts)
-        n, width = len(rows), problems.posture.shape[1]
-        shapes = (width,), (4, 4), (len(plan.kind), 2), (3,), (4,)
+        n, width = problems.posture.shape
+        shapes = (width,), (4, 4), (len(plan.row), 3), (3,), (5,)
         solutions = Solutions._make(np.zeros((n, *shape)) for shape in shapes)
 
         def solve(function: Callable[..., object], part: slice) -> None:
@@ -448,23 +449,21 @@ def _result(
 ) -> WholeBodyResult:
     robot, tables, body = search.robot, search.tables, search.tables.body
     status = solutions.report[:, STATUS]
-    residuals = {target.name: solutions.residuals[:, k].copy() for k, target in enumerate(search.targets)}
-    weights = [target.weights for target in search.targets]
+    residuals = {target.name: solutions.residuals[:, k, :2].copy() for k, target in enumerate(search.targets)}
     if search.plan.support > 0.0:
-        residuals[COM] = np.column_stack([solutions.report[:, SHORTFALL], np.zeros(len(status))])
-        weights.append((search.plan.support, 0.0))
-    pairs = zip(residuals.values(), weights, strict=True)
-    weighted = np.array([np.hypot(*(residual * pair).T) for residual, pair in pairs])
+        residuals[COM] = solutions.report[:, SHORTFALL:].copy()
     stands = status != NOT_STANDING
     failed = np.flatnonzero((status != REACHED) & stands)
     worst, beyond = np.full(len(status), -1), np.zeros(len(status))
-    reasons = np.full(len(status), Reason.REACHED, np.int8)
-    if not stands.all():
+    reasons, all_stand = np.zeros(len(status), np.int8), stands.all()
+    if not all_stand:
         beyond[~stands] = feet_beyond(body, search.problems.feet[~stands])
         reasons[~stands] = np.where(beyond[~stands] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_CONVERGED)
     if failed.size:
         # A target that is met does not give way, even if its rounding has a large weight.
         unmet = np.array([(residual > search.plan.tolerance).any(axis=-1) for residual in residuals.values()])
+        shortfall = search.plan.support * solutions.report[:, SHORTFALL]
+        weighted = np.vstack([solutions.residuals[:, :, 2].T, shortfall])[: len(unmet)]
         worst[failed] = np.argmax(np.where(unmet | ~unmet.any(axis=0), weighted, -1.0)[:, failed], axis=0)
         beyond[failed] = _beyond(search, failed, worst)
         reasons[failed] = _failure_reasons(search, failed, worst, beyond, solutions)
@@ -478,7 +477,11 @@ def _result(
     values = solutions.x[:, : body.moving]
     near = np.minimum(values - body.limits.lower, body.limits.upper - values)
     if len(search.polygons) == 1:
-        margins = search.polygons[0].signed_distance(solutions.com)
+        planes = search.problems.planes[0]
+        margins = (solutions.com[:, :2] @ planes[:, :2].T - planes[:, 2]).min(axis=-1) + search.margin
+        outside = margins < 0.0
+        if outside.any():
+            margins[outside] = search.polygons[0].signed_distance(solutions.com[outside])
     else:
         below = zip(search.polygons, solutions.com, strict=True)
         margins = np.array([polygon.signed_distance(place) for polygon, place in below])
@@ -489,7 +492,7 @@ def _result(
         distance = np.where(stands, clearance.distance, np.nan).reshape(batch)
         pair_index = np.where(stands, clearance.pair_index, -1).reshape(batch)
         clearance = replace(clearance, distance=distance, pair_index=pair_index)
-    for array in (q, torso, com, margins, *residuals.values()):
+    for array in () if all_stand else (q, torso, com, margins, *residuals.values()):
         array[~stands] = np.nan
     return WholeBodyResult(
         q=q.reshape(*batch, q.shape[-1]),
@@ -517,8 +520,8 @@ def _beyond(search: _Search, failed: Integers, worst: Integers) -> Floats:
         mine = np.flatnonzero(worst[failed] == index)
         rows = failed[mine]
         if index < len(search.targets):
-            target, positions = search.targets[index], problems.targets[rows, index, :3, 3]
-            beyond[mine] = target_beyond(search.tables.body, target, search.standing, problems.feet[rows], positions)
+            target, given = search.targets[index], problems.targets[rows, index]
+            beyond[mine] = target_beyond(search.tables.body, target, search.standing, problems.feet[rows], given)
         else:
             below = polygons if len(polygons) > 1 else polygons * len(worst)
             beyond[mine] = [margin_beyond(below[row], search.margin) for row in rows]
@@ -543,19 +546,12 @@ def _crossing(search: _Search, solutions: Solutions, stands: NDArray[np.bool_]) 
     """Return a note, as in `legs`, if ankles are on swapped sides of the torso."""
     if search.plan.stance != BOTH:
         return ()
-    ankles = (search.problems.feet @ np.linalg.inv(search.tables.body.ankle_to_sole))[:, :, :3, 3]
-    left = np.einsum("ni,ni->n", solutions.T_world_torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
+    ankles = (search.problems.feet @ search.tables.ankles)[..., 0]
+    left = (solutions.T_world_torso[:, :, 1] * (ankles[:, 0] - ankles[:, 1])).sum(axis=-1)
     crossed = stands & (left < 0.0).reshape(stands.shape)
     return crossing_in_words(crossed, "poses") if crossed.any() else ()
 
 
 def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
     """Return configurations with unit quaternions, inside the limits if these are enforced, and notes."""
-    array = as_vectors(given, what, robot.nq)
-    return inside_limits(robot, array, what) if enforce else (with_unit_quaternion(robot, array, what), ())
-
-
-def _rows(array: Floats, batch: tuple[int, ...], tail: int) -> Floats:
-    """Return a copy of an array, whose last `tail` axes belong to one pose, as rows of the batch."""
-    own = array.shape[array.ndim - tail :]
-    return np.array(np.broadcast_to(array, (*batch, *own)).reshape(-1, *own))
+    return inside_limits(robot, given, what) if enforce else (with_unit_quaternion(robot, given, what), ())

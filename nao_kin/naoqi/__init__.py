@@ -43,7 +43,7 @@ from nao_kin.naoqi.spaces import (
     position6d,
     transform_list,
 )
-from nao_kin.naoqi.virtual.engine import Event as Event, NaoqiError
+from nao_kin.naoqi.virtual.engine import Event, NaoqiError
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.services.expression import light_colours, spoken_words
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
@@ -55,6 +55,7 @@ __all__ = [
     "FRAME_WORLD",
     "LOLA_ENTRIES",
     "AxisMask",
+    "Event",
     "JointReading",
     "JointSource",
     "LolaSource",

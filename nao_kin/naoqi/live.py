@@ -15,13 +15,13 @@ import numpy as np
 import umsgpack
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, is_several
+from nao_kin._core.arrays import Floats, as_floats, shaped
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.errors import BadArgument, NaoKinError, NotFinite, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, NotFinite
 from nao_kin.motion import Motion
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.names import from_order
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_rpy
 
 # --- LoLA, the RoboCup interface of the NAO6: frames of sensors, MessagePack maps over a Unix socket.
@@ -77,8 +77,6 @@ def decode_lola(content: bytes) -> LolaFrame:
         >>> nk.naoqi.decode_lola(nk.naoqi.encode_lola(frame))["Battery"].tolist()
         [0.5, 0.0, 0.0, 0.0]
     """
-    if not isinstance(content, bytes | bytearray | memoryview):
-        raise BadArgument(f"a LoLA frame must be bytes, got {type(content).__name__}")
     try:
         frame = umsgpack.unpackb(content)
     except _UNREADABLE as error:
@@ -97,8 +95,6 @@ def encode_lola(frame: Mapping[str, ArrayLike | tuple[str, ...]]) -> bytes:
         >>> len(nk.naoqi.encode_lola(frame)) > 500
         True
     """
-    if not isinstance(frame, Mapping):
-        raise BadArgument(f"a frame must be a mapping, got {type(frame).__name__}")
     document: dict[str, object] = {}
     for name, values in _checked(dict(frame)).items():
         document[name] = [int(value) for value in values] if name == "Status" else np.asarray(values).tolist()
@@ -125,8 +121,6 @@ def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
         >>> len(list(nk.naoqi.lola_frames(io.BytesIO(content * 3))))
         3
     """
-    if not callable(getattr(stream, "read", None)):
-        raise BadArgument(f"stream must have a method read, got {quoted(stream)}")
     while True:
         try:
             frame = umsgpack.unpack(_Bounded(stream))
@@ -411,16 +405,9 @@ def readings(
     Yields:
         Readings with ascending times.
     """
-    if not isinstance(source, JointSource):
-        raise BadArgument(f"source must be a JointSource, got {quoted(source)}")
-    check_robot(robot)
-    check_tolerance(rate, "rate")
     if not 0.0 < rate < math.inf:
-        raise BadArgument(f"rate must be a positive number, got {rate:g}")
-    report = on_state if on_state is not None else lambda line: None
-    for what, function in (("wanted", wanted), ("on_state", report)):
-        if not callable(function):
-            raise BadArgument(f"{what} must be a function, got {quoted(function)}")
+        raise BadArgument(f"rate must be a positive number, got {quoted(rate)}")
+    report = on_state or (lambda line: None)
     if missing is not None:
         robot.configuration({}, missing=missing)  # refuse it now, not as a robot that is lost
     source.wanted, source.missing = wanted, missing
@@ -466,10 +453,7 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
         >>> nk.naoqi.recorded(found, nk.load_nao()).end
         0.08
     """
-    check_robot(robot)
-    rows: list[Any] = list(found) if is_several(found) else [found]
-    if not all(isinstance(row, JointReading) for row in rows):
-        raise BadArgument(f"found must be readings of joints, got {quoted(found)}")
+    rows = list(found)
     if not rows:
         raise BadArgument("a motion needs at least one reading: there are no readings")
     times = np.array([row.time for row in rows])
@@ -486,9 +470,7 @@ def vertical(roll: float, pitch: float) -> Floats:
         >>> nk.naoqi.vertical(roll=0.0, pitch=0.5).round(3).tolist()
         [-0.479, 0.0, 0.878]
     """
-    angles = as_floats([roll, pitch], (2,), "roll and pitch")
-    if angles.shape != (2,):
-        raise WrongShape("roll and pitch", "(2,)", angles.shape)
+    angles = shaped([roll, pitch], (2,), "roll and pitch")
     return np.array(matrix_from_rpy(np.append(angles, 0.0))[2])
 
 
@@ -514,8 +496,6 @@ def _sleep(until: float, wanted: Callable[[], bool]) -> None:
 
 def _endpoint(address: str) -> str:
     """Return tcp://HOST:PORT for an address that may lack the scheme or the port."""
-    if not isinstance(address, str):
-        raise BadArgument(f"address must be like tcp://nao.local:{PORT}, got {quoted(address)}")
     scheme, _, rest = address.rpartition("://")
     host, separator, port = rest.rpartition(":")
     if not separator or "]" in port:  # no port, or the colons of an IPv6 address

@@ -143,8 +143,7 @@ def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
         >>> nk.naoqi.to_order(nao, nao.posture("Stand"), "LoLA").shape
         (25,)
     """
-    check_robot(robot)
-    return angles(robot, q, _order(order))
+    return angles(robot, q, BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")])
 
 
 def from_order(
@@ -181,7 +180,7 @@ def from_order(
         True
     """
     check_robot(robot)
-    names = _order(order)
+    names = BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")]
     if hips is not None:
         check_hips(hips)
     array = as_floats(values, (), "values", gaps=True)
@@ -197,12 +196,6 @@ def from_order(
     columns = [column for column, joint in enumerate(robot.joint_names, robot.nq_base) if joint in by_name]
     q[..., columns] = result[..., columns]
     return q
-
-
-def _order(order: object) -> tuple[str, ...]:
-    if not isinstance(order, str):
-        raise BadArgument(f"order must be one of {', '.join(BODY_ORDERS)}, got {type(order).__name__}")
-    return BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")]
 
 
 # --- Joint limits as getLimits returns them.

@@ -69,11 +69,16 @@ class SupportPolygon:
         return SupportPolygon.around(np.concatenate(corners) if corners else np.empty((0, 3)))
 
     @property
+    def _along(self) -> Floats:
+        """The vectors from each vertex to the next, shape (k, 2)."""
+        return np.asarray(self.vertices[np.arange(1 - len(self.vertices), 1)] - self.vertices)
+
+    @property
     def half_planes(self) -> Floats:
         """The edges as (n_x, n_y, d), shape (k, 3), with the inward unit normal n: inside is where n·p ≥ d."""
-        along = np.roll(self.vertices, -1, axis=0) - self.vertices
-        normals = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.linalg.norm(along, axis=-1)[:, None]
-        return np.column_stack([normals, np.einsum("ki,ki->k", normals, self.vertices)])
+        x, y = self._along.T
+        normals = np.array([-y, x]) / np.sqrt(x * x + y * y)
+        return np.array([*normals, (normals * self.vertices.T).sum(axis=0)]).T
 
     def signed_distance(self, points: ArrayLike) -> Floats:
         """Return the distances of points (..., 2) or (..., 3) from the edge, positive inside, shape (...) [m].
@@ -84,8 +89,7 @@ class SupportPolygon:
             [0.5, -0.2]
         """
         lever = _places(points)[..., None, :] - self.vertices
-        along = np.roll(self.vertices, -1, axis=0) - self.vertices
-        lines, squares = from_edge(lever[..., 0], lever[..., 1], along[:, 0], along[:, 1])
+        lines, squares = from_edge(lever[..., 0], lever[..., 1], *self._along.T)
         inside = lines.min(axis=-1)
         return np.asarray(np.where(inside >= 0.0, inside, -np.sqrt(squares.min(axis=-1))))
 

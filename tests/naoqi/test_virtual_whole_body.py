@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import full
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -156,6 +157,52 @@ def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: S
     call = script.nao.post("ALMotion", "positionInterpolations", "LArm", ROBOT, target.tolist(), 7, 2.0)
     assert script.wait(call, 0.004, "LLeg", "RLeg") == pytest.approx(2.0, abs=0.021)
     assert np.abs(script.position("LArm", ROBOT)[:3] - target[:3]).max() < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("effector", "space", "time"),
+    [
+        ("RArm", ROBOT, 0.1),
+        *full(("LArm", WORLD, 0.1), ("Head", WORLD, 0.1), ("RLeg", WORLD, 0.2), ("Torso", ROBOT, 0.1)),
+    ],
+)
+def test_every_axis_mask_is_met_in_balance(script: Script, effector: str, space: int, time: float) -> None:
+    """With both feet in place the shared hip motor leaves the torso x, z and wy."""
+    script("wbEnable", True)
+    feet = ("LLeg",) if effector == "RLeg" else ("LLeg", "RLeg")
+    if effector == "RLeg":
+        script("wbGoToBalance", "LLeg", 0.6)
+        script("wbFootState", "Free", effector)
+        script("positionInterpolation", effector, WORLD, [0.0, 0.0, 0.02, 0.0, 0.0, 0.0], 63, 0.4, False)
+    script("wbEnableBalanceConstraint", True, "LLeg" if effector == "RLeg" else "Legs")
+    start, soles = np.array(script("getTransform", effector, space, True)).reshape(4, 4), script.feet()[: len(feet)]
+    change = np.array([0.004, 0.003, 0.005, 0.015, 0.02, 0.01])
+    if effector == "Torso":
+        change[[1, 3, 5]] = 0.0
+    for mask in range(1, 64):
+        T = start.copy()
+        T[:3, 3] += change[:3] if mask % 2 else -change[:3]
+        T[:3, :3] = Rotation.from_rotvec(change[3:] if mask % 2 else -change[3:]).as_matrix() @ T[:3, :3]
+        script("transformInterpolations", effector, space, T.ravel().tolist(), mask, time)
+        found = np.array(script("getTransform", effector, space, True)).reshape(4, 4)
+        turn = Rotation.from_matrix(T[:3, :3] @ found[:3, :3].T).as_rotvec()
+        errors = np.concatenate([(T - found)[:3, 3], turn])[[bit for bit in range(6) if mask >> bit & 1]]
+        assert np.abs(errors).max() < 1e-4, mask
+        assert np.abs(script.feet()[: len(feet)] - soles).max() < 1e-6
+        assert script.inside(*feet) > 0.004
+    assert not any("as near to its target" in line for _, line in script.nao.log.lines)
+
+
+@pytest.mark.parametrize("mask", [5, 7, 56])
+def test_a_hand_that_moves_in_the_torso_does_not_move_the_torso(script: Script, mask: int) -> None:
+    script("wbEnable", True)
+    script("wbEnableBalanceConstraint", True, "Legs")
+    torso, change = script.nao.torso_in_world(), np.array([0.02, 0.01, 0.02, 0.1, 0.1, 0.0])
+    wanted = script.position("LArm", TORSO) + change
+    script("positionInterpolations", "LArm", TORSO, wanted.tolist(), mask, 0.5)
+    used = [mask >> bit & 1 == 1 for bit in range(6)]
+    assert np.abs(script.position("LArm", TORSO) - wanted)[used].max() < 1e-5
+    assert np.abs(script.nao.torso_in_world() - torso).max() < 1e-5
 
 
 @pytest.mark.full

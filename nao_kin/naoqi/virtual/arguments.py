@@ -132,16 +132,16 @@ def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...
     return tuple(lists)
 
 
-def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "times") -> None:
+def check_times(times: Sequence[Floats], joints: Sequence[str]) -> None:
     """Refuse times that are not positive and ascending."""
     for joint, row in zip(joints, times, strict=True):
         if row[0] <= 0.0:
-            raise BadArgument(f"{what} of {joint} must be above 0 s, got {row[0]:g} s")
+            raise BadArgument(f"times of {joint} must be above 0 s, got {row[0]:g} s")
         steps = np.diff(row)
         if not (steps > 0.0).all():
             at = int(np.argmin(steps > 0.0))
-            raise BadArgument(f"{what} of {joint} must ascend, got {row[at]:g} s and then {row[at + 1]:g} s")
-        check_duration(float(row[-1]), f"{what} of {joint}")
+            raise BadArgument(f"times of {joint} must ascend, got {row[at]:g} s and then {row[at + 1]:g} s")
+        check_duration(float(row[-1]), f"times of {joint}")
 
 
 def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:

@@ -23,9 +23,13 @@ from nao_kin.rotations import log
 
 # One radian has the weight of 0.1 m.
 RADIAN = 0.1
-_WEIGHTS = np.repeat([1.0, RADIAN], 3)
 _MAX_STEPS = 60
 _CONVERGED = 1e-10
+
+
+def axis_weights(mask: int) -> Floats:
+    """Return the weights of x, y, z, wx, wy, wz, 0 for those that a mask does not control, shape (6,)."""
+    return np.repeat([1.0, RADIAN], 3) * controlled_axes(mask)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +73,7 @@ def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
     fixed = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
     chain = chain._replace(links=links, offset=chain.offset + fixed)
-    goal = ik.Goal(_WEIGHTS * controlled_axes(target.mask), _CONVERGED, _MAX_STEPS)
+    goal = ik.Goal(axis_weights(target.mask), _CONVERGED, _MAX_STEPS)
     poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.fixed_values(q[None])
     solution = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
     best = q.copy()

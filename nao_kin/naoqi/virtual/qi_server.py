@@ -61,10 +61,6 @@ class QiServer:
     """
 
     def __init__(self, nao: VirtualNao, *, host: str = HOST, port: int = PORT, quiet: bool = False) -> None:
-        if not isinstance(nao, VirtualNao):
-            raise BadArgument(f"nao must be a VirtualNao, got {quoted(nao)}")
-        if not isinstance(host, str):
-            raise BadArgument(f"host {quoted(host)} is not an address of this machine")
         number, silent = whole_number(port, "port", 0, 65535), flag(quiet, "quiet")
         qi = load_qi("a server that NAOqi's scripts can connect to")
         if silent:

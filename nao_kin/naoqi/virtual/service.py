@@ -61,8 +61,6 @@ class Service:
 
     def invoke(self, name: str, *given: Any) -> Any:
         """Call a method by name; a blocking method returns a `Call`. Every error is a `NaoqiError`."""
-        if not isinstance(name, str):
-            raise BadArgument(f"method must be a name, got {quoted(name)}")
         function = self._methods.get(name)
         if function is None:
             raise self._no_method(name)

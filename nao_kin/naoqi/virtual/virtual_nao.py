@@ -133,8 +133,6 @@ class VirtualNao:
         if not isinstance(chosen, NaoModel) or chosen.base != "fixed":
             raise BadArgument("robot must be a NAO with a fixed base, as load_nao gives it")
         self.stepped = flag(stepped, "stepped")
-        if on_change is not None and not callable(on_change):
-            raise BadArgument(f"on_change must be a function of a change, got {quoted(on_change)}")
         self.behaviors = None if behaviors is None else _folder(behaviors)
         self.machine = machine = Machine(chosen, posture, speed, self.behaviors, on_change)
         self.robot, self.monitor, self.clock, self.log = machine.robot, machine.monitor, machine.clock, machine.log
@@ -258,8 +256,8 @@ class VirtualNao:
                 self.machine.services["ALTextToSpeech"].saying,
             )
 
-    def torso_in_world(self, *, sensor: bool = True) -> Floats:
-        """Return T_world_torso for the measured or the commanded joint values, shape (4, 4).
+    def torso_in_world(self) -> Floats:
+        """Return T_world_torso for the measured joint values, shape (4, 4).
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
@@ -267,7 +265,7 @@ class VirtualNao:
             (4, 4)
         """
         with self.monitor:
-            return np.array(self.base.torso(self.joints.q(sensor=flag(sensor, "sensor"))))
+            return np.array(self.base.torso(self.joints.q()))
 
     def check_open(self) -> None:
         """Raise BadArgument if the virtual NAO is closed.

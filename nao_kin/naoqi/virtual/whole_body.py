@@ -12,12 +12,12 @@ from nao_kin import ik
 from nao_kin._core.arrays import LOWER, Floats, join_poses
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import ARMS, LEGS, joint_names
-from nao_kin.naoqi.spaces import FRAME_TORSO, TORSO, AxisMask
+from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
-from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
+from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution, axis_weights
 from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
@@ -25,8 +25,8 @@ from nao_kin.rotations import exp, log, matrix_from_rpy
 
 # --- The constraints of whole-body control, and joint values that satisfy them.
 
-# Effector → pose (4, 4) or position (3,) in the world, and its weights for metres and for radians.
-Targets = dict[str, tuple[Floats, tuple[float, float]]]
+# Effector → pose (4, 4) or position (3,) in the world, and its weights, as in `nk.ik.whole_body`.
+Targets = dict[str, tuple[Floats, Any]]
 
 FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
 SUPPORTS: tuple[str, ...] = ("Legs", *LEGS)
@@ -39,12 +39,6 @@ _MARGIN = 0.005
 _MAX_HALVINGS = 7
 # The residual that counts for targets that were moved nearer: metres, and radians times 0.1.
 _NOTEWORTHY_IN_BALANCE = 2e-3
-# The axis masks of whole-body control, with weights for metres and for radians.
-MASKS: dict[int, tuple[float, float]] = {
-    AxisMask.VEL: (1.0, 0.0),
-    AxisMask.ROT: (0.0, RADIAN),
-    AxisMask.ALL: (1.0, RADIAN),
-}
 
 
 @dataclass
@@ -107,8 +101,7 @@ class WholeBodyTask(MotionTask):
     def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
         """Return joint values of the whole robot, near q, shape (nq,); None if no foot stands.
 
-        `targets` has effector → pose (4, 4) or position (3,) in the world, and its weights for metres and for radians;
-        a foot with a target is not fixed. `com` is the centre of mass on the floor, (2,); None for any above the
+        A foot with a target is not fixed. `com` is the centre of mass on the floor, (2,); None for any above the
         support.
         """
         feet, balance = dict(zip(LEGS, self._initial.T_world_feet, strict=True)), self._balance
@@ -217,7 +210,7 @@ class GoToBalance(WholeBodyTask):
 
 
 class WholeBodyPathTask(WholeBodyTask):
-    """Effectors follow paths with the whole robot, with the masks of `MASKS`: positionInterpolations."""
+    """Effectors follow paths with the whole robot: positionInterpolations."""
 
     def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
         super().__init__(nao, name, balance)
@@ -227,19 +220,23 @@ class WholeBodyPathTask(WholeBodyTask):
         """Begin at the commanded joint values."""
         hold_still(nao, self._requests)
         super().start(nao, time)
-        self._paths = [self._initial.curve(request) for request in self._requests]
+        initial = self._initial
+        self._paths = [initial.curve(request) for request in self._requests]
         self._end = max(float(path.times[-1]) for path in self._paths)
+        # The torso stays where it is if paths are relative to it: it would run away from a target that moves with it.
+        self._held: Targets = {}
+        if any(request.space == FRAME_TORSO for request in self._requests):
+            self._held[TORSO] = initial.T_world_torso, 1.0
+        self._axes = {FRAME_TORSO: initial.T_world_torso[:3, :3], FRAME_ROBOT: initial.T_world_robot[:3, :3]}
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's poses."""
         t = time - self.begin
-        T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
-        targets: Targets = {}
+        targets = dict(self._held)
         for request, path in zip(self._requests, self._paths, strict=True):
-            T = path.pose(t)
-            T_world = T_world_torso @ T if request.space == FRAME_TORSO else T
-            weights = MASKS[AxisMask.ALL if request.effector == TORSO else request.mask]
-            targets[request.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
+            T, mask = path.pose(t), AxisMask.ALL if request.effector == TORSO else request.mask
+            T = self._initial.T_world_torso @ T if request.space == FRAME_TORSO else T
+            targets[request.effector] = T, (axis_weights(mask), self._axes.get(request.space, np.eye(3)))
         q = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
         if q is None:
             self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
@@ -279,9 +276,9 @@ class EffectorControl(WholeBodyTask):
         for effector, goal in self.goals.items():
             now = self._now[effector] = _towards(self._now[effector], goal)
             if effector == "Head":
-                targets[effector] = join_poses(now, np.zeros(3)), MASKS[AxisMask.ROT]
+                targets[effector] = join_poses(now, np.zeros(3)), (0.0, RADIAN)
             else:
-                targets[effector] = now, MASKS[AxisMask.VEL]
+                targets[effector] = now, 1.0
         if self.resources:
             self.command(nao, targets, "an effector goes as near to its target as balance lets it")
         return False
@@ -317,8 +314,8 @@ class WholeBodyControl(CartesianControl):
     the pressure sensors of the standing feet. The balance is static: nothing has inertia.
 
     - While whole-body control is on, positionInterpolations and transformInterpolations use it too: all joints except
-      the hands help, and a foot that is neither moved nor "Free" stays. This works with the masks 7, 56 and 63; with
-      other masks, effectors move with their own chains only.
+      the hands help, and a foot that is neither moved nor "Free" stays. All masks work, along the axes of the
+      space. In FRAME_TORSO the torso stays, unless the balance moves it.
     - setAngles, angleInterpolation and setPositions move their own joints; the balance does not correct them.
     - "Plane" is treated as "Fixed": a foot does not slide. wbEnableEffectorOptimization has no effect.
     """
@@ -328,8 +325,8 @@ class WholeBodyControl(CartesianControl):
         self.balance = BalanceControl()
 
     def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
-        """Return a task of the whole robot if whole-body control is on and supports the masks of the paths."""
-        if self.balance.enabled and all(request.mask in MASKS for request in requests):
+        """Return a task of the whole robot if whole-body control is on."""
+        if self.balance.enabled:
             return WholeBodyPathTask(name, self.nao, requests, self.balance)
         return super()._path_task(name, requests)
 

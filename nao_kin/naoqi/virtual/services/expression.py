@@ -103,8 +103,6 @@ def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
         >>> nk.naoqi.light_colours({"FaceLedRight0": (1.0, 0.0, 0.0)})
         {'RightEye0': (1.0, 0.0, 0.0)}
     """
-    if not isinstance(leds, Mapping):
-        raise BadArgument(f"leds must be a mapping, got {type(leds).__name__}")
     return {_LIGHTS[led]: colour for led, colour in leds.items() if led in _LIGHTS}
 
 
@@ -354,8 +352,6 @@ def spoken_words(text: str) -> str:
         >>> nk.naoqi.spoken_words("^start(animations/Stand/Gestures/Hey_1) Hello")
         'Hello'
     """
-    if not isinstance(text, str):
-        raise BadArgument(f"text must be a string, got {type(text).__name__}")
     return _TAG.sub("", text).strip()
 
 
