@@ -17,12 +17,12 @@ from typing import Any
 
 import typer
 
+from nao_kin import warm_up
 from nao_kin._core.browsers import VARIABLE, find_browsers
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
-from nao_kin._kernels.cache import warm_up
 from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
 from nao_kin.errors import NoBrowser
