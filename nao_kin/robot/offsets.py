@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_vectors, check_kind, first_index, join_poses
+from nao_kin._core.arrays import Floats, as_floats, check_kind, first_index, join_poses
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import nearest_names, quoted
 from nao_kin._core.warn import warn_caller
@@ -231,7 +231,7 @@ def pose_of(value: ArrayLike, what: str) -> Floats:
 def rigid_poses(T: ArrayLike, what: str) -> Floats:
     """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
     with np.errstate(over="ignore"):
-        poses = as_vectors(as_floats(T, (4, 4), what), what, 4, rows=True)
+        poses = as_floats(T, (4, 4), what)
     off = refuse_not_rigid(poses, what).orthogonality > _ROUNDING
     nearest: Floats = poses.copy()
     if np.any(off):

@@ -221,7 +221,7 @@ def _as_points(value: ArrayLike, what: str) -> Floats:
         raise WrongShape(what, "(..., n, 3)", points.shape)
     if points.shape[-2] < 3:
         raise DegeneratePoints(f"{what}: a rotation needs at least three, got {points.shape[-2]}")
-    return as_vectors(points, what, rows=True)
+    return as_vectors(points, what)
 
 
 def _centred(points: Floats, what: str, thinnest: float) -> Floats:

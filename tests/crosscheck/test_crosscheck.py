@@ -313,8 +313,6 @@ def test_a_step_that_hangs_nowhere_is_refused(nao: nk.NaoModel) -> None:
         (0, 0, "samples must be at least 1, got 0"),
         (100_001, 0, "samples must be at most 100000, got 100001"),
         (99999999999999999999, 0, "samples must be at most 100000, got 99999999999999999999"),
-        (10**5000, 0, "samples must be at most 100000, got one of 16610 bits"),
-        (-(10**5000), 0, "samples must be at least 1, got one of 16610 bits"),
         (2.0, 0, "samples must be a whole number, got 2.0"),
         (math.nan, 0, "samples must be a whole number, got nan"),
         (1, -3, "seed must be at least 0, got -3"),
@@ -323,9 +321,8 @@ def test_a_step_that_hangs_nowhere_is_refused(nao: nk.NaoModel) -> None:
             2**128,
             "seed must be at most 340282366920938463463374607431768211455, got 3402823669209384634633746074317682",
         ),
-        (1, 10**5000, "seed must be at most 340282366920938463463374607431768211455, got one of 16610 bits"),
     ],
-    ids=map(str, range(10)),
+    ids=map(str, range(7)),
 )
 def test_absurd_numbers_are_refused_in_one_line(nao: nk.NaoModel, samples: Any, seed: Any, message: str) -> None:
     with pytest.raises(BadArgument) as caught:

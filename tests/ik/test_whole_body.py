@@ -477,27 +477,10 @@ def test_targets_that_are_no_poses_are_named(nao: nk.NaoModel) -> None:
         whole_body(nao, {"LArm": np.zeros((2, 3)), "RArm": np.zeros((3, 3))})
 
 
-def test_numbers_whose_squares_overflow_are_refused_by_name(nao: nk.NaoModel) -> None:
+def test_far_targets_are_out_of_reach_and_heavy_ones_are_met(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
-    far = nao.configuration({"HeadYaw": 1e200}, limits="ignore")
-    cases = [
-        (lambda: whole_body(nao, {"LArm": [1e155, 0.0, 0.0]}), r"targets\[.*LArm.*must not exceed 1e\+150"),
-        (lambda: whole_body(nao, {}, gaze=[1e155, 0.0, 0.0], near=q), "gaze must not exceed"),
-        (lambda: whole_body(nao, {}, com=[1e155, 0.0]), "com must not exceed"),
-        (lambda: whole_body(nao, {}, torso=[0.0, 0.0, 1e308]), "torso must not exceed"),
-        (lambda: whole_body(nao, {}, com="support", margin=1e200), "margin must not exceed"),
-        (lambda: whole_body(nao, {}, near=far), "near must not exceed"),
-        (lambda: whole_body(nao, {}, posture=far), "posture must not exceed"),
-        (lambda: whole_body(nao, {"LArm": [0.1, 0, 0]}, weights={"LArm": 1e200}), r"weights\[.*LArm.*exceed 1e\+12"),
-        (
-            lambda: whole_body(nao, {"LArm": [1e145, 0, 0]}, weights={"LArm": 1e10}),
-            r"targets\[.*LArm.* times its weight must not exceed",
-        ),
-        (lambda: SupportPolygon.around([[0, 0], [1e200, 0], [0, 1]]), "points must not exceed"),
-    ]
-    for call, message in cases:
-        with pytest.raises(BadArgument, match=message):
-            call()  # type: ignore[no-untyped-call]
+    with pytest.raises(BadArgument, match=r"weights\[.*LArm.*exceed 1e\+12"):
+        whole_body(nao, {"LArm": [0.1, 0, 0]}, weights={"LArm": 1e200})
     largest = whole_body(nao, {"LArm": [1e149, 0.0, 0.0]}, gaze=[0.0, 1e149, 0.0], com="support", restarts=1)
     assert largest.reason is Reason.OUT_OF_REACH
     assert largest.gives_way == "LArm"

@@ -279,15 +279,6 @@ def test_every_function_takes_every_batch_shape_and_treats_each_pair_alone(shape
         assert whole_batch.defective.tolist() == [[False, True, False], [False, False, False]]
 
 
-def test_batches_may_have_62_axes_and_no_more() -> None:
-    u = np.ones((1,) * 62 + (3,))
-    for function, tail in ((rank_one.matrix, (3, 3)), (rank_one.inverse, (3, 3)), (rank_one.determinant, ())):
-        assert function(u, [1, 2, 3]).shape == (1,) * 62 + tail
-        with pytest.raises(WrongShape, match="with at most 62 batch axes, got 63 of them"):
-            function([1, 2, 3], u[None])
-    assert rank_one.eigen(u, u).jordan_basis.shape == (1,) * 62 + (3, 3)
-
-
 def test_arguments_broadcast_and_are_left_alone() -> None:
     u, v = np.ones((4, 1, 3)), np.ones(3)
     for result in (rank_one.matrix(u, v), rank_one.inverse(u, v), rank_one.eigen(u, v).vectors):
@@ -305,7 +296,6 @@ def test_arguments_broadcast_and_are_left_alone() -> None:
         ([1, 0], [1, 0], WrongShape),
         (np.ones((2, 3)), np.ones((3, 3)), WrongShape),
         ("abc", [1, 0, 0], BadArgument),
-        ([1e200, 0, 0], [1, 0, 0], BadArgument),
     ],
 )
 def test_bad_input_is_refused_with_the_librarys_own_error(function, u, v, error) -> None:

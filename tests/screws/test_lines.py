@@ -256,31 +256,6 @@ def test_every_function_takes_every_batch_shape_and_treats_each_line_alone(shape
             assert_near(result(i), whole[i], atol=1e-13, err_msg=name)
 
 
-def test_batches_may_have_62_axes_and_no_more() -> None:
-    many = (1,) * 62
-    p, q, T = np.zeros((*many, 3)), np.ones((*many, 3)), np.eye(4).reshape(*many, 4, 4)
-    line = PluckerLine.through(p, q)
-    for moved in (line, line.transfer_to(q), line.transformed(T), PluckerLine.from_point_direction(p, q), line[...]):
-        assert PluckerLine.from_coordinates(moved.coordinates, origin=moved.origin).batch_shape == many
-    assert line.closest_point(q).shape == p.shape
-    normal = lines.common_normal(line, PluckerLine.through(p, [1, 0, 0]))
-    assert normal.foot_a.shape == normal.foot_b.shape == p.shape
-    assert lines.incident(line, line).shape == lines.reciprocal_product(line, line).shape == many
-    assert lines.angle(line, line).shape == lines.meet_plane(line, p, q).offset.shape == many
-    assert lines.transfer_matrix(p, q).shape == lines.motion_matrix(T).shape == (*many, 6, 6)
-    assert lines.geometric_jacobian(line, at=p[0]).shape == (*many[1:], 6, 1)
-    assert len(list(line)) == 1
-    for call in (
-        lambda: PluckerLine.through(p[None], [1, 0, 0]),
-        lambda: PluckerLine.from_point_direction([0, 0, 0], q[None]),
-        lambda: PluckerLine.from_coordinates(np.ones((*many, 1, 6))),
-        lambda: line.transfer_to(p[None]),
-        lambda: lines.transfer_matrix(p[None], [0, 0, 0]),
-    ):
-        with pytest.raises(WrongShape, match="with at most 62 batch axes, got 63 of them"):
-            call()
-
-
 def test_arguments_broadcast_against_each_other() -> None:
     grid = PluckerLine.through(np.zeros((4, 1, 3)), np.eye(3), origin=[1.0, 2.0, 3.0])
     assert grid.batch_shape == grid.moment.shape[:-1] == grid.origin.shape[:-1] == (4, 3)
@@ -718,7 +693,6 @@ REFUSED = {
     "NaN point": (lambda: PluckerLine.through([1, np.nan, 3], [1, 2, 3]), NotFinite),
     "infinite direction": (lambda: PluckerLine.from_point_direction([1, 2, 3], [np.inf, 0, 0]), NotFinite),
     "NaN origin": (lambda: LINE.transfer_to([np.nan, 0, 0]), NotFinite),
-    "huge point": (lambda: PluckerLine.through([1e200, 0, 0], [0, 0, 0]), BadArgument),
     "wrong shape": (lambda: PluckerLine.through([1, 2], [3, 4]), WrongShape),
     "text": (lambda: PluckerLine.through("abc", [3, 4, 5]), BadArgument),
     "ragged": (lambda: PluckerLine.through([[1, 2, 3], [1, 2]], [3, 4, 5]), BadArgument),
@@ -753,7 +727,7 @@ def test_bad_input_is_refused_with_the_librarys_own_error(case) -> None:
         call()
 
 
-@for_all("threshold", [-1, -1e-300, np.nan, "x", None, [1e-9], np.array([1e-9, 1]), 10**400, 1j])
+@for_all("threshold", [-1, -1e-300, np.nan, "x", None, [1e-9], np.array([1e-9, 1]), 1j])
 def test_a_threshold_is_a_number_that_is_not_negative(threshold) -> None:
     skew = PluckerLine.through([0, 1, 0], [0, 1, 1])
     for other in (LINE, skew):

@@ -102,19 +102,6 @@ def test_batches_broadcast_against_each_other(name) -> None:
         function(two[0], *rows[1:])
 
 
-@for_all("name", FUNCTIONS)
-def test_batches_may_have_62_axes_and_arguments_stay_as_they_were(name) -> None:
-    function, kinds = FUNCTIONS[name]
-    arguments = made(kinds, (1,) * 62)
-    before = [None if kind == "l" else a.copy() for a, kind in zip(arguments, kinds, strict=True)]
-    result = function(*arguments)
-    assert result.shape[:62] == (1,) * 62
-    result[...] = 7.0
-    for a, kept in zip(arguments, before, strict=True):
-        if kept is not None:
-            np.testing.assert_array_equal(a, kept)
-
-
 @for_all("name", [name for name, (_, kinds) in FUNCTIONS.items() if kinds[0] != "l"])
 def test_wrong_shapes_what_is_not_finite_and_what_is_no_number_are_refused(name) -> None:
     function, kinds = FUNCTIONS[name]
@@ -169,7 +156,5 @@ def test_nothing_to_compose_and_turns_without_digits_are_refused() -> None:
     for function in (screws.exp, screws.left_jacobian, screws.right_jacobian_inverse, screws.Screw.from_twist):
         with pytest.raises(BadArgument, match=r"the twist at index \[1\] turns by more than 1e\+15 rad"):
             function([[0, 0, 0, 0, 0, 1], [0, 0, 0, 0, 0, 1.1e15]])
-        with pytest.raises(BadArgument, match=r"twist must not exceed 1e\+150"):
-            function([1e151, 0, 0, 0, 0, 1])
     assert np.isfinite(screws.exp([1e150, 0, 0, 0, 1e15, 0])).all()
     assert np.isfinite(screws.left_jacobian([1e150, 1e150, 0, 0, 1e15, 0])).all()
