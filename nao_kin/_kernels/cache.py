@@ -326,33 +326,31 @@ class CachedKernel:
             write_file(folder, self.file.name, dumps((made.codegen.magic_tuple(), made._reduce())))
 
 
-def first_rows(
-    kernels: Sequence[CachedKernel], run: Callable[[slice], object], count: int, at_once: int = 1, each: float = 0.0
-) -> int:
+def first_rows(kernels: Sequence[CachedKernel], run: Callable[[slice], object], count: int, each: float = 0.0) -> int:
     """Run the first rows as Python as long as this is faster than waiting for the kernels; return their number.
 
-    `run` computes a slice of `at_once` rows with `CachedKernel.uncompiled`; `each` is an upper bound for the time of a
-    row as Python [s], which measured times replace.
+    `run` computes a slice of one row with `CachedKernel.uncompiled`; `each` is an upper bound for the time of a row as
+    Python [s], which measured times replace.
     """
     lacking = [kernel for kernel in kernels if not kernel.in_memory]
     if not lacking or not may_compile():
         return 0
-    done, seconds, left = 0, 0.0, count * each
-    while True:
+    seconds, left = 0.0, count * each
+    for done in range(count + 1):
         if left + sum(kernel.python_seconds for kernel in lacking) >= _WORTH_COMPILING:
             if done < count and left >= sum(kernel.seconds_until_better() for kernel in lacking):
                 return done
             for kernel in lacking if done else ():
                 kernel.compile_in_background()
-        if done == count:
-            return done
-        part, started = slice(done, min(done + at_once, count)), time.perf_counter()
-        run(part)
-        took = time.perf_counter() - started
-        for kernel in lacking:
-            kernel.python_seconds += took / len(lacking)
-        done, seconds = part.stop, seconds + took
-        left = seconds / done * (count - done)
+        if done < count:
+            started = time.perf_counter()
+            run(slice(done, done + 1))
+            took = time.perf_counter() - started
+            for kernel in lacking:
+                kernel.python_seconds += took / len(lacking)
+            seconds += took
+            left = seconds / (done + 1) * (count - done - 1)
+    return count
 
 
 def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
