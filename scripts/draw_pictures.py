@@ -21,7 +21,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
+from nao_kin._core.process import find_browsers
 
 HERE = Path(__file__).resolve().parent
 IMAGES = HERE.parent / "docs" / "images"

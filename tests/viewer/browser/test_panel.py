@@ -16,7 +16,7 @@ from loops import for_all, full
 from viewer_pages import OPTIONS, Page, opened, until, visitor
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
+from nao_kin._core.process import find_browsers
 from nao_kin.motion import mirror
 from nao_kin.stream.tables import read_configurations
 from nao_kin.viewer import Viewer
