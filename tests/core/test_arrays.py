@@ -66,6 +66,3 @@ def test_a_configuration_is_not_drawn_with_anything_else(nao: nk.NaoModel) -> No
             BadArgument, match=r"^rng must be a generator, or a seed of whole numbers from 0, got .{1,200}$"
         ):
             nao.random(rng)  # type: ignore[arg-type]
-    for n in ("two", b"x", bytearray(b"x")):
-        with pytest.raises(BadArgument, match="n must be a whole number or a shape, got "):
-            nao.random(0, n)  # type: ignore[arg-type]
