@@ -29,7 +29,7 @@ import numpy as np
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
-from nao_kin._core.browsers import find_browsers
+from nao_kin._core.process import find_browsers
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import MeshcatRobot, Viewer
 

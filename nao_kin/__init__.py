@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 from nao_kin._core import __version__ as __version__
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from nao_kin import (
         calibration,
         cli,
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
         viewer,
         world,
     )
-    from nao_kin._kernels import KernelState, cache_folder, warm_up
+    from nao_kin._kernels import KernelState, cache_folder
     from nao_kin.errors import NaoKinError
     from nao_kin.motion import Motion
     from nao_kin.robot import (
@@ -109,8 +111,28 @@ _HOME = {
     "load_nao": "nao_kin.robot",
     "load_robot": "nao_kin.robot",
     "robot_names": "nao_kin.robot",
-    "warm_up": "nao_kin._kernels",
 }
+
+
+def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
+    """Compile kernels, or read them from the cache, so that later calls do not wait for them.
+
+    Args:
+        names: names of kernels, such as "ik kernel, legs"; None for all kernels of the package.
+
+    Returns:
+        The state of each kernel; empty without Numba, where nothing is compiled.
+
+    Examples:
+        >>> [state.name for state in nk.warm_up(["ik kernel, heads"])]
+        ['ik kernel, heads']
+    """
+    from nao_kin._kernels import cache
+
+    if cache.has_numba():  # the modules that make kernels
+        from nao_kin import ik, imitation, reach  # noqa: F401
+        from nao_kin._kernels import operations  # noqa: F401
+    return cache.warm_up(names)
 
 
 def __getattr__(name: str) -> Any:

@@ -26,7 +26,7 @@ from PIL import Image
 from walk_and_draw import last_pose
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
+from nao_kin._core.process import find_browsers
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"

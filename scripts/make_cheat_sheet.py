@@ -19,8 +19,8 @@ import tempfile
 from html import escape
 from pathlib import Path
 
-from nao_kin._core.browsers import find_browsers
 from nao_kin._core.files import write_bytes
+from nao_kin._core.process import find_browsers
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 SOURCE, TARGET = DOCS / "cheat_sheet.md", DOCS / "_static" / "cheat_sheet.pdf"

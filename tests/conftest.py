@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import re
 import signal
 import tempfile
@@ -57,7 +58,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     nk.warm_up([])
     nk.warm_up([name for name in nk._kernels.KERNELS if not name.startswith("ik")])
     for name in {"ik kernel, bodies", "ik kernel, both legs"} & set(nk._kernels.KERNELS):  # none without Numba
-        nk._kernels.KERNELS[name]._started = True  # half a minute in the background, of no use to a test that is short
+        nk._kernels.KERNELS[name].background_from = math.inf  # half a minute, of no use to a test that is short
 
 
 def _skipped(report: Any, error: BaseException | str, path: Path) -> None:

@@ -1,7 +1,6 @@
 """Read files, and write them so that a reader sees either the old or the new content, never a part of it.
 
-A symbolic link is followed and preserved. A device, a pipe and a descriptor of this process ("/dev/stdout") are written
-directly. An existing file keeps its mode and its owner.
+A symbolic link is followed and preserved. A device, a pipe and standard output are written directly.
 """
 
 from __future__ import annotations
@@ -11,14 +10,12 @@ import io
 import json
 import math
 import os
-import re
 import stat
 import struct
 import sys
 import zlib
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, BinaryIO, cast
 
@@ -32,25 +29,7 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, WrongShape
 # The folders of the URDFs of the NAO, one of which exists: in a wheel inside the package, in a checkout beside it.
 URDF_FOLDERS = tuple(Path(__file__).resolve().parents[k] / name for k, name in ((1, "_urdf_files"), (2, "urdf")))
 
-_DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
-_MAX_LINKS = 40
-_STANDARD_OUTPUT = 1
 _COPIED_AT_ONCE = 1 << 20
-
-
-@dataclass(frozen=True)
-class _Target:
-    """The file, device or pipe to which a path leads."""
-
-    path: Path  # without symbolic links
-    state: os.stat_result | None  # None if it does not exist
-    descriptor: int | None = None  # the descriptor of this process that the path names
-
-    @property
-    def replaceable(self) -> bool:
-        """Whether a new file may be put there: there is a regular file or nothing, not a device or a pipe."""
-        return self.descriptor is None and (self.state is None or stat.S_ISREG(self.state.st_mode))
-
 
 # Kind of file → the noun for it, and the suffixes that its name may have.
 _SUFFIXES = {
@@ -64,11 +43,10 @@ _SUFFIXES = {
 
 def check_writable(path: Path | str, *, kind: str = "") -> None:
     """Raise the errors of `write_bytes` before the content is made; for a known kind, check the suffix too."""
-    with errors_naming(path):
-        target = _target_of(path)
-        if target.replaceable:
-            with _temporary_file(target) as (descriptor, _):
-                os.close(descriptor)
+    target = replaced_file(path)
+    if target is not None:
+        with errors_naming(path), _temporary_file(target):
+            pass
     noun, suffixes = _SUFFIXES.get(kind, ("", ()))
     ending = Path(path).suffix
     if suffixes and ending and ending.lower() not in suffixes:
@@ -77,15 +55,31 @@ def check_writable(path: Path | str, *, kind: str = "") -> None:
 
 
 def leads_to_standard_output(path: Path | str) -> bool:
-    """Return whether `path` is another name of this process's standard output, such as "/dev/stdout"."""
-    return _descriptor_of(os.fspath(path)) == _STANDARD_OUTPUT
+    """Return whether `path` is a name of this process's standard output."""
+    return os.path.abspath(path) in ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 
 
 def replaced_file(path: Path | str) -> Path | None:
-    """Return the file, without symbolic links, that `path` leads to; None for a device, pipe or descriptor."""
+    """Return the file, without symbolic links, that `path` leads to; None for a device, a pipe or standard output."""
     with errors_naming(path):
-        target = _target_of(path)
-    return target.path if target.replaceable else None
+        if not Path(path).name:
+            raise ValueError("no file name")
+        if os.fspath(path).endswith(os.sep):
+            raise OSError("the path names a folder")
+        if leads_to_standard_output(path):
+            return None
+        try:
+            state = os.stat(path)
+        except FileNotFoundError:
+            return Path(os.path.realpath(path))
+        if stat.S_ISDIR(state.st_mode):
+            raise OSError("it is a folder")
+        # A rename would replace a read-only file, and root may write to it.
+        if not state.st_mode & 0o222:
+            raise OSError(f"it is read-only (mode {stat.S_IMODE(state.st_mode):04o})")
+        if not os.access(path, os.W_OK):
+            raise OSError("permission denied")
+        return Path(os.path.realpath(path)) if stat.S_ISREG(state.st_mode) else None
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -95,96 +89,45 @@ def write_text(path: Path | str, text: str) -> None:
 
 def write_bytes(path: Path | str, content: bytes) -> None:
     """Write `content` to `path`: to a file by renaming a temporary file in the same folder, else directly."""
-    with errors_naming(path):
-        target = _target_of(path)
-        if not (target.replaceable and _replace(target, content)):
-            with _opened(target) as stream:
-                stream.write(content)
+    target = replaced_file(path)
+    with errors_naming(path), _temporary_file(target) if target else _opened(path) as file:
+        file.write(content)
+        if target:
+            _rename(file, target)
 
 
 def move_into_place(finished: Path, path: Path | str) -> None:
     """Rename a finished file to the target of `path`, in the same file system, or copy it to a device or a pipe."""
-    with errors_naming(path):
-        target = _target_of(path)
-        if target.replaceable and (target.state is None or _copy_owner_and_mode(finished, target.state)):
-            with finished.open("rb") as content:
-                sync(content)
-            os.replace(finished, target.path)
+    target = replaced_file(path)
+    with errors_naming(path), finished.open("rb") as content:
+        if target:
+            _rename(content, target)
             return
         import shutil
 
-        with finished.open("rb") as content, _opened(target) as stream:
+        with _opened(path) as stream:
             shutil.copyfileobj(content, stream, _COPIED_AT_ONCE)
         finished.unlink()
 
 
-@contextmanager
-def _opened(target: _Target) -> Iterator[BinaryIO]:
-    """Open for writing a device, a pipe, a descriptor, or a file that is not replaced by a new one."""
-    if target.descriptor == _STANDARD_OUTPUT and sys.stdout is not None:
-        sys.stdout.flush()  # keeps the order of earlier output
-    place = target.path if target.descriptor is None else os.dup(target.descriptor)
-    # A file is written without interruption; a pipe may take as long as its reader likes.
-    with uninterrupted() if target.replaceable else nullcontext(), open(place, "wb") as stream:
-        yield stream
+def _opened(path: Path | str) -> BinaryIO:
+    """Open a device or a pipe for writing, or standard output after what has been printed."""
+    if not leads_to_standard_output(path):
+        return open(path, "wb")
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    return open(os.dup(1), "wb")
 
 
-def _target_of(path: Path | str) -> _Target:
-    """Return the target of writing to `path`; raise OSError, ValueError or TypeError if it is not writable."""
-    text = os.fspath(path)
-    if not isinstance(text, str):
-        raise TypeError("expected a path as text")
-    if not Path(text).name:
-        raise ValueError("no file name")
-    descriptor = _descriptor_of(text)
-    if descriptor is not None:
-        import fcntl
-
-        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
-            raise OSError("it is not open for writing")
-        return _Target(Path(text), os.fstat(descriptor), descriptor)
-    target = Path(os.path.realpath(text))
-    try:
-        state = os.stat(text)
-    except FileNotFoundError:
-        if text.endswith(os.sep):
-            raise OSError("the path names a folder") from None
-        return _Target(target, None)
-    if stat.S_ISDIR(state.st_mode):
-        raise OSError("it is a folder")
-    if stat.S_ISSOCK(state.st_mode):
-        raise OSError("it is a socket")
-    # Root may write to every file; a read-only mode is meant for root too.
-    if not state.st_mode & 0o222:
-        raise OSError(f"it is read-only (mode {stat.S_IMODE(state.st_mode):04o})")
-    if not os.access(text, os.W_OK):
-        raise OSError("permission denied")
-    return _Target(target, state)
-
-
-def _descriptor_of(path: str) -> int | None:
-    """Return the descriptor of this process that a path names, directly or through symbolic links."""
-    for _ in range(_MAX_LINKS):
-        match = _DESCRIPTORS.fullmatch(os.path.abspath(path))
-        if match is not None and match["process"] in (None, str(os.getpid())):
-            return int(match["descriptor"])
-        try:
-            path = os.path.join(os.path.dirname(path), os.readlink(path))
-        except (OSError, ValueError):
-            return None
-    return None
-
-
-def _replace(target: _Target, content: bytes) -> bool:
-    """Replace the target by a new file; if that cannot get the owner of the old one, return False and do nothing."""
-    with _temporary_file(target) as (descriptor, temporary):
-        with os.fdopen(descriptor, "wb") as file:
-            if target.state is not None and not _copy_owner_and_mode(temporary, target.state):
-                return False
-            file.write(content)
-            sync(file)
-        os.replace(temporary, target.path)
-    return True
+def _rename(finished: BinaryIO, target: Path) -> None:
+    """Write a finished file to the disk, close it, and rename it to its target, whose mode and owner it takes over."""
+    sync(finished)
+    finished.close()
+    with suppress(FileNotFoundError, PermissionError, AttributeError):  # Windows has no owners
+        before = os.stat(target)
+        os.chmod(finished.name, stat.S_IMODE(before.st_mode))
+        os.chown(finished.name, before.st_uid, before.st_gid)
+    os.replace(finished.name, target)
 
 
 def sync(file: BinaryIO) -> None:
@@ -194,9 +137,9 @@ def sync(file: BinaryIO) -> None:
 
 
 @contextmanager
-def _temporary_file(target: _Target) -> Iterator[tuple[int, Path]]:
-    """Yield descriptor and path of a new file in the target's folder, which is removed at the end in any case."""
-    temporary = target.path.with_name(f".nao_kin-{os.urandom(8).hex()}")
+def _temporary_file(target: Path) -> Iterator[BinaryIO]:
+    """Yield a new file in the target's folder, which is removed at the end if it has not been renamed."""
+    temporary = target.with_name(f".nao_kin-{os.urandom(8).hex()}")
 
     def remove() -> None:
         with suppress(OSError):
@@ -204,21 +147,10 @@ def _temporary_file(target: _Target) -> Iterator[tuple[int, Path]]:
 
     with before_ending(remove):
         try:
-            yield os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), temporary
+            with temporary.open("xb") as file:
+                yield file
         finally:
             remove()
-
-
-def _copy_owner_and_mode(temporary: Path, before: os.stat_result) -> bool:
-    """Give the new file the owner and the mode of the old one; return False if this is not permitted."""
-    now = temporary.stat()
-    if (now.st_uid, now.st_gid) != (before.st_uid, before.st_gid):
-        try:
-            os.chown(temporary, before.st_uid, before.st_gid)
-        except PermissionError:
-            return False
-    os.chmod(temporary, stat.S_IMODE(before.st_mode))
-    return True
 
 
 @contextmanager
@@ -232,7 +164,8 @@ def errors_naming(path: object) -> Iterator[None]:
         raise BadArgument(f"cannot write {quoted(path)}: {error}") from None
 
 
-# --- Folders of files, written completely or not at all; other files in them are never removed.
+# --- Folders of files, and documents with the extra files that they name. All files are written to a temporary folder
+# first, and then renamed; other files are never removed.
 
 
 def check_folder(path: Path | str, *, overwrite: bool) -> None:
@@ -244,8 +177,7 @@ def check_folder(path: Path | str, *, overwrite: bool) -> None:
 def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: bool = False) -> tuple[Path, ...]:
     """Make `path` a folder with these files and no others; return the files, in the given order.
 
-    The files are written to a temporary folder first. A new folder is made from it by one rename; an existing one keeps
-    its mode, and the files are renamed into it, only with `overwrite` and if it has no files of other names.
+    A folder that has files is filled only with `overwrite`, and if it has no files of other names.
     """
     with errors_naming(path):
         target = _folder_target(path, overwrite)
@@ -254,15 +186,16 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: boo
             if others:
                 reason = f"it contains {len(others)} other files, first {quoted(others[0])}"
                 raise BadArgument(f"cannot replace {abbreviated(target)}: {reason}")
-            _swap(target, files)
+            with _filled_folder(target, files) as fresh, uninterrupted():
+                _rename_all(fresh, target, files)
         else:
-            with filled_folder(target.parent, files) as fresh:
+            with _filled_folder(target.parent, files) as fresh:
                 fresh.rename(target)
     return tuple(Path(path) / name for name in files)
 
 
 @contextmanager
-def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
+def _filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
     """Yield a new folder in `parent` that contains the files; it is removed at the end in any case."""
     import shutil
 
@@ -275,16 +208,22 @@ def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
         try:
             fresh.mkdir()
             for name, content in files.items():
-                file = fresh / name
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(content)
+                (fresh / name).parent.mkdir(parents=True, exist_ok=True)
+                with (fresh / name).open("xb") as file:
+                    file.write(content)
+                    sync(file)
             yield fresh
         finally:
             remove()
 
 
-def already_exists(path: Path | str, how: str = "already exists") -> BadArgument:
-    """Return the error for an existing path that may not be replaced."""
+def _rename_all(fresh: Path, folder: Path, names: Iterable[str]) -> None:
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        os.replace(fresh / name, folder / name)
+
+
+def _already_exists(path: Path | str, how: str = "already exists") -> BadArgument:
     return BadArgument(f"{abbreviated(path)} {how}; overwrite=True (--force) replaces it")
 
 
@@ -295,7 +234,7 @@ def _folder_target(path: Path | str, overwrite: bool) -> Path:
     target = Path(os.path.realpath(path))
     if target.is_dir():
         if not overwrite and next(_files_in(target), None) is not None:
-            raise already_exists(target)
+            raise _already_exists(target)
     elif os.path.exists(path):
         raise BadArgument(f"cannot write {abbreviated(path)}: it is a file, and a folder is needed")
     else:
@@ -308,39 +247,12 @@ def _files_in(folder: Path) -> Iterator[Path]:
     return (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
 
 
-def _sync_files(folder: Path) -> None:
-    for path in _files_in(folder):
-        with path.open("rb") as file:
-            sync(file)
-
-
-def _swap(target: Path, files: Mapping[str, bytes]) -> None:
-    """Replace the top-level files and folders of the target by new ones; all of them, or none."""
-    tops = dict.fromkeys(name.split("/")[0] for name in files)
-    with filled_folder(target, {f"new/{name}": content for name, content in files.items()}) as fresh, uninterrupted():
-        _sync_files(fresh)
-        (fresh / "old").mkdir()
-        done: list[tuple[Path, Path]] = []
-        try:
-            for top in tops:
-                if os.path.lexists(target / top):
-                    done.append((target / top, (target / top).rename(fresh / "old" / top)))
-                done.append((fresh / "new" / top, (fresh / "new" / top).rename(target / top)))
-        except BaseException:
-            for before, after in reversed(done):
-                after.rename(before)
-            raise
-
-
-# --- A document and the extra files that it names, written completely or not at all.
-
-
 def check_replaceable(path: Path | str, *, overwrite: bool) -> None:
     """Raise the errors of `write_document` for the document alone, before the work that produces it."""
     check_writable(path)
     target = replaced_file(path)
     if target is not None and target.exists() and not overwrite:
-        raise already_exists(path)
+        raise _already_exists(path)
 
 
 def write_document(
@@ -348,20 +260,21 @@ def write_document(
 ) -> tuple[Path, ...]:
     """Write a document, and the extra files in its folder that it names; return their paths.
 
-    All are written to a temporary folder first and renamed, the document last. Extra files that have not changed stay.
+    The document is renamed last. Extra files that have not changed stay.
     """
     extras = extras or {}
     check_replaceable(path, overwrite=overwrite)
-    target = replaced_file(path)
-    if target is None:
-        if extras:
-            raise BadArgument(f"{abbreviated(path)} takes one file, but {len(extras)} more must be next to it")
-        write_bytes(path, content)
-        return (Path(path),)
+    if extras and replaced_file(path) is None:
+        raise BadArgument(f"{abbreviated(path)} takes one file, but {len(extras)} more must be next to it")
     folder = Path(path).parent
     with errors_naming(path):
         fresh = {name: data for name, data in extras.items() if not _is_unchanged(folder / name, data, overwrite)}
-        _write_together(folder, fresh, path, content)
+        if fresh:
+            with _filled_folder(folder, fresh) as made, uninterrupted():
+                _rename_all(made, folder, fresh)
+                write_bytes(path, content)
+        else:  # perhaps into a pipe, which takes as long as its reader likes
+            write_bytes(path, content)
     return (Path(path), *(folder / name for name in extras))
 
 
@@ -372,31 +285,8 @@ def _is_unchanged(file: Path, data: bytes, overwrite: bool) -> bool:
     if file.is_file() and file.stat().st_size == len(data) and file.read_bytes() == data:
         return True
     if not overwrite or not file.is_file():
-        raise already_exists(file, "exists with other content")
+        raise _already_exists(file, "exists with other content")
     return False
-
-
-def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str, content: bytes) -> None:
-    if not extras:
-        write_bytes(path, content)
-        return
-    made: list[Path] = []
-    with filled_folder(folder, extras) as fresh, uninterrupted():
-        _sync_files(fresh)
-        try:
-            for name in extras:
-                place = folder / name
-                for parent in reversed([parent for parent in place.parents if not parent.exists()]):
-                    parent.mkdir()
-                    made.append(parent)
-                if not place.exists():
-                    made.append(place)
-                os.replace(fresh / name, place)
-            write_bytes(path, content)
-        except BaseException:
-            for new in reversed(made):
-                new.rmdir() if new.is_dir() else new.unlink(missing_ok=True)
-            raise
 
 
 # --- The content of a file that a user names, or of standard input.

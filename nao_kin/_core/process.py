@@ -17,13 +17,14 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
 from typing import IO, TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     import subprocess
+    from pathlib import Path
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 # Cleanup takes milliseconds; if a disk or a lock delays it, the program exits without it.
@@ -109,6 +110,45 @@ def usable_cores() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # macOS
         return os.cpu_count() or 1
+
+
+# --- Browsers that can draw pictures: Chromium and Chrome.
+
+BROWSER_VARIABLE = "NAO_KIN_BROWSER"
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
+_MAC_BROWSERS = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+)
+
+
+def find_browsers(environment: Mapping[str, str] = os.environ) -> list[Path]:
+    """Return the browsers to try, in this order: the one in the variable NAO_KIN_BROWSER, or all on the path.
+
+    Raises:
+        NoBrowser: there is none.
+    """
+    # Imported late, because the supervisor below starts quickly and finds no packages.
+    import shutil
+    from pathlib import Path
+
+    from nao_kin._core.text import quoted
+    from nao_kin.errors import NoBrowser
+
+    named = environment.get(BROWSER_VARIABLE, "")
+    found: dict[Path, Path] = {}
+    for name in [named] if named else [*_BROWSERS, *_MAC_BROWSERS]:
+        program = shutil.which(name, path=environment.get("PATH"))
+        if program is not None:
+            found.setdefault(Path(program).resolve(), Path(program))
+    if found:
+        return list(found.values())
+    if named:
+        raise NoBrowser(f"{BROWSER_VARIABLE} names {quoted(named)}, which is not a program")
+    raise NoBrowser(
+        f"a picture needs Chromium or Chrome, and none was found: install one (Debian: apt install chromium) "
+        f"or name it in {BROWSER_VARIABLE}"
+    )
 
 
 # --- The supervisor runs a program that must end with the process that needs it, and removes its folder.

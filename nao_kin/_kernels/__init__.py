@@ -1,6 +1,6 @@
 """Compiled code: the cache of kernels, and programs that compute the kinematics of many configurations together."""
 
-from nao_kin._kernels.cache import KERNELS, KernelState, warm_up
+from nao_kin._kernels.cache import KERNELS, KernelState
 from nao_kin._kernels.folder import cache_folder
 from nao_kin._kernels.program import Program, aligned_empty
 from nao_kin._kernels.program_run import execute, kernel
@@ -31,5 +31,4 @@ __all__ = [
     "kernel",
     "motion_program",
     "poses_program",
-    "warm_up",
 ]

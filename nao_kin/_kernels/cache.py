@@ -1,11 +1,11 @@
 """Functions that Numba compiles once on a machine and caches on its disk.
 
-Each kernel has a folder in the user's cache, so that the package may be installed in a read-only place. The folder's
-name is the kernel's fingerprint; folders with old fingerprints are removed after a month without use. Kernels are also
-read from a read-only cache, as in a container image. If there is no cache, every process compiles them and warns once.
+Each kernel is a file in the user's cache, so that the package may be installed in a read-only place. The file's name is
+the kernel's fingerprint. Kernels are also read from a read-only cache, as in a container image. If there is no cache,
+every process compiles them and warns once.
 
-`first_rows` runs a kernel that is not compiled yet as Python, as long as this is faster than waiting, while another
-process compiles it. A lock for each kernel keeps two processes from compiling the same one.
+`first_rows` runs a kernel that is not compiled yet as Python, as long as this is faster than waiting, while a process
+in the background compiles it. No two processes compile the same kernel.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ import importlib
 import importlib.util
 import json
 import os
+import pickle
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -27,25 +28,20 @@ from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, is_several
+from nao_kin._core.arrays import Floats, choice, is_several
 from nao_kin._core.extras import command
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin._kernels.folder import (
     IS_POSIX,
-    WAITING,
-    NotTrusted,
     cache_folder,
-    compile_lock,
     fingerprint,
-    folder_mode,
-    lock_file,
-    trusted,
+    locked,
+    private_folder,
+    read_file,
+    write_file,
 )
-from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning, UnknownName
-
-if IS_POSIX:
-    import fcntl
+from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning
 
 # --- With Numba, kernels are compiled; without Numba, they run as Python.
 
@@ -82,12 +78,10 @@ def may_compile() -> bool:
     """Return whether functions are compiled, as far as this is known without importing Numba."""
     if "numba" in sys.modules:
         return compiles()
-    return IS_POSIX and _numba_is_installed() and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    return IS_POSIX and _found("numba") is not None and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
-@cache
-def _numba_is_installed() -> bool:
-    return importlib.util.find_spec("numba") is not None
+_found = cache(importlib.util.find_spec)
 
 
 class _Slowness:
@@ -118,17 +112,13 @@ _THREADS = threading.RLock()  # one thread compiles, the others wait
 _printed: set[str] = set()
 KERNELS: dict[str, CachedKernel] = {}
 """The kernels of all modules that have been imported, by name."""
-# Importing these modules makes all kernels.
-_KERNEL_MODULES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik", "nao_kin.imitation.limbs"
 
 # Time to read a kernel, with and without the import of Numba [s].
 _IMPORT_SECONDS, READ_SECONDS = 1.0, 0.2
 # If the rows take less time than this as Python, neither reading nor compiling a kernel pays [s].
 _WORTH_COMPILING = 0.01
-# After a background process that ended without a kernel, no other one is started for this time [s].
-_PAUSE_SECONDS = 600.0
-# Interval at which the use of a cached kernel is noted, and time after which an unused kernel may be removed [s].
-_TOUCH_SECONDS, _UNUSED_SECONDS = 86400.0, 30 * 86400.0
+# While another background process runs, ask again after this time; after one for the same kernel, after this time [s].
+_ASK_SECONDS, _PAUSE_SECONDS = 1.0, 600.0
 
 # The program of the background process. It forks immediately, so that the starting process need not wait, and ends
 # itself after an hour. It takes over `sys.path`, and so has the same packages without running start-up files again.
@@ -152,7 +142,7 @@ class KernelState:
         name: its name.
         seconds: the time to load or compile it.
         compiled: whether it had to be compiled because it was not cached on disk.
-        folder: the folder of its cache; None if it could not be cached.
+        folder: the folder of compiled kernels; None if it could not be cached.
     """
 
     name: str
@@ -164,8 +154,8 @@ class KernelState:
 class CachedKernel:
     """A function that is compiled, or read from the cache, when it is first needed; without Numba it runs as Python.
 
-    `what` describes it on standard error, `name` also names the file that marks it as cached, `signature` returns the
-    types of its arguments (None for those of its annotations), and `seconds` is the approximate time to compile it [s].
+    `what` describes it on standard error, `signature` returns the types of its arguments (None for those of its
+    annotations), and `seconds` is the approximate time to compile it [s].
     """
 
     def __init__(
@@ -181,13 +171,25 @@ class CachedKernel:
         self._what, self._seconds = f"{what} (about {seconds:g} s)", seconds
         self._compiled: Callable[..., Any] | None = None
         self.entry_point: Callable[..., Any] | None = None
-        self.python_seconds, self._started = 0.0, False
+        self._was_compiled = True  # rather than read from the cache
+        self._folder: Path | None = None  # where it is cached
+        self.python_seconds = 0.0
+        self.background_from = 0.0  # on the monotonic clock [s], the next time to ask for a background process
         KERNELS[name] = self
 
     @property
     def in_memory(self) -> bool:
         """Whether the compiled function is in memory, so that a call does not wait."""
         return self._compiled is not None
+
+    @cached_property
+    def file(self) -> Path | None:
+        """The file of its cache; None if it cannot be cached."""
+        folder = cache_folder()
+        try:
+            return folder and folder / f"{fingerprint(self._function, self.name)}.kernel"
+        except (OSError, ImportError):  # no sources, or no metadata of Numba
+            return None
 
     def __call__(self, *arguments: Any) -> Any:
         """Return the result of the function."""
@@ -214,15 +216,14 @@ class CachedKernel:
 
     def warm_up(self) -> KernelState:
         """Load the kernel or compile it now."""
-        found, started = self._is_cached(), time.perf_counter()
+        was_in_memory, started = self.in_memory, time.perf_counter()
         self.ready()
         seconds = time.perf_counter() - started
-        return KernelState(self.name, seconds, not found, self.folder if self._is_cached() else None)
+        return KernelState(self.name, seconds, self._was_compiled and not was_in_memory, self._folder)
 
     def seconds_until_better(self) -> float:
         """Return how long to continue as Python before waiting for the kernel [s]; the time already spent counts."""
-        # This is asked for every row; to check whether the folder is trusted takes longer than a row.
-        if self.folder is not None and os.path.exists(self.folder / self.name):
+        if self.file is not None and self.file.exists():
             return (READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
 
@@ -242,25 +243,21 @@ class CachedKernel:
         return False
 
     def compile_in_background(self) -> None:
-        """Start one process that compiles the kernel and may outlive this one, unless another process compiles it."""
-        if self._started:
-            return
-        self._started = True
+        """Start a process that compiles the kernel and may outlive this one, unless another one compiles any kernel."""
+        now = time.monotonic()
         # In a frozen program, or in one that embeds Python, `sys.executable` is not Python.
         is_python = Path(sys.executable or "").name.startswith("python") and not getattr(sys, "frozen", False)
-        if self.folder is None or not is_python:
+        if now < self.background_from or self.file is None or not is_python:
             return
+        self.background_from = now + _ASK_SECONDS
         import subprocess
 
         try:
-            if self._is_stored():
-                return
-            with _THREADS, lock_file(self.folder) as lock:
-                # This raises an error if another process has locked a part of the file.
-                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                state = os.fstat(lock)
-                if state.st_size and time.time() - state.st_mtime < _PAUSE_SECONDS:
+            with _THREADS, private_folder(self.file.parent) as folder, locked(folder, "background") as lock:
+                tried = os.pread(lock, 99, 0) == self.file.name.encode()
+                if self.file.exists() or (tried and time.time() - os.fstat(lock).st_mtime < _PAUSE_SECONDS):
                     return
+            self.background_from = now + _PAUSE_SECONDS
             places = [*(entry for entry in sys.path if isinstance(entry, str)), str(Path(__file__).parents[2])]
             path = json.dumps([str(Path(entry).absolute()) for entry in places])
             _print_once(f"compiling {self._what} in the background, once on this machine …")
@@ -272,212 +269,108 @@ class CachedKernel:
                 start_new_session=True,
                 timeout=60,
             )
-        except NotTrusted as error:
-            _warn_not_cached(str(error))
         except (OSError, subprocess.SubprocessError):
-            pass
+            pass  # the kernel is compiled when it is waited for
 
     def _load_or_compile(self) -> Callable[..., Any]:
-        import shutil
-        import tempfile
-
-        folder, obstacle = self.folder, "no home directory, or no source of the kernels"
-        if folder is not None:
-            try:
-                if self._is_stored():
-                    self._mark_used(folder)
-                    # Files damaged by a crash or another program are written again.
-                    with suppress(Exception):
-                        return self._compile(folder)
-                waiting = f"waiting for another process that compiles {self._what} …"
-                with compile_lock(folder, partial(_print_once, waiting)):
-                    if self._is_stored():
-                        with suppress(Exception):
-                            return self._compile(folder)
-                    shutil.rmtree(folder, ignore_errors=True)
-                    folder.mkdir(folder_mode())
-                    with tempfile.TemporaryFile(dir=folder):
-                        pass
-                    _print_once(f"compiling {self._what}, once on this machine …")
-                    made = self._compile(folder)
-                    (folder / self.name).touch()
-                    for file in folder.iterdir():  # whatever the umask
-                        file.chmod(file.stat().st_mode & ~0o022)
-                    self._remove_unused(folder)
-                    return made
-            except (OSError, RuntimeError) as error:  # Numba raises a RuntimeError for a read-only folder
-                obstacle = f"{quoted(str(folder))}: {error}"
-        _warn_not_cached(obstacle)
-        _print_once(f"compiling {self._what} …")
-        return self._compile(None)
-
-    def _compile(self, folder: Path | None) -> Callable[..., Any]:
-        """Return the function compiled or read from a folder, and cached there unless it is None."""
         import numba
 
         register_functions()
         signature = self._signature()
         compiled = numba.njit(nogil=True, error_model="numpy")(self._function)
-        with ExitStack() as opened:
-            if folder is not None:
-                compiled._cache = _numba_cache(self._function, opened.enter_context(trusted(folder)), folder.name)
+        try:
+            if self.file is None:
+                raise OSError("no home directory, or no source of the kernels")
+            with private_folder(self.file.parent) as folder:
+                if not self._load(folder, compiled):
+                    wait = partial(_print_once, f"waiting for another process that compiles {self._what} …")
+                    with locked(folder, "lock", int(self.file.stem, 16) >> 1, wait):
+                        if not self._load(folder, compiled):
+                            _print_once(f"compiling {self._what}, once on this machine …")
+                            compiled.compile(signature)
+                            self._store(folder, compiled)
+            self._folder = self.file.parent
+        except OSError as error:
+            _warn_not_cached(f"{quoted(str(self.file.parent))}: {error}" if self.file else str(error))
+        if not compiled.overloads:
+            _print_once(f"compiling {self._what} …")
             compiled.compile(signature)
         compiled.disable_compile()
         self.entry_point = next(iter(compiled.overloads.values())).entry_point
         return compiled  # type: ignore[no-any-return]
 
-    def _mark_used(self, folder: Path) -> None:
-        """Note the use of the kernel, which keeps it from being removed for a month, if its folder is writable."""
-        marker = folder / self.name
-        with suppress(OSError):
-            if time.time() - marker.stat().st_mtime > _TOUCH_SECONDS:
-                marker.touch()
-                self._remove_unused(folder)
+    # Numba's own cache depends on the bytes and lines of the function's file, ignores the functions that it calls, and
+    # trusts folders that others can write to.
 
-    def _remove_unused(self, folder: Path) -> None:
-        """Remove folders of this kernel with other fingerprints that have not been used for long."""
-        import shutil
+    def _load(self, folder: int, compiled: Any) -> bool:
+        """Load the function from its file; return whether it is there, undamaged, and for this processor."""
+        from numba.core.compiler import CompileResult
 
-        with suppress(OSError):
-            for former in set(folder.parent.iterdir()) - {folder}:
-                marker = former / self.name
-                with suppress(OSError):  # it belongs to another kernel, is read-only or in use
-                    if time.time() - marker.stat().st_mtime > _UNUSED_SECONDS:
-                        with lock_file(former) as lock:
-                            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                            # A process that is reading here finds files missing, and compiles the kernel.
-                            marker.unlink()
-                            shutil.rmtree(former)
-                            former.with_suffix(".lock").unlink()
+        context, content = compiled.targetctx, read_file(folder, self.file.name) if self.file else None
+        context.refresh()
+        with suppress(Exception):
+            processor, reduced = pickle.loads(content or b"")
+            if processor == context.codegen().magic_tuple():
+                made = CompileResult._rebuild(context, *reduced)
+                context.insert_user_function(made.entry_point, made.fndesc, [made.library])
+                compiled.add_overload(made)
+                self._was_compiled = False
+        return bool(compiled.overloads)
 
-    def _is_cached(self) -> bool:
-        with suppress(OSError):
-            return self._is_stored()
-        return False
+    def _store(self, folder: int, compiled: Any) -> None:
+        """Write the compiled function, unless Numba has put addresses of this process into it."""
+        from numba.core.serialize import dumps
 
-    def _is_stored(self) -> bool:
-        """Do as `_is_cached`, but raise `NotTrusted` if others may have written the kernel."""
-        if self.folder is None or not os.path.exists(self.folder / self.name):
-            return False
-        with trusted(self.folder):
-            return True
-
-    @cached_property
-    def folder(self) -> Path | None:
-        """The folder of its cache; None if it cannot be cached."""
-        parent = cache_folder()
-        if parent is None:
-            return None
-        try:
-            return Path(os.path.realpath(parent)) / fingerprint(self._function, self.name)
-        except OSError:
-            return None
+        (made,) = compiled.overloads.values()
+        if self.file and not made.library.has_dynamic_globals:
+            write_file(folder, self.file.name, dumps((made.codegen.magic_tuple(), made._reduce())))
 
 
-def first_rows(
-    kernels: Sequence[CachedKernel], run: Callable[[slice], object], count: int, at_once: int = 1, each: float = 0.0
-) -> int:
+def first_rows(kernels: Sequence[CachedKernel], run: Callable[[slice], object], count: int, each: float = 0.0) -> int:
     """Run the first rows as Python as long as this is faster than waiting for the kernels; return their number.
 
-    `run` computes a slice of `at_once` rows with `CachedKernel.uncompiled`; `each` is an upper bound for the time of a
-    row as Python [s], which measured times replace.
+    `run` computes a slice of one row with `CachedKernel.uncompiled`; `each` is an upper bound for the time of a row as
+    Python [s], which measured times replace.
     """
     lacking = [kernel for kernel in kernels if not kernel.in_memory]
     if not lacking or not may_compile():
         return 0
-    done, seconds, left = 0, 0.0, count * each
-    while True:
+    seconds, left = 0.0, count * each
+    for done in range(count + 1):
         if left + sum(kernel.python_seconds for kernel in lacking) >= _WORTH_COMPILING:
             if done < count and left >= sum(kernel.seconds_until_better() for kernel in lacking):
                 return done
             for kernel in lacking if done else ():
                 kernel.compile_in_background()
-        if done == count:
-            return done
-        part, started = slice(done, min(done + at_once, count)), time.perf_counter()
-        run(part)
-        took = time.perf_counter() - started
-        for kernel in lacking:
-            kernel.python_seconds += took / len(lacking)
-        done, seconds = part.stop, seconds + took
-        left = seconds / done * (count - done)
+        if done < count:
+            started = time.perf_counter()
+            run(slice(done, done + 1))
+            took = time.perf_counter() - started
+            for kernel in lacking:
+                kernel.python_seconds += took / len(lacking)
+            seconds += took
+            left = seconds / (done + 1) * (count - done - 1)
+    return count
 
 
 def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
-    """Compile kernels, or read them from the cache, so that later calls do not wait for them.
-
-    Args:
-        names: names of kernels, such as "ik kernel, legs"; None for all kernels of the package.
-
-    Returns:
-        The state of each kernel; empty without Numba, where nothing is compiled.
-
-    Examples:
-        >>> [state.name for state in nk.warm_up(["ik kernel, heads"])]
-        ['ik kernel, heads']
-    """
+    """Compile kernels of imported modules, or read them from the cache; see `nao_kin.warm_up`."""
     if names is not None and not is_several(names):
         raise BadArgument(f"names must be names of kernels, got {quoted(names)}")
     if not has_numba():
         return ()
-    for module in _KERNEL_MODULES:
-        importlib.import_module(module)
-    wanted = tuple(KERNELS if names is None else names)
-    for name in wanted:
-        if not isinstance(name, str) or name not in KERNELS:
-            raise UnknownName("kernel", name, tuple(KERNELS))
+    wanted = [choice(name, KERNELS, "kernel") for name in (KERNELS if names is None else names)]
     return tuple(KERNELS[name].warm_up() for name in wanted)
 
 
 def compile_kernel(module: str, name: str) -> None:
-    """Compile and cache a kernel of a module, one kernel at a time, unless another process waits to compile it."""
+    """Compile and cache a kernel of a module, after the background processes that have begun before."""
     importlib.import_module(module)
-    kernel, folder = KERNELS[name], KERNELS[name].folder
-    if folder is None or not compiles():
-        return
-    with suppress(BlockingIOError, PermissionError), lock_file(folder) as lock:
-        fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, WAITING)
-        with lock_file(folder.with_name("background")) as turn:
-            fcntl.lockf(turn, fcntl.LOCK_EX)
+    kernel = KERNELS[name]
+    if kernel.file is not None and compiles():
+        with private_folder(kernel.file.parent) as folder, locked(folder, "background", wait=int) as lock:
+            os.pwrite(lock, kernel.file.name.encode(), 0)
             kernel.warm_up()
-
-
-def _numba_cache(function: Callable[..., Any], folder: Path, stamp: str) -> Any:
-    """Return Numba's cache of a function in a folder; the stamp identifies the source.
-
-    Numba's own choice depends on the bytes and lines of the function's file, and ignores the functions that it calls;
-    and it does not read from a read-only folder.
-    """
-    from numba.core import caching
-
-    class Locator(caching._CacheLocator):  # type: ignore[misc]
-        _py_file = function.__code__.co_filename
-
-        def get_cache_path(self) -> str:
-            return str(folder)
-
-        def get_source_stamp(self) -> str:
-            return stamp
-
-        def get_disambiguator(self) -> str:
-            return "kernel"
-
-        @classmethod
-        def from_function(cls, function: Callable[..., Any], file: str) -> Locator:
-            return cls()
-
-    class Implementation(caching.CompileResultCacheImpl):  # type: ignore[misc]
-        _locator_classes = (Locator,)
-
-    class Cache(caching.FunctionCache):  # type: ignore[misc]
-        _impl_class = Implementation
-
-        def _index_key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
-            # Numba adds a pickle of the closure. It contains paths, and its bytes change when Python reads the module
-            # from its bytecode file; then the kernel would be compiled again. The stamp identifies the closure.
-            return signature, codegen.magic_tuple()
-
-    return Cache(function)
 
 
 def _warn_not_cached(obstacle: str) -> None:

@@ -1,7 +1,8 @@
-"""The folders of compiled kernels: where they are, whether they can be trusted, their locks, and their fingerprints.
+"""The folder of compiled kernels, to which only this user can write, and the fingerprints that name kernels in it.
 
-Numba stores kernels as pickles, and whoever can write a pickle runs code as the user who reads it. Folders and files
-are therefore trusted only if they belong to this user or to root and nobody else may write them.
+Numba stores kernels as pickles, and whoever can write a pickle runs code as the user who reads it. The folder is
+therefore refused unless it belongs to this user or to root and nobody else may write to it. Its files are reached only
+through the opened folder: whoever may rename folders farther up cannot put another one in its place.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ import inspect
 import os
 import platform
 import re
-import stat
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -27,20 +28,15 @@ from nao_kin._core.text import quoted
 
 try:
     import fcntl
-    import grp
-    import pwd
 except ImportError:
     # Windows, where nothing is compiled: locks and owners of files are different there.
     IS_POSIX = False
 else:
     IS_POSIX = True
 
-# The bytes of a lock file: one is locked while compiling, one while waiting to compile in the background.
-COMPILING, WAITING = 0, 1
-
-
-class NotTrusted(PermissionError):
-    """A folder or file that another user may have written."""
+# After this time without use, a kernel is removed [s].
+_UNUSED_SECONDS = 30 * 86400.0
+_KERNEL = re.compile(r"[0-9a-f]{16}\.kernel")
 
 
 def cache_folder() -> Path | None:
@@ -64,92 +60,74 @@ def cache_folder() -> Path | None:
         return None
 
 
-def folder_mode() -> int:
-    """Return the mode of new folders; all users may read what root compiles, for example in a container image."""
-    return 0o755 if os.geteuid() == 0 else 0o700
-
-
 @contextmanager
-def trusted(folder: Path) -> Iterator[Path]:
-    """Open the folder of a kernel and yield a path to it; raise `NotTrusted` if others may have written there.
-
-    The path stays that of the opened folder even if somebody who may write a folder farther up renames it meanwhile.
-    """
-    _check_parents(folder)
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+def private_folder(path: Path) -> Iterator[int]:
+    """Open a folder, made if it does not exist, and yield its descriptor; PermissionError if others may write there."""
+    # All users may read what root compiles, for example in a container image.
+    path.mkdir(0o755 if os.geteuid() == 0 else 0o700, parents=True, exist_ok=True)
+    folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
-        _check(os.fstat(descriptor), folder)
-        with os.scandir(descriptor) as files:
-            for file in files:
-                _check(file.stat(follow_symlinks=False), folder / file.name)
-        opened = Path(f"/proc/self/fd/{descriptor}")
-        yield opened if os.path.isdir(opened) else folder
+        _check(folder, str(path))
+        yield folder
     finally:
-        os.close(descriptor)
+        os.close(folder)
 
 
-def _check_parents(folder: Path) -> None:
-    """Raise `NotTrusted` if others may write the folder of all kernels or replace it in the folder that contains it.
-
-    In a folder with a sticky bit, such as /tmp, nobody can replace what belongs to others. Folders farther up are not
-    checked: who replaces one of them owns the new one, or finds only what belongs to this user.
-    """
-    kernels = folder.parent
-    _check(kernels.parent.stat(), kernels.parent, sticky=True)
-    _check(kernels.lstat(), kernels)
+def _check(descriptor: int, name: str) -> None:
+    state = os.fstat(descriptor)
+    if state.st_uid not in (0, os.geteuid()) or state.st_mode & 0o022:
+        raise PermissionError(f"other users may write to {quoted(name)}")
 
 
-def _check(state: os.stat_result, path: Path, *, sticky: bool = False) -> None:
-    """Raise `NotTrusted` unless a file belongs to this user or root, and nobody else may write it."""
-    if state.st_uid not in (0, os.geteuid()):
-        raise NotTrusted(f"user {state.st_uid} owns {quoted(str(path))}")
-    shared = state.st_mode & stat.S_IWOTH or (state.st_mode & stat.S_IWGRP and not _is_private(state.st_gid))
-    if shared and not (sticky and state.st_mode & stat.S_ISVTX):
-        raise NotTrusted(f"other users may write to {quoted(str(path))}")
-
-
-@cache
-def _is_private(gid: int) -> bool:
-    """Return whether a group is that of this user alone: Linux systems make one of the user's name, with umask 002."""
+def read_file(folder: int, name: str) -> bytes | None:
+    """Return the content of a file and note its use, or None without it; PermissionError if others may write it."""
     try:
-        group, user = grp.getgrgid(gid), pwd.getpwuid(os.geteuid())
-    except KeyError:
-        return False
-    alone = group.gr_name == user.pw_name and set(group.gr_mem) <= {user.pw_name}
-    # In containers, arbitrary users are in the group of root.
-    return alone and gid == user.pw_gid and gid != 0
+        descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW, dir_fd=folder)
+    except FileNotFoundError:
+        return None
+    with open(descriptor, "rb") as file:
+        _check(descriptor, name)
+        with suppress(OSError):  # a read-only cache
+            os.utime(descriptor)
+        return file.read()
+
+
+def write_file(folder: int, name: str, content: bytes) -> None:
+    """Write a file by renaming a temporary one, and remove the kernels that have not been used for a month."""
+    temporary = f"{name}.{os.urandom(8).hex()}"
+    try:
+        with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644, dir_fd=folder), "wb") as file:
+            file.write(content)
+        os.replace(temporary, name, src_dir_fd=folder, dst_dir_fd=folder)
+    finally:
+        with suppress(OSError):
+            os.unlink(temporary, dir_fd=folder)
+    for other in filter(_KERNEL.match, os.listdir(folder)):
+        with suppress(OSError):
+            if time.time() - os.stat(other, dir_fd=folder, follow_symlinks=False).st_mtime > _UNUSED_SECONDS:
+                os.unlink(other, dir_fd=folder)
 
 
 @contextmanager
-def lock_file(folder: Path) -> Iterator[int]:
-    """Open the file that is locked while a kernel is compiled, next to its folder, and yield the descriptor.
+def locked(folder: int, name: str, byte: int = 0, wait: Callable[[], object] | None = None) -> Iterator[int]:
+    """Lock a byte of a file and yield its descriptor; the lock ends with the process.
 
-    The folder of all kernels is made if it does not exist. Raise `NotTrusted` if others may write there.
+    If another process has the lock, call `wait` and wait for it; without `wait`, raise OSError.
     """
-    for parent in (folder.parent.parent, folder.parent):
-        parent.mkdir(folder_mode(), parents=True, exist_ok=True)
-    _check_parents(folder)
-    # POSIX locks end with their process, and a forked process does not inherit them.
-    descriptor = os.open(folder.with_suffix(".lock"), os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+    descriptor = os.open(name, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600, dir_fd=folder)
     try:
+        try:
+            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+        except (BlockingIOError, PermissionError):
+            if wait is None:
+                raise
+            wait()
+            fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, byte)
+        except OSError:
+            pass  # a file system without locks: at worst two processes compile the same kernel
         yield descriptor
     finally:
         os.close(descriptor)
-
-
-@contextmanager
-def compile_lock(folder: Path, wait: Callable[[], object]) -> Iterator[None]:
-    """Hold the lock of a kernel's folder; if another process has it, call `wait` and wait for it."""
-    with lock_file(folder) as lock:
-        try:
-            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, COMPILING)
-        except (BlockingIOError, PermissionError):
-            wait()
-            fcntl.lockf(lock, fcntl.LOCK_EX, 1, COMPILING)
-        except OSError:
-            pass  # a file system without locks: at worst two processes compile the same kernel
-        os.pwrite(lock, b"1", 0)  # the file's time becomes that of the last attempt
-        yield
 
 
 # --- Fingerprints of kernels, which change only with the code, the compiler and the processor.
@@ -167,10 +145,8 @@ def fingerprint(function: Callable[..., Any], name: str) -> str:
     functions and classes, also indirectly, and the constants it uses; not on comments, docstrings, lines and paths.
     """
     modules, constants = _dependencies(function)
-    parts = [name, str(sys.implementation.cache_tag), _version("numba"), np.__version__, _processor()]
-    parts += [os.environ.get(variable, "") for variable in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")]
-    parts += [f"{module}: {_tree(module)}" for module in sorted(modules)]
-    parts += sorted(constants)
+    trees = [f"{module}: {_tree(module)}" for module in sorted(modules)]
+    parts = [name, *_machine(), *trees, *sorted(constants)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
@@ -236,21 +212,18 @@ def _tree(module: str) -> str:
 
 
 @cache
-def _version(package: str) -> str:
-    """Return the version of a package without importing it."""
+def _machine() -> tuple[str, ...]:
+    """Return the versions of the compilers and the kind of processor.
+
+    Numba compares the processor more closely when it reads a kernel; to ask LLVM takes 0.1 s.
+    """
     import importlib.metadata  # takes a tenth of the time to import this package
 
     try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return ""
-
-
-@cache
-def _processor() -> str:
-    """Return the kind of processor. Numba compares it more closely when it reads a kernel; to ask LLVM takes 0.1 s."""
-    try:
         first = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").split("\n\n")[0]
+        lines = "\n".join(line for line in first.splitlines() if line.startswith(_PROCESSOR_LINES))
+        processor = lines or platform.machine()
     except OSError:
-        return f"{platform.machine()} {platform.processor()}"
-    return "\n".join(line for line in first.splitlines() if line.startswith(_PROCESSOR_LINES)) or platform.machine()
+        processor = f"{platform.machine()} {platform.processor()}"
+    chosen = (os.environ.get(variable, "") for variable in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"))
+    return str(sys.implementation.cache_tag), importlib.metadata.version("numba"), np.__version__, processor, *chosen

@@ -16,11 +16,11 @@ from typing import Any
 
 import typer
 
-from nao_kin._core.browsers import VARIABLE, find_browsers
+from nao_kin import warm_up
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
+from nao_kin._core.process import BROWSER_VARIABLE, find_browsers
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
-from nao_kin._kernels.cache import warm_up
 from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
 from nao_kin.errors import NoBrowser
@@ -112,7 +112,7 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[s
     try:
         browser = str(find_browsers(variables)[0])
     except NoBrowser as error:
-        if variables.get(VARIABLE):
+        if variables.get(BROWSER_VARIABLE):
             problems.append(str(error))
     return {
         "python": platform.python_version(),

@@ -53,7 +53,7 @@ def reach(
     written.check({"--output": output, "--html": html}, continued=continued)
     model = robot.load()
     from nao_kin import reach as room
-    from nao_kin._kernels import KERNELS, warm_up
+    from nao_kin._kernels.cache import KERNELS, warm_up
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     previous = None

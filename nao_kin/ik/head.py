@@ -107,7 +107,7 @@ def head(
         return without_collisions(robot, _at_position(limb, points, options), collisions)
     if R_torso_head is None or position is not None:
         raise BadArgument("give one of R_torso_head and position")
-    R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
+    R = as_floats(R_torso_head, (3, 3), "R_torso_head")
     batch = R.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))

@@ -14,7 +14,6 @@ from nao_kin._core.arrays import (
     LimitPolicy,
     as_floats,
     as_numbers,
-    as_vectors,
     common_batch,
     limit_policy,
     whole_number,
@@ -35,14 +34,12 @@ _POLICIES: tuple[LimitPolicy, ...] = ("enforce", "ignore")
 
 
 def as_poses(T: ArrayLike, what: str) -> Floats:
-    """Return finite poses of shape (..., 4, 4), within ±1e150; their solver checks whether they are rigid."""
+    """Return finite poses of shape (..., 4, 4); their solver checks whether they are rigid."""
     if type(T) is np.ndarray and T.shape == (4, 4) and T.dtype == np.float64:
         one: Floats = T
         if sum(map(abs, one.ravel().tolist())) <= LARGEST:  # for sixteen numbers quicker than a reduction of NumPy
             return one
-    with np.errstate(over="ignore"):
-        poses = as_floats(T, (4, 4), what)
-    return as_vectors(poses, what, 4, rows=True)
+    return as_floats(T, (4, 4), what)
 
 
 def is_pose(value: ArrayLike, what: str) -> bool:

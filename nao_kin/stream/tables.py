@@ -5,7 +5,7 @@ Body names. Names may be followed by a unit in brackets, or be keys of NAOqi's d
 CSV has the names in its header and one configuration a line, separated by commas, semicolons or tabs; lines above the
 header that begin with # are skipped. JSON has one object name → value, or a list of such objects, or one on each line.
 ROS messages of joint states, which name the joints in every row, are read in JSON, as `rostopic echo -p` prints them in
-CSV, and as `_core.messages` reads what `topic echo` prints.
+CSV, and as `_core.headings` reads what `topic echo` prints.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from nao_kin._core.headings import (
     is_iso_time,
     is_joint_state,
     joint_state_values,
+    printed_messages,
     read_heading,
     resembles_time,
 )
-from nao_kin._core.messages import printed_messages
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName

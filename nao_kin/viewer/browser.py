@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._core.arrays import whole_number
-from nao_kin._core.browsers import VARIABLE, find_browsers
-from nao_kin._core.process import before_ending, uninterrupted
+from nao_kin._core.process import BROWSER_VARIABLE, before_ending, find_browsers, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer.access import Document, live_page, policy
@@ -138,7 +137,7 @@ class _PicturePage:
                 else:
                     started.pop_all()
                     return browser
-        remedy = "" if os.environ.get(VARIABLE) else f"; name a browser that works in {VARIABLE}"
+        remedy = "" if os.environ.get(BROWSER_VARIABLE) else f"; name a browser that works in {BROWSER_VARIABLE}"
         raise NoBrowser("; ".join(reasons) + remedy)
 
     def can_show(self, messages: RetainedMessages) -> bool:

@@ -19,7 +19,7 @@ import umsgpack
 from PIL import Image
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
+from nao_kin._core.process import find_browsers
 from nao_kin.errors import NoBrowser
 
 OPTIONS = (

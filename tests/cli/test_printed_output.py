@@ -77,7 +77,7 @@ def test_commands_say_what_stands_under_them(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("NAO_KIN_BROWSER", "")
-    monkeypatch.setattr("nao_kin._core.browsers._MAC_APPLICATIONS", ())
+    monkeypatch.setattr("nao_kin._core.process._MAC_BROWSERS", ())
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

@@ -23,7 +23,7 @@ from loops import full
 from viewer_pages import PATIENCE, messages_of, processes, read_png, until
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
+from nao_kin._core.process import find_browsers
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
@@ -156,7 +156,7 @@ def test_bad_input_is_refused_in_one_line(
     assert "which is not a program" in _refused(capsys, "--png", str(tmp_path / "x.png"))
     monkeypatch.delenv("NAO_KIN_BROWSER")
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("nao_kin._core.browsers._MAC_APPLICATIONS", ())
+    monkeypatch.setattr("nao_kin._core.process._MAC_BROWSERS", ())
     assert "none was found: install one" in _refused(capsys, "--png", str(tmp_path / "x.png"))
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import socket
 import stat
 import subprocess
 import sys
@@ -121,36 +120,15 @@ def test_an_existing_file_keeps_its_owner_and_its_group(tmp_path: Path, owner: i
     assert path.read_bytes() == b"new"
 
 
-def test_a_file_that_cannot_be_given_to_its_owner_is_written_where_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "old"
-    path.write_bytes(b"old, and longer than what comes")
-    before = path.stat()
-
-    def refused(*_: object) -> None:
-        raise PermissionError
-
-    monkeypatch.setattr(os, "chown", refused)
-    atomic.write_bytes(path, b"new")
-    assert path.stat().st_ino != before.st_ino  # nothing to give: it is ours
-    monkeypatch.setattr(atomic, "_copy_owner_and_mode", lambda temporary, state: False)
-    before = path.stat()
-    atomic.write_bytes(path, b"in place")
-    assert path.stat().st_ino == before.st_ino
-    assert path.read_bytes() == b"in place"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("mode", [0o444, 0o400, 0o555, 0o000])
-def test_a_read_only_file_is_refused_by_root_too(tmp_path: Path, mode: int) -> None:
-    path = tmp_path / "old"
+def test_a_read_only_file_is_refused_by_root_too(tmp_path: Path) -> None:
+    path, link = tmp_path / "old", tmp_path / "link"
     path.write_bytes(b"old")
-    path.chmod(mode)
-    _refused(path, f"it is read-only (mode {mode:04o})")
-    path.chmod(0o600)
+    path.chmod(0o444)
+    link.symlink_to("old")
+    _refused(path, "it is read-only (mode 0444)")
+    _refused(link, "it is read-only (mode 0444)")
     assert path.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [path]
+    assert sorted(tmp_path.iterdir()) == [link, path]
 
 
 def test_folders_are_refused(tmp_path: Path) -> None:
@@ -196,9 +174,6 @@ def test_links_that_lead_nowhere_are_refused(tmp_path: Path) -> None:
     _refused(tmp_path / "a", "Too many levels of symbolic links")
     (tmp_path / "c").symlink_to("no/x")
     _refused(tmp_path / "c", "No such file or directory")
-    (tmp_path / "d").symlink_to("e")
-    (tmp_path / "e").touch(0o444)
-    _refused(tmp_path / "d", "it is read-only (mode 0444)")
 
 
 def test_a_device_stays_a_device(tmp_path: Path) -> None:
@@ -210,8 +185,6 @@ def test_a_device_stays_a_device(tmp_path: Path) -> None:
     assert stat.S_ISCHR(null.stat().st_mode)
     assert (tmp_path / "link").is_symlink()
     assert len(list(tmp_path.iterdir())) == 2
-    null.chmod(0o444)
-    _refused(null, "it is read-only (mode 0444)")
 
 
 def test_a_full_device_is_named(tmp_path: Path) -> None:
@@ -246,12 +219,9 @@ print("after", atomic.leads_to_standard_output(sys.argv[1]))
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
-@pytest.mark.parametrize("name", ["/proc/self/fd/1", "/proc/thread-self/fd/1", "/dev/fd/1"])
-def test_a_link_to_standard_output_is_standard_output(tmp_path: Path, name: str) -> None:
-    # The links are our own: were they replaced, the machine would not miss them.
-    link = tmp_path / "stdout"
-    link.symlink_to(name)
-    command = [sys.executable, "-c", _TO_A_DESCRIPTOR, str(link)]
+@pytest.mark.parametrize("name", ["/proc/self/fd/1", "/dev/stdout", "/dev/fd/1"])
+def test_standard_output_is_written_after_what_was_printed(tmp_path: Path, name: str) -> None:
+    command = [sys.executable, "-c", _TO_A_DESCRIPTOR, name]
     # What is printed waits in a buffer, as it does for most.
     buffered = {key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"}
     piped = subprocess.run(command, capture_output=True, text=True, check=False, env=buffered)
@@ -261,31 +231,6 @@ def test_a_link_to_standard_output_is_standard_output(tmp_path: Path, name: str)
     with log.open("a") as file:
         subprocess.run(command, stdout=file, check=True, env=buffered)
     assert log.read_text() == "earlier\nbefore\ncontent\nafter True\n"
-    assert link.is_symlink()
-    with log.open() as file, pytest.raises(BadArgument, match="it is not open for writing"):
-        atomic.check_writable(f"/proc/self/fd/{file.fileno()}")
-    with pytest.raises(BadArgument, match="Bad file descriptor"):
-        atomic.check_writable("/proc/self/fd/999")
-
-
-@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
-def test_a_descriptor_is_found_through_many_links_and_is_our_own(tmp_path: Path) -> None:
-    before = "/proc/self/fd/1"
-    for i in range(6):
-        (tmp_path / f"link{i}").symlink_to(before)
-        before = f"link{i}"
-    assert atomic.leads_to_standard_output(tmp_path / "link5")
-    assert atomic.leads_to_standard_output(f"/proc/{os.getpid()}/fd/1")
-    # Another process has a standard output of its own.
-    assert not atomic.leads_to_standard_output(f"/proc/{os.getppid()}/fd/1")
-    assert not atomic.leads_to_standard_output("/proc/self/fd/2")
-
-
-def test_a_socket_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)  # addresses of sockets are short
-    with socket.socket(socket.AF_UNIX) as server:
-        server.bind("s")
-        _refused(tmp_path / "s", "it is a socket")
 
 
 def test_a_picture_is_written_as_what_its_name_says_in_either_letter_case(tmp_path: Path) -> None:
@@ -342,22 +287,6 @@ def test_a_finished_file_takes_the_place_by_one_rename(tmp_path: Path) -> None:
     finished.write_bytes(b"first")
     atomic.move_into_place(finished, tmp_path / "fresh")
     assert (tmp_path / "fresh").read_bytes() == b"first"
-    finished.write_bytes(b"kept")
-    path.chmod(0o444)
-    with pytest.raises(BadArgument, match="read-only"):
-        atomic.move_into_place(finished, link)
-    assert finished.read_bytes() == b"kept"
-
-
-def test_a_finished_file_that_cannot_be_given_away_is_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    finished, path = tmp_path / "finished", tmp_path / "old"
-    path.write_bytes(b"old, and longer than what comes")
-    finished.write_bytes(b"new")
-    inode = path.stat().st_ino
-    monkeypatch.setattr(atomic, "_copy_owner_and_mode", lambda temporary, state: False)
-    atomic.move_into_place(finished, path)
-    assert (path.read_bytes(), path.stat().st_ino) == (b"new", inode)
-    assert not finished.exists()
 
 
 def test_a_pipe_gets_the_content_of_a_finished_file(tmp_path: Path) -> None:

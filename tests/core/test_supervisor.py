@@ -18,8 +18,7 @@ from loops import full
 from viewer_pages import PATIENCE, processes, until
 
 import nao_kin as nk
-from nao_kin._core.browsers import find_browsers
-from nao_kin._core.process import _locked, kill_group
+from nao_kin._core.process import _locked, find_browsers, kill_group
 from nao_kin.cli.app import run
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
@@ -199,7 +198,7 @@ def test_after_a_browser_that_ends_by_itself_the_next_one_is_tried_and_their_las
     (tmp_path / "chrome").symlink_to(chrome)  # the same program once more
     monkeypatch.setenv("PATH", f"{tmp_path}:/bin", prepend=None)
     monkeypatch.delenv("NAO_KIN_BROWSER", raising=False)
-    monkeypatch.setattr("nao_kin._core.browsers._NAMES", ("chromium", "google-chrome", "chrome"))
+    monkeypatch.setattr("nao_kin._core.process._BROWSERS", ("chromium", "google-chrome", "chrome"))
     monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
     with pytest.raises(NoBrowser) as caught:
         Viewer(nao).save_png(tmp_path / "x.png", timeout=PATIENCE)
@@ -220,7 +219,7 @@ def test_a_picture_is_drawn_by_the_first_browser_that_works(
     (tmp_path / "google-chrome").symlink_to(find_browsers()[0])
     _program(tmp_path / "chromium", "exit 133")
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    monkeypatch.setattr("nao_kin._core.browsers._NAMES", ("chromium", "google-chrome"))
+    monkeypatch.setattr("nao_kin._core.process._BROWSERS", ("chromium", "google-chrome"))
     monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
     viewer = Viewer(nao)
     for name in ("a.png", "b.png"):  # the second one in the page of the first

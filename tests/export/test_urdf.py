@@ -390,11 +390,11 @@ def test_a_mesh_of_somebody_else_is_replaced_by_force_only(tmp_path: Path) -> No
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_an_export_that_is_ended_leaves_nothing(number: int, tmp_path: Path) -> None:
     program = (
-        "import sys, time, pathlib; from nao_kin._core.process import end_on_signals; end_on_signals()\n"
-        "import nao_kin as nk; nao = nk.load_nao('v6'); write = pathlib.Path.write_bytes\n"
-        "def slow(self, data):\n"
-        "    write(self, data); print('.', flush=True); time.sleep(0.2)\n"
-        "pathlib.Path.write_bytes = slow; nk.export.urdf(nao, sys.argv[1])\n"
+        "import os, sys, time; from nao_kin._core.process import end_on_signals; end_on_signals()\n"
+        "import nao_kin as nk; nao = nk.load_nao('v6')\n"
+        "def slow(descriptor):\n"
+        "    print('.', flush=True); time.sleep(0.2)\n"
+        "os.fsync = slow; nk.export.urdf(nao, sys.argv[1])\n"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", program, str(tmp_path / "nao.urdf")], stdout=subprocess.PIPE, text=True
@@ -413,14 +413,12 @@ def test_an_export_that_is_ended_leaves_nothing(number: int, tmp_path: Path) -> 
 def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 
-    def full(*paths: Any) -> None:
-        calls.append(paths)
+    def full(descriptor: int) -> None:
+        calls.append(descriptor)
         if len(calls) > 5:
             raise OSError(28, "No space left on device")
-        rename(*paths)
 
-    rename = os.replace
-    monkeypatch.setattr(os, "replace", full)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(BadArgument, match="No space left on device"):
         nk.export.urdf(nk.load_nao("v6"), tmp_path / "nao.urdf")
     assert os.listdir(tmp_path) == []

@@ -377,9 +377,6 @@ def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.arm(nao, "L", T[0, :3, 3], criterion="manipulabilty")  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="criterion"):
         nk.ik.arm(nao, "L", T[0, :3, 3], criterion=["limits"])  # type: ignore[arg-type]
-    for place in ([1e155, 0.0, 0.0], [[0.1, 0.1, 0.1], [0.1, -1e308, 0.1]]):
-        with pytest.raises(BadArgument, match=r"target must not exceed 1e\+150"):
-            nk.ik.arm(nao, "L", place)
     for weight in (0.0, math.inf, math.nan, "0.1", [0.1], None):
         with pytest.raises(BadArgument, match="angle_weight"):
             nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]

@@ -307,8 +307,6 @@ def test_joints_absurdly_far_outside_their_limits_turn_back_at_full_speed(nao: n
         ({"dt": 1e-120}, BadArgument, "dt must be from 1e-100 to 1e100, got 1e-120"),
         ({"length": np.inf}, BadArgument, "length"),
         ({"length": 1e101}, BadArgument, "length must be from"),
-        ({"twist": np.full(6, 1e308)}, BadArgument, r"twist must not exceed 1e\+150"),
-        ({"twist": np.full(3, 1e140), "length": 1e-99}, BadArgument, r"twist / length must not exceed 1e\+150"),
         ({"twist": [np.nan] * 6}, NotFinite, "twist"),
         ({"twist": [0.0] * 5}, WrongShape, r"\(\.\.\., 6\), or \(\.\.\., 3\) for a linear velocity, got \(5,\)"),
         ({"twist": 0.1}, WrongShape, "twist"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -180,6 +181,19 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
             nk.warm_up(no_names)  # type: ignore[arg-type]
 
 
+def test_every_module_that_makes_a_kernel_is_imported_to_make_all_ready() -> None:
+    root = Path(nk.__file__).parent.parent
+    makers = {
+        ".".join(file.relative_to(root).with_suffix("").parts)
+        for file in (root / "nao_kin").rglob("*.py")
+        if re.search(r"import .*\bCachedKernel\b", file.read_text(encoding="utf-8"))
+    }
+    assert len(makers) > 5
+    code = f"import sys, nao_kin as nk; nk.warm_up([]); print(*{makers} - sys.modules.keys())"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout == "\n"
+
+
 def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
     q = nao.random(1, (3, 2))
     T = nao.fk(q, "LLeg")
@@ -210,7 +224,7 @@ def test_a_loop_of_single_targets_loads_the_kernel(
     assert solved_as_python()
     assert 0.0 < kernel.python_seconds < 0.1
     with monkeypatch.context() as elsewhere:
-        elsewhere.setitem(vars(kernel), "folder", tmp_path / "nao_kin" / "0123")
+        elsewhere.setitem(vars(kernel), "file", tmp_path / "nao_kin" / "0123.kernel")
         assert solved_as_python()
         assert started == []
         kernel.python_seconds = 1.0  # in all; as long as to load a kernel, if there were one

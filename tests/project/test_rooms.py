@@ -93,6 +93,17 @@ def test_a_room_imports_only_lower_rooms() -> None:
     assert not upwards
 
 
+def test_a_room_names_no_higher_room_that_it_could_load() -> None:
+    upwards = []
+    for module in MODULES:
+        room = _parts(module)[0]
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+            name = NAMES.get(node.value) if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+            if name and FLOOR[name.split(".")[0]] > FLOOR[room]:
+                upwards.append(f"{module.relative_to(PACKAGE)} names {name}")
+    assert not upwards
+
+
 def test_a_product_imports_only_the_products_that_it_needs() -> None:
     """The core imports no other product, and only the command line imports NAOqi."""
     page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
