@@ -319,8 +319,6 @@ def test_bad_positions_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.head(nao, position=[0.1, 0.0, 0.2])
     with pytest.raises(NotFinite, match=r"position.*\[1\]"):
         nk.ik.head(nao, position=[0.1, np.nan, 0.2], frame="CameraTop")
-    with pytest.raises(BadArgument, match=r"position must not exceed 1e\+150"):
-        nk.ik.head(nao, position=[0.1, 1e200, 0.2], frame="CameraTop")
     with pytest.raises(WrongShape, match=r"position must have shape \(\.\.\., 3\)"):
         nk.ik.head(nao, position=np.eye(4), frame="CameraTop")
     with pytest.raises(BadArgument, match="not carried by HeadPitch"):
@@ -344,10 +342,3 @@ def test_bad_input_is_refused(nao: nk.NaoModel) -> None:
         nk.ik.look_at(nao, [1.0, math.inf, 0.0])
     with pytest.raises(NotARotation):
         nk.ik.head(nao, 2.0 * np.eye(3))
-    with pytest.raises(BadArgument, match=r"point must not exceed 1e\+150"):
-        nk.ik.look_at(nao, [1e155, 0.0, 0.0])
-    for camera in (["CameraTop"], np.array(["CameraTop"]), None):
-        with pytest.raises(UnknownName, match="camera"):
-            nk.ik.look_at(nao, [1.0, 0.0, 0.0], camera)  # type: ignore[arg-type]
-    with pytest.raises(UnknownName, match="frame"):
-        nk.ik.head(nao, np.eye(3), frame=["Head"])  # type: ignore[arg-type]
