@@ -210,7 +210,8 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
 
     frame, kind, limits, direction = request.frame, targets.kind, request.limits, request.towards
     chosen = [option for option in ("numeric", "analytic") if getattr(request, option)]
-    limb = LEGS if frame == LEGS else None if chosen else room.limb_of_frame(model, frame)
+    fitting = [] if chosen or frame == LEGS else room.limbs(model, frame)
+    limb = LEGS if frame == LEGS else "".join(f"{one['side']}{one['kind'].title()}" for one in fitting)
     if len(chosen) > 1:
         raise BadArgument("give one of --numeric and --analytic")
     if limb == LEGS and chosen:

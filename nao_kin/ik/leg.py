@@ -95,7 +95,7 @@ def leg(
 
     Raises:
         BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
-            0, 0, 0, 1, or a number is beyond ±1e150.
+            0, 0, 0, 1.
         NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.

@@ -12,12 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     CROSSOVER,
-    LARGEST,
-    MAX_SEARCHES,
     Floats,
     LimitPolicy,
     as_floats,
-    as_vectors,
     check_tolerance,
     choice,
     common_batch,
@@ -299,7 +296,7 @@ def numeric(
     Raises:
         MissingExtra: pink is not installed.
         NotARotation: the 3×3 part of a target is not a rotation; the error has its index and its defect.
-        BadArgument: a frame that no joint moves; T, or T times weights, beyond ±1e150; positions without a weight.
+        BadArgument: a frame that no joint moves; positions without a weight.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -322,15 +319,13 @@ def numeric(
         six,
         enforced,
         float(tolerance),
-        restarts=whole_number(restarts, "restarts", 0, MAX_SEARCHES),
-        iterations=whole_number(iterations, "iterations", 1, MAX_SEARCHES),
+        restarts=whole_number(restarts, "restarts", 0),
+        iterations=whole_number(iterations, "iterations", 1),
         seed=whole_number(seed, "seed", 0),
         threads=check_threads(threads),
         minimise=minimise_with_pink if solver == "pink" else minimise,
     )
-    targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_vectors(T, "T"))
-    if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
-        raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
+    targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_floats(T, (3,), "T"))
     notes: tuple[str, ...] = ()
     if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
