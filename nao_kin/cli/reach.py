@@ -59,14 +59,14 @@ def reach(
     from nao_kin import reach as room
     from nao_kin._kernels import KERNELS, warm_up
 
-    empty = room.workspace(model, frame, 0, voxel=voxel, seed=seed, reference=reference)
-    empty.column(by)
+    first = room.workspace(model, frame, 1, voxel=voxel, seed=seed, reference=reference)  # checks the options
+    settings, _ = first.settings, first.column(by)
     previous = None
     if output is not None and continued and Path(output).is_file():
         previous = room.load(output)
     warm_up([name for name in KERNELS if name.startswith("reach")])  # first, so that a signal does not wait for it
     if previous is not None:
-        empty.settings.check_same(previous.settings, abbreviated(output))
+        settings.check_same(previous.settings, abbreviated(output))
         done = previous.ranges[-1][1] if previous.ranges else 0
         if done > requested:
             raise BadArgument(f"{abbreviated(output)} has {done} samples already; ask for at least as many")
@@ -98,10 +98,10 @@ def reach(
 def _count(text: str) -> int:
     try:
         value = decimal(text)
-        if value != int(value) or value < 1:
+        if value != int(value):
             raise ValueError
     except (ValueError, OverflowError):
-        raise BadArgument(f"--samples {quoted(text)}: expected a whole number above 0, such as 1e7") from None
+        raise BadArgument(f"--samples {quoted(text)}: expected a whole number, such as 200000 or 1e7") from None
     return int(value)
 
 

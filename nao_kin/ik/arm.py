@@ -96,11 +96,8 @@ def arm(
             limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The solution is
             searched for on a grid, and refined to 1e-9 rad.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
-        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
-            nearest to it.
-        limits: as in all solvers, see `nao_kin.ik`; with criterion "limits", ignored limits leave
-            joints within ±π.
+        near: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers; with criterion "limits", ignored limits leave joints within ±π.
         threads: as in all solvers.
         collisions: as in all solvers.
 

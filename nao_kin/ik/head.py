@@ -72,9 +72,8 @@ def head(
         R_torso_head: orientations of the frame in the torso, shape (..., 3, 3); None with `position`.
         position: positions of the frame's origin in the torso, shape (..., 3) [m]; None with `R_torso_head`.
         frame: a frame on the head, a camera for instance.
-        near: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
-            taken; None for all joints at zero, or at the limit nearest to it.
-        limits: as in all solvers, see `nao_kin.ik`.
+        near: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers.
         threads: as in all solvers.
         collisions: as in all solvers.
 

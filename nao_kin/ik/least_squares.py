@@ -48,8 +48,6 @@ MAX_STEP = 1.0
 # the answer, with the most steps of that search.
 FLAT = 1e-7
 _PRECISE, _LAST_STEPS = 1e-9, 1000
-# Error [m, rad] that ends a search along a path, and most steps of it.
-_MET, _FEW_STEPS = 1e-10, 60
 # Largest number of times that a step is computed again because it leaves the limits; largest rounding of a step
 # [rad or m].
 MAX_HOLDS, ROUNDING = 4, 1e-14
@@ -551,11 +549,13 @@ def descended_along(
     T_reference_target: Floats,
     R_reference_axes: Floats,
     weights: Floats,
+    tolerance: float,
+    steps: int,
     q: Floats,
 ) -> tuple[Floats, float]:
     """Return q (nq,) after a search with some joints for the pose of a frame in a reference, both `frames`.
 
-    Errors are along the given axes, with six weights; their weighted norm is returned too. The base is fixed.
+    Errors are along the given axes; their weighted norm is returned too. The rest is as in `Goal`; the base is fixed.
     """
     chain, region, drivers = cached_limb(robot, _chain_between, *frames, *joints)
     T, R, columns = T_reference_target, R_reference_axes, region.moving
@@ -566,8 +566,7 @@ def descended_along(
     fixed = np.where(chain.place < 0, chain.ratio * q[drivers], 0.0)
     chain = chain._replace(links=links, offset=chain.offset + fixed)
     target, others = join_poses(R, T[:3, 3]).reshape(1, 16), region.fixed_values(q[None])
-    goal = Goal(weights, _MET, _FEW_STEPS)
-    found = descended(chain, region, goal, target, others, q[None, columns], None)
+    found = descended(chain, region, Goal(weights, tolerance, steps), target, others, q[None, columns], None)
     best = q.copy()
     best[columns] = found.q[0]
     return best, float(np.sqrt(2.0 * found.cost[0]))

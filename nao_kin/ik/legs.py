@@ -206,9 +206,7 @@ def legs(
         T_left: the pose of the left foot in the torso, or in the world, shape (..., 4, 4) [m].
         T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
-        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
-            at the limit nearest to it.
+        near: as in all solvers, see `nao_kin.ik`; distances are over the eleven joints.
         priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
             "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
@@ -216,7 +214,7 @@ def legs(
             relative to the middle of the feet in `near`.
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
-        limits: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers.
         threads: as in all solvers.
         collisions: as in all solvers.
 

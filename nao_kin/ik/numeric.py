@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     CROSSOVER,
+    MAX_SEARCHES,
     Floats,
     LimitPolicy,
     as_floats,
@@ -319,8 +320,8 @@ def numeric(
         six,
         enforced,
         float(tolerance),
-        restarts=whole_number(restarts, "restarts", 0),
-        iterations=whole_number(iterations, "iterations", 1),
+        restarts=whole_number(restarts, "restarts", 0, MAX_SEARCHES),
+        iterations=whole_number(iterations, "iterations", 1, MAX_SEARCHES),
         seed=whole_number(seed, "seed", 0),
         threads=check_threads(threads),
         minimise=minimise_with_pink if solver == "pink" else minimise,

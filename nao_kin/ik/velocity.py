@@ -247,6 +247,7 @@ def velocity(
     if damping is not None:
         check_tolerance(damping, "damping")
     for value, name in ((dt, "dt"), (length, "length")):
+        check_tolerance(value, name)
         if not 0.0 < value < np.inf:
             raise BadArgument(f"{name} must be positive and finite, got {value:.3g}")
     motion = cached_limb(robot, FrameMotion, frame)

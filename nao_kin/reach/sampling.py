@@ -59,7 +59,7 @@ def workspace(
     Args:
         robot: any robot; a floating base stays where it is.
         frame: a frame, or the name of a chain for its end effector.
-        samples: number of samples, or (start, stop) for a part of them; 0 for an empty map with the settings alone.
+        samples: number of samples, or (start, stop) for a part of them.
         voxel: edge of a voxel [m].
         seed: seed of the samples.
         reference: the frame in which positions are counted; None for the root.
@@ -111,7 +111,7 @@ def _requested_range(samples: int | SampleRange, shard: tuple[int, int] | None) 
         start = whole_number(begin, "the first sample", 0)
         stop = whole_number(end, "the end of the samples", start + 1, _MAX_SAMPLES)
     else:
-        start, stop = 0, whole_number(samples, "samples", 0, _MAX_SAMPLES)
+        start, stop = 0, whole_number(samples, "samples", 1, _MAX_SAMPLES)
     if shard is None:
         return start, stop
     part, parts = shard

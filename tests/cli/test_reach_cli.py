@@ -134,7 +134,9 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
     [
         (("LArn",), "unknown frame or chain 'LArn' (nearest: LArm"),
         (("LArm", "--reference", "Hed"), "unknown frame 'Hed'"),
-        (("LArm", "--samples", "0"), "--samples '0': expected a whole number"),
+        (("LArm", "--samples", "0"), "samples must be at least 1, got 0"),
+        (("LArm", "--samples", "-5"), "samples must be at least 1, got -5"),
+        (("LArm", "--samples", "1.5"), "--samples '1.5': expected a whole number, such as 200000 or 1e7"),
         (("LArm", "--samples", "many"), "--samples 'many': expected a whole number"),
         (("LArm", "--samples", "1e999"), "--samples '1e999': expected a whole number"),
         (("LArm", "--samples", "1e10"), "samples must be at most 4294967296"),

@@ -608,6 +608,7 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"T": _poses({(1, 2, 0, 0): 1.1})}, NotARotation, r"\[1, 2\]"),
         ({"T": _poses({(1, 0, 3, 3): 2.0})}, BadArgument, r"\[1, 0\]"),
         ({"T": _poses({(0, 1, 0, 3): np.nan})}, NotFinite, r"\[0, 1, 0, 3\]"),
+        ({"solver": ["pink"]}, UnknownName, "pink"),
         ({"T": np.zeros(7)}, WrongShape, r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions, got \(7,\)$"),
         ({"T": np.zeros((3, 4))}, WrongShape, r"got \(3, 4\)$"),
         ({"T": [0.1, np.nan, 0.1]}, NotFinite, r"T.*\[1\]"),

@@ -22,7 +22,13 @@ from nao_kin.rotations import log
 
 # One radian has the weight of 0.1 m.
 RADIAN = 0.1
-_WEIGHTS = np.repeat([1.0, RADIAN], 3)
+_MAX_STEPS = 60
+_CONVERGED = 1e-10
+
+
+def axis_weights(mask: int) -> Floats:
+    """Return the weights of x, y, z, wx, wy, wz, 0 for those that a mask does not control, shape (6,)."""
+    return np.repeat([1.0, RADIAN], 3) * controlled_axes(mask)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +53,9 @@ class LimbSolution:
 def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     """Return joint values of one limb near q, inside all limits, that bring it to its target or to a local minimum."""
     joints = tuple(robot.joint_names[column] for column in columns_of(robot, [target.frame]))
-    frames, weights = (target.frame, target.reference), _WEIGHTS * controlled_axes(target.mask)
+    frames, weights = (target.frame, target.reference), axis_weights(target.mask)
     T, R = target.T_reference_target, target.R_reference_space
-    return LimbSolution(*ik.descended_along(robot, joints, frames, T, R, weights, q))
+    return LimbSolution(*ik.descended_along(robot, joints, frames, T, R, weights, _CONVERGED, _MAX_STEPS, q))
 
 
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
