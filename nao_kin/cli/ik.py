@@ -170,7 +170,8 @@ def _solved(model: RobotModel, request: Request, targets: Targets, near: Floats 
     frame, kind, limits = request.frame, targets.kind, request.limits
     direction = None if request.direction is None else numbers_of(request.direction, "--direction", 3)
     general = request.numeric or request.analytic
-    limb = LEGS if frame == LEGS else None if general else room.limb_of_frame(model, frame)
+    fitting = [] if general or frame == LEGS else room.limbs(model, frame)
+    limb = LEGS if frame == LEGS else "".join(f"{one['side']}{one['kind'].title()}" for one in fitting)
     is_arm = limb in ("LArm", "RArm")
     if limb == LEGS and general:
         raise BadArgument("--numeric and --analytic solve for one frame; Legs has two")

@@ -55,7 +55,8 @@ def reach(
     from nao_kin import reach as room
     from nao_kin._kernels.cache import KERNELS, warm_up
 
-    settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
+    first = room.workspace(model, frame, 1, voxel=voxel, seed=seed, reference=reference)  # checks the options
+    settings, _ = first.settings, first.column(by)
     previous = None
     if output is not None and continued and Path(output).is_file():
         previous = room.load(output)

@@ -2,9 +2,10 @@
 
 These options are the same in all solvers of poses:
 
-- `near`: preferred configurations. Solutions are sorted by their distance to it, searches begin there, and joints that
-  the targets do not determine keep its values. If limits are enforced, `near` is projected into them, and `notes` says
-  so.
+- `near`: preferred configurations, shape (..., nq), that broadcast with the targets. Solutions are sorted by their
+  distance to it, searches begin there, and joints that the targets do not determine keep its values. If limits are
+  enforced, `near` is projected into them, and `notes` says so. None for all joints at zero, or at the limit nearest to
+  it.
 - `limits`: "enforce" leaves out solutions with a joint outside its own range or a coupled limit; "ignore" keeps them,
   with the whole turns that bring each joint within half a turn of `near`. The policy "clamp" is refused: with
   "enforce", `best` has the nearest values inside the limits that a search finds.
@@ -18,13 +19,12 @@ These options are the same in all solvers of poses:
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
-from nao_kin.ik.closed_form import cached_limb as cached_limb
 from nao_kin.ik.follow import FollowedPath, follow
 from nao_kin.ik.head import head, look_at
-from nao_kin.ik.least_squares import Goal as Goal, descended as descended
+from nao_kin.ik.least_squares import descended_along as descended_along
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import LegsResult, legs
-from nao_kin.ik.limbs import limb_of_frame as limb_of_frame, limbs
+from nao_kin.ik.limbs import limbs
 from nao_kin.ik.limit_regions import LimitRegion as LimitRegion
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason

@@ -85,11 +85,9 @@ def analytic(
             of the robot's semantics, or else the root link.
         locked: joint name → value of joints of the chain that stay there [rad, m]: a chain of seven joints has a closed
             form if the right one is locked; the error without it names these joints.
-        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and its values of other joints are used. None for all joints at zero, or at the limit
-            nearest to it.
-        limits: as in all solvers, see `nao_kin.ik`. With "enforce", a branch is listed with all whole
-            turns inside the limits; for a joint with a range of more than three turns, with those nearest to `near`.
+        near: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers. With "enforce", a branch is listed with all whole turns inside the limits; for a
+            joint with a range of more than three turns, with those nearest to `near`.
         threads: as in all solvers.
         collisions: as in all solvers.
         tolerance: largest error of a solution in position [m] and rotation [rad].

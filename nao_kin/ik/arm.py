@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import partial
 from typing import Literal, SupportsIndex
@@ -10,7 +9,7 @@ from typing import Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import LARGEST, Floats, LimitPolicy, as_floats, as_vectors, check_tolerance, choice, unit
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, unit
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.arm_equations import (
@@ -70,7 +69,6 @@ def arm(
     *,
     direction: ArrayLike | None = None,
     criterion: Criterion = _CRITERION,
-    angle_weight: float = ANGLE_WEIGHT,
     frame: str | None = None,
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
@@ -86,7 +84,7 @@ def arm(
     - A position alone leaves two joints free; the result has the best solution by `criterion`.
 
     If a target is not met, `reason` says why, and `best` and `q` are the joint values with the smallest
-    √(distance² + (angle_weight · angle)²) that a search finds, inside the limits if these are enforced.
+    √(distance² + (0.1 m · angle)²) that a search finds, inside the limits if these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with arms of its geometry.
@@ -97,13 +95,9 @@ def arm(
         criterion: with positions alone: "nearest" to `near`, "limits" for the largest distance to the nearest
             limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The solution is
             searched for on a grid, and refined to 1e-9 rad.
-        angle_weight: the weight of one radian [m]: with 0.1, 0.1 rad has the weight of 10 mm.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
-        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
-            nearest to it.
-        limits: as in all solvers, see `nao_kin.ik`; with criterion "limits", ignored limits leave
-            joints within ±π.
+        near: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers; with criterion "limits", ignored limits leave joints within ±π.
         threads: as in all solvers.
         collisions: as in all solvers.
 
@@ -115,7 +109,7 @@ def arm(
 
     Raises:
         BadArgument: the robot has no such arm; the message says what is missing. Or the last row of a target is not
-            0, 0, 0, 1, a number is beyond ±1e150, or a direction is given with poses.
+            0, 0, 0, 1, or a direction is given with poses.
         NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
         ZeroNorm: a direction is zero.
 
@@ -128,14 +122,6 @@ def arm(
     """
     limb = arm_limb(robot, check_side(side, "Arm"), frame)
     wanted = NEAREST if criterion is _CRITERION else _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
-    if angle_weight is not ANGLE_WEIGHT:
-        check_tolerance(angle_weight, "angle_weight")
-        weight = float(angle_weight)
-        if not 0.0 < weight <= LARGEST:
-            raise BadArgument(
-                f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}"
-            )
-        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
     if is_pose(target, "target"):
         if direction is not None:
             raise BadArgument("a direction requires positions (..., 3): a pose (..., 4, 4) includes a direction")
@@ -145,7 +131,7 @@ def arm(
         nearest = partial(_nearest, robot, _POSE, limb)
         result = solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
         return without_collisions(robot, result, collisions)
-    places = as_vectors(target, "target")
+    places = as_floats(target, (3,), "target")
     if direction is None:
         form, rows = _POSITION, np.concatenate([places, np.full((*places.shape[:-1], 1), wanted)], axis=-1)
     else:
@@ -162,7 +148,7 @@ def arm(
 def _nearest(robot: RobotModel, form: ClosedForm, limb: Limb, rows: Floats, options: Options) -> tuple[Floats, Floats]:
     """Return the coordinates nearest to n targets, shape (n, c), and their errors, shape (n, 2) [m, rad]."""
     geometry, n = limb.numbers, len(rows)
-    rotation, weight = np.reshape(geometry.rotation, (3, 3)), 0.0 if form is _POSITION else geometry.weight
+    rotation, weight = np.reshape(geometry.rotation, (3, 3)), 0.0 if form is _POSITION else ANGLE_WEIGHT
     T = np.tile(np.eye(4), (n, 1, 1))
     T[:, :3, 3] = rows[:, 3:12:4] if form is _POSE else rows[:, :3]
     hands: list[Floats] = []
@@ -202,7 +188,7 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain.require_zero("the axis of WristYaw misses the elbow", (wrist - elbow)[1:])
     chain.require_zero("the elbow is out of the plane of the upper arm", (elbow - shoulder)[2:])
     x, y, _ = (elbow - shoulder).tolist()
-    return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, ANGLE_WEIGHT, *chain.frame_in_link(elbow)))
+    return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, *chain.frame_in_link(elbow)))
 
 
 # --- Searches of an arm: the nearest pose, and the best solution for a position alone.

@@ -62,7 +62,6 @@ class Arm(NamedTuple):
     shoulder: Vector
     elbow_x: float
     elbow_y: float
-    weight: float  # of a radian in the nearest pose [m]
     turned: float  # 1 if the frame is rotated in the hand
     rotation: Rotation
     place: Vector

@@ -428,13 +428,12 @@ def rigid_rotation(T: Row) -> tuple[bool, Rotation]:
     return is_rigid, (a, b, c, d, e, f, g, h, i)
 
 
-# --- Searches over one variable: the minimum of a function, and its roots.
+# --- Searches over one variable: the least and the local minima of a function.
 #
 # A function is called as `function(given, value)`; `given` are its other arguments.
 
-# Halvings of the steps of `least`; iterations of a bisection or golden-section search.
-_FINER, _HALVINGS = 48, 60
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+# Halvings of the steps of `least`.
+_FINER = 48
 
 
 @both_ways
@@ -457,66 +456,14 @@ def least(function: Callable[..., float], given: Any, low: float, high: float, n
 
 
 @both_ways
-def crossing(function: Callable[..., float], given: Any, low: float, high: float, falls: bool) -> float:
-    """Return where a function falls, or rises, through zero between two values, by bisection."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if (function(given, middle) > 0.0) == falls:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
-
-
-@both_ways
-def nearest_to_zero(function: Callable[..., float], given: Any, low: float, high: float, sign: float) -> float:
-    """Return where a function of one sign is nearest to zero, or passes it farthest, by golden sections."""
-    one, two = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    first, second = sign * function(given, one), sign * function(given, two)
-    for _ in range(_HALVINGS):
-        if first <= second:
-            high, two, second = two, one, first
-            one = high - _GOLDEN * (high - low)
-            first = sign * function(given, one)
-        else:
-            low, one, first = one, two, second
-            two = low + _GOLDEN * (high - low)
-            second = sign * function(given, two)
-    return 0.5 * (low + high)
-
-
-@both_ways
-def add_roots(
-    function: Callable[..., float], given: Any, low: float, high: float, steps: int, roots: Floats, count: int
-) -> int:
-    """Add the roots of f between two values, and the minima of |f| between even steps; return the new number."""
-    step = (high - low) / steps
-    current = previous = function(given, low)
-    for k in range(steps + 1):
-        at = low + step * k
-        following = function(given, at + step) if k < steps else current
-        above = current > 0.0
-        if above != (following > 0.0):
-            count = _add(crossing(function, given, at, at + step, above), low, high, roots, count)
-        # A minimum of |f|: there may be a double root, or two roots.
-        elif (
-            above == (previous > 0.0)
-            and abs(current) <= min(abs(previous), abs(following))
-            and abs(current) <= abs(previous - current) + abs(following - current)
-        ):
-            left, right = max(low, at - step), min(high, at + step)
-            nearest = nearest_to_zero(function, given, left, right, 1.0 if above else -1.0)
-            if (function(given, nearest) > 0.0) != above:
-                count = _add(crossing(function, given, left, nearest, above), low, high, roots, count)
-                count = _add(crossing(function, given, nearest, right, not above), low, high, roots, count)
-            count = _add(nearest, low, high, roots, count)
-        previous, current = current, following
-    return count
-
-
-@both_ways
-def _add(root: float, low: float, high: float, roots: Floats, count: int) -> int:
-    if low < root < high and count < len(roots):
-        roots[count] = root
-        count += 1
+def local_minima(function: Callable[..., float], given: Any, starts: Floats, minima: Floats) -> int:
+    """Write the local minima of a function at ascending values, each refined between two; return their number."""
+    count, last = 0, len(starts) - 1
+    before = here = function(given, starts[0])
+    for k in range(last + 1):
+        after = function(given, starts[min(k + 1, last)])
+        if here <= min(before, after):
+            minima[count] = least(function, given, starts[max(k - 1, 0)], starts[min(k + 1, last)], starts[k], 2)
+            count += 1
+        before, here = here, after
     return count

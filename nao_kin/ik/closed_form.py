@@ -25,7 +25,7 @@ from nao_kin._core.arrays import Floats, choice, join_poses
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import READ_SECONDS, CachedKernel, Floats1, Floats2, numba_type
 from nao_kin._kernels.rows import borrowed, packed, register_borrowed, register_unpacking, run_rows
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
@@ -183,9 +183,6 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
     cache = _CACHES.get(robot) if isinstance(robot, RobotModel) else None
     if cache is None:
         check_robot(robot)
-    for name in arguments:
-        if not isinstance(name, str):
-            raise UnknownName("frame", name, robot.frame_names)
     key = (make, *arguments)
     limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
     if cache is None or cache.numbers.placements_changed(frames):

@@ -81,8 +81,6 @@ def scaled(
 # --- The result: a joint trajectory along a path of targets.
 
 _BASE = 7
-# A path sampled more finely is a mistake, and fits into no memory.
-_MOST_SAMPLES = 10**8
 # The number of jumps, or of stretched segments, that a message lists.
 _LISTED = 3
 
@@ -190,10 +188,7 @@ class FollowedPath:
             raise BadArgument(f"{empty} has no values at any sample: {self.message}")
         if len(q) == 1:
             return q
-        count = np.ceil(self.duration * rate - 1e-9)
-        if count > _MOST_SAMPLES:
-            raise BadArgument(f"rate must give at most {_MOST_SAMPLES:g} configurations, got {count:g}")
-        steps = max(0, int(count))
+        steps = max(0, int(np.ceil(self.duration * rate - 1e-9)))
         times = np.minimum(self.times[0] + np.arange(steps + 1) / rate, self.times[-1])
         after = np.clip(np.searchsorted(self.times, times, side="right"), 1, len(self.times) - 1)
         start, width = self.times[after - 1], self.times[after] - self.times[after - 1]
@@ -212,10 +207,10 @@ class FollowedPath:
 
 def positive(value: float, what: str) -> float:
     """Return the value as a float, if it is one number above zero."""
-    array = as_floats(value, (), what)
-    if array.shape != () or not array > 0.0:
-        raise BadArgument(f"{what} must be a number above zero, got {value}")
-    return float(array)
+    number = float(as_floats(value, (), what))
+    if not number > 0.0:
+        raise BadArgument(f"{what} must be a number above zero, got {number:g}")
+    return number
 
 
 # --- `follow`.

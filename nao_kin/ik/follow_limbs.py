@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, all_finite, as_numbers, as_vectors, join_poses, refuse_non_finite, unit
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, join_poses, unit
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.arm import arm
@@ -18,7 +18,7 @@ from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
 from nao_kin.ik.results import IKResult, without_collisions
-from nao_kin.ik.targets import as_poses, refuse_not_rigid
+from nao_kin.ik.targets import refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation, exp, log
 
@@ -163,7 +163,7 @@ def checked_path(
     """Return the arguments of `follow` as checked arrays, with constants repeated for all samples."""
     names = (*_LEGS, *_ARMS, "Head", *robot.semantics.cameras)
     given: dict[str, tuple[Floats, int]] = {}
-    for name, value in _mapping(path, "path").items():
+    for name, value in path.items():
         if name not in names:
             own = tuple(known for known in names if known in robot.frame_table)
             raise UnknownName("effector", name, own, "" if own else f"{robot.name} needs nk.ik.numeric for each sample")
@@ -175,14 +175,14 @@ def checked_path(
     heads = [name for name in path if name not in (*_LEGS, *_ARMS)]
     if len(heads) > 1:
         raise BadArgument(f"path[{quoted(heads[0])}] and path[{quoted(heads[1])}] both move the head: give one")
-    for name, value in _mapping({} if directions is None else directions, "directions").items():
+    for name, value in (directions or {}).items():
         what = f"directions[{quoted(name)}]"
         if name not in path or name not in _ARMS:
             arms = [arm for arm in _ARMS if arm in path]
             raise UnknownName("arm", name, arms, "a direction requires positions of that arm in the path")
         if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
             raise BadArgument(f"{what} requires positions (n, 3): a pose includes a direction")
-        array, count = _samples(value, _PLACE, what, free=True)
+        array, count = _samples(value, _PLACE, what)
         given[what] = unit(array, what)[0], count
     if torso is not None:
         given["torso"] = _samples(torso, _POSE, "torso")
@@ -202,7 +202,7 @@ def limb_paths(
 ) -> tuple[LimbPath, ...]:
     """Return the limbs that follow a path, each with its targets in the torso."""
     frame = {name: name for name in path.targets}
-    for name, value in _mapping({} if frames is None else frames, "frames").items():
+    for name, value in (frames or {}).items():
         if name not in frame:
             raise UnknownName("effector of the path", name, tuple(frame))
         frame[name] = value
@@ -221,15 +221,9 @@ def limb_paths(
     return tuple(limbs)
 
 
-def _mapping(value: object, what: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise BadArgument(f"{what} must be a mapping from effectors, got {type(value).__name__}")
-    return value
-
-
-def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool = False) -> tuple[Floats, int]:
-    """Return samples (n, *tail) and n, or a constant (1, *tail) and 0; vectors that are `free` may have any length."""
-    array = as_numbers(value, what)
+def _samples(value: ArrayLike, tail: tuple[int, ...], what: str) -> tuple[Floats, int]:
+    """Return samples (n, *tail) and n, or a constant (1, *tail) and 0."""
+    array = as_floats(value, (), what)
     shape = ", ".join(map(str, tail))
     if array.shape != tail and array.shape[1:] != tail:
         constant = f"({shape}{',' if len(tail) == 1 else ''})"
@@ -238,22 +232,17 @@ def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool =
     samples = array[None] if is_constant else array
     if not len(samples):
         raise BadArgument(f"{what} has no samples")
-    if not all_finite(array):
-        refuse_non_finite(array, what)
     if tail == _POSE:
-        refuse_not_rigid(as_poses(array, what), what)
+        refuse_not_rigid(array, what)
     elif tail == _ROTATION:
         check_rotation(array, name=what)
-    elif not free:
-        as_vectors(array, what, *tail)
     return samples, 0 if is_constant else len(samples)
 
 
 def _times(value: ArrayLike) -> tuple[Floats, int]:
-    array = as_numbers(value, "times")
+    array = as_floats(value, (), "times")
     if array.ndim != 1 or not len(array):
         raise WrongShape("times", "(n,)", array.shape)
-    as_vectors(array, "times", len(array))
     late = np.flatnonzero(np.diff(array) <= 0.0)
     if len(late):
         i = int(late[0])

@@ -10,7 +10,7 @@ from typing import NamedTuple, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy, as_floats, as_vectors
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument, UnknownName
@@ -18,6 +18,7 @@ from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
     EXCESS,
+    LIMIT_ROUNDING,
     NEEDED,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
@@ -25,7 +26,6 @@ from nao_kin.ik.branches import (
     POSITION_ERROR,
     REASON,
     VERIFIED,
-    Ranges,
     Rotation,
     Selection,
     Vector,
@@ -38,7 +38,6 @@ from nao_kin.ik.branches import (
     least,
     link_rotation,
     start_report,
-    table_range,
 )
 from nao_kin.ik.closed_form import TOLERANCE, ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason, without_collisions
@@ -73,9 +72,8 @@ def head(
         R_torso_head: orientations of the frame in the torso, shape (..., 3, 3); None with `position`.
         position: positions of the frame's origin in the torso, shape (..., 3) [m]; None with `R_torso_head`.
         frame: a frame on the head, a camera for instance.
-        near: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
-            taken; None for all joints at zero, or at the limit nearest to it.
-        limits: as in all solvers, see `nao_kin.ik`.
+        near: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers.
         threads: as in all solvers.
         collisions: as in all solvers.
 
@@ -88,7 +86,7 @@ def head(
 
     Raises:
         BadArgument: the robot has no such neck; the message says what is missing. Or not exactly one of `R_torso_head`
-            and `position` is given, a position is beyond ±1e150, or the frame is in the neck, which has one position.
+            and `position` is given, or the frame is in the neck, which has one position.
         NotARotation: a target is not a rotation; the error has the argument, its index and its defect.
 
     Examples:
@@ -102,7 +100,7 @@ def head(
     """
     limb = head_limb(robot, frame)
     if position is not None and R_torso_head is None:
-        points = as_vectors(position, "position")
+        points = as_floats(position, (3,), "position")
         options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
         return without_collisions(robot, _at_position(limb, points, options), collisions)
     if R_torso_head is None or position is not None:
@@ -143,7 +141,7 @@ def look_at(
         collisions: as in `head`.
 
     Raises:
-        BadArgument: the robot has no such neck, or a number is beyond ±1e150.
+        BadArgument: the robot has no such neck.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -153,10 +151,10 @@ def look_at(
         [0.0, 0.0]
     """
     check_robot(robot)
-    if not isinstance(camera, str) or camera not in robot.frame_table:
+    if camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, robot.body_frame(camera))
-    points = as_vectors(point, "point")
+    points = as_floats(point, (3,), "point")
     options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)
     return without_collisions(robot, result, collisions)
@@ -344,30 +342,20 @@ def _add_look(head: Head, point: Vector, family: float, selection: Selection, wo
 
 @both_ways
 def _free_yaw(selection: Selection, pitch: float) -> float:
-    """Return the yaw nearest to the reference's at which the pitch is allowed; the reference's if there is none."""
-    ranges: Ranges = selection.ranges
-    wanted: float = selection.reference[0]
+    """Return the yaw nearest to the reference's at which the pitch is allowed."""
     if not selection.enforce:
-        return wanted
-    best = min(max(wanted, ranges.lower[0]), ranges.upper[0])
-    if ranges.bends == 0:
-        return best
-    low, high = table_range(ranges, best)
-    if low <= pitch <= high:
-        return best
-    # The range is a polygon: the nearest yaw is where an edge is at this pitch.
-    distance, nearest = math.inf, best
-    for i in range(1, ranges.bends):
-        for bound in (ranges.low, ranges.high):
-            rise = bound[i] - bound[i - 1]
-            share = min(max((pitch - bound[i - 1]) / rise, 0.0), 1.0) if rise != 0.0 else 0.0
-            yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
-            low, high = table_range(ranges, yaw)
-            inside = ranges.lower[0] <= yaw <= ranges.upper[0]
-            inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
-            if inside and abs(yaw - wanted) < distance:
-                distance, nearest = abs(yaw - wanted), yaw
-    return nearest
+        return float(selection.reference[0])
+    low, high = selection.ranges.lower[0], selection.ranges.upper[0]
+    return least(_cost_of_yaw, (selection, pitch), low, high, selection.reference[0], _STEPS)
+
+
+@both_ways
+def _cost_of_yaw(given: tuple[Selection, float], yaw: float) -> float:
+    """Return the distance of a yaw to the reference's, or much more if the pitch is not allowed at it."""
+    selection, pitch = given
+    low, high = coupled_range(selection.ranges, 1, yaw)
+    outside = max(low - pitch, pitch - high)
+    return 1e3 * (1.0 + outside) if outside > LIMIT_ROUNDING else abs(yaw - selection.reference[0])
 
 
 @both_ways

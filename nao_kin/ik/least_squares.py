@@ -24,7 +24,7 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import CachedKernel, Floats2, Row, both_ways
 from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, rotation_vector, to_frame
@@ -541,6 +541,43 @@ def _descents(
     )  # fmt: skip
     for i in range(values.shape[0]):
         descend(chain, region, goal, scratch, targets[i], fixed[i], values[i], reports[i])
+
+
+def descended_along(
+    robot: RobotModel,
+    joints: tuple[str, ...],
+    frames: tuple[str, str],
+    T_reference_target: Floats,
+    R_reference_axes: Floats,
+    weights: Floats,
+    tolerance: float,
+    steps: int,
+    q: Floats,
+) -> tuple[Floats, float]:
+    """Return q (nq,) after a search with some joints for the pose of a frame in a reference, both `frames`.
+
+    Errors are along the given axes; their weighted norm is returned too. The rest is as in `Goal`; the base is fixed.
+    """
+    chain, region, drivers = cached_limb(robot, _chain_between, *frames, *joints)
+    T, R, columns = T_reference_target, R_reference_axes, region.moving
+    # Errors are along the axes of the target. The frame and its target are turned equally, so that these are R's.
+    links = chain.links.copy()
+    last = links[-12:].reshape(3, 4)
+    last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
+    fixed = np.where(chain.place < 0, chain.ratio * q[drivers], 0.0)
+    chain = chain._replace(links=links, offset=chain.offset + fixed)
+    target, others = join_poses(R, T[:3, 3]).reshape(1, 16), region.fixed_values(q[None])
+    found = descended(chain, region, Goal(weights, tolerance, steps), target, others, q[None, columns], None)
+    best = q.copy()
+    best[columns] = found.q[0]
+    return best, float(np.sqrt(2.0 * found.cost[0]))
+
+
+def _chain_between(robot: RobotModel, frame: str, reference: str, *joints: str) -> tuple[Chain, LimitRegion, list[int]]:
+    """Return the chain from a reference to a frame, the limits of the joints that move, and all drivers."""
+    chain = serial_chain(robot, reference, frame)
+    region = LimitRegion(robot, np.array([robot.joint_names.index(joint) for joint in joints]))
+    return chain_of([chain], joints), region, [robot.joint_names.index(driver.joint) for driver in chain.drivers]
 
 
 # --- The nearest joint values of a limb whose closed form has no solution, from several starts.

@@ -79,10 +79,8 @@ def leg(
         side: "L" or "R", or the end effector "LLeg" or "RLeg".
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
-        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
-            nearest to it.
-        limits: as in all solvers, see `nao_kin.ik`.
+        near: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers.
         threads: as in all solvers.
         collisions: as in all solvers.
 
@@ -95,7 +93,7 @@ def leg(
 
     Raises:
         BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
-            0, 0, 0, 1, or a number is beyond ±1e150.
+            0, 0, 0, 1.
         NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.

@@ -20,9 +20,9 @@ from nao_kin.ik.branches import (
     Selection,
     Vector,
     Workspace,
-    add_roots,
     add_shortfall,
     least,
+    local_minima,
 )
 from nao_kin.ik.closed_form import (
     ClosedForm,
@@ -39,11 +39,12 @@ from nao_kin.ik.closed_form import (
 )
 from nao_kin.ik.least_squares import nearest_values
 from nao_kin.ik.leg import Leg, foot_of, leg_limb, nearest_foot, within_reach
-from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
+    BALANCED,
     FAILED_LEG,
     JOINTS,
     LEFT,
+    LEFT_FIRST,
     LEFT_FOOT,
     MAX_BRANCHES,
     MORE,
@@ -52,11 +53,14 @@ from nao_kin.ik.legs_equations import (
     OF_ONE,
     PRIORITY,
     RIGHT,
+    RIGHT_FIRST,
     RIGHT_FOOT,
     Legs,
     LegsRanges,
     foot_yaw,
+    solve_disagreeing,
     solve_legs,
+    solve_separately,
 )
 from nao_kin.ik.results import (
     Codes,
@@ -81,8 +85,8 @@ LENGTH, LENGTH_IN_WORLD = TORSO, TORSO + 16
 IN_TORSO = 2 * OF_ONE
 SCRATCH = IN_TORSO + PRIORITY + 1
 
-# Steps between the bounds, and halvings of a bracket.
-_STEPS, _HALVINGS = 96, 60
+# Steps between the bounds.
+_STEPS = 96
 _MAX_LEAN = 0.5 * math.pi
 # Hips that disagree by less than this [rad] for every s agree everywhere.
 _AGREEMENT = 1e-10
@@ -202,9 +206,7 @@ def legs(
         T_left: the pose of the left foot in the torso, or in the world, shape (..., 4, 4) [m].
         T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
-        near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
-            at the limit nearest to it.
+        near: as in all solvers, see `nao_kin.ik`; distances are over the eleven joints.
         priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
             "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
@@ -212,13 +214,13 @@ def legs(
             relative to the middle of the feet in `near`.
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
-        limits: as in all solvers, see `nao_kin.ik`.
+        limits: as in all solvers.
         threads: as in all solvers.
         collisions: as in all solvers.
 
     Raises:
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
-            0, 0, 0, 1, or a number is beyond ±1e150.
+            0, 0, 0, 1.
         NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.
@@ -270,7 +272,7 @@ def legs(
 def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:
     if frames is None:
         return "LLeg", "RLeg"
-    if isinstance(frames, str) or not isinstance(frames, Sequence) or len(frames) != 2:
+    if isinstance(frames, str) or len(frames) != 2:
         raise BadArgument(f"frames must be two names, of a frame on the left and one on the right foot, got {frames!r}")
     return frames[0], frames[1]
 
@@ -399,8 +401,8 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 #
 #     G(s) = Y_cos,L Y_sin,R − Y_sin,L Y_cos,R
 #
-# is zero: a polynomial of second degree in the height, and of fourth in cosine and sine of a lean or a yaw. So even
-# steps of s bracket all roots except double roots, which are searched for at the minima of |G|.
+# is zero: a polynomial of second degree in the height, and of fourth in cosine and sine of a lean or a yaw. So its few
+# roots are found from even steps of s, as the local minima of the angle between the roots.
 
 
 @both_ways
@@ -469,21 +471,30 @@ def _add_shortfalls(short: tuple[float, float], count: int, work: Workspace) -> 
 def _smallest_move(legs: Legs, target: Row, selection: Selection, work: Workspace) -> float:
     """Return the smallest |s| with which both feet are met; if none, the s with which the hips disagree least."""
     low, high = _bounds(legs, target)
-    if _agree_everywhere(legs, target, low, high, work.q):
-        return _nearest_reached(legs, target, low, high, selection, work)
-    values = np.empty(4 * _STEPS + 4)
-    count = add_roots(_disagreement, (legs, target, work.q), low, high, _STEPS, values, 0) if low < high else 0
-    for k in np.argsort(np.abs(values[:count])):
-        if _meets_feet(legs, target, values[k], selection, work):
-            return float(values[k])
-    return _least_gap(legs, target, low, high, selection, work)
+    if not low < high:
+        return 0.0
+    given = legs, target, selection, work
+    shifts, agreed = np.linspace(low, high, _STEPS + 1), np.empty(_STEPS + 1)
+    largest = 0.0
+    for k in range(_STEPS + 1):
+        largest = max(largest, _disagreement(given, shifts[k]))
+    if largest < _AGREEMENT:
+        best = least(_shift, given, low, high, low, _STEPS)
+        return best if _shift(given, best) < math.inf else 0.0
+    count = local_minima(_disagreement, given, shifts, agreed)
+    for k in np.argsort(np.abs(agreed[:count])):
+        if _shift(given, agreed[k]) < math.inf:
+            return float(agreed[k])
+    best = least(_gap, given, low, high, low, _STEPS)
+    return best if _gap(given, best) < math.inf else 0.0
 
 
 @both_ways
-def _meets_feet(legs: Legs, target: Row, moved: float, selection: Selection, work: Workspace) -> bool:
-    """Return whether both feet are met with the torso moved by s."""
+def _shift(given: tuple[Legs, Row, Selection, Workspace], moved: float) -> float:
+    """Return |s| if both feet are met with the torso moved by s, else infinity."""
+    legs, target, selection, work = given
     move_torso(legs, target, moved, work.q)
-    return solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work) > 0
+    return abs(moved) if solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work) > 0 else math.inf
 
 
 @both_ways
@@ -573,62 +584,14 @@ def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
 
 
 @both_ways
-def _tangents(legs: Legs, target: Row, moved: float, q: Row) -> tuple[float, float]:
-    """Return numbers proportional to sine (G) and cosine of the difference of the roots of both feet."""
-    move_torso(legs, target, moved, q)
-    left = foot_yaw(foot_of(legs.left, q[IN_TORSO + LEFT : IN_TORSO + RIGHT])[1])
-    right = foot_yaw(foot_of(legs.right, q[IN_TORSO + RIGHT : IN_TORSO + PRIORITY])[1])
-    return left.y_cos * right.y_sin - left.y_sin * right.y_cos, left.y_cos * right.y_cos + left.y_sin * right.y_sin
-
-
-@both_ways
-def _disagreement(given: tuple[Legs, Row, Row], moved: float) -> float:
-    """Return G for a target."""
-    legs, target, q = given
-    return _tangents(legs, target, moved, q)[0]
-
-
-@both_ways
-def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) -> bool:
-    """Return whether the hips agree for every s in [low, high]."""
-    if not low < high:
-        return False
-    for k in range(_STEPS + 1):
-        sine, cosine = _tangents(legs, target, low + (high - low) / _STEPS * k, q)
-        if math.atan2(abs(sine), abs(cosine)) >= _AGREEMENT:
-            return False
-    return True
-
-
-@both_ways
-def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the smallest shift |s| of the torso, on a grid, with which both feet are met; 0 if there is none."""
-    inside = math.inf
-    for k in range(_STEPS + 1):
-        moved = low + (high - low) * k / _STEPS
-        if abs(moved) < abs(inside) and _meets_feet(legs, target, moved, selection, work):
-            inside = moved
-    if inside == math.inf:
-        return 0.0
-    outside = inside - math.copysign(min(abs(inside), (high - low) / _STEPS), inside)
-    for _ in range(_HALVINGS):
-        moved = 0.5 * (inside + outside)
-        if _meets_feet(legs, target, moved, selection, work):
-            inside = moved
-        else:
-            outside = moved
-    return inside
-
-
-@both_ways
-def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the shift s of the torso, on a grid, that minimises the difference of both HipYawPitch values.
-
-    Both legs reach their feet with it; 0 if there is no such shift.
-    """
-    given = legs, target, selection, work
-    best = least(_gap, given, low, high, low, _STEPS) if low < high else 0.0
-    return best if _gap(given, best) < math.inf else 0.0
+def _disagreement(given: tuple[Legs, Row, Selection, Workspace], moved: float) -> float:
+    """Return the angle between the roots of both feet, up to half turns, with the torso moved by s."""
+    legs, target, _, work = given
+    move_torso(legs, target, moved, work.q)
+    left = foot_yaw(foot_of(legs.left, work.q[IN_TORSO + LEFT : IN_TORSO + RIGHT])[1])
+    right = foot_yaw(foot_of(legs.right, work.q[IN_TORSO + RIGHT : IN_TORSO + PRIORITY])[1])
+    sine = left.y_cos * right.y_sin - left.y_sin * right.y_cos
+    return math.atan2(abs(sine), abs(left.y_cos * right.y_cos + left.y_sin * right.y_sin))
 
 
 @both_ways

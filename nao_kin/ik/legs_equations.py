@@ -11,7 +11,8 @@ p and n can be met for every q₁. The foot is then turned about n by the angle 
     tan ψ = Y / X,  X = u · x_foot,  Y = u · y_foot,
 
 both linear in (cos q₁, sin q₁). ψ is monotonic, because X Y' − Y X' is constant; one foot is exact where Y = 0, at two
-values of q₁ half a turn apart. Both feet are exact where one q₁ is a root of both.
+values of q₁ half a turn apart. Both feet are exact where one q₁ is a root of both. Otherwise ankle and normal of both
+soles stay exact, and q₁ is the value with the smallest turns ψ inside the limits.
 """
 
 from __future__ import annotations
@@ -19,11 +20,20 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
+
+from nao_kin._core.arrays import LIMIT_TOLERANCE
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.branches import (
     ANGLE_ERROR,
     BEST,
+    EXTRAS,
+    JOINT,
+    LIMIT_ROUNDING,
+    NO_OBSTACLE,
+    NO_REASON,
     NOT_RIGID,
+    OUT_OF_REACH,
     POSITION_ERROR,
     REASON,
     VERIFIED,
@@ -35,11 +45,19 @@ from nao_kin.ik.branches import (
     finish_report,
     is_inside,
     is_outside,
+    joint_difference,
+    least,
+    local_minima,
+    reason_of,
+    squared_distance,
     start_report,
+    table_range,
+    turned_towards,
     wrapped,
+    write_reason,
 )
-from nao_kin.ik.leg import Leg, foot_of, knee_of, leg_errors
-from nao_kin.ik.results import Family
+from nao_kin.ik.leg import Leg, foot_of, knee_of, leg_errors, solve_leg
+from nao_kin.ik.results import Family, Reason
 
 # Values of the joints of one leg.
 Joints: TypeAlias = tuple[float, float, float, float, float, float]
@@ -349,3 +367,258 @@ def _hip_pitch(leg: Leg, x: float, z: float, knee: float) -> float:
     """Return the HipPitch with which the ankle is at (x, z) in the plane of the leg."""
     vx, vz = -leg.tibia * math.sin(knee), -leg.thigh - leg.tibia * math.cos(knee)
     return math.atan2(vz * x - vx * z, vx * x + vz * z)
+
+
+# --- Feet that disagree: the value of HipYawPitch that turns them least.
+#
+# For one value of HipYawPitch each leg takes the branch inside its limits that turns its foot least; of equal ones the
+# nearest to the reference. So the turns of both feet, weighted by the priority, are a function of HipYawPitch alone,
+# with the excess over the limits as a penalty. Its local minima between even steps, and between the values that meet a
+# foot, are refined. That the least of these is the least of all is tested on fine scans, and not proved.
+
+# Codes of the priorities in a target.
+BALANCED, LEFT_FIRST, RIGHT_FIRST = 0.0, 1.0, 2.0
+# Turns of the feet that differ by less than this [rad] are equal; the weight of the other foot in a search.
+_EQUAL, _SECOND = 1e-11, 1e-9
+# Costs outside the limits begin here.
+_OUTSIDE = 1e3
+# Solutions with a smaller difference than this [rad] are equal.
+_SAME = 1e-7
+# Even steps of the search; steps of the search in a family of HipYawPitch.
+_STEPS, _FAMILY_STEPS = 64, 120
+# Instead of a branch of a leg: the best of all, or the first of those that turn the foot least; their largest number.
+_ALL, _FIRST, _BRANCHES = -1, -2, 8
+
+_HIPS_DISAGREE = float(Reason.HIPS_DISAGREE)
+_HIP_LOCK, _ANKLE_AXIS = float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
+
+# Arguments of the search: the legs, the branch of each, the priority, the excess over limits that is accepted
+# (infinite without limits), the selection, and space for joint values.
+Given: TypeAlias = tuple[Tasks, tuple[int, int], float, float, Selection, Row]
+# The excess over the limits, the cost of the preferred foot or both, that of the other, the distance to the reference.
+Rank: TypeAlias = tuple[float, float, float, float]
+
+
+@both_ways
+def solve_disagreeing(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
+    """Find the best joint values that meet ankles and normals if `solve_legs` failed; return how many meet the feet."""
+    q, report = work.q, work.report
+    gap = solve_separately(legs, target, selection, work)
+    if report[REASON] == OUT_OF_REACH:
+        return 0
+    why, failed = reason_of(report), report[FAILED_LEG]
+    tasks = tasks_of(legs, target, report)[1]
+    tolerance = LIMIT_ROUNDING if selection.enforce else math.inf
+    count, excess = _search(tasks, target[PRIORITY], tolerance, selection, work)
+    if 0.0 < excess <= LIMIT_TOLERANCE:
+        # As far outside as necessary, plus rounding.
+        count, _ = _search(tasks, target[PRIORITY], excess + 1.001 * LIMIT_ROUNDING, selection, work)
+    if count > 0:
+        q[:JOINTS] = work.branches[:JOINTS]
+        report_feet(tasks, q, report)
+        why, failed = NO_OBSTACLE, NEITHER
+    elif failed == NEITHER:
+        why = _HIPS_DISAGREE, -1.0, gap, 0.0
+    write_reason(report, why)
+    report[FAILED_LEG] = failed
+    return count
+
+
+@both_ways
+def solve_separately(legs: Legs, target: Row, selection: Selection, work: Workspace) -> float:
+    """Solve each leg alone, and report one that does not reach its target; return the disagreement of the hips."""
+    row, (ranges, reference, enforce) = OF_ONE + EXTRAS, selection
+    branches, report = work.branches, work.report
+    own, near = Workspace(work.q[:OF_ONE], branches, report), work.q[OF_ONE : 2 * OF_ONE]
+    for j in range(OF_ONE):
+        near[j] = reference[j]
+    left = solve_leg(legs.left, target[LEFT:RIGHT], Selection(ranges.left, near, enforce), own)
+    left_why = reason_of(report)
+    # A foot is met exactly at two values of HipYawPitch, or in a family at more.
+    one, other = branches[0], branches[0]
+    for k in range(1, left):
+        other = branches[k * row] if abs(branches[k * row] - one) > abs(other - one) else other
+    for j in range(1, OF_ONE):
+        near[j] = reference[OF_ONE - 1 + j]
+    right, gap = solve_leg(legs.right, target[RIGHT:PRIORITY], Selection(ranges.right, near, enforce), own), math.inf
+    for k in range(right):
+        for hip in (one, other):
+            off = hip - branches[k * row]
+            gap = min(gap, abs(off if enforce else turned_towards(off, 0.0)))
+    for j in range(POSITION_ERROR, len(report)):
+        report[j] = math.nan
+    report[MOVED] = 0.0
+    # If both legs fail, report one that is too short.
+    if left == 0 and (right > 0 or report[REASON] != OUT_OF_REACH or left_why[0] == OUT_OF_REACH):
+        report[FAILED_LEG] = LEFT_LEG
+        write_reason(report, left_why)
+    elif right == 0:
+        report[FAILED_LEG] = RIGHT_LEG
+        if report[JOINT] > 0.0:
+            report[JOINT] += OF_ONE - 1.0
+    else:
+        report[FAILED_LEG] = NEITHER
+        write_reason(report, NO_REASON)
+    return gap
+
+
+@both_ways
+def _search(
+    tasks: Tasks, priority: float, tolerance: float, selection: Selection, work: Workspace
+) -> tuple[int, float]:
+    """Report the joint values that minimise the yaw errors of the feet; add them as solutions if the feet are met.
+
+    Return the number of solutions and the smallest excess over the limits.
+    """
+    (left, right), (ranges, reference, enforce) = tasks, selection
+    low, high = -math.pi, math.pi
+    if enforce:
+        low, high = max(ranges.left.lower[0], ranges.right.lower[0]), min(ranges.left.upper[0], ranges.right.upper[0])
+    best, count = (math.inf, math.inf, math.inf, math.inf), 0
+    if slope(left.yaw) < FLAT and slope(right.yaw) < FLAT:
+        # HipYawPitch turns neither foot: of each pair of branches, take the value nearest to the reference.
+        wanted, family = reference[0], _family_of(left.foot)
+        if not enforce:
+            low, high = wanted - math.pi, wanted + math.pi
+        for pair in range(_BRANCHES * _BRANCHES):
+            given = tasks, (pair // _BRANCHES, pair % _BRANCHES), priority, tolerance, selection, work.q
+            hip = least(_distance, given, low, high, wanted, _FAMILY_STEPS)
+            best, count = _compared(given, hip, best, family, work, count)
+        return count, best[0]
+    given = tasks, (_FIRST, _FIRST), priority, tolerance, selection, work.q
+    all_branches = tasks, (_ALL, _ALL), priority, tolerance, selection, work.q
+    hips, minima, n = np.empty(_STEPS + 5), np.empty(_STEPS + 5), 0
+    for k in range(_STEPS + 5):
+        hip = low + (high - low) / _STEPS * k
+        if k > _STEPS:  # a value that meets one foot, where its turn may be steep
+            hip = wrapped(hip_of(left.yaw if k <= _STEPS + 2 else right.yaw) + math.pi * (k % 2))
+        if low <= hip <= high:
+            hips[n] = hip
+            n += 1
+    for k in range(local_minima(_cost, given, np.sort(hips[:n]), minima)):
+        best, count = _compared(all_branches, minima[k], best, _ALONE, work, count)
+    return count, best[0]
+
+
+@both_ways
+def _compared(given: Given, hip: float, best: Rank, family: float, work: Workspace, count: int) -> tuple[Rank, int]:
+    """Report this value of HipYawPitch if it is the best one, and add it if it meets both feet."""
+    tasks, _, priority, _, selection, q = given
+    outside, left, right, distance = _both(given, hip)
+    if outside > 0.0:
+        return (min(outside, best[0]), best[1], best[2], best[3]), count
+    if max(left, right) < _YAW_TOLERANCE:
+        count = _add_if_met(tasks, family, selection, work, count)
+    one, two = math.sqrt(left * left + right * right), 0.0
+    if priority != BALANCED:
+        one, two = (left, right) if priority == LEFT_FIRST else (right, left)
+    is_better = distance < best[3]
+    for mine, other in ((two, best[2]), (one, best[1])):
+        if abs(mine - other) > _EQUAL:
+            is_better = mine < other
+    if is_better:
+        best = 0.0, one, two, distance
+        report_feet(tasks, q, work.report)
+    return best, count
+
+
+@both_ways
+def _cost(given: Given, hip: float) -> float:
+    """Return the turns of both feet, weighted by the priority, or much more outside the limits."""
+    tasks, _, priority, tolerance, _, _ = given
+    if tolerance == math.inf:
+        left, right = min(_turns(tasks[0].yaw, hip)), min(_turns(tasks[1].yaw, hip))
+    else:
+        outside, left, right, _ = _both(given, hip)
+        if outside > 0.0:
+            return _OUTSIDE * (1.0 + outside)
+    if priority == BALANCED:
+        return math.sqrt(left * left + right * right)
+    return left + _SECOND * right if priority == LEFT_FIRST else right + _SECOND * left
+
+
+@both_ways
+def _distance(given: Given, hip: float) -> float:
+    """Return the squared distance to the reference, or much more outside the limits."""
+    outside, _, _, distance = _both(given, hip)
+    return distance if outside == 0.0 else _OUTSIDE * (1.0 + outside)
+
+
+@both_ways
+def _turns(yaw: FootYaw, hip: float) -> tuple[float, float]:
+    """Return |ψ| for both signs of u."""
+    c, s = math.cos(hip), math.sin(hip)
+    turn = abs(math.atan2(yaw.y_cos * c + yaw.y_sin * s, yaw.x_cos * c + yaw.x_sin * s))
+    return turn, math.pi - turn
+
+
+@both_ways
+def _both(given: Given, hip: float) -> tuple[float, float, float, float]:
+    """Write the joints of both legs for a value of HipYawPitch; return their excess, turns, and squared distance."""
+    (left, right), (one, two), _, tolerance, (ranges, reference, enforce), q = given
+    outside, turn, distance, joints = _one_leg(left, ranges.left, one, hip, reference[1:OF_ONE], tolerance)
+    beyond, other, further, others = _one_leg(right, ranges.right, two, hip, reference[OF_ONE:], tolerance)
+    write_joints(joints, others, q)
+    off = joint_difference(hip, reference[0], enforce)
+    return max(outside, beyond), turn, other, distance + further + off * off
+
+
+@both_ways
+def _one_leg(
+    task: LegTask, ranges: Ranges, branch: int, hip: float, reference: Row, tolerance: float
+) -> tuple[float, float, float, Joints]:
+    """Return the excess over limits, |ψ|, squared distance and joints of a branch of a leg with this HipYawPitch."""
+    enforce = tolerance < math.inf
+    ahead, back = _turns(task.yaw, hip)
+    best, joints = (math.inf, math.inf, math.inf), (hip, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for k in range(4 * task.knee[1]):
+        knee = task.knee[0] if k // 2 % task.knee[1] == 0 else -task.knee[0]
+        if (branch >= 0 and branch != k) or (enforce and is_outside(ranges, 3, knee)):
+            continue
+        # The branches with the smaller turn come first.
+        hip_sign, is_ahead = 1.0 - 2.0 * (k % 2), (ahead <= back) == (k < 2 * task.knee[1])
+        turn, ankle_sign = (ahead, -hip_sign) if is_ahead else (back, hip_sign)
+        if best[0] == 0.0 and (turn > best[1] or branch == _FIRST):
+            break
+        q = sole_joints(task, Branch(knee, hip_sign, ankle_sign), hip)
+        outside = max(0.0, _excess(ranges, q) - tolerance) if enforce else 0.0
+        rank = outside, turn, squared_distance(q[1:], reference, enforce)
+        if rank < best:
+            best, joints = rank, q
+    return best[0], best[1], best[2], joints
+
+
+@both_ways
+def _excess(ranges: Ranges, q: Joints) -> float:
+    """Return how far joint values are outside their limits, also outside a table and their own range at once."""
+    worst = -math.inf
+    for j in range(OF_ONE):
+        worst = max(worst, ranges.lower[j] - q[j], q[j] - ranges.upper[j])
+    if ranges.bends > 0:
+        low, high = table_range(ranges, q[ranges.of])
+        worst = max(worst, low - q[ranges.joint], q[ranges.joint] - high)
+    return worst
+
+
+@both_ways
+def _add_if_met(tasks: Tasks, family: float, selection: Selection, work: Workspace, count: int) -> int:
+    """Add joint values that meet both feet, unless they are already in `work.branches`."""
+    q, width = work.q, JOINTS + EXTRAS
+    for k in range(count):
+        off = 0.0
+        for j in range(JOINTS):
+            off = max(off, abs(turned_towards(work.branches[k * width + j] - q[j], 0.0)))
+        if off < _SAME:
+            return count
+    if count == MAX_BRANCHES:
+        return count
+    one, two = errors_of_feet(tasks, q)
+    return add_branch(selection, work, (max(one[0], two[0]), max(one[1], two[1])), family, count)
+
+
+@both_ways
+def _family_of(foot: Pose) -> float:
+    """Return the family of a leg whose foot does not turn with HipYawPitch: the one whose singularity is nearer."""
+    y = foot.x * foot.r01 + foot.y * foot.r11 + foot.z * foot.r21
+    n = foot.x * foot.r02 + foot.y * foot.r12 + foot.z * foot.r22
+    return _ANKLE_AXIS if y * y + n * n <= foot.y * foot.y else _HIP_LOCK

@@ -1,4 +1,4 @@
-"""The limbs of a robot that the closed forms solve: the limb of a frame, and their numbers for other programs."""
+"""`limbs`: the limbs of a robot that the closed forms solve, as numbers for other programs."""
 
 from __future__ import annotations
 
@@ -24,11 +24,13 @@ _LIMBS: dict[str, tuple[str, str, Callable[..., Limb]]] = {
 }
 
 
-def limbs(robot: RobotModel) -> list[dict[str, Any]]:
+def limbs(robot: RobotModel, frame: str | None = None) -> list[dict[str, Any]]:
     """Return the limbs that the closed forms solve, as numbers, strings and lists that JSON can store.
 
     Args:
         robot: any robot.
+        frame: a frame, for the one limb whose closed form solves for its pose, if there is one; None for the limbs of
+            all end effectors, and for the head with each camera.
 
     Returns:
         One dictionary for each limb that a closed form fits:
@@ -49,24 +51,16 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
         ['LArm', 'RArm', 'LLeg', 'RLeg', 'Head', 'CameraTop', 'CameraBottom']
     """
     check_robot(robot)
-    wanted = [(kind, side, limb, name) for name, (kind, side, limb) in _LIMBS.items()]
-    wanted += [("gaze", "", camera_limb, camera) for camera in robot.semantics.cameras]
+    wanted = [(kind, side, limb, name if frame is None else frame) for name, (kind, side, limb) in _LIMBS.items()]
+    if frame is not None:
+        robot.frame_ids([frame])
+    else:
+        wanted += [("gaze", "", camera_limb, camera) for camera in robot.semantics.cameras]
     described = []
-    for kind, side, limb, frame in wanted:
+    for kind, side, limb, name in wanted:
         with suppress(BadArgument, UnknownName):
-            described.append({"kind": kind, "side": side, **_described(limb(robot, frame=frame))})
+            described.append({"kind": kind, "side": side, **_described(limb(robot, frame=name))})
     return described
-
-
-def limb_of_frame(robot: RobotModel, frame: str) -> str | None:
-    """Return the limb whose closed form solves for a frame: a key of `_LIMBS`, or None."""
-    check_robot(robot)
-    robot.frame_ids([frame])
-    for name, (_, _, limb) in _LIMBS.items():
-        with suppress(BadArgument):
-            limb(robot, frame=frame)
-            return name
-    return None
 
 
 def _described(limb: Limb) -> dict[str, Any]:

@@ -57,8 +57,8 @@ class _Scratch(NamedTuple):
     errors: Row
     first: Row
     last: Row
-    away: Row
-    of: Row
+    distances: Row
+    sources: Row
 
 
 @both_ways
@@ -92,7 +92,7 @@ def _write_branches(
             return
     if count > 0:
         report[_COUNT] = count
-        first = int(scratch.of[0])
+        first = int(scratch.sources[0])
         report[_POSITION], report[_ANGLE] = scratch.errors[2 * first], scratch.errors[2 * first + 1]
 
 
@@ -121,11 +121,11 @@ def _verify(chain: Chain, rules: Rules, target: Row, near: Row, answers: Row, sc
             return 0
         known = False
         for other in range(kept):
-            away = 0.0
+            apart = 0.0
             for j in range(c):
                 turns = (values[j] - scratch.kept[c * other + j]) * chain.ratio[j] / (2.0 * math.pi)
-                away = max(away, abs(turns - round(turns)))
-            known = known or 2.0 * math.pi * away < SAME
+                apart = max(apart, abs(turns - round(turns)))
+            known = known or 2.0 * math.pi * apart < SAME
         if known:
             continue
         for j in range(c):
@@ -199,19 +199,20 @@ def _add_turns(
         if count == most:
             return most + 1
         at = c * count
-        away = 0.0
+        distance = 0.0
         for j in range(c):
             found[at + j] = scratch.kept[c * k + j] + values[j] * (2.0 * math.pi / abs(chain.ratio[j]))
-            away += (found[at + j] - near[j]) * (found[at + j] - near[j])
+            distance += (found[at + j] - near[j]) * (found[at + j] - near[j])
         if not rules.enforce or _is_inside(region, fixed, found, at, c):
             # Move farther branches up, which keeps the order of equal ones.
             place = count
-            while place > 0 and scratch.away[place - 1] > away:
-                scratch.away[place], scratch.of[place] = scratch.away[place - 1], scratch.of[place - 1]
+            while place > 0 and scratch.distances[place - 1] > distance:
+                scratch.distances[place] = scratch.distances[place - 1]
+                scratch.sources[place] = scratch.sources[place - 1]
                 for j in range(c):
                     found[c * place + j], found[c * (place - 1) + j] = found[c * (place - 1) + j], found[c * place + j]
                 place -= 1
-            scratch.away[place], scratch.of[place] = away, k
+            scratch.distances[place], scratch.sources[place] = distance, k
             count += 1
         j = c - 1
         while j >= 0 and values[j] == last[j]:

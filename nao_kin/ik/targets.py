@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
-    LARGEST,
-    MAX_THREADS,
     Floats,
     LimitPolicy,
     as_floats,
@@ -37,7 +36,7 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
     """Return finite poses of shape (..., 4, 4); their solver checks whether they are rigid."""
     if type(T) is np.ndarray and T.shape == (4, 4) and T.dtype == np.float64:
         one: Floats = T
-        if sum(map(abs, one.ravel().tolist())) <= LARGEST:  # for sixteen numbers quicker than a reduction of NumPy
+        if sum(map(abs, one.ravel().tolist())) < math.inf:  # for sixteen numbers quicker than a reduction of NumPy
             return one
     return as_floats(T, (4, 4), what)
 
@@ -152,5 +151,5 @@ def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:
 
 
 def check_threads(threads: Threads) -> int | None:
-    """Return a number of threads from 1 to 10 000, or None."""
-    return None if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)
+    """Return a number of threads, at least 1, or None."""
+    return None if threads is None else whole_number(threads, "threads", 1)

@@ -3,7 +3,7 @@
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.reach._kernels import direction_cells
 from nao_kin.reach.reach_map import ReachMap, load
-from nao_kin.reach.sampling import map_settings as map_settings, workspace
+from nao_kin.reach.sampling import workspace
 
 __all__ = [
     "ReachMap",

@@ -90,8 +90,6 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
     The reference is the root for None and, with a floating base, for "world".
     """
     frame = _frame_named(robot, name)
-    if reference is not None and not isinstance(reference, str):
-        raise UnknownName("frame", reference, robot.frame_names)
     floating = robot.base == "floating" and "world" not in robot.frame_names
     if reference is None or (reference == "world" and floating):
         reference = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
@@ -113,7 +111,7 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
 
 
 def _frame_named(robot: RobotModel, name: str) -> str:
-    if not isinstance(name, str) or (name not in robot.frame_names and name not in robot.chains):
+    if name not in robot.frame_names and name not in robot.chains:
         raise UnknownName("frame or chain", name, tuple(dict.fromkeys((*robot.chains, *robot.frame_names))))
     if name in robot.frame_names:
         return name

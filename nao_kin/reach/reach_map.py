@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,14 +14,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
-from nao_kin._core.files import check_replaceable, write_document
+from nao_kin._core.arrays import Floats, as_floats, choice, colours, join_poses, whole_number
+from nao_kin._core.files import check_replaceable, read_arrays, read_bytes, write_document
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
-from nao_kin.reach import files
 from nao_kin.reach._kernels import DIRECTION_COUNT, Integers
-from nao_kin.reach.files import SampleRange, overlap, union
 from nao_kin.rotations import rot_z
+
+# --- Ranges of sample numbers.
+
+SampleRange = tuple[int, int]
+
+
+def union(ranges: Iterable[SampleRange]) -> tuple[SampleRange, ...]:
+    """Return the same samples in as few ascending ranges as possible."""
+    merged: list[SampleRange] = []
+    for start, stop in sorted(ranges):
+        if merged and start <= merged[-1][1]:
+            merged[-1] = merged[-1][0], max(stop, merged[-1][1])
+        elif start < stop:
+            merged.append((start, stop))
+    return tuple(merged)
+
+
+def overlap(ranges: Sequence[SampleRange], others: Sequence[SampleRange]) -> SampleRange | None:
+    """Return the first range that is in both; None if they share nothing."""
+    shared = ((max(a, c), min(b, d)) for a, b in ranges for c, d in others)
+    return next(((start, stop) for start, stop in shared if start < stop), None)
+
 
 # --- The pose with most targets within reach.
 
@@ -91,10 +113,7 @@ class _Votes:
         origin = np.full(3, 0.5 * self._voxel)
         if self._heights is not None:
             origin[2] = self._heights[0]
-        with np.errstate(over="ignore"):
-            cells = np.floor((self._targets @ R - origin) / self._voxel)
-        if np.abs(cells).max() >= 2**40:
-            raise BadArgument("targets are too far away for voxels of this size")
+        cells = np.floor((self._targets @ R - origin) / self._voxel)
         # The start of the mirrored map after it is moved to each target.
         starts: Integers = cells.astype(np.int64) - (self._low + self._sides - 1)
         first, last = starts.min(axis=0), starts.max(axis=0) + self._sides
@@ -236,7 +255,7 @@ class ReachMap:
             >>> bool((reach.column("coverage") <= 1).all())
             True
         """
-        files.check_column(name)
+        choice(name, COLUMNS, "number of a voxel")
         return np.asarray(getattr(self, name), dtype=np.float64)
 
     # --- queries --------------------------------------------------------------------------------------------------
@@ -358,7 +377,7 @@ class ReachMap:
         """
         check_replaceable(path, overwrite=overwrite)
         arrays = {name: getattr(self, name) for name in ROW_ARRAYS}
-        content = files.npz_bytes(asdict(self.settings), self.ranges, arrays)
+        content = _npz_bytes(asdict(self.settings), self.ranges, arrays)
         return write_document(path, content, overwrite=overwrite)[0]
 
     def save_vtk(self, path: Path | str, *, overwrite: bool = False) -> Path:
@@ -370,8 +389,8 @@ class ReachMap:
             BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
         check_replaceable(path, overwrite=overwrite)
-        columns = {name: self.column(name) for name in files.COLUMNS}
-        content = files.vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
+        columns = {name: self.column(name) for name in COLUMNS}
+        content = _vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
         return write_document(path, content, overwrite=overwrite)[0]
 
     def save_ply(self, path: Path | str, *, by: str = "best", overwrite: bool = False) -> Path:
@@ -386,7 +405,7 @@ class ReachMap:
             BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
         check_replaceable(path, overwrite=overwrite)
-        return write_document(path, files.ply_bytes(self.centres, self.column(by)), overwrite=overwrite)[0]
+        return write_document(path, _ply_bytes(self.centres, self.column(by)), overwrite=overwrite)[0]
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -441,6 +460,97 @@ def _keys_of(indices: NDArray[np.integer[Any]]) -> Integers:
     return np.asarray((shifted[..., 0] << 42) | (shifted[..., 1] << 21) | shifted[..., 2])
 
 
+# --- Reach maps in files: NumPy archives, which can be read back, and VTK and PLY for other programs.
+
+COLUMNS = ("best", "mean", "count", "coverage")
+_FORMAT = "nao_kin reach map 1"
+_WRONG = "no reach map of nao-kin (.npz), or an incomplete one"
+
+
+def _npz_bytes(settings: Mapping[str, Any], ranges: Sequence[SampleRange], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return the parts of a map as a compressed archive."""
+    parts: dict[str, Any] = {
+        "format": np.array(_FORMAT),
+        "settings": np.array(json.dumps(settings)),
+        "ranges": np.array(ranges, dtype=np.int64).reshape(-1, 2),
+        **arrays,
+    }
+    content = io.BytesIO()
+    np.savez_compressed(content, **parts)
+    return content.getvalue()
+
+
+def _read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...], dict[str, NDArray[Any]]]:
+    """Read the parts of a map: settings, ranges, and the arrays of its voxels."""
+    name = abbreviated(path)
+    found = read_arrays(name, read_bytes(str(path), unpack=False), wrong=_WRONG)
+    try:
+        if "format" not in found or str(found.pop("format")) != _FORMAT:
+            raise ValueError("of another format")
+        settings = json.loads(str(found.pop("settings")))
+        ranges = tuple((int(start), int(stop)) for start, stop in found.pop("ranges"))
+        _check_arrays(found, sum(stop - start for start, stop in ranges))
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        raise BadInputFile(name, f"{_WRONG}: {abbreviated(error)}") from None
+    return settings, ranges, found
+
+
+def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:
+    rows = len(arrays["count"])
+    for name, array in arrays.items():
+        if array.shape != ((rows, 3) if name == "indices" else (rows,)) or array.dtype.kind != "i":
+            raise ValueError(f"{name} has shape {array.shape} and type {array.dtype}")
+    if int(arrays["count"].sum()) != samples:
+        raise ValueError("the counts are not those of its samples")
+
+
+def _vtk_bytes(title: str, indices: NDArray[np.int32], voxel: float, columns: Mapping[str, Floats]) -> bytes:
+    """Return voxels as the cells of structured points, in big-endian binary.
+
+    Source: The VTK User's Guide, 11th edition, VTK File Formats, Simple Legacy Formats.
+    """
+    _check_any(indices)
+    first = indices.min(axis=0)
+    shape = indices.max(axis=0) - first + 1
+    cell = np.ravel_multi_index(tuple((indices - first).T), tuple(shape), order="F")  # x runs fastest
+    cells = int(np.prod(shape))
+    head = (
+        "# vtk DataFile Version 3.0",
+        abbreviated(title.encode("ascii", "replace").decode(), 200),
+        "BINARY",
+        "DATASET STRUCTURED_POINTS",
+        "DIMENSIONS " + " ".join(str(side + 1) for side in shape),
+        "ORIGIN " + " ".join(repr(float(corner)) for corner in first * voxel),
+        f"SPACING {voxel!r} {voxel!r} {voxel!r}",
+        f"CELL_DATA {cells}",
+    )
+    content = io.BytesIO()
+    content.write(("\n".join(head) + "\n").encode("ascii"))
+    for name, values in columns.items():
+        dense = np.zeros(cells, dtype=">f8")
+        dense[cell] = values
+        content.write(f"SCALARS {name} double 1\nLOOKUP_TABLE default\n".encode("ascii"))
+        content.write(dense.tobytes() + b"\n")
+    return content.getvalue()
+
+
+def _ply_bytes(points: Floats, values: Floats) -> bytes:
+    """Return coloured points, cold for the smallest value and warm for the largest."""
+    from trimesh import PointCloud
+
+    _check_any(points)
+    low, high = float(values.min()), float(values.max())
+    rgb = colours(values, low, high if high > low else low + 1.0)
+    rgba = np.column_stack([np.round(255.0 * rgb), np.full(len(rgb), 255.0)]).astype(np.uint8)
+    make: Any = PointCloud
+    return bytes(make(points, colors=rgba).export(file_type="ply"))
+
+
+def _check_any(rows: NDArray[Any]) -> None:
+    if len(rows) == 0:
+        raise BadArgument("the map is empty: nothing to write")
+
+
 def load(path: Path | str) -> ReachMap:
     """Read a map that `ReachMap.save` wrote.
 
@@ -452,7 +562,7 @@ def load(path: Path | str) -> ReachMap:
         >>> nk.reach.load(reach.save("larm.npz")) == reach
         True
     """
-    settings, ranges, arrays = files.read_npz(path)
+    settings, ranges, arrays = _read_npz(path)
     try:
         settings["joints"] = tuple(settings["joints"])
         return ReachMap(ReachSettings(**settings), ranges, **arrays)

@@ -12,16 +12,19 @@ import numpy as np
 from nao_kin._core.arrays import MAX_THREADS, Floats, as_floats, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.cache import first_rows
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument
 from nao_kin.reach._kernels import KERNELS, ChainTables, Integers, VoxelGrid, moved_chain
-from nao_kin.reach.files import MAX_VOXELS, SampleRange, requested_range, union, without
-from nao_kin.reach.reach_map import MAX_INDEX, ReachMap, ReachSettings, map_of
+from nao_kin.reach.reach_map import MAX_INDEX, ReachMap, ReachSettings, SampleRange, map_of, union
 from nao_kin.robot import RobotModel, check_robot
 
 # Samples counted between two checks for a stop; their arrays fit into the cache of one core.
 _BLOCK = 8192
 # Samples counted at a time as Python, until the kernels are worth the wait.
 _FEW = 64
+# During counting, every voxel of the box around the reach takes 32 bytes.
+_MAX_VOXELS = 50_000_000
+# If all these samples fall into one voxel with the largest manipulability, the sum is still below 2⁶³.
+_MAX_SAMPLES = 2**32
 # Words that Philox generates from one count.
 _WORDS = 4
 _SECONDS_BETWEEN_REPORTS = 0.1
@@ -79,40 +82,52 @@ def workspace(
         >>> reach.column("count").shape == reach.column("best").shape
         True
     """
-    requested = requested_range(samples, shard)
+    requested = _requested_range(samples, shard)
     workers = usable_cores() if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)
-    chain, settings, grid = _prepared(robot, frame, voxel, seed, reference)
+    check_robot(robot)
+    edge, number = float(as_floats(voxel, (), "voxel")), whole_number(seed, "seed", 0, 2**64 - 1)
+    if not edge > 0.0:
+        raise BadArgument(f"voxel must be positive, got {edge:g}")
+    chain = moved_chain(robot, frame, reference)
+    grid = _grid(chain.centre, chain.radius, edge)
+    frames, step = (chain.frame, chain.reference), chain.manipulability_step
+    settings = ReachSettings(robot.name, *frames, chain.joints, chain.digest, edge, number, step)
     done: tuple[SampleRange, ...] = ()
     if previous is not None:
-        if not isinstance(previous, ReachMap):
-            raise BadArgument(f"previous must be a ReachMap, got {type(previous).__name__}")
         settings.check_same(previous.settings, "the previous map")
         done = previous.ranges
-    counter = _Counter(chain, settings, grid)
-    counter.count(without(requested, done), workers, progress, stop)
+    counter = _Counter(chain.tables, settings, grid)
+    counter.count(_without(requested, done), workers, progress, stop)
     rows = np.flatnonzero(counter.totals[:, 0])
     indices = np.stack(np.unravel_index(rows, grid.shape), axis=-1) + np.array(grid.first)
     counted = map_of(settings, counter.done, indices, counter.totals[rows])
     return counted if previous is None else previous + counted
 
 
-def map_settings(
-    robot: RobotModel, frame: str, *, voxel: float = 0.01, seed: int = 0, reference: str | None = None
-) -> ReachSettings:
-    """Return the settings of the map that `workspace` would return for these arguments."""
-    return _prepared(robot, frame, voxel, seed, reference)[1]
+def _requested_range(samples: int | SampleRange, shard: tuple[int, int] | None) -> SampleRange:
+    """Return (start, stop) for a number of samples or a range of them, or for its k-th of n parts, shard (k, n)."""
+    if isinstance(samples, (tuple, list)):
+        begin, end = samples
+        start = whole_number(begin, "the first sample", 0)
+        stop = whole_number(end, "the end of the samples", start + 1, _MAX_SAMPLES)
+    else:
+        start, stop = 0, whole_number(samples, "samples", 1, _MAX_SAMPLES)
+    if shard is None:
+        return start, stop
+    part, parts = shard
+    count = whole_number(parts, "the number of shards", 1, stop - start)
+    k = whole_number(part, "the shard", 0, count - 1)
+    return start + (stop - start) * k // count, start + (stop - start) * (k + 1) // count
 
 
-def _prepared(
-    robot: RobotModel, frame: str, voxel: float, seed: int, reference: str | None
-) -> tuple[ChainTables, ReachSettings, VoxelGrid]:
-    check_robot(robot)
-    edge, number = _edge(voxel), whole_number(seed, "seed", 0, 2**64 - 1)
-    chain = moved_chain(robot, frame, reference)
-    grid = _grid(chain.centre, chain.radius, edge)
-    frames, step = (chain.frame, chain.reference), chain.manipulability_step
-    settings = ReachSettings(robot.name, *frames, chain.joints, chain.digest, edge, number, step)
-    return chain.tables, settings, grid
+def _without(requested: SampleRange, done: Sequence[SampleRange]) -> tuple[SampleRange, ...]:
+    """Return `requested` minus `done`, whose ranges are disjoint and ascending."""
+    remaining, (start, stop) = [], requested
+    for first, last in (*done, (stop, stop)):
+        if start < min(first, stop):
+            remaining.append((start, min(first, stop)))
+        start = max(start, last)
+    return tuple(remaining)
 
 
 class _Counter:
@@ -146,7 +161,7 @@ class _Counter:
         if first_rows(KERNELS, lambda part: self._count_block(next(few), uncompiled), number) < number:
             for kernel in KERNELS:
                 kernel.ready()  # in this thread, so that Ctrl-C ends it
-        blocks = _blocks([left for part in ranges for left in without(part, self.done)], _BLOCK)
+        blocks = _blocks([left for part in ranges for left in _without(part, self.done)], _BLOCK)
         requested = sum(stop - start for start, stop in ranges)
         with ThreadPoolExecutor(workers, thread_name_prefix="nao_kin_reach") as pool:
             try:
@@ -202,15 +217,6 @@ def _blocks(ranges: Sequence[SampleRange], size: int) -> Iterator[SampleRange]:
             yield first, min(first + size, stop)
 
 
-def _edge(voxel: float) -> float:
-    array = as_floats(voxel, (), "voxel")
-    if array.shape != ():
-        raise WrongShape("voxel", "()", array.shape)
-    if not array > 0.0:
-        raise BadArgument(f"voxel must be positive, got {float(array):g}")
-    return float(array)
-
-
 def _grid(centre: Floats, radius: float, voxel: float) -> VoxelGrid:
     """Return the voxels that contain a ball, with a margin of one voxel on each side."""
     with np.errstate(over="ignore"):
@@ -218,9 +224,9 @@ def _grid(centre: Floats, radius: float, voxel: float) -> VoxelGrid:
         sides = last - first + 1.0
         count = float(np.prod(sides))
     furthest = float(np.abs(centre).max()) + radius
-    if not count <= MAX_VOXELS or not furthest / voxel < MAX_INDEX:
-        least = max(2.0 * radius / (MAX_VOXELS ** (1 / 3) - 4.0), furthest / MAX_INDEX)
+    if not count <= _MAX_VOXELS or not furthest / voxel < MAX_INDEX:
+        least = max(2.0 * radius / (_MAX_VOXELS ** (1 / 3) - 4.0), furthest / MAX_INDEX)
         raise BadArgument(
-            f"voxel={voxel:g} would make {count:.3g} voxels, more than {MAX_VOXELS:.0e}; give at least {least:.2g} m"
+            f"voxel={voxel:g} would make {count:.3g} voxels, more than {_MAX_VOXELS:.0e}; give at least {least:.2g} m"
         )
     return VoxelGrid(voxel, *(tuple(numbers.astype(int).tolist()) for numbers in (first, sides)))

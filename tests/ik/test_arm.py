@@ -8,7 +8,7 @@ from ik_checks import BESIDE, Floats, assert_solved, derivatives, distance_to_so
 from loops import for_all
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Family, Reason
 from nao_kin.ik.follow_branches import _cause
 from nao_kin.ik.follow_limbs import LimbPath
@@ -219,14 +219,6 @@ def test_a_position_out_of_the_limits_gets_the_nearest_not_a_local_minimum() -> 
         assert residual < min(math.sqrt(2.0 * end.cost) for end in ends) + 1e-6
 
 
-def test_the_weight_trades_distance_for_angle(nao: nk.NaoModel) -> None:
-    T = nao.fk(bent(nao, "L"), "LArm")
-    T[:3, 3] += [0.01, 0.02, -0.01]
-    light, heavy = (nk.ik.arm(nao, "L", T, angle_weight=weight).residual for weight in (0.001, 1.0))
-    assert light[0] < heavy[0]
-    assert light[1] > heavy[1]
-
-
 @for_all("beyond", [1e-9, 1e-3, 1.0])
 def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel, beyond: float) -> None:
     rng = np.random.default_rng(1)
@@ -356,11 +348,6 @@ def test_any_frame_on_the_hand_may_be_asked_for(nao: nk.NaoModel) -> None:
         nk.ik.arm(nao, "L", T[0], frame="LHipRoll")
 
 
-def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
-    for target in (np.empty((0, 4, 4)), np.empty((0, 3))):
-        assert nk.ik.arm(nao, "L", target).q.shape == (0, 25)
-
-
 def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(16, 3), "LArm")
     with pytest.raises(BadArgument, match="a pose .* includes a direction"):
@@ -375,11 +362,6 @@ def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.arm(nao, "L", T[0, :3, 3], direction=[1.0, math.nan, 0.0])
     with pytest.raises(UnknownName, match="manipulability"):
         nk.ik.arm(nao, "L", T[0, :3, 3], criterion="manipulabilty")  # type: ignore[arg-type]
-    with pytest.raises(UnknownName, match="criterion"):
-        nk.ik.arm(nao, "L", T[0, :3, 3], criterion=["limits"])  # type: ignore[arg-type]
-    for weight in (0.0, math.inf, math.nan, "0.1", [0.1], None):
-        with pytest.raises(BadArgument, match="angle_weight"):
-            nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]
     T[2, :3, :3] *= 1.1
     with pytest.raises(NotARotation, match=r"at index \[2\]"):
         nk.ik.arm(nao, "L", T)
@@ -392,18 +374,10 @@ def test_the_elbow_must_be_that_of_a_nao() -> None:
         nk.ik.arm(nao, "L", np.eye(4))
 
 
-def test_the_weight_of_an_angle_may_be_any_number(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.posture("StandInit"), "LArm")
-    T[:3, 3] += 0.01
-    for weight in (np.float32(0.25), np.float64(0.25), np.int64(1), 1):
-        found = nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]
-        np.testing.assert_array_equal(found.q, nk.ik.arm(nao, "L", T, angle_weight=float(weight)).q)
-
-
-def test_a_direction_may_have_any_length_and_any_number_of_axes(nao: nk.NaoModel) -> None:
-    q = nao.random(31, 4).reshape((4,) + (1,) * 40 + (25,))
+def test_a_direction_may_have_any_length(nao: nk.NaoModel) -> None:
+    q = nao.random(31, 4).reshape(4, 1, 25)
     place, direction = nao.position(q, "LArm"), nao.rotation(q, "LArm")[..., 0]
-    lengths = np.array([1e-200, 1e-3, 1.0, 1e200]).reshape((4,) + (1,) * 41)
+    lengths = np.array([1e-200, 1e-3, 1.0, 1e200]).reshape(4, 1, 1)
     found = nk.ik.arm(nao, "L", place, direction=lengths * direction, near=q)
     assert found.success.shape == q.shape[:-1]  # type: ignore[union-attr]
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -195,8 +194,10 @@ def test_a_linear_velocity_that_can_be_made_is_what_the_origin_then_does() -> No
 def test_measures_of_a_linear_velocity_are_those_of_its_rows(nao: nk.NaoModel) -> None:
     found = velocity(nao, nao.random(7, (2, 3)), np.zeros(3), "RLeg", length=0.1)
     rows = nao.jacobian(nao.random(7, (2, 3)), "RLeg")[..., :3, list(found.columns)] / 0.1
-    np.testing.assert_allclose(found.manipulability, np.sqrt(np.linalg.det(rows @ rows.swapaxes(-1, -2))), rtol=1e-9)
-    np.testing.assert_allclose(found.condition_number, np.linalg.cond(rows), rtol=1e-9)
+    np.testing.assert_allclose(
+        found.map.manipulability, np.sqrt(np.linalg.det(rows @ rows.swapaxes(-1, -2))), rtol=1e-9
+    )
+    np.testing.assert_allclose(found.map.condition_number, np.linalg.cond(rows), rtol=1e-9)
     assert found.map.twists.shape == (2, 3, 3, 3)
     straight = velocity(nao, nao.neutral(), np.zeros(3), "LLeg")
     assert straight.map.lost_twists() == ("vz",)
@@ -254,8 +255,8 @@ def test_measures_are_those_of_the_jacobian(nao: nk.NaoModel) -> None:
     jacobian = nao.jacobian(q, "RLeg")[..., list(found.columns)]
     jacobian[..., :3, :] /= 0.1
     expected = np.sqrt(np.linalg.det(jacobian @ jacobian.swapaxes(-1, -2)))
-    np.testing.assert_allclose(found.manipulability, expected, rtol=1e-9)
-    np.testing.assert_allclose(found.condition_number, np.linalg.cond(jacobian), rtol=1e-9)
+    np.testing.assert_allclose(found.map.manipulability, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.map.condition_number, np.linalg.cond(jacobian), rtol=1e-9)
     assert found.v.shape == (2, 3, 25)
     assert found.residual.shape == (2, 3, 2)
 
@@ -283,17 +284,6 @@ def test_configurations_and_twists_broadcast(nao: nk.NaoModel) -> None:
     assert velocity(nao, np.zeros((0, 25)), twist[0], "LLeg").v.shape == (0, 25)
 
 
-@pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
-@pytest.mark.parametrize("limits", ["enforce", "scale"])
-def test_joints_absurdly_far_outside_their_limits_turn_back_at_full_speed(nao: nk.NaoModel, limits: Any) -> None:
-    q = np.stack([nao.posture("StandInit"), 1e308 * nao.posture("StandInit")])
-    found = nk.ik.velocity(nao, q, [0.05, 0.0, 0.0, 0.0, 0.0, 0.0], "LArm", limits=limits)
-    assert np.isfinite(found.v).all()
-    assert (np.abs(found.v) <= nao.velocity_limits + 1e-9).all()
-    alone = nk.ik.velocity(nao, q[0], [0.05, 0.0, 0.0, 0.0, 0.0, 0.0], "LArm", limits=limits)
-    np.testing.assert_allclose(found.v[0], alone.v, atol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("changes", "error", "words"),
     [
@@ -302,11 +292,8 @@ def test_joints_absurdly_far_outside_their_limits_turn_back_at_full_speed(nao: n
         ({"expressed_in": "world"}, UnknownName, "mixed"),
         ({"limits": "clamp"}, UnknownName, "enforce"),
         ({"damping": -1.0}, BadArgument, "damping"),
-        ({"damping": 1e151}, BadArgument, r"damping must not exceed 1e\+150"),
         ({"dt": 0.0}, BadArgument, "dt"),
-        ({"dt": 1e-120}, BadArgument, "dt must be from 1e-100 to 1e100, got 1e-120"),
         ({"length": np.inf}, BadArgument, "length"),
-        ({"length": 1e101}, BadArgument, "length must be from"),
         ({"twist": [np.nan] * 6}, NotFinite, "twist"),
         ({"twist": [0.0] * 5}, WrongShape, r"\(\.\.\., 6\), or \(\.\.\., 3\) for a linear velocity, got \(5,\)"),
         ({"twist": 0.1}, WrongShape, "twist"),

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin import ik
-from nao_kin._core.arrays import Floats, join_poses
-from nao_kin._kernels.chains import chain_of
+from nao_kin._core.arrays import Floats
 from nao_kin.naoqi.names import ARMS, LEFT_HIP, LEGS, RIGHT_HIP, joint_names
 from nao_kin.naoqi.spaces import TORSO, AxisMask, controlled_axes, pose, position6d
-from nao_kin.robot import NaoModel, serial_chain
+from nao_kin.robot import NaoModel
 from nao_kin.rotations import log
 
 # --- Joint values for targets that control some axes only.
@@ -51,34 +50,12 @@ class LimbSolution:
     missing: float
 
 
-class _Limb:
-    """The joints of an effector, and the chain from a reference to it, which may contain other joints too."""
-
-    def __init__(self, robot: NaoModel, effector: str, reference: str) -> None:
-        chain = serial_chain(robot, reference, effector)
-        self.columns = columns_of(robot, [effector])
-        self.region = ik.LimitRegion(robot, np.array(self.columns))
-        self.chain = chain_of([chain], [robot.joint_names[column] for column in self.columns])
-        self.drivers = [robot.joint_names.index(driver.joint) for driver in chain.drivers]
-
-
 def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     """Return joint values of one limb near q, inside all limits, that bring it to its target or to a local minimum."""
-    limb = ik.cached_limb(robot, _Limb, target.frame, target.reference)
-    chain, T, R = limb.chain, target.T_reference_target, target.R_reference_space
-    # The solver measures errors along the axes of the target. The effector's frame and the target are turned equally,
-    # so that these axes are those of the space.
-    links = chain.links.copy()
-    last = links[-12:].reshape(3, 4)
-    last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
-    fixed = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
-    chain = chain._replace(links=links, offset=chain.offset + fixed)
-    goal = ik.Goal(axis_weights(target.mask), _CONVERGED, _MAX_STEPS)
-    poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.fixed_values(q[None])
-    solution = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
-    best = q.copy()
-    best[limb.columns] = solution.q[0]
-    return LimbSolution(best, float(np.sqrt(2.0 * solution.cost[0])))
+    joints = tuple(robot.joint_names[column] for column in columns_of(robot, [target.frame]))
+    frames, weights = (target.frame, target.reference), axis_weights(target.mask)
+    T, R = target.T_reference_target, target.R_reference_space
+    return LimbSolution(*ik.descended_along(robot, joints, frames, T, R, weights, _CONVERGED, _MAX_STEPS, q))
 
 
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
