@@ -8,7 +8,7 @@ from ik_checks import BESIDE, Floats, assert_solved, derivatives, distance_to_so
 from loops import for_all
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Family, Reason
 from nao_kin.ik.follow_branches import _cause
 from nao_kin.ik.follow_limbs import LimbPath
