@@ -79,7 +79,6 @@ def refuse_non_finite(array: Floats, what: str) -> None:
 
 # --- Vectors along the last axis, and batch shapes.
 
-LARGEST = 1e150
 as_batch = as_floats
 
 
