@@ -914,17 +914,6 @@ def test_limits_that_are_not_shared_are_caught(tmp_path: Path, name: str) -> Non
     assert {joint for row in report.failures for joint in row.failing} == {"a"}
 
 
-def test_limits_of_a_coupling_that_was_turned_round_are_explained(tmp_path: Path) -> None:
-    robot = made_up(
-        tmp_path,
-        J("a"),
-        J("b", axis=(0.0, 1.0, 0.0), limits=(-2.0, 2.5), follows=("c", -2.0, 0.3)),
-        J("c", limits=(-1.0, 1.0)),
-    )
-    assert robot.mimics["c"].joint == "b"
-    assert crosscheck.run(robot, 20).ok
-
-
 def test_a_wrong_mimic_is_caught(tmp_path: Path) -> None:
     (tmp_path / "right").mkdir()
     robot = coupled(tmp_path / "right")
