@@ -13,7 +13,7 @@ from nao_kin.ik.arm import arm_limb
 from nao_kin.ik.closed_form import Limb
 from nao_kin.ik.head import camera_limb, head_limb
 from nao_kin.ik.leg import leg_limb
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 _LIMBS: dict[str, tuple[str, str, Callable[..., Limb]]] = {
     "LArm": ("arm", "L", partial(arm_limb, side="L")),
@@ -48,7 +48,6 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
         >>> [limb["frame"] for limb in nk.ik.limbs(nk.load_nao())]
         ['LArm', 'RArm', 'LLeg', 'RLeg', 'Head', 'CameraTop', 'CameraBottom']
     """
-    check_robot(robot)
     wanted = [(kind, side, limb, name) for name, (kind, side, limb) in _LIMBS.items()]
     wanted += [("gaze", "", camera_limb, camera) for camera in robot.semantics.cameras]
     described = []
@@ -60,7 +59,6 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
 
 def limb_of_frame(robot: RobotModel, frame: str) -> str | None:
     """Return the limb whose closed form solves for a frame: a key of `_LIMBS`, or None."""
-    check_robot(robot)
     robot.frame_ids([frame])
     for name, (_, _, limb) in _LIMBS.items():
         with suppress(BadArgument):

@@ -16,7 +16,7 @@ from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.reach._kernels import KERNELS, ChainTables, Integers, VoxelGrid, moved_chain
 from nao_kin.reach.files import MAX_VOXELS, SampleRange, requested_range, union, without
 from nao_kin.reach.reach_map import MAX_INDEX, ReachMap, ReachSettings, map_of
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 # Samples counted between two checks for a stop; their arrays fit into the cache of one core.
 _BLOCK = 8192
@@ -106,7 +106,6 @@ def map_settings(
 def _prepared(
     robot: RobotModel, frame: str, voxel: float, seed: int, reference: str | None
 ) -> tuple[ChainTables, ReachSettings, VoxelGrid]:
-    check_robot(robot)
     edge, number = _edge(voxel), whole_number(seed, "seed", 0, 2**64 - 1)
     chain = moved_chain(robot, frame, reference)
     grid = _grid(chain.centre, chain.radius, edge)

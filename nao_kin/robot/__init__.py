@@ -15,7 +15,7 @@ from nao_kin.robot.kinematics import Expression, Kinematics as Kinematics, PoseF
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LimitPolicy, LimitViolation, OutsideRows as OutsideRows
 from nao_kin.robot.link_shapes import LinkShapes as LinkShapes
-from nao_kin.robot.model import RobotModel, check_robot as check_robot
+from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao.model import NaoModel, load_nao
 from nao_kin.robot.offsets import (
     pose_of as pose_of,

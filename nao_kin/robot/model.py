@@ -586,9 +586,3 @@ def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Seman
             notes.append(f"posture {quoted(name)} is outside the limits of {abbreviated(', '.join(outside))}")
     robot.load_notes = (*tree.notes, *unit_notes(tree), *notes)
     return robot
-
-
-def check_robot(robot: object) -> None:
-    """Raise `BadArgument` unless `robot` is a robot model."""
-    if not isinstance(robot, RobotModel):
-        raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")
