@@ -23,8 +23,9 @@ from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.names import CHAINS, LEGS
-from nao_kin.robot import RobotModel, refuse_not_rigid
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_rpy, nearest_rotation, rpy_from_matrix
+from nao_kin.screws import refuse_not_rigid
 from nao_kin.world import feet_frame
 
 # --- Poses as NAOqi writes them: Position6D, six numbers, and transforms, sixteen numbers row by row.

@@ -17,13 +17,7 @@ from nao_kin.robot.limits import LimitPolicy, LimitViolation, OutsideRows as Out
 from nao_kin.robot.link_shapes import LinkShapes as LinkShapes
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao.model import NaoModel, load_nao
-from nao_kin.robot.offsets import (
-    pose_of as pose_of,
-    read_offsets,
-    refuse_not_rigid as refuse_not_rigid,
-    rigid_poses as rigid_poses,
-    write_offsets,
-)
+from nao_kin.robot.offsets import read_offsets, write_offsets
 from nao_kin.robot.support_polygon import SupportPolygon
 
 __all__ = [

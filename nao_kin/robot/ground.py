@@ -378,7 +378,8 @@ def _read_floor(robot: KinematicRobot) -> Floor:
         outlines.setdefault(visual.link, []).append(points @ T[:3, :3].T + T[:3, 3])
     links = tuple(name for name in robot.link_names if name in outlines)
     vertices = tuple(np.unique(np.concatenate(outlines[name]), axis=0) for name in links)
-    parts = [_extremes(own) for own in vertices]
+    # The vertices that are farthest in some direction.
+    parts = [own[np.unique((own @ _directions().T).argmax(axis=0))] for own in vertices]
     centres = np.array([(own.min(axis=0) + own.max(axis=0)) / 2.0 for own in vertices]).reshape(-1, 3)
     radii = np.array([np.linalg.norm(own - c, axis=1).max() for own, c in zip(vertices, centres, strict=True)])
     counts = [len(part) for part in parts]
@@ -418,11 +419,6 @@ def _directions() -> Floats:
     turn = np.pi * (3.0 - np.sqrt(5.0)) * middle
     radius = np.sqrt(1.0 - z * z)
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
-
-
-def _extremes(points: Floats) -> Floats:
-    """Return the points that are farthest in some direction."""
-    return np.asarray(points[np.unique((points @ _directions().T).argmax(axis=0))])
 
 
 # --- The direction up.

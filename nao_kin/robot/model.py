@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import TOUCHING, Floats, shaped
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import BadArgument, OtherRobotWarning
+from nao_kin.errors import OtherRobotWarning
 from nao_kin.robot.build import Base
 from nao_kin.robot.chains import mirror_image, mirrored
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle

@@ -706,8 +706,6 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
             nk.ik.follow(nao, {"LLeg": T}, **{option: T})
     with pytest.raises(UnknownName, match="effector of the path"):
         nk.ik.follow(nao, {"LLeg": T}, frames={"RLeg": "RFoot"})
-    with pytest.raises(BadArgument, match="RobotModel"):
-        nk.ik.follow("nao", {"LLeg": T})  # type: ignore[arg-type]
 
 
 def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:

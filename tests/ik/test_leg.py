@@ -490,11 +490,6 @@ def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:
         nk.ik.leg(romeo, "L", np.eye(4))
 
 
-def test_what_is_no_robot_is_refused() -> None:
-    with pytest.raises(BadArgument, match="RobotModel"):
-        nk.ik.leg("nao", "L", np.eye(4))  # type: ignore[arg-type]
-
-
 @for_all("side", SIDES)
 def test_straight_legs_in_float32_are_solved_straight_with_what_they_are_short_of(nao: nk.NaoModel, side: str) -> None:
     q = nao.random(13, 2000)
