@@ -4,11 +4,7 @@ from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.robot.build import Base, ModelNumbers as ModelNumbers
 from nao_kin.robot.chains import SerialChain, Topology, serial_chain, topology
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
-from nao_kin.robot.geometry import (
-    GeometryKind,
-    capsules as capsules,
-    read_mesh as read_mesh,
-)
+from nao_kin.robot.geometry import GeometryKind, capsules as capsules, read_mesh as read_mesh
 from nao_kin.robot.ground import Feet as Feet, OutlineKind, SetDown
 from nao_kin.robot.joint_arrays import JointArrays
 from nao_kin.robot.kinematics import Expression, Kinematics as Kinematics, PoseForm

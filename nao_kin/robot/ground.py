@@ -113,18 +113,10 @@ def set_down(
     measured = _carrying(robot, feet, batch, contacts, forces)
     known = np.full((*batch, len(names)), soles is not None) if measured is None else measured
     known = known.reshape(len(rows), len(names))
+    given = measured is not None
     parts = [
-        _rows_down(
-            robot,
-            floor,
-            feet,
-            rows[part],
-            known[part],
-            measured is not None,
-            None if down is None else down[part],
-            tolerance,
-        )
-        for part in (slice(k, k + _AT_ONCE) for k in range(0, max(1, len(rows)), _AT_ONCE))
+        _rows_down(robot, floor, feet, rows[k], known[k], given, None if down is None else down[k], tolerance)
+        for k in (slice(first, first + _AT_ONCE) for first in range(0, max(1, len(rows)), _AT_ONCE))
     ]
     T, corners, on_floor, links, stands = (
         np.concatenate(part).reshape((*batch, *part[0].shape[1:])) for part in zip(*parts, strict=True)
@@ -303,13 +295,7 @@ class Floor(NamedTuple):
     vertices: tuple[Floats, ...]  # all of each link, for the height of the floor; `points` suffice for its direction
 
     def lowest(
-        self,
-        T: Floats,
-        down: Floats,
-        known: Floats,
-        *,
-        without: NDArray[np.bool_] | None = None,
-        exact: bool = True,
+        self, T: Floats, down: Floats, known: Floats, *, without: NDArray[np.bool_] | None = None, exact: bool = True
     ) -> Floats:
         """Return how far down the lowest of a known point and all vertices is, shape (n,), `without` links (n, L)."""
         lowest = np.array(known)

@@ -11,15 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import (
-    Floats,
-    LimitPolicy,
-    as_floats,
-    choice,
-    flag,
-    limit_policy,
-    texts,
-)
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, texts
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin.errors import BadArgument, NotFinite

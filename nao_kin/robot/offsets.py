@@ -16,13 +16,7 @@ from nao_kin._core.arrays import Floats, as_floats, shaped
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import nearest_names, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import (
-    BadArgument,
-    BadInputFile,
-    DegreesWarning,
-    NaoKinWarning,
-    UnknownName,
-)
+from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, NaoKinWarning, UnknownName
 from nao_kin.robot.semantics_files import camera_of
 from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import angle_between, matrix_from_rpy, rpy_from_matrix
@@ -38,10 +32,7 @@ _LARGE = {"rad": 0.2, "m": 0.1}
 
 
 def with_offsets(
-    tree: UrdfTree,
-    joints: Mapping[str, ArrayLike],
-    frames: Mapping[str, ArrayLike],
-    cameras: Iterable[str] = (),
+    tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike], cameras: Iterable[str] = ()
 ) -> UrdfTree:
     """Return a tree with calibrated joints and frames, given as for `RobotModel.with_offsets`; `cameras` by name."""
     moving = {joint.name: joint for joint in tree.moving_joints}

@@ -121,7 +121,9 @@ def test_any_scale_of_a_flat_mesh_is_exported_or_refused(tmp_path: Path) -> None
     faces = "".join(f"f {11 * y + x + 1} {11 * y + x + 2} {11 * y + x + 13}\n" for y in range(10) for x in range(10))
     (tmp_path / "plate.obj").write_text(vertices + faces)
     scales = [".1 .1 .1", "1 1 0", "0 0 0", "-1 1 1", "1e300 1 1"]
-    paths = [_robot(tmp_path, _mesh("plate.obj", scale)).rename(tmp_path / f"{k}.urdf") for k, scale in enumerate(scales)]
+    paths = [
+        _robot(tmp_path, _mesh("plate.obj", scale)).rename(tmp_path / f"{k}.urdf") for k, scale in enumerate(scales)
+    ]
     code = """
 import sys, nao_kin as nk
 for path in sys.argv[1:]:

@@ -120,10 +120,11 @@ class MeshFiles:
 def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, Path, str]]:
     """Yield prefix, folder and `meshdir` of the models that a file attaches, and of the models that these attach."""
     elements, models = list(_elements(path, path.parent, content)), dict[str, ET.Element]()
-    for model in (element for element in elements if element.tag == "model"):
-        file = path.parent / model.get("file", "")
-        named = (root.get("model", "") for root in _elements(file, file.parent))
-        models[model.get("name") or next(named, "")] = model
+    for element in elements:
+        if element.tag == "model":
+            file = path.parent / element.get("file", "")
+            named = (root.get("model", "") for root in _elements(file, file.parent))
+            models[element.get("name") or next(named, "")] = element
     for element in elements:
         model = models.get(element.get("model", "")) if element.tag == "attach" else None
         if model is not None:
