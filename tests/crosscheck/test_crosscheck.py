@@ -240,12 +240,6 @@ def test_a_robot_without_joints_agrees(tmp_path: Path) -> None:
     assert not [row.convention for row in report.rows if "joint" in row.convention or row.convention.startswith("rot_")]
 
 
-def test_a_coupling_that_was_turned_round_on_loading_is_followed(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"), J("b", axis=(0.0, 1.0, 0.0), follows=("c", 2.0, 0.3)), J("c"))
-    assert "b" in robot.joint_names
-    assert crosscheck.run(robot, 20).ok
-
-
 def test_frames_that_yourdfpy_reads_otherwise_are_left_out_without_a_word_on_stderr(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
