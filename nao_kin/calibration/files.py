@@ -21,8 +21,8 @@ from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
 from nao_kin.calibration.problem import AnyObservation
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning, UnknownName
-from nao_kin.robot import RobotModel, pose_of
-from nao_kin.screws import transform_point
+from nao_kin.robot import RobotModel
+from nao_kin.screws import pose_of, transform_point
 from nao_kin.stream import read_log
 from nao_kin.world import Camera, camera, configurations_at
 

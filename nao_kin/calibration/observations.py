@@ -14,8 +14,9 @@ from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_mat
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.calibration.unknowns import Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import RobotModel, rigid_poses
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, right_jacobian_inverse
+from nao_kin.screws import rigid_poses
 from nao_kin.world import Camera
 
 # Residual, in units of its noise, of a point that is behind the camera during the search.

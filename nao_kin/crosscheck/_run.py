@@ -14,7 +14,7 @@ from nao_kin.crosscheck.rotation_checks import PARAMETER_CHECKS, three_angle_che
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.crosscheck.steps import Step, steps_of, turns
 from nao_kin.errors import BadArgument
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 # Configurations compared in one step, few enough to limit memory and to update a progress bar.
 _CHUNK = 100
@@ -63,7 +63,6 @@ def run(
         >>> nk.crosscheck.run(nk.load_nao(), samples=1).ok
         True
     """
-    check_robot(robot)
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
     samples = whole_number(samples, "samples", 1)

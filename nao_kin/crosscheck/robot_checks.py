@@ -292,7 +292,8 @@ class LimitChecks:
         """Compare the robot's answers about the limits of configurations (n, nq)."""
         names = self._robot.joint_names
         self._violations.compare(first, len(q), names, self._violation_differences, q)
-        self._clamped.compare(first, len(q), names, self._clamp_differences, q)
+        clamped = np.array([self._clamp(row) for row in q.tolist()])
+        self._clamped.compare(first, len(q), names, lambda: np.abs(self._robot.clamp(q) - clamped))
 
     def _compare_limits(self, oracle: str, joints: Mapping[str, ParsedJoint], note: str) -> None:
         names = self._robot.joint_names
@@ -342,9 +343,6 @@ class LimitChecks:
             if values[index] < lower - _ON_THE_LIMIT or values[index] > upper + _ON_THE_LIMIT:
                 return lower, upper
         return None
-
-    def _clamp_differences(self, q: Floats) -> Floats:
-        return np.asarray(np.abs(self._robot.clamp(q) - np.array([self._clamp(row) for row in q.tolist()])))
 
     def _clamp(self, values: list[float]) -> list[float]:
         """Return every joint clamped to its box, then to its table at the clamped value of the other joint."""

@@ -9,9 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector
+from nao_kin._core.arrays import Floats
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
-from nao_kin.rotations import rpy_from_matrix
 
 # --- Composition of poses as a URDF writes them.
 
@@ -43,16 +42,6 @@ def hosts(tree: UrdfTree, gone: Collection[str]) -> dict[str, tuple[str, Origin]
         host, place = found[joint.parent]
         found[joint.child] = (host, composed(place, joint.origin)) if joint.child in gone else (joint.child, IDENTITY)
     return found
-
-
-def rpy_of(R: Floats) -> Vector:
-    """Return roll, pitch and yaw of a rotation, none of them −0."""
-    return _vector(rpy_from_matrix(R))
-
-
-def _vector(values: Floats) -> Vector:
-    x, y, z = (values + 0.0).tolist()  # no −0
-    return x, y, z
 
 
 # --- The mass distribution of a body as a matrix that is additive.

@@ -177,25 +177,14 @@ def mjcf(
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
-    from nao_kin.export.mjcf_model import (
-        add_actuators,
-        add_bodies,
-        add_excludes,
-        add_keyframes,
-        add_shapes,
-        add_sites,
-        bodies_of,
-        floor_below,
-        give_the_root_mass,
-        on_their_soles,
-    )
+    from nao_kin.export import mjcf_model
 
     # Links on fixed joints become sites, and merged joints are joints of one body.
     tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
-    bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
+    bodies = mjcf_model.bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
     if floating and inertia == "physical":
-        changes += give_the_root_mass(bodies)
-    tree, lowered = on_their_soles(tree, bodies, robot.semantics)
+        changes += mjcf_model.give_the_root_mass(bodies)
+    tree, lowered = mjcf_model.on_their_soles(tree, bodies, robot.semantics)
     taken = assets(tree) if meshes == "relative" else TakenMeshes(None)
     spec = mujoco.MjSpec()
     spec.modelname = tree.name
@@ -206,18 +195,18 @@ def mjcf(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = 10.0  # feet do not creep
-    added = add_bodies(spec, bodies, floating=floating)
+    added = mjcf_model.add_bodies(spec, bodies, floating=floating)
     halves = (row for row in tree.moving_joints if row.mimic is None and np.isfinite([row.lower, row.upper]).sum() == 1)
     notes = (
         *taken.notes,
         *(f"{row.name} has one limit, and the other is written as ±{UNBOUNDED:g}" for row in halves),
-        *add_shapes(spec, added, bodies, tree, taken.names),
-        *add_sites(spec, added, bodies, tree, robot.semantics, frames),
-        *add_actuators(spec, bodies.joints()),
+        *mjcf_model.add_shapes(spec, added, bodies, tree, taken.names),
+        *mjcf_model.add_sites(spec, added, bodies, tree, robot.semantics, frames),
+        *mjcf_model.add_actuators(spec, bodies.joints()),
     )
     try:
-        add_keyframes(spec, robot, bodies, floating=floating)
-        excludes = add_excludes(spec)
+        mjcf_model.add_keyframes(spec, robot, bodies, floating=floating)
+        excludes = mjcf_model.add_excludes(spec)
         model = spec.compile()
     except ValueError as error:
         hint = "" if inertia == "physical" else "; inertia='physical' corrects impossible inertias"
@@ -225,7 +214,7 @@ def mjcf(
     # Letters, digits, dot, dash and underscore, different from the name of the scene.
     stem = re.sub(r"[^A-Za-z0-9._-]+", "_", tree.name).strip("._") or "robot"
     name = f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"
-    floor = 0.0 if floating else floor_below(model)
+    floor = 0.0 if floating else mjcf_model.floor_below(model)
     files = {NAME: scene_xml(name, model, floor).encode(), name: exact_xml(spec).encode(), **taken.files}
     return target.write(files, (*changes, *_merging_notes(bodies, typed), *lowered, *notes, *excludes), NAME)
 

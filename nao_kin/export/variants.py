@@ -12,7 +12,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, Vector, choice, flag
 from nao_kin._core.text import with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.inertia import IDENTITY, body_of, composed, hosts, make_physical, moved, pseudo_inertia, rpy_of
+from nao_kin.export.inertia import IDENTITY, body_of, composed, hosts, make_physical, moved, pseudo_inertia
 from nao_kin.joints import MultiDofJoint, group_joints
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import FRAME_FIELDS, Semantics
@@ -42,12 +42,13 @@ def align_axes(tree: UrdfTree) -> Changed:
             joints.append(joint)
             continue
         between = with_underscores(f"{joint.name}_axis", taken)
-        R = rotation_between(_Z, joint.axis)
-        turned = composed(joint.origin, Origin(rpy=rpy_of(R)))
+        turn = np.eye(4)
+        turn[:3, :3] = rotation_between(_Z, joint.axis)
+        turned = composed(joint.origin, Origin.of(turn))
         joints.append(replace(joint, origin=turned, axis=_Z, child=between))
         back = with_underscores(f"{joint.name}_axis_fixedjoint", taken)
         taken |= {between, back}
-        joints.append(UrdfJoint(back, "fixed", between, joint.child, Origin(rpy=rpy_of(R.T))))
+        joints.append(UrdfJoint(back, "fixed", between, joint.child, Origin.of(turn.T)))
         links.insert(links.index(joint.child), between)
         changes.append(
             f"{joint.name}: its frame is turned until its axis is z; "

@@ -28,7 +28,7 @@ from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.regular_branches import PRECISE, REGULAR, SAME, TURNS, Rules, regular_branches
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import as_options, rigid_poses
-from nao_kin.robot import CollisionRule, RobotModel, SerialChain, check_robot, serial_chain
+from nao_kin.robot import CollisionRule, RobotModel, SerialChain, serial_chain
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import exp, rot_z
 
@@ -116,7 +116,6 @@ def analytic(
         >>> bool(result.success), int(result.count)
         (True, 8)
     """
-    check_robot(robot)
     need_extra("nk.ik.analytic", "analytic")
     check_tolerance(tolerance)
     targets = rigid_poses(T, "T")

@@ -20,7 +20,7 @@ from nao_kin.ik.closed_form import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import is_pose, rigid_poses
-from nao_kin.robot import RobotModel, SupportPolygon, check_robot
+from nao_kin.robot import RobotModel, SupportPolygon
 from nao_kin.rotations import check_rotation
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
@@ -106,9 +106,8 @@ _LOCK = threading.Lock()
 def prepared(robot: RobotModel) -> PreparedRobot:
     """Return the cached data of a robot, computed again if `robot.model` has changed."""
     with _LOCK:
-        ready = _CACHE.get(robot) if isinstance(robot, RobotModel) else None
+        ready = _CACHE.get(robot)
         if ready is None or ready.joints is not robot.joints:
-            check_robot(robot)
             ready = _CACHE[robot] = PreparedRobot(robot)
     return ready
 

@@ -48,7 +48,7 @@ from nao_kin.ik.branches import (
 )
 from nao_kin.ik.results import IKResult, Obstacles, deferred_result
 from nao_kin.ik.targets import Options
-from nao_kin.robot import ModelNumbers, RobotModel, check_robot
+from nao_kin.robot import ModelNumbers, RobotModel
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import exp, nearest_rotation, quat_from_matrix, quat_to_xyzw
 
@@ -180,9 +180,7 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
     The arguments are sides and frames. `make` may depend on the placements of all joints and of these frames, the torso
     and the root.
     """
-    cache = _CACHES.get(robot) if isinstance(robot, RobotModel) else None
-    if cache is None:
-        check_robot(robot)
+    cache = _CACHES.get(robot)
     key = (make, *arguments)
     limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
     if cache is None or cache.numbers.placements_changed(frames):

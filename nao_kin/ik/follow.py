@@ -19,7 +19,7 @@ from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes, Reason
 from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import CollisionRule, RobotModel, check_robot
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
 
 # --- Times for which no joint exceeds its speed limit.
@@ -279,7 +279,6 @@ def follow(
         >>> np.allclose(nao.position(result.q, "LArm"), path)
         True
     """
-    check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
     share = positive(speed, "speed")
     choice(priority, get_args(Priority), "priority")

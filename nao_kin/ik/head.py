@@ -42,7 +42,7 @@ from nao_kin.ik.branches import (
 from nao_kin.ik.closed_form import TOLERANCE, ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import Options, as_options
-from nao_kin.robot import CollisionRule, RobotModel, check_robot
+from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import check_rotation, rotation_between
 
 _JOINTS = ("HeadYaw", "HeadPitch")
@@ -150,7 +150,6 @@ def look_at(
         >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
         [0.0, 0.0]
     """
-    check_robot(robot)
     if camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, robot.body_frame(camera))

@@ -13,7 +13,7 @@ from nao_kin.ik.arm import arm_limb
 from nao_kin.ik.closed_form import Limb
 from nao_kin.ik.head import camera_limb, head_limb
 from nao_kin.ik.leg import leg_limb
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 _LIMBS: dict[str, tuple[str, str, Callable[..., Limb]]] = {
     "LArm": ("arm", "L", partial(arm_limb, side="L")),
@@ -50,7 +50,6 @@ def limbs(robot: RobotModel, frame: str | None = None) -> list[dict[str, Any]]:
         >>> [limb["frame"] for limb in nk.ik.limbs(nk.load_nao())]
         ['LArm', 'RArm', 'LLeg', 'RLeg', 'Head', 'CameraTop', 'CameraBottom']
     """
-    check_robot(robot)
     wanted = [(kind, side, limb, name if frame is None else frame) for name, (kind, side, limb) in _LIMBS.items()]
     if frame is not None:
         robot.frame_ids([frame])

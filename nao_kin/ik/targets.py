@@ -20,11 +20,8 @@ from nao_kin._core.arrays import (
 from nao_kin.errors import NotFinite, OutsideLimits, UnknownName, WrongShape
 from nao_kin.ik.branches import rigid_rotation
 from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.robot import (
-    RobotModel,
-    refuse_not_rigid as refuse_not_rigid,
-    rigid_poses as nearest_rigid_poses,
-)
+from nao_kin.robot import RobotModel
+from nao_kin.screws import refuse_not_rigid as refuse_not_rigid, rigid_poses as nearest_rigid_poses
 
 Shape: TypeAlias = tuple[int, ...]
 Threads: TypeAlias = SupportsIndex | None

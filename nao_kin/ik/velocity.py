@@ -25,7 +25,7 @@ from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion
 from nao_kin.ik.limit_regions import Region, limit_rows, max_rows
 from nao_kin.ik.quadratic_program import quadratic_program
-from nao_kin.robot import Expression, RobotModel, check_robot
+from nao_kin.robot import Expression, RobotModel
 
 # --- The results: joint velocities, and the twists that are not possible.
 
@@ -242,7 +242,6 @@ def velocity(
         >>> nk.ik.velocity(nao, q, [0.05, 0, 0], "LArm").residual.round(9).tolist()
         [0.0, 0.0]
     """
-    check_robot(robot)
     choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")

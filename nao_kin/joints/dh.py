@@ -201,10 +201,7 @@ def dh_table(robot: RobotModel, frame: str, convention: DHConvention = "classic"
     choice(convention, ("classic", "modified"), "convention")
     row, T_joint_frame = robot.frame_placement(frame)
     joints = robot.joints
-    rows: list[int] = []
-    while row >= 0:
-        rows.insert(0, row)
-        row = int(joints.parents[row])
+    rows = joints.path(row)
     if not rows:
         raise BadArgument(f"no joint moves {frame}")
     poses = [joints.placements[rows[0]]]

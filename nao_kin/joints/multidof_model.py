@@ -163,13 +163,7 @@ class MultiDofModel:
             typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, ball.angles(values))
         return typed
 
-    def to_q(
-        self,
-        q_typed: ArrayLike,
-        *,
-        near: ArrayLike | None = None,
-        couplings: CouplingPolicy = "raise",
-    ) -> Floats:
+    def to_q(self, q_typed: ArrayLike, *, near: ArrayLike | None = None, couplings: CouplingPolicy = "raise") -> Floats:
         """Return the configuration of the robot (..., robot.nq) for a typed configuration.
 
         A quaternion belongs to two triples of angles, each angle up to whole turns. Among all combinations, the first

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, texts
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
@@ -62,7 +62,6 @@ def chain_names(robot: RobotModel) -> tuple[str, ...]:
         >>> nk.naoqi.chain_names(nk.load_nao())
         ('Head', 'LArm', 'LLeg', 'RLeg', 'RArm')
     """
-    check_robot(robot)
     chains = tuple(chain for chain in CHAINS if chain in robot.chains)
     if not chains:
         raise BadArgument(f"robot {robot.name} has none of NAOqi's chains {', '.join(CHAINS)}")
@@ -179,7 +178,6 @@ def from_order(
         >>> np.allclose(nk.naoqi.from_order(nao, values, "LoLA"), q)
         True
     """
-    check_robot(robot)
     names = BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")]
     if hips is not None:
         check_hips(hips)

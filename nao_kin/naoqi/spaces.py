@@ -23,8 +23,9 @@ from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.names import CHAINS, LEGS
-from nao_kin.robot import RobotModel, check_robot, refuse_not_rigid
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_rpy, nearest_rotation, rpy_from_matrix
+from nao_kin.screws import refuse_not_rigid
 from nao_kin.world import feet_frame
 
 # --- Poses as NAOqi writes them: Position6D, six numbers, and transforms, sixteen numbers row by row.
@@ -151,7 +152,6 @@ def _whole(value: SupportsIndex | float) -> int:
 
 def frame_of(robot: RobotModel, name: str) -> str:
     """Return the robot's frame for its name or NAOqi's of an effector, joint, camera or sensor (getSensorNames)."""
-    check_robot(robot)
     for candidate in (name, f"{name}_frame"):
         if isinstance(name, str) and candidate in robot.frame_names:
             return candidate
@@ -165,7 +165,6 @@ def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | 
     The z axis of `torso_in_world`, T_world_torso, is the vertical. None means the floating base of q; with a fixed
     base, a level torso at the world's origin.
     """
-    check_robot(robot)
     T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in LEGS], reference=frame_of(robot, TORSO))
     return feet_frame(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
 
@@ -200,7 +199,6 @@ def pose_in(
         >>> nk.naoqi.pose_in(nao, nao.posture("Stand"), "LArm", "FRAME_ROBOT").shape
         (4, 4)
     """
-    check_robot(robot)
     number = space_number(space)
     T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, TORSO))
     return np.asarray(torso_in(robot, q, number, torso_in_world=torso_in_world) @ T_torso_name)

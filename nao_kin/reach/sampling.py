@@ -15,7 +15,7 @@ from nao_kin._kernels.cache import first_rows
 from nao_kin.errors import BadArgument
 from nao_kin.reach._kernels import KERNELS, ChainTables, Integers, VoxelGrid, moved_chain
 from nao_kin.reach.reach_map import MAX_INDEX, ReachMap, ReachSettings, SampleRange, map_of, union
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 # Samples counted between two checks for a stop; their arrays fit into the cache of one core.
 _BLOCK = 8192
@@ -84,7 +84,6 @@ def workspace(
     """
     requested = _requested_range(samples, shard)
     workers = usable_cores() if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)
-    check_robot(robot)
     edge, number = float(as_floats(voxel, (), "voxel")), whole_number(seed, "seed", 0, 2**64 - 1)
     if not edge > 0.0:
         raise BadArgument(f"voxel must be positive, got {edge:g}")

@@ -352,11 +352,4 @@ class FrameTable:
         """Return the ids of the frames with these names, or with one name; for None, those of all links."""
         if names is None:
             return self._link_ids
-        try:
-            key = (names,) if isinstance(names, str) else tuple(names)
-        except TypeError:  # neither a name nor several names
-            raise UnknownName("frame", names, self.names) from None
-        try:
-            return self._known(key)
-        except TypeError:  # not names
-            return tuple(map(self.id, key))
+        return self._known((names,) if isinstance(names, str) else tuple(names))

@@ -212,18 +212,16 @@ def _of_motor(robot: KinematicRobot, of: Mimic) -> Mimic:
 
 def _images(robot: KinematicRobot) -> dict[str, _Image]:
     """Pair the joints by names and by their places at zero; compare a random configuration with its mirror image."""
-    joints = robot.tree.moving_joints
-    if not joints:
+    table = robot.joints
+    names, slides = table.names, table.slides
+    if not names:
         return {}
-    names, links = [joint.name for joint in joints], [joint.child for joint in joints]
     rows = {name: row for row, name in enumerate(names)}
-    axes = np.array([joint.axis for joint in joints])
-    axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
-    slides = np.array([joint.kind == "prismatic" for joint in joints])
+    axes = table.axes / np.linalg.norm(table.axes, axis=-1, keepdims=True)
     signs = np.where(slides[:, None], _MIRROR, -_MIRROR)  # what turns one way turns the other way in the mirror
 
     def placed(q: Floats) -> tuple[Floats, Floats]:
-        T = robot.fk(q, links, reference=robot.tree.root)
+        T = robot.fk(q, table.links, reference=robot.tree.root)
         return T[:, :3, 3], np.einsum("nij,nj->ni", T[:, :3, :3], axes)
 
     q = robot.random(0)
@@ -238,7 +236,7 @@ def _images(robot: KinematicRobot) -> dict[str, _Image]:
     (p_image, a_image), (p, a) = placed(_mirrored(robot, q, images)), placed(q)
     away = p_image - (_MIRROR * p)[others]
     # The origin of a joint that turns is anywhere on its axis, but a joint that is its own image must not lie aside.
-    free = ~slides & (others != np.arange(len(joints)))
+    free = ~slides & (others != np.arange(len(names)))
     away -= (free * np.sum(away * a_image, axis=-1))[:, None] * a_image
     multipliers = np.array([[image.of.multiplier] for image in images.values()])
     metres = np.linalg.norm(away, axis=-1)

@@ -13,21 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import (
-    Floats,
-    as_floats,
-    check_tolerance,
-    finite_or_none,
-    flag,
-    join_poses,
-    shaped,
-)
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, finite_or_none, flag, join_poses, shaped
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.robot.collision_pairs import LinkPair
 from nao_kin.robot.geometry import check_points, read_mesh, shape_geometry
-from nao_kin.robot.offsets import rigid_poses
 from nao_kin.robot.urdf import Box, MeshFile, Packages, Sphere, UnreadableShape
+from nao_kin.screws import rigid_poses
 
 
 @one_line_repr

@@ -123,20 +123,13 @@ class Coordinates:
                 return None
         return values
 
-    def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
-        """Return values (..., len(names)) of any joints, mimic joints included."""
-        couplings = [self.mimics.get(name) or Mimic(name) for name in names]
-        drivers = joints[..., [self.column[coupling.joint] for coupling in couplings]]
-        multipliers, offsets = np.array([(coupling.multiplier, coupling.offset) for coupling in couplings]).T
-        return np.asarray(multipliers * drivers + offsets)
-
     def arrays(self, angles: JointValues, *, ignore_other: bool = False, gaps: bool = False) -> dict[str, Floats]:
         """Return joint → values as an array; the name of a chain is replaced by its joints.
 
         With `ignore_other` other names are left out, with `gaps` values may be NaN.
         """
         given: dict[str, Floats] = {}
-        for name, value in checked_mapping(angles).items():
+        for name, value in by_name(angles).items():
             if name in self.column or name in self.mimics:
                 added = {name: as_floats(value, (), name, gaps=gaps)}
             elif name in self.chains:
@@ -153,25 +146,17 @@ class Coordinates:
         return given
 
 
-def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
-    """Return `angles`, or the values by name of a data frame or a series; raise `BadArgument` for anything else."""
+def by_name(angles: JointValues) -> Mapping[str, ArrayLike]:
+    """Return `angles`, or the values by name of a data frame of pandas or polars, or of a series of pandas."""
     if isinstance(angles, Mapping):
         return angles
-    lazy = hasattr(angles, "collect")
-    names = None if lazy else getattr(angles, "columns", None)  # of pandas and polars
-    if names is None and callable(keys := getattr(angles, "keys", None)):  # of a series of pandas
-        names = keys()
-    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
-        got = type(angles).__name__ + ("; collect() makes a data frame of it" if lazy else "")
-        raise BadArgument(
-            f"joint values must be a mapping name → value, a data frame, or a series with names, got {got}"
-        )
+    names = angles.columns if hasattr(angles, "columns") else angles.keys()
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise BadArgument(
             f"column {quoted(twice[0])} of the {'data frame' if hasattr(angles, 'columns') else 'series'} occurs twice"
         )
-    return {name: angles[name] for name in names}  # type: ignore[index]
+    return {name: angles[name] for name in names}
 
 
 def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> None:
@@ -227,7 +212,7 @@ class ConfigurationSpace:
         choice(name, self._postures, "posture")
         if angles is None and not joints:
             return np.array(self._postures[name])
-        values, given = self._coordinates.values(joints if angles is None else {**checked_mapping(angles), **joints})
+        values, given = self._coordinates.values(joints if angles is None else {**by_name(angles), **joints})
         q = np.empty((*values.shape[:-1], len(self._neutral)))
         q[...] = self._postures[name]
         columns = [self._coordinates.column[joint] for joint in given]
@@ -407,7 +392,7 @@ def motor_values(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips
 
 def values_by_name(values: Mapping[str, ArrayLike], coordinates: Coordinates) -> dict[str, Floats]:
     """Return joint → values as arrays whose shapes broadcast; NaN is accepted."""
-    values = checked_mapping(values)
+    values = by_name(values)
     for name in values:
         if name not in coordinates.column and name not in coordinates.mimics:
             raise coordinates.unknown(name)

@@ -113,18 +113,10 @@ def set_down(
     measured = _carrying(robot, feet, batch, contacts, forces)
     known = np.full((*batch, len(names)), soles is not None) if measured is None else measured
     known = known.reshape(len(rows), len(names))
+    given = measured is not None
     parts = [
-        _rows_down(
-            robot,
-            floor,
-            feet,
-            rows[part],
-            known[part],
-            measured is not None,
-            None if down is None else down[part],
-            tolerance,
-        )
-        for part in (slice(k, k + _AT_ONCE) for k in range(0, max(1, len(rows)), _AT_ONCE))
+        _rows_down(robot, floor, feet, rows[k], known[k], given, None if down is None else down[k], tolerance)
+        for k in (slice(first, first + _AT_ONCE) for first in range(0, max(1, len(rows)), _AT_ONCE))
     ]
     T, corners, on_floor, links, stands = (
         np.concatenate(part).reshape((*batch, *part[0].shape[1:])) for part in zip(*parts, strict=True)
@@ -303,13 +295,7 @@ class Floor(NamedTuple):
     vertices: tuple[Floats, ...]  # all of each link, for the height of the floor; `points` suffice for its direction
 
     def lowest(
-        self,
-        T: Floats,
-        down: Floats,
-        known: Floats,
-        *,
-        without: NDArray[np.bool_] | None = None,
-        exact: bool = True,
+        self, T: Floats, down: Floats, known: Floats, *, without: NDArray[np.bool_] | None = None, exact: bool = True
     ) -> Floats:
         """Return how far down the lowest of a known point and all vertices is, shape (n,), `without` links (n, L)."""
         lowest = np.array(known)
@@ -378,7 +364,8 @@ def _read_floor(robot: KinematicRobot) -> Floor:
         outlines.setdefault(visual.link, []).append(points @ T[:3, :3].T + T[:3, 3])
     links = tuple(name for name in robot.link_names if name in outlines)
     vertices = tuple(np.unique(np.concatenate(outlines[name]), axis=0) for name in links)
-    parts = [_extremes(own) for own in vertices]
+    # The vertices that are farthest in some direction.
+    parts = [own[np.unique((own @ _directions().T).argmax(axis=0))] for own in vertices]
     centres = np.array([(own.min(axis=0) + own.max(axis=0)) / 2.0 for own in vertices]).reshape(-1, 3)
     radii = np.array([np.linalg.norm(own - c, axis=1).max() for own, c in zip(vertices, centres, strict=True)])
     counts = [len(part) for part in parts]
@@ -418,11 +405,6 @@ def _directions() -> Floats:
     turn = np.pi * (3.0 - np.sqrt(5.0)) * middle
     radius = np.sqrt(1.0 - z * z)
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
-
-
-def _extremes(points: Floats) -> Floats:
-    """Return the points that are farthest in some direction."""
-    return np.asarray(points[np.unique((points @ _directions().T).argmax(axis=0))])
 
 
 # --- The direction up.

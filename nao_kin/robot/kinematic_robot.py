@@ -11,15 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import (
-    Floats,
-    LimitPolicy,
-    as_floats,
-    choice,
-    flag,
-    limit_policy,
-    texts,
-)
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, texts
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin.errors import BadArgument, NotFinite
@@ -50,6 +42,8 @@ from nao_kin.robot.limits import JointLimits, LimitViolation
 from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics
 from nao_kin.robot.urdf import UrdfTree
+
+Frames = str | Sequence[str] | None
 
 
 class KinematicRobot(Guessing):
@@ -485,7 +479,7 @@ class KinematicRobot(Guessing):
         if limits != "ignore":
             output.check_no_overlap(q)
             q = self._within(q, limits)
-        return self._answers.answer(Question("poses", ids, reference_id, as_), (q,), output, one=one)
+        return self._of_frames("poses", as_, (q,), frame, output, reference)
 
     def rotation(
         self,
@@ -504,7 +498,7 @@ class KinematicRobot(Guessing):
             >>> nao.rotation(nao.neutral(), "CameraTop").shape
             (3, 3)
         """
-        return self._part("rotation", q, frame, reference, Output(dtype, out, threads))
+        return self._of_frames("poses", "rotation", (q,), frame, Output(dtype, out, threads), reference)
 
     def position(
         self,
@@ -523,7 +517,7 @@ class KinematicRobot(Guessing):
             >>> nao.position(nao.neutral(), "LArm").round(4).tolist()
             [0.2187, 0.113, 0.0877]
         """
-        return self._part("position", q, frame, reference, Output(dtype, out, threads))
+        return self._of_frames("poses", "position", (q,), frame, Output(dtype, out, threads), reference)
 
     def jacobian(
         self,
@@ -602,7 +596,8 @@ class KinematicRobot(Guessing):
             >>> nao.velocity(nao.neutral(), v, "CameraTop").round(4).tolist()
             [0.0, 0.0587, 0.0, 0.0, 0.0, 1.0]
         """
-        return self._motion("velocity", (q, v), frame, expressed_in, Output(dtype, out, threads))
+        choice(expressed_in, EXPRESSIONS, "expression")
+        return self._of_frames("velocity", expressed_in, (q, v), frame, Output(dtype, out, threads))
 
     def acceleration(
         self,
@@ -633,7 +628,8 @@ class KinematicRobot(Guessing):
             >>> nao.acceleration(nao.neutral(), v, 0 * v, "CameraTop")[:3].round(4).tolist()
             [-0.0587, 0.0, 0.0]
         """
-        return self._motion("acceleration", (q, v, a), frame, expressed_in, Output(dtype, out, threads))
+        choice(expressed_in, EXPRESSIONS, "expression")
+        return self._of_frames("acceleration", expressed_in, (q, v, a), frame, Output(dtype, out, threads))
 
     def com(
         self,
@@ -716,17 +712,10 @@ class KinematicRobot(Guessing):
     def _within(self, q: ArrayLike, limits: str) -> Floats:
         return self._configurations.within(self._configurations.checked(q), limits)
 
-    def _part(
-        self, part: str, q: ArrayLike, frame: str | Sequence[str] | None, reference: str | None, output: Output
+    def _of_frames(
+        self, kind: str, form: str, inputs: Sequence[Any], frame: Frames, output: Output, reference: str | None = None
     ) -> NDArray[Any]:
-        question = Question("poses", self._frames.ids(frame), self._frames.reference_id(reference), part)
-        return self._answers.answer(question, (q,), output, one=isinstance(frame, str))
-
-    def _motion(
-        self, kind: str, inputs: Sequence[ArrayLike], frame: str | Sequence[str], expressed_in: str, output: Output
-    ) -> NDArray[Any]:
-        choice(expressed_in, EXPRESSIONS, "expression")
-        question = Question(kind, self._frames.ids(frame), form=expressed_in)
+        question = Question(kind, self._frames.ids(frame), self._frames.reference_id(reference), form)
         return self._answers.answer(question, inputs, output, one=isinstance(frame, str))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -344,11 +344,6 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 _MAX_PROGRAMS, _MAX_LINK_SETS = 256, 32
 
 
-def empty_answers(count: int, numbers: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return memory for answers, shape (count, *numbers), aligned for vector instructions."""
-    return kernels.aligned_empty(count * math.prod(numbers), dtype).reshape(count, *numbers)
-
-
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 _NAMES = ("q", "v", "a")
 
@@ -426,8 +421,9 @@ class Answers:
                 return few.astype(kind, copy=False)
             out[...] = few
             return out
-        answers = empty_answers(count, numbers, kind) if out is None else out
-        self._by_kernels(question, arrays, answers.reshape(count, math.prod(numbers)), threads)
+        size = math.prod(numbers)
+        answers = kernels.aligned_empty(count * size, kind) if out is None else out
+        self._by_kernels(question, arrays, answers.reshape(count, size), threads)
         return answers.reshape(shape) if out is None else out
 
     def _by_kernels(

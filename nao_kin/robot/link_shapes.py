@@ -324,10 +324,9 @@ class LinkShapes:
             between = np.sqrt(segments_squared(tuple(r), tuple(half[..., a]), tuple(half[..., b])))
             yield from zip(range(start, start + _FEW), T, between - width[a] - width[b], strict=False)
 
-    def _place(self, T: Floats, s: int, T_link_geometry: Floats | None = None) -> Any:
-        """Return the pose of a shape's geometry, or of another one in its link, for coal, at poses of the links."""
-        placed = T[self._table.link[s]] @ (self._all[s].T_link_geometry if T_link_geometry is None else T_link_geometry)
-        return _transform(placed)
+    def _place(self, T: Floats, s: int) -> Any:
+        """Return the pose of a shape's geometry for coal, at poses of the links."""
+        return _transform(T[self._table.link[s]] @ self._all[s].T_link_geometry)
 
     def _coals(self, T: Floats, pair: Any, most: float) -> Any:
         """Return coal's distance of a pair of shapes and their nearest points, at poses of the links.
@@ -354,7 +353,7 @@ class LinkShapes:
         if one.triangles is None and other.triangles is None:
             return True
         meshes = [shape.triangles or (shape.geometry, shape.T_link_geometry) for shape in (one, other)]
-        places = [self._place(T, s, T_mesh) for s, (_, T_mesh) in zip((a, b), meshes, strict=True)]
+        places = [_transform(T[self._table.link[s]] @ T_mesh) for s, (_, T_mesh) in zip((a, b), meshes, strict=True)]
         return _collide(meshes[0][0], places[0], meshes[1][0], places[1])
 
     def touching(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> set[tuple[LinkPair, int]]:
@@ -391,13 +390,12 @@ class LinkShapes:
                 if result.min_distance < margin:
                     yield sample, int(self._owner[pair]), result
 
-    def contacts(self, q: Floats, margin: float, rule: CollisionRule | None = None) -> tuple[Contact, ...]:
+    def contacts(self, q: Floats, margin: float, rule: CollisionRule) -> tuple[Contact, ...]:
         """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance."""
         rows = q.reshape(-1, q.shape[-1])
         nearest: dict[tuple[int, int], Any] = {}
-        skipped = None if rule is None else self.allowed(rule)
-        for sample, owner, result in self.near(rows, margin, skipped):
-            if rule is not None and rule.exact and result.min_distance < 0.0:
+        for sample, owner, result in self.near(rows, margin, self.allowed(rule)):
+            if rule.exact and result.min_distance < 0.0:
                 pair, poses = self.pairs[owner], self.meshes.poses(rows[sample])
                 result = result if self.meshes.touch(pair, poses) else self.meshes.nearest(pair, poses)
                 if result.min_distance >= margin:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import TOUCHING, Floats, shaped
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import BadArgument, OtherRobotWarning
+from nao_kin.errors import OtherRobotWarning
 from nao_kin.robot.build import Base
 from nao_kin.robot.chains import mirror_image, mirrored
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
@@ -586,9 +586,3 @@ def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Seman
             notes.append(f"posture {quoted(name)} is outside the limits of {abbreviated(', '.join(outside))}")
     robot.load_notes = (*tree.notes, *unit_notes(tree), *notes)
     return robot
-
-
-def check_robot(robot: object) -> None:
-    """Raise `BadArgument` unless `robot` is a robot model."""
-    if not isinstance(robot, RobotModel):
-        raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")

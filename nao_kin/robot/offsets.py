@@ -12,30 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, first_index, join_poses, shaped
+from nao_kin._core.arrays import Floats, as_floats, shaped
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import nearest_names, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import (
-    BadArgument,
-    BadInputFile,
-    DegreesWarning,
-    NaoKinWarning,
-    NotARotation,
-    UnknownName,
-    WrongShape,
-    at_index,
-)
+from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, NaoKinWarning, UnknownName
 from nao_kin.robot.semantics_files import camera_of
 from nao_kin.robot.urdf import Origin, UrdfTree
-from nao_kin.rotations import (
-    RotationDefects,
-    angle_between,
-    check_rotation,
-    matrix_from_rpy,
-    nearest_rotation,
-    rpy_from_matrix,
-)
+from nao_kin.rotations import angle_between, matrix_from_rpy, rpy_from_matrix
+from nao_kin.screws import pose_of
 
 _KINDS = ("joints", "frames")
 # The table of a file that says where its offsets are from.
@@ -44,15 +29,10 @@ _ABOUT = "calibration"
 _DIGITS = 6
 # Calibrations find smaller offsets [rad, m]; larger ones are degrees or millimetres, or not offsets.
 _LARGE = {"rad": 0.2, "m": 0.1}
-# Largest defect of a pose, as of rotations, and the largest that is not corrected.
-_RIGID, _ROUNDING = 1e-6, 1e-14
 
 
 def with_offsets(
-    tree: UrdfTree,
-    joints: Mapping[str, ArrayLike],
-    frames: Mapping[str, ArrayLike],
-    cameras: Iterable[str] = (),
+    tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike], cameras: Iterable[str] = ()
 ) -> UrdfTree:
     """Return a tree with calibrated joints and frames, given as for `RobotModel.with_offsets`; `cameras` by name."""
     moving = {joint.name: joint for joint in tree.moving_joints}
@@ -193,43 +173,6 @@ def _table(title: str, table: Mapping[str, Any]) -> list[str]:
 def _toml(value: Any) -> str:
     """Return a text, a number or a list of numbers in TOML, which writes them as JSON does."""
     return json.dumps(value, ensure_ascii=False)
-
-
-def pose_of(value: ArrayLike, what: str) -> Floats:
-    """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
-    if isinstance(value, Mapping):  # a table of a file
-        raise BadArgument(f"{what} must be [dx, dy, dz, roll, pitch, yaw] or four rows of four, got {quoted(value)}")
-    array = as_floats(value, (), what)
-    if array.shape == (6,):
-        return join_poses(matrix_from_rpy(array[3:]), array[:3])
-    if array.shape != (4, 4):
-        raise WrongShape(what, "(6,) or (4, 4)", array.shape)
-    try:
-        return rigid_poses(array, what)
-    except NotARotation as error:
-        raise BadArgument(str(error)) from None
-
-
-def rigid_poses(T: ArrayLike, what: str) -> Floats:
-    """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
-    poses = as_floats(T, (4, 4), what)
-    off = refuse_not_rigid(poses, what).orthogonality > _ROUNDING
-    nearest: Floats = poses.copy()
-    if np.any(off):
-        nearest[off, :3, :3] = nearest_rotation(poses[off, :3, :3])
-    nearest[..., 3, :] = 0.0, 0.0, 0.0, 1.0
-    return nearest
-
-
-def refuse_not_rigid(T: Floats, what: str, *tolerance: float) -> RotationDefects:
-    """Return the defects of the poses' rotations; raise NotARotation or BadArgument for the first one not rigid."""
-    defects = check_rotation(T[..., :3, :3], *tolerance, name=what)
-    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
-    if wrong.any():
-        index = first_index(wrong)
-        row = ", ".join(f"{value:.6g}" for value in T[index][3])
-        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
-    return defects
 
 
 def _after(origin: Origin, T: Floats) -> Origin:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
     Floats,
     as_batch,
+    as_floats,
     common_batch,
     cross,
     cross_matrix,
@@ -18,10 +21,13 @@ from nao_kin._core.arrays import (
     rigid_inverse,
     unit,
 )
-from nao_kin.errors import BadArgument, at_index
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 from nao_kin.rotations import (
+    RotationDefects,
     check_rotation,
     matrix_from_quat,
+    matrix_from_rpy,
     nearest_rotation,
     quat_conjugate,
     quat_from_matrix,
@@ -117,6 +123,49 @@ def nearest_pose(M: ArrayLike) -> Floats:
             f"got {matrices[index][3].tolist()}"
         )
     return join_poses(nearest_rotation(matrices[..., :3, :3]), matrices[..., :3, 3])
+
+
+# --- Checks of poses for other rooms.
+
+# Largest defect of a pose, as of rotations, and the largest that is not corrected.
+_RIGID, _ROUNDING = 1e-6, 1e-14
+
+
+def pose_of(value: ArrayLike, what: str) -> Floats:
+    """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
+    if isinstance(value, Mapping):  # a table of a file
+        raise BadArgument(f"{what} must be [dx, dy, dz, roll, pitch, yaw] or four rows of four, got {quoted(value)}")
+    array = as_floats(value, (), what)
+    if array.shape == (6,):
+        return join_poses(matrix_from_rpy(array[3:]), array[:3])
+    if array.shape != (4, 4):
+        raise WrongShape(what, "(6,) or (4, 4)", array.shape)
+    try:
+        return rigid_poses(array, what)
+    except NotARotation as error:
+        raise BadArgument(str(error)) from None
+
+
+def rigid_poses(T: ArrayLike, what: str) -> Floats:
+    """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
+    poses = as_floats(T, (4, 4), what)
+    off = refuse_not_rigid(poses, what).orthogonality > _ROUNDING
+    nearest: Floats = poses.copy()
+    if np.any(off):
+        nearest[off, :3, :3] = nearest_rotation(poses[off, :3, :3])
+    nearest[..., 3, :] = 0.0, 0.0, 0.0, 1.0
+    return nearest
+
+
+def refuse_not_rigid(T: Floats, what: str, *tolerance: float) -> RotationDefects:
+    """Return the defects of the poses' rotations; raise NotARotation or BadArgument for the first one not rigid."""
+    defects = check_rotation(T[..., :3, :3], *tolerance, name=what)
+    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
+    if wrong.any():
+        index = first_index(wrong)
+        row = ", ".join(f"{value:.6g}" for value in T[index][3])
+        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
+    return defects
 
 
 def as_twists(value: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 import asyncio
 import functools
 import hashlib
+import inspect
 import io
 import math
 import pickle
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -24,7 +25,7 @@ from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
-from nao_kin.robot import Expression, PoseForm, RobotModel
+from nao_kin.robot import RobotModel
 
 if TYPE_CHECKING:
     from dask.array import Array
@@ -132,176 +133,69 @@ def _token(robot: RobotModel) -> str:
 
 # --- The robot's methods as lazy functions of dask arrays, chunk by chunk.
 
-Frames = str | Sequence[str] | None
+_Options = ParamSpec("_Options")
+# The robot's arguments that have no meaning for an array that does not exist yet.
+_EAGER = ("limits", "out", "threads")
+_INPUTS = ("q", "v", "a")
 
 
-def fk(
-    robot: RobotModel,
-    q: Array,
-    frame: Frames = None,
-    *,
-    reference: str | None = None,
-    as_: PoseForm = "matrix",
-    dtype: DTypeLike | None = None,
-) -> Array:
-    """Return poses of frames, lazily: `robot.fk(q, frame, reference=reference)` of every chunk of q.
+def _lazily(
+    method: Callable[Concatenate[Any, _Options], NDArray[Any]], what: str, example: str, shape: tuple[int, ...]
+) -> Callable[Concatenate[RobotModel, _Options], Array]:
+    """Return a method of the robot as a function of dask arrays."""
+    name, signature = method.__name__, inspect.signature(method)
+    kept = [parameter for parameter in signature.parameters.values() if parameter.name not in _EAGER]
+    signature = signature.replace(
+        parameters=[kept[0].replace(name="robot", annotation="RobotModel"), *kept[1:]], return_annotation="Array"
+    )
 
-    Names are checked now, configurations when they are computed. Later changes of the robot have no effect. The results
-    are those of a single process, bit for bit, for any chunks of q.
+    def lazy(*args: Any, **kwargs: Any) -> Array:  # noqa: D417, the arguments of the method
+        """Return {what}, lazily: `RobotModel.{name}` of every chunk.
 
-    Args:
-        robot: any robot.
-        q: configurations, a dask array of shape (..., nq) and any chunks, also of unknown length; the chunks of
-            the last axis are joined.
-        frame: a frame name, several, or None for all links in the order of `link_names`.
-        reference: the frame to express the poses in, as in `RobotModel.fk`.
-        as_: "matrix", "position_quaternion" or "position6d", as in `RobotModel.fk`.
-        dtype: float32 or float64; None for that of q, or float64 if q is neither.
+        Names are checked now, configurations when they are computed. Later changes of the robot have no effect. The
+        results are those of a single process, bit for bit, for any chunks of q.
 
-    Returns:
-        A dask array of shape (..., 4, 4) for one name, (..., n, 4, 4) for several, or with 7 or 6 numbers instead of 4
-        × 4; with the chunks of q [m].
+        Args:
+            robot: any robot.
+            q: configurations, a dask array of shape (..., nq) and any chunks, also of unknown length; the chunks of the
+                last axis are joined. v and a, where the method takes them, are dask arrays with the leading axes of q.
+            dtype: float32 or float64; None for that of q, or float64 if q is neither.
 
-    Raises:
-        MissingExtra: dask is not installed.
-        NotFinite: when computed; the message names the block of q.
+        All other arguments are those of the method, without limits, out and threads.
 
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> T = nk.distributed.fk(nao, q, "LArm")
-        >>> T.shape, T.compute().shape
-        ((6, 4, 4), (6, 4, 4))
-    """
-    return _mapped(robot, "fk", q, dtype=dtype, frame=frame, reference=reference, as_=as_)
+        Returns:
+            A dask array of the shape that the method returns, with the chunks of q.
 
+        Raises:
+            MissingExtra: dask is not installed.
+            NotFinite: when computed; the message names the block of q.
 
-def rotation(
-    robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
-) -> Array:
-    """Return rotations of frames, lazily, shape (..., 3, 3) or (..., n, 3, 3); the arguments are those of `fk`.
+        Examples:
+            >>> import dask.array as da
+            >>> nao = nk.load_nao()
+            >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+            >>> nk.distributed.{name}(nao, q{example}).shape
+            {shape}
+        """
+        given = signature.bind(*args, **kwargs).arguments
+        robot, inputs = given.pop("robot"), [given.pop(name) for name in _INPUTS if name in given]
+        return _mapped(robot, name, *inputs, dtype=given.pop("dtype", None), **given)
 
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> nk.distributed.rotation(nao, q, "LArm").shape
-        (6, 3, 3)
-    """
-    return _mapped(robot, "rotation", q, dtype=dtype, frame=frame, reference=reference)
+    lazy.__name__ = lazy.__qualname__ = name
+    lazy.__doc__ = inspect.cleandoc(str(lazy.__doc__)).format(name=name, what=what, example=example, shape=shape)
+    lazy.__signature__ = signature  # type: ignore[attr-defined]
+    return lazy
 
 
-def position(
-    robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
-) -> Array:
-    """Return positions of frame origins, lazily, shape (..., 3) or (..., n, 3) [m]; the arguments are those of `fk`.
-
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> nk.distributed.position(nao, q, ["LArm", "RArm"]).shape
-        (6, 2, 3)
-    """
-    return _mapped(robot, "position", q, dtype=dtype, frame=frame, reference=reference)
-
-
-def jacobian(
-    robot: RobotModel, q: Array, frame: str, expressed_in: Expression = "mixed", *, dtype: DTypeLike | None = None
-) -> Array:
-    """Return geometric Jacobians of a frame, lazily, shape (..., 6, nv), linear rows first.
-
-    The arguments are those of `fk`, and `expressed_in` of `RobotModel.jacobian`: "frame", "root" or "mixed".
-
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> nk.distributed.jacobian(nao, q, "LArm").shape
-        (6, 6, 25)
-    """
-    return _mapped(robot, "jacobian", q, dtype=dtype, frame=frame, expressed_in=expressed_in)
-
-
-def velocity(
-    robot: RobotModel,
-    q: Array,
-    v: Array,
-    frame: str | Sequence[str],
-    expressed_in: Expression = "mixed",
-    *,
-    dtype: DTypeLike | None = None,
-) -> Array:
-    """Return twists of frames, lazily: `RobotModel.velocity` of every chunk.
-
-    Args:
-        robot: any robot.
-        q: configurations, as in `fk`.
-        v: velocities, a dask array of shape (..., nv) with the leading axes of q, in any chunks.
-        frame: a frame name, or several.
-        expressed_in: "frame", "root" or "mixed", as in `RobotModel.velocity`.
-        dtype: as in `fk`.
-
-    Returns:
-        A dask array of shape (..., 6) for one name, (..., n, 6) for several.
-
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> nk.distributed.velocity(nao, q, 0 * q, "LArm").shape
-        (6, 6)
-    """
-    return _mapped(robot, "velocity", q, v, dtype=dtype, frame=frame, expressed_in=expressed_in)
-
-
-def acceleration(
-    robot: RobotModel,
-    q: Array,
-    v: Array,
-    a: Array,
-    frame: str | Sequence[str],
-    expressed_in: Expression = "mixed",
-    *,
-    dtype: DTypeLike | None = None,
-) -> Array:
-    """Return the derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk, with the same arguments.
-
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> nk.distributed.acceleration(nao, q, 0 * q, 0 * q, "LArm").shape
-        (6, 6)
-    """
-    return _mapped(robot, "acceleration", q, v, a, dtype=dtype, frame=frame, expressed_in=expressed_in)
-
-
-def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
-    """Return centres of mass of the whole robot, lazily, shape (..., 3) [m]; the arguments are those of `fk`.
-
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> np.allclose(nk.distributed.com(nao, q).compute(), nao.com(q.compute()))
-        True
-    """
-    return _mapped(robot, "com", q, dtype=dtype, reference=reference)
-
-
-def com_jacobian(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
-    """Return Jacobians of the centre of mass, lazily, shape (..., 3, nv); the arguments are those of `fk`.
-
-    Examples:
-        >>> import dask.array as da
-        >>> nao = nk.load_nao()
-        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
-        >>> nk.distributed.com_jacobian(nao, q).shape
-        (6, 3, 25)
-    """
-    return _mapped(robot, "com_jacobian", q, dtype=dtype, reference=reference)
+_HAND = ', "LArm"'
+fk = _lazily(RobotModel.fk, "poses of frames", _HAND, (6, 4, 4))
+rotation = _lazily(RobotModel.rotation, "rotations of frames", _HAND, (6, 3, 3))
+position = _lazily(RobotModel.position, "positions of frame origins", ', ["LArm", "RArm"]', (6, 2, 3))
+jacobian = _lazily(RobotModel.jacobian, "geometric Jacobians of a frame", _HAND, (6, 6, 25))
+velocity = _lazily(RobotModel.velocity, "twists of frames", ', 0 * q, "LArm"', (6, 6))
+acceleration = _lazily(RobotModel.acceleration, "derivatives of `velocity`", ', 0 * q, 0 * q, "LArm"', (6, 6))
+com = _lazily(RobotModel.com, "centres of mass", "", (6, 3))
+com_jacobian = _lazily(RobotModel.com_jacobian, "Jacobians of the centre of mass", "", (6, 3, 25))
 
 
 def _mapped(

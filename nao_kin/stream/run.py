@@ -336,18 +336,9 @@ def _to_sink(
     finally:
         if folder is not None:
             folder.close()
-    return StreamResult(
-        sink,
-        job.frames,
-        job.columns.names,
-        done.rows_read,
-        done.rows_written,
-        resumed,
-        done.bad_rows,
-        done.first_bad_rows,
-        done.clamped,
-        tuple(dict.fromkeys(filter(None, (*job.source.table.notes, job.source.time_note, *job.notes.values())))),
-    )
+    counts = {name: value for name, value in vars(done).items() if name != "end"}
+    notes = dict.fromkeys(filter(None, (*job.source.table.notes, job.source.time_note, *job.notes.values())))
+    return StreamResult(sink, job.frames, job.columns.names, rows_resumed=resumed, notes=tuple(notes), **counts)
 
 
 def _write_parts(job: _PoseRun, folder: PartFolder, bar: ProgressBar) -> Progress:

@@ -24,8 +24,9 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape, at_index
-from nao_kin.robot import RobotModel, SetDown, rigid_poses
+from nao_kin.robot import RobotModel, SetDown
 from nao_kin.rotations import slerp
+from nao_kin.screws import rigid_poses
 from nao_kin.world.cameras import Camera, outside_image, pixel_name, positive
 from nao_kin.world.sensors import Rows
 

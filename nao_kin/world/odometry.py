@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import WrongShape
-from nao_kin.robot import Feet, RobotModel, rigid_poses, serial_chain
+from nao_kin.robot import Feet, RobotModel, serial_chain
 from nao_kin.rotations import log, rot_z
+from nao_kin.screws import rigid_poses
 from nao_kin.world.balance import feet_frame
 from nao_kin.world.sensors import Ground, Mask, Rows, Sensor, bridged
 

@@ -6,10 +6,8 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument
 
 
 def test_limbs_are_plain_and_those_of_the_robot(nao: nk.NaoModel) -> None:
@@ -49,5 +47,3 @@ def test_a_robot_without_such_limbs_has_none(tmp_path: Path) -> None:
     path = tmp_path / "bare.urdf"
     path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
     assert nk.ik.limbs(nk.RobotModel.from_urdf(path)) == []
-    with pytest.raises(BadArgument, match="robot"):
-        nk.ik.limbs("nao")  # type: ignore[arg-type]

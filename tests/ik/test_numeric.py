@@ -634,11 +634,6 @@ def test_bad_input_is_named(nao: nk.NaoModel, changes: dict[str, object], error:
         numeric(nao, **arguments)  # type: ignore[arg-type]
 
 
-def test_what_is_no_robot_is_refused() -> None:
-    with pytest.raises(BadArgument, match="RobotModel"):
-        numeric("nao", "LLeg", np.eye(4))  # type: ignore[arg-type]
-
-
 def test_a_pose_alone_gets_the_rotation_that_it_gets_in_a_batch(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(4)
     T = nao.fk(nao.random(rng, COUNT), "LArm")

@@ -491,7 +491,6 @@ def test_contradictions_by_form_are_refused_in_one_line(nao: nk.NaoModel) -> Non
         (lambda: whole_body(nao, {}, margin=-0.1), BadArgument, "margin"),
         (lambda: whole_body(nao, {}, limits="some"), UnknownName, "enforce"),
         (lambda: whole_body(nk.load_robot("panda"), {}), BadArgument, "no leg that the closed form fits.*numeric"),
-        (lambda: whole_body("nao", {}), BadArgument, "RobotModel"),
     ]
     for call, error, message in cases:
         with pytest.raises(error, match=message) as caught:

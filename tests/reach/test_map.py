@@ -333,11 +333,6 @@ def test_a_previous_map_of_something_else_is_refused_before_the_work(nao: nk.Nao
         workspace(nao, "RArm", 2**32, voxel=VOXEL, seed=4, previous=whole)
 
 
-def test_what_is_no_robot_is_refused() -> None:
-    with pytest.raises(BadArgument, match="RobotModel"):
-        workspace("nao", "LArm", 10)  # type: ignore[arg-type]
-
-
 def test_a_sliding_joint_without_limits_is_named(tmp_path: Path) -> None:
     tree = made_up(tmp_path, J("rail", kind="prismatic"), J("arm", xyz=(0.1, 0, 0))).tree
     rail, arm = tree.joints

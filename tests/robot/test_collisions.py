@@ -325,7 +325,7 @@ def test_what_is_proven_apart_overlaps_in_no_configuration(tmp_path: Path, seed:
 
 
 def test_no_collision_of_the_meshes_is_missed() -> None:
-    _verdicts("v6", 500, 3)
+    _verdicts("v6", 200, 3)
 
 
 @pytest.mark.full

@@ -315,7 +315,7 @@ def test_a_data_frame_gives_the_values_of_its_columns(nao: nk.NaoModel) -> None:
 
     row = {name: values[0] for name, values in table.items()}
     assert np.array_equal(nao.configuration(Row(row)), expected[0])
-    with pytest.raises(BadArgument, match="a series with names, got Row"):
+    with pytest.raises(UnknownName, match="0"):
         nao.configuration(Row({0: 0.1}))
 
 

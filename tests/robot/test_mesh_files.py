@@ -116,14 +116,21 @@ print("all")
     assert _run(code, json.dumps(FLAT)).endswith("all\n")
 
 
-@pytest.mark.parametrize("scale", [".1 .1 .1", "1 1 0", "0 0 0", "-1 1 1", "1e300 1 1"])
-def test_any_scale_of_a_flat_mesh_is_exported_or_refused(tmp_path: Path, scale: str) -> None:
+def test_any_scale_of_a_flat_mesh_is_exported_or_refused(tmp_path: Path) -> None:
     vertices = "".join(f"v {x} {y} {0.3 * x}\n" for y in range(11) for x in range(11))
     faces = "".join(f"f {11 * y + x + 1} {11 * y + x + 2} {11 * y + x + 13}\n" for y in range(10) for x in range(10))
     (tmp_path / "plate.obj").write_text(vertices + faces)
-    path = _robot(tmp_path, _mesh("plate.obj", scale))
-    code = "import sys, nao_kin as nk; nk.export.srdf(nk.RobotModel.from_file(sys.argv[1]), sys.argv[2], samples=20)"
-    _run(code, str(path), str(tmp_path / "r.srdf"))
+    scales = [".1 .1 .1", "1 1 0", "0 0 0", "-1 1 1", "1e300 1 1"]
+    paths = [
+        _robot(tmp_path, _mesh("plate.obj", scale)).rename(tmp_path / f"{k}.urdf") for k, scale in enumerate(scales)
+    ]
+    code = """
+import sys, nao_kin as nk
+for path in sys.argv[1:]:
+    print(path, flush=True)  # the last one, if the process ends
+    nk.export.srdf(nk.RobotModel.from_file(path), f"{path}.srdf", samples=20)
+"""
+    assert _run(code, *map(str, paths)).split() == [*map(str, paths)]
 
 
 # --- damaged files --------------------------------------------------------------------------------------------------

@@ -24,11 +24,9 @@ from nao_kin.cli import doctor
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated, NotFinite, WrongShape
 from nao_kin.robot import build
-from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import VERSIONS, nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
-from nao_kin.robot.semantics import Mimic
 
 # --- building and unpickling ------------------------------------------------------------------------------------------
 
@@ -139,12 +137,6 @@ def test_a_follower_with_an_offset_must_suit_its_driver(offset_robot: nk.RobotMo
     with pytest.raises(CouplingViolated) as caught:
         offset_robot.configuration({"a": 0.25, "b": 0.5})
     assert (caught.value.primary_value, caught.value.mimic_value, caught.value.expected) == (0.25, 0.5, 1.0)
-
-
-def test_values_of_all_joints_have_multiplier_and_offset_of_those_that_follow() -> None:
-    coordinates = Coordinates(("a", "c"), {"b": Mimic("a", 2.0, 0.5), "d": Mimic("c", -1.0, 0.25)})
-    values = coordinates.with_mimics(np.array([[1.0, 10.0], [-2.0, 20.0]]), ("d", "a", "b", "c"))
-    assert values.tolist() == [[-9.75, 1.0, 2.5, 10.0], [-19.75, -2.0, -3.5, 20.0]]
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

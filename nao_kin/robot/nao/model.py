@@ -79,7 +79,7 @@ class NaoModel(RobotModel):
             >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
             ((26,), -0.17)
         """
-        return self._coordinates.with_mimics(self._configurations.joints(q), v6.BODY_ORDER)
+        return self.joints.values(self.checked(q))[..., [self.joints.row(name) for name in v6.BODY_ORDER]]
 
     def from_body(
         self,

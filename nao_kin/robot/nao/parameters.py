@@ -26,15 +26,7 @@ from nao_kin.robot.nao.rows import (
     VersionTables,
     VisualRow,
 )
-from nao_kin.robot.nao.v6 import (
-    CAMERAS,
-    COLLISION_SHAPES,
-    COUPLED_LIMITS,
-    FINGER_RATIO,
-    FINGERS,
-    JOINTS,
-    RESOLUTIONS,
-)
+from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS, RESOLUTIONS
 from nao_kin.robot.nao.versions import TABLES
 from nao_kin.robot.semantics import CoupledLimit, Mimic
 

@@ -225,6 +225,13 @@ class ShapeRow:
     source: str
 
 
+def of_both_sides(row: ShapeRow) -> tuple[ShapeRow, ShapeRow]:
+    """Return a shape on the left, and its mirror image in the xz plane on the right."""
+    (x, y, z), (a, b, c) = row.center_m, row.axis
+    name, parent = f"R{row.name[1:]}", f"R{row.parent[1:]}"
+    return row, replace(row, name=name, parent=parent, center_m=(x, -y + 0.0, z), axis=(a, -b + 0.0, c))
+
+
 @dataclass(frozen=True)
 class OutlineRow:
     """The area of a sole that touches the floor."""

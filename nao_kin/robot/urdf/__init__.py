@@ -22,11 +22,6 @@ from nao_kin.robot.urdf.tree import (
     has_quaternions as has_quaternions,
 )
 
-__all__ = [
-    "Packages",
-    "UnreadableShape",
-    "UrdfTree",
-    "read_robot",
-]
+__all__ = ["Packages", "UnreadableShape", "UrdfTree", "read_robot"]
 
 globals().update(_public_attributes(__name__))

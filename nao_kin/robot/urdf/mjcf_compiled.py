@@ -119,12 +119,12 @@ class MeshFiles:
 
 def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, Path, str]]:
     """Yield prefix, folder and `meshdir` of the models that a file attaches, and of the models that these attach."""
-    elements = list(_elements(path, path.parent, content))
-    models = {
-        model.get("name") or _model_name(path.parent / model.get("file", "")): model
-        for model in elements
-        if model.tag == "model"
-    }
+    elements, models = list(_elements(path, path.parent, content)), dict[str, ET.Element]()
+    for element in elements:
+        if element.tag == "model":
+            file = path.parent / element.get("file", "")
+            named = (root.get("model", "") for root in _elements(file, file.parent))
+            models[element.get("name") or next(named, "")] = element
     for element in elements:
         model = models.get(element.get("model", "")) if element.tag == "attach" else None
         if model is not None:
@@ -133,11 +133,6 @@ def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, P
             meshdirs = [inner.get("meshdir", inner.get("assetdir", "")) for inner in compilers]
             yield prefix, file.parent, next(filter(None, meshdirs), "")
             yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file))
-
-
-def _model_name(file: Path) -> str:
-    """Return the name that a file gives its model."""
-    return next((root.get("model", "") for root in _elements(file, file.parent)), "")
 
 
 def _elements(
