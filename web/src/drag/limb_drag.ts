@@ -1,5 +1,5 @@
 import type { PageWith } from "../app.ts";
-import { rotationAbout, type Placed } from "../ik/chain.ts";
+import type { Placed } from "../ik/chain.ts";
 import { Follower, type Followed, type Limb } from "../ik/limbs.ts";
 import { clamp } from "../math/numbers.ts";
 import {
@@ -10,6 +10,7 @@ import {
   plus,
   product,
   quaternionBetween,
+  rotationAbout,
   times,
   type Rotation,
   type Vector,

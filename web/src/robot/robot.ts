@@ -91,11 +91,6 @@ export class Robot extends Skeleton {
     return link;
   }
 
-  /** Pose of a frame in that of another one. */
-  poseIn(frame: string, reference: string) {
-    return between(this.frameNode(frame), this.frameNode(reference));
-  }
-
   /** The range of a coordinate, coupled limits included, in a configuration. */
   range(coordinate: Coordinate, q: ArrayLike<number>): [number, number] {
     return rangeOf(this.about, coordinate, q);
@@ -245,6 +240,6 @@ export class ShownRobot {
     if (!robot.about.floating && !isHeld) this.standing.place(robot.q, up);
     this.outside = robot.outside(robot.q);
     const joints = robot.joints.filter(({ column }) => this.outside.has(column));
-    this.colours.setOutside(new Set(joints.map(({ link }) => link)));
+    this.colours.mark("outside", new Set(joints.map(({ link }) => link)));
   }
 }

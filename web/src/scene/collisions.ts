@@ -119,7 +119,7 @@ export class Collisions {
     const { colours, legend } = this.page;
     const links = new Set(this.on ? this.pairs?.flat() : []);
     // The legend is built anew only when it changes: it may move the picture.
-    if (colours.setOverlapping(links)) {
+    if (colours.mark("overlapping", links)) {
       legend.set("overlap", links.size > 0 ? [entry("links that overlap", OVERLAP)] : []);
     }
   }

@@ -83,14 +83,7 @@ export class Editor {
     this.limits = player.page.stance.q.map(() => null);
     for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
     this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true), "Key frames");
-    this.track = new Track({
-      select: (place) => this.select(place),
-      grab: (place) => this.grab(place),
-      drag: (time) => this.drag(time),
-      release: () => this.draw(),
-      seek: (time) => this.seek(time),
-      press: (event, place) => this.press(event, place),
-    });
+    this.track = new Track(this);
     this.tools = new KeyTools(this);
     this.element.append(this.tools.element, this.track.element);
     player.addEventListener("time", () => this.track.setTime(this.now));
@@ -237,11 +230,13 @@ export class Editor {
     this.track.diamonds[place].focus();
   }
 
+  /** A pointer grabs a key. */
   grab(place: number) {
     this.select(place);
     this.before = { frames: this.frames, selected: place };
   }
 
+  /** The grabbed key is moved to a time. */
   drag(time: number) {
     this.show(this.before.frames.moving(this.before.selected, time));
   }
@@ -252,6 +247,7 @@ export class Editor {
     this.player.seek(frames.keys[place].time);
   }
 
+  /** A key of the keyboard is pressed on a key frame. */
   press(event: KeyboardEvent, place: number) {
     const step = event.shiftKey ? 0.01 : 0.1;
     const { track } = this;
