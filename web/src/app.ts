@@ -30,7 +30,7 @@ import { Stance } from "./stance.ts";
 import { Player } from "./timeline/player.ts";
 import { Toggles, ViewMenu } from "./view_menu.ts";
 import { THREE, cornersOf } from "./three.ts";
-import type { About, Camera, MeshcatViewer, Message, Vector } from "./types.ts";
+import type { About, Camera, Message, Vector } from "./types.ts";
 
 const byId = (id: string) => document.getElementById(id) as HTMLElement;
 
@@ -70,33 +70,23 @@ export class App extends EventTarget {
   received = 0;
   parts = new Parts();
   pane = byId("pane");
-  viewer: MeshcatViewer;
-  projection: Projection;
-  studio: Studio;
+  viewer = makeViewer(this);
+  projection = new Projection(this.viewer);
+  studio = new Studio(this.viewer);
   legend = new Legend(byId("legend"));
-  toggles: Toggles;
-  stance: Stance;
+  toggles = new Toggles(this);
+  stance = new Stance(this);
   streams = new Streams();
-  player: Player;
-  connection: Connection;
-  others: OtherRobots;
-  extras: Extras;
-  reports: Reports;
+  player = new Player(this, byId("player"), () => this.stance.followClip());
+  connection = new Connection(this);
+  others = new OtherRobots(this);
+  extras = new Extras(this);
+  reports = new Reports(this);
   drawn = 0;
 
   constructor() {
     super();
     document.body.dataset.role = this.role;
-    this.viewer = makeViewer(this);
-    this.projection = new Projection(this.viewer);
-    this.studio = new Studio(this.viewer);
-    this.toggles = new Toggles(this);
-    this.stance = new Stance(this);
-    this.player = new Player(this, byId("player"), () => this.stance.followClip());
-    this.connection = new Connection(this);
-    this.others = new OtherRobots(this);
-    this.extras = new Extras(this);
-    this.reports = new Reports(this);
   }
 
   // --- messages ------------------------------------------------------------------------------------------------

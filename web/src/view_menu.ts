@@ -15,23 +15,21 @@ export class ViewMenu {
     this.page.chooseFrames({ names, size: usual * 2 ** power });
   });
   boxes: Map<string, HTMLInputElement> = new Map();
-  sheet: HTMLDivElement;
+  sheet = element(
+    "div",
+    { className: "sheet" },
+    section("Show", this.page.toggles.bar),
+    this.frames(),
+    this.robot(),
+    this.pictures(),
+  );
   summary = element("summary", {}, "View");
-  menu: HTMLDetailsElement;
+  menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
 
   constructor(
     readonly page: App,
     top: HTMLElement,
   ) {
-    this.sheet = element(
-      "div",
-      { className: "sheet" },
-      section("Show", page.toggles.bar),
-      this.frames(),
-      this.robot(),
-      this.pictures(),
-    );
-    this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
     top.append(this.menu);
     const put = () => place(this.sheet, this.summary);
     this.menu.addEventListener("toggle", put);

@@ -24,9 +24,9 @@ export class Drag {
   held: ({ gesture: Gesture; first: Gesture } & Snapshot) | null = null;
   /** The grip that is highlighted because it is under the pointer or has the focus. */
   lit: Grip | null = null;
-  marks: Handles;
-  pointer: Pointer;
-  keys: HandleKeys;
+  marks = new Handles(this.page);
+  pointer = new Pointer(this.page, this, this.pane);
+  keys = new HandleKeys(this, this.bar);
 
   /**
    * @param line the element that shows what stops a drag
@@ -34,13 +34,10 @@ export class Drag {
    */
   constructor(
     readonly page: App,
-    pane: HTMLElement,
+    readonly pane: HTMLElement,
     public line: HTMLElement,
-    bar: HTMLElement,
+    readonly bar: HTMLElement,
   ) {
-    this.marks = new Handles(page);
-    this.pointer = new Pointer(page, this, pane);
-    this.keys = new HandleKeys(this, bar);
     for (const event of ["targets", "handles"]) page.addEventListener(event, () => this.keys.refresh());
   }
 

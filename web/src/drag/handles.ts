@@ -130,13 +130,12 @@ const [SIGHT, SMALL] = [0.25, 1.5];
  */
 export class Handles {
   shown = false;
-  list: Handle[];
+  list: Handle[] = limbsOf(this.page.robot.about).map((limb) => this.make(limb));
   /** The handle of a selected frame that is not the end of a limb; it stays until another such frame is selected. */
   own: Handle | null = null;
   rings: Ring[] = [];
 
   constructor(readonly page: Page) {
-    this.list = limbsOf(page.robot.about).map((limb) => this.make(limb));
     page.addEventListener("selected", () => this.refresh());
   }
 

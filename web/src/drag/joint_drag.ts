@@ -54,7 +54,7 @@ export function motionOf(robot: Robot, link: number, point: THREE.Vector3) {
 /** Drag of a link: the joint that carries it follows the pointer inside its limits; the rest of the robot stays. */
 export class JointDrag implements Gesture {
   /** The value that the pointer asks for, which may be outside the limits. */
-  wanted: number;
+  wanted = this.page.stance.q[this.motion.joint.column];
   swept: Swept;
 
   constructor(
@@ -64,7 +64,6 @@ export class JointDrag implements Gesture {
   ) {
     const { robot, stance, pick } = page;
     const { column } = motion.joint;
-    this.wanted = stance.q[column];
     this.swept = new Swept(pick.viewport, motion.origin, motion.direction, hold);
     const [most, fewest] = [Infinity, -Infinity].map((end) => farthest(robot.about, stance.q, column, end).value);
     this.swept.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);

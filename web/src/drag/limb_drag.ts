@@ -75,7 +75,7 @@ const said = (limb: Limb, ...parts: string[]) => {
  * link stays where it is.
  */
 export class LimbDrag implements Gesture {
-  follower: Follower;
+  follower = new Follower(this.handle.limb, this.page.stance.q);
   pulled: ReturnType<Viewport["pulled"]> | null;
   floor: number;
   /** Where the handle is, in the first link. */
@@ -87,8 +87,7 @@ export class LimbDrag implements Gesture {
     readonly handle: Handle,
     hold: Hold | null,
   ) {
-    const { pick, robot, stance } = page;
-    this.follower = new Follower(handle.limb, stance.q);
+    const { pick, robot } = page;
     const at = handle.knob.getWorldPosition(new THREE.Vector3());
     this.pulled = hold && pick.viewport.pulled(at, hold.ray);
     // The limb must not go below the floor; one that is already below must not go lower.
@@ -175,7 +174,7 @@ const [OFF, ASTRAY] = [1e-5, 1e-4];
  * can.
  */
 export class TurnDrag implements Gesture {
-  follower: Follower;
+  follower = new Follower(this.limb, this.page.stance.q);
   wanted = 0;
   reached = 0;
   swept: Swept | null;
@@ -186,8 +185,7 @@ export class TurnDrag implements Gesture {
     readonly axis: Vector,
     hold: Hold | null,
   ) {
-    const { robot, pick, stance } = page;
-    this.follower = new Follower(limb, stance.q);
+    const { robot, pick } = page;
     const node = robot.frameNode(limb.frame);
     const origin = node.getWorldPosition(new THREE.Vector3());
     const along = new THREE.Vector3(...axis).transformDirection(node.matrixWorld);

@@ -201,7 +201,7 @@ export class Targets {
 
 /** Drag of a target. Without a program, a message says that nothing follows the target. */
 class TargetGesture {
-  before: THREE.Matrix4;
+  before = this.target.node.matrix.clone();
   /** The target's place, and the direction of the axis that it is dragged by, in the world. */
   origin: THREE.Vector3;
   direction: THREE.Vector3 | null;
@@ -220,7 +220,6 @@ class TargetGesture {
     node.updateWorldMatrix(true, false);
     page.targets.note(target, false);
     page.send({ kind: "held", name: target.row.name, held: true });
-    this.before = node.matrix.clone();
     this.origin = new THREE.Vector3().setFromMatrixPosition(node.matrixWorld);
     this.direction = axis && new THREE.Vector3(...axis.axis).transformDirection(node.matrixWorld);
     this.swept = this.direction && hold && new Swept(page.pick.viewport, this.origin, this.direction, hold);

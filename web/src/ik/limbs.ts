@@ -32,7 +32,7 @@ type Kind = "foot" | "gaze" | "hand";
 
 /** A part of the robot that a handle moves: a frame, and the joints between it and the next branching of the tree. */
 export class Limb {
-  chain: Chain;
+  chain = new Chain(this.about, this.link);
   joints: JointAbout[] = [];
   /** The columns of the coordinates of these joints. */
   columns: number[] = [];
@@ -45,7 +45,6 @@ export class Limb {
     readonly link: number,
     readonly kind: Kind,
   ) {
-    this.chain = new Chain(about, link);
     const { joints } = this.chain;
     const enough = kind === "gaze" ? FOR_A_DIRECTION : FOR_A_PLACE;
     const carriers = about.joints.map((joint) => ({
@@ -105,7 +104,7 @@ export class Follower {
   /** Placements of the limb and of the coupled limbs at the start. */
   start: Placed;
   kept: { limb: Limb; placed: Placed }[];
-  columns: number[];
+  columns: number[] = [...new Set([this.limb, ...this.limb.coupled].flatMap(({ columns }) => columns))];
 
   constructor(
     readonly limb: Limb,
@@ -113,7 +112,6 @@ export class Follower {
   ) {
     this.start = limb.chain.forward(q);
     this.kept = limb.coupled.map((other) => ({ limb: other, placed: other.chain.forward(q) }));
-    this.columns = [...new Set([limb, ...limb.coupled].flatMap(({ columns }) => columns))];
   }
 
   /** Bring the frame to a place, near to the orientation at the start; for a gaze, look at the place. */

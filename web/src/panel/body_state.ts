@@ -20,16 +20,13 @@ export class BodyState {
   // Screen readers read it on demand, not at every step of a motion.
   balance = element("output", { ariaLive: "off", ariaLabel: "Balance" });
   /** Also the button that colours these links. */
-  overlap: HTMLButtonElement;
-  element: HTMLElement;
+  overlap = button("", () => this.panel.page.toggles.buttons.get("collisions")?.click());
+  element = element("div", { className: "body-state" }, this.balance, this.overlap);
   /** Whether the robot stands on feet: an arm that is bolted to the floor does not tip. */
-  hasFeet: boolean;
+  hasFeet = this.panel.page.robot.about.soles.length > 0;
 
   constructor(readonly panel: Panel) {
-    const { robot, toggles } = panel.page;
-    this.hasFeet = robot.about.soles.length > 0;
-    this.overlap = button("", () => toggles.buttons.get("collisions")?.click());
-    this.element = element("div", { className: "body-state" }, this.balance, this.overlap);
+    const { toggles } = panel.page;
     const press = () => this.overlap.setAttribute("aria-pressed", String(toggles.shown.collisions));
     panel.page.addEventListener("shown", press);
     press();

@@ -21,19 +21,16 @@ const BETWEEN = 1000 / 30;
 
 /** A control in the panel. */
 class Row {
-  value: Control["value"];
+  value = this.control.value;
   /** Number of changes in this page. */
   count = 0;
-  element: HTMLElement;
-  made: Made;
+  made = (MAKERS[this.control.kind] as (row: Row, control: Control) => Made)(this, this.control);
+  element = element("div", { className: `control ${this.control.kind}` }, ...this.made.elements);
 
   constructor(
     readonly controls: Controls,
     readonly control: Control,
   ) {
-    this.value = control.value;
-    this.made = (MAKERS[control.kind] as (row: Row, control: Control) => Made)(this, control);
-    this.element = element("div", { className: `control ${control.kind}` }, ...this.made.elements);
     if (control.kind === "slider") this.element.classList.add("joint");
     this.show(control.value);
   }

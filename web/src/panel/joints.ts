@@ -20,7 +20,7 @@ function ofJoint({ multiplier, offset }: Driven, range: [number, number]): [numb
 class JointRow extends NumberRow {
   coordinate: Coordinate;
   isCoupled: boolean;
-  element: HTMLDivElement;
+  element = element("div", { className: "joint" }, ...this.parts);
 
   /** @param partner the joint that shares its motor, if there is one */
   constructor(
@@ -35,7 +35,6 @@ class JointRow extends NumberRow {
     this.coordinate = coordinate;
     this.isCoupled = about.tables.some((table) => table.joint === joint.column);
     if (partner) this.title.append(element("i", { title: `Shares one motor with ${partner}` }, "⚭"));
-    this.element = element("div", { className: "joint" }, ...this.parts);
     this.element.dataset.joint = joint.name;
     this.element.onpointerdown = (event) => this.hold(event);
     this.element.ondblclick = ({ target }) => {

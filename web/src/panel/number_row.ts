@@ -10,7 +10,7 @@ export abstract class NumberRow {
   slider: HTMLInputElement;
   number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
   note = element("span", { className: "note", id: `note-${count++}` });
-  title: HTMLSpanElement;
+  title = element("span", { className: "name", title: this.name }, this.name);
   low = element("span", {});
   high = element("span", {});
   sign = element("span", { className: "unit" });
@@ -35,7 +35,6 @@ export abstract class NumberRow {
     };
     this.number.onkeydown = (event) => this.key(event);
     this.number.onblur = () => this.commit();
-    this.title = element("span", { className: "name", title: name }, name);
     const limits = element("span", { className: "limits", ariaHidden: "true" }, this.low, this.high);
     this.parts = [this.title, this.slider, this.number, this.sign, limits, this.note];
   }

@@ -22,7 +22,7 @@ const SERIES = 600;
  */
 export class Past extends EventTarget {
   history = new History<State>();
-  now: State;
+  now = this.snapshot;
   /** The state before the current step. */
   before: State | null = null;
   /** The keys, pointers, drag and series that keep the step open. */
@@ -33,7 +33,6 @@ export class Past extends EventTarget {
 
   constructor(readonly page: Page) {
     super();
-    this.now = this.snapshot;
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
     page.addEventListener("placed", (event) => this.settled((event as CustomEvent).detail.own));
     page.player.addEventListener("edited", () => this.settled(true));

@@ -29,18 +29,16 @@ const THEMES = { auto: "System", light: "Light", dark: "Dark" };
  * Events: "units" when another unit is chosen, "theme" when other colours are.
  */
 export class Settings extends EventTarget {
-  units: Choice;
-  keys: boolean;
+  units = {
+    angle: this.kept("angle") === "rad" ? "rad" : USUAL.angle,
+    length: this.kept("length") === "m" ? "m" : USUAL.length,
+  };
+  keys = this.kept("keys") !== "off";
   theme: string | undefined;
 
   /** @param own whether the page is for a user, and not only for taking a picture */
   constructor(readonly own: boolean) {
     super();
-    this.units = {
-      angle: this.kept("angle") === "rad" ? "rad" : USUAL.angle,
-      length: this.kept("length") === "m" ? "m" : USUAL.length,
-    };
-    this.keys = this.kept("keys") !== "off";
     const theme = own ? (this.kept("theme") ?? "auto") : "light";
     this.setTheme(Object.hasOwn(THEMES, theme) ? theme : "auto");
   }

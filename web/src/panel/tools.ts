@@ -85,15 +85,13 @@ export class Messages {
 
 /** The toolbar for the whole configuration: undo, reset, mirror, copy and others. */
 export class Tools {
-  undo: HTMLButtonElement;
-  redo: HTMLButtonElement;
+  undo = iconButton("undo", "Undo", () => this.panel.past.undo(), "Ctrl+Z", "Undo");
+  redo = iconButton("redo", "Redo", () => this.panel.past.redo(), "Ctrl+Shift+Z", "Redo");
   element: HTMLDivElement;
 
   constructor(readonly panel: Panel) {
     const { page, past, exchange } = panel;
     const { about } = page.robot;
-    this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z", "Undo");
-    this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z", "Redo");
     past.addEventListener("changed", () => this.refresh());
     const reset = iconButton("reset", "Reset to the beginning", () => panel.reset(), "", "Reset");
     const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror(), "", "Mirror");

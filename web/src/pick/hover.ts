@@ -100,7 +100,7 @@ class Highlight {
 
 /** Shows the link under the pointer: a tint on it, and its tip. */
 export class Hover {
-  highlight: Highlight;
+  highlight = new Highlight(this.page.robot);
   tip: Tip;
   waiting: { clientX: number; clientY: number } | null = null;
   found: (link: number | null) => void = () => {};
@@ -110,7 +110,6 @@ export class Hover {
     readonly picker: Picker,
     view: HTMLElement,
   ) {
-    this.highlight = new Highlight(page.robot);
     this.tip = new Tip(page, view);
     page.addEventListener("settled", () => this.tip.refresh());
   }

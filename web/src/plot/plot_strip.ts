@@ -21,13 +21,13 @@ const PATIENCE = 80;
  * While hidden, it draws nothing; the first points that the program plots open it.
  */
 export class PlotStrip {
-  coordinates: Coordinate[];
+  coordinates = this.player.page.robot.about.coordinates;
   /** Columns of the chosen joints; null for the joints that move most. */
   chosen: Set<number> | null = null;
   /** A copy of the robot's tree that computes poses in other configurations. */
   skeleton: OffScreen | undefined = undefined;
   waiting: ReturnType<typeof setTimeout> | undefined = undefined;
-  button: HTMLButtonElement;
+  button = this.player.switch("plot", "Plots", () => this.open(this.element.hidden !== false), "Plots");
   frames: HTMLSelectElement;
   joints: Plot;
   places: Plot;
@@ -45,8 +45,6 @@ export class PlotStrip {
   constructor(readonly player: Player) {
     const { page } = player;
     const { about } = page.robot;
-    this.coordinates = about.coordinates;
-    this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false), "Plots");
     this.frames = element(
       "select",
       { ariaLabel: "Frame to plot" },

@@ -47,14 +47,13 @@ function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, w
 
 /** Draws pictures of one size in the best quality, with labels and the page's background, instead of the view until `end`. */
 export class Pictures {
-  ink: CanvasRenderingContext2D;
+  ink = makeInk(this.width, this.height);
 
   constructor(
     readonly page: Page,
     readonly width: number,
     readonly height: number,
   ) {
-    this.ink = makeInk(width, height);
     Object.assign(page.studio, { alwaysFine: true, ratio: 1 });
     this.fit();
   }

@@ -79,7 +79,7 @@ export class Eyes {
   /** The rectangle on which an image is drawn. */
   sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
   flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
-  footprint: Footprint;
+  footprint = new Footprint(this.studio.viewer.scene);
 
   constructor(
     readonly robot: Robot,
@@ -88,7 +88,6 @@ export class Eyes {
   ) {
     lookAhead(this.camera);
     asMark(this.camera);
-    this.footprint = new Footprint(studio.viewer.scene);
   }
 
   get eyes() {

@@ -37,17 +37,19 @@ export class Ghosts {
   place: THREE.Matrix4 | null = null;
   group = asMark(new THREE.Group());
   private areBranches = true;
-  skeleton: OffScreen;
+  skeleton = new OffScreen(this.robot);
   /**
    * One material for each ghost, kept when the ghost is removed: otherwise the graphics card would compile a new one in each
    * step of a drag.
    */
   materials: THREE.MeshPhongMaterial[] = [];
-  shapes;
+  shapes = this.robot.meshes.map(({ mesh, link }) => ({
+    mesh,
+    link,
+    T_link_mesh: between(mesh, this.robot.nodes[link]),
+  }));
 
   constructor(readonly robot: Robot) {
-    this.skeleton = new OffScreen(robot);
-    this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: between(mesh, robot.nodes[link]) }));
     this.group.matrixAutoUpdate = false;
     (robot.root.parent as THREE.Object3D).add(this.group);
   }

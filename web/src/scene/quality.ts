@@ -37,15 +37,11 @@ export class Quality {
   moving = false;
   // Whether a pointer holds the view, so that the first change counts as part of a movement.
   expected = false;
-  frames: number;
+  frames = 0;
   /** The better level that was tried last; null if a level has been too slow since. */
   triedAt: number | null = null;
-  time: number;
-  quick: number;
-
-  constructor() {
-    this.frames = this.time = this.quick = 0;
-  }
+  time = 0;
+  quick = 0;
 
   /**
    * Choose how to draw the current frame. A single change is drawn in the best quality immediately, so nothing flickers.

@@ -10,7 +10,11 @@ import { Track } from "./track.ts";
 /** The buttons over the track of key frames, and the message about motion between keys that is too fast. */
 class KeyTools {
   add = element("button", { type: "button", className: "add", title: "Add key (K)" }, "Add key");
-  ofKey: HTMLButtonElement[];
+  ofKey: HTMLButtonElement[] = [
+    iconButton("replace", "Replace by the current configuration", () => this.editor.replacing(), "", "Replace"),
+    iconButton("copy", "Duplicate the key", () => this.editor.duplicating(), "", "Duplicate"),
+    iconButton("trash", "Delete the key", () => this.editor.remove(this.editor.selected), "Del", "Delete"),
+  ];
   interpolation = element(
     "select",
     { ariaLabel: "Interpolation", title: "Interpolation between the keys" },
@@ -24,11 +28,6 @@ class KeyTools {
   constructor(readonly editor: Editor) {
     this.add.onclick = () => editor.adding();
     /** The buttons that act on the selected key. */
-    this.ofKey = [
-      iconButton("replace", "Replace by the current configuration", () => editor.replacing(), "", "Replace"),
-      iconButton("copy", "Duplicate the key", () => editor.duplicating(), "", "Duplicate"),
-      iconButton("trash", "Delete the key", () => editor.remove(editor.selected), "Del", "Delete"),
-    ];
     this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
     this.slow.onclick = () => editor.slowDown();
     const actions = [this.add, ...this.ofKey, this.interpolation];
@@ -71,20 +70,14 @@ export class Editor {
   /** The key frames before the drag of a key, and the place of that key. */
   before = { frames: this.frames, selected: this.selected };
   element = element("section", { className: "keys", hidden: true, ariaLabel: "Key frames" });
-  names: Map<number, string>;
-  limits: (number | null)[];
-  button: HTMLButtonElement;
-  track: Track;
-  tools: KeyTools;
+  names = new Map(this.player.page.robot.about.coordinates.map(({ column, joint }) => [column, joint]));
+  limits: (number | null)[] = this.player.page.stance.q.map(() => null);
+  button = this.player.switch("key", "Key frames", () => this.open(!this.isOpen, true), "Key frames");
+  track = new Track(this);
+  tools = new KeyTools(this);
 
   constructor(public player: Player) {
-    const { about } = player.page.robot;
-    this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
-    this.limits = player.page.stance.q.map(() => null);
-    for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
-    this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true), "Key frames");
-    this.track = new Track(this);
-    this.tools = new KeyTools(this);
+    for (const { column, velocity } of player.page.robot.about.coordinates) this.limits[column] = velocity;
     this.element.append(this.tools.element, this.track.element);
     player.addEventListener("time", () => this.track.setTime(this.now));
     document.addEventListener("keydown", (event) => this.addKey(event));

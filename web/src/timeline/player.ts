@@ -43,7 +43,7 @@ export class Player extends EventTarget {
   playback: Playback | null = null;
   /** The state that the bar shows. */
   shownState: string | undefined = undefined;
-  button: HTMLButtonElement;
+  button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
   scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
   clock = element("output", { ariaLive: "off" });
   loop = element("button", { type: "button", className: "loop", title: "Repeat" }, "↻");
@@ -62,7 +62,6 @@ export class Player extends EventTarget {
     readonly begin: () => void,
   ) {
     super();
-    this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
     this.loop.ariaLabel = "Repeat";
     this.loop.onclick = () => this.setLoop(!this.looping);

@@ -22,14 +22,12 @@ export class Track {
   spans = element("div", { className: "spans" });
   playhead = element("div", { className: "playhead" });
   row = element("div", { className: "row", role: "group", ariaLabel: "Key frames" });
-  lane: HTMLDivElement;
-  element: HTMLDivElement;
+  lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
+  element = element("div", { className: "track" }, this.lane);
   dragging: boolean | undefined;
 
   constructor(readonly editor: Editor) {
     this.ruler.setAttribute("aria-hidden", "true");
-    this.lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
-    this.element = element("div", { className: "track" }, this.lane);
     this.element.onpointerdown = (event) => this.down(event);
     this.element.onwheel = (event) => {
       // Along the track, or with Shift, the wheel scrolls.
