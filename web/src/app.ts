@@ -5,7 +5,7 @@ import { Targets } from "./drag/targets.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
 import { handleMessage } from "./messages.ts";
 import { Controls } from "./panel/controls.ts";
-import { button, toolbar } from "./panel/element.ts";
+import { button, toolbar, write } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Streams } from "./plot/streams.ts";
@@ -157,9 +157,7 @@ export class App extends EventTarget {
 
   /** Say in the empty picture why it is empty; without a text there is a picture. */
   blank(text: string = "") {
-    const line = byId("blank");
-    if (line.textContent !== text) line.textContent = text;
-    line.hidden = text === "";
+    write(byId("blank"), text);
   }
 
   // --- the robot, for scripts in the browser's console: these call `stance` --------------------------------------

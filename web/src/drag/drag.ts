@@ -1,5 +1,6 @@
 import type { App } from "../app.ts";
 import type { Ray } from "three";
+import { write } from "../panel/element.ts";
 import { clearGhosts } from "../scene/ghosts.ts";
 import { AXES, type Axis } from "../scene/shapes.ts";
 import type { Snapshot } from "../stance.ts";
@@ -169,7 +170,6 @@ export class Drag {
   }
 
   say(text: string) {
-    if (this.line.textContent !== text) this.line.textContent = text;
-    this.line.hidden = text === "";
+    write(this.line, text);
   }
 }

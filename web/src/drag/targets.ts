@@ -2,6 +2,7 @@ import type { PageWith } from "../app.ts";
 import type { Vector } from "../math/rotations.ts";
 import type { Viewport } from "../pick/pick.ts";
 import type { Received } from "../received.ts";
+import { Changes } from "../reports.ts";
 import { AXES, makeArrow, makeTriad, turnAlong, type Axis } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
@@ -28,8 +29,6 @@ interface TargetGrip extends Grip {
 const SIZE = 0.09;
 const [BALL, FROM, TO, RING] = [0.022, 0.034, 0.07, 0.056];
 const COLOUR = 0xc2255c;
-// The least time between two reports of a target [ms].
-const BETWEEN = 1000 / 30;
 
 /** A target: a point or a pose in the robot's root, with grips if it can be dragged. */
 class Target {
@@ -106,10 +105,11 @@ export class Targets {
   group = asMark(new THREE.Group());
   list: Target[] = [];
   gripsShown = true;
-  /** The poses, by name, of the targets that were moved in this page; undo restores them. */
-  placed = new Map<string, number[]>();
-  /** The moved targets that have not been reported to the program yet. */
-  waiting = new Set<Target>();
+  /** The poses of the targets that were moved in this page. */
+  changes = new Changes<Target, number[]>(this.page, ({ row, node, count }) => {
+    const source = `${this.page.reports.source} ${count}`;
+    this.page.send({ kind: "target", name: row.name, matrix: node.matrix.toArray(), source });
+  });
 
   constructor(readonly page: Page) {
     page.robot.root.add(this.group);
@@ -132,7 +132,7 @@ export class Targets {
       const target = old ?? new Target(this.page, row);
       known.delete(keyOf(row));
       const isNews = this.page.reports.isNews(`target ${keyOf(row)}`, row, target.count);
-      if (!old || (isNews && !this.waiting.has(target))) target.node.matrix.fromArray(row.matrix);
+      if (!old || (isNews && !this.changes.waiting.has(target))) target.node.matrix.fromArray(row.matrix);
       return target;
     });
     const isSame = known.size === 0 && list.length === this.list.length && list.every((one, i) => one === this.list[i]);
@@ -165,37 +165,21 @@ export class Targets {
     target.node.updateWorldMatrix(true, true);
     this.page.viewer.set_dirty();
     target.count += 1;
-    if (this.waiting.size === 0) setTimeout(() => this.report(), BETWEEN);
-    this.waiting.add(target);
+    this.changes.later(target);
     this.note(target, true);
   }
 
-  /**
-   * Remember the pose of a target, for undo. Event of the page: "placed".
-   *
-   * @param own whether the user has just moved it in this page
-   */
+  /** @param own whether the user has just moved it in this page */
   note({ row, node }: Target, own: boolean) {
-    this.placed = new Map(this.placed).set(row.name, node.matrix.toArray());
-    this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
+    this.changes.note(row.name, node.matrix.toArray(), own);
   }
 
   /** Move the targets back to earlier poses. */
-  restore(placed: Targets["placed"]) {
-    for (const [name, matrix] of placed) {
+  restore(placed: Targets["changes"]["kept"]) {
+    this.changes.restore(placed, (name, matrix) => {
       const target = this.movable.find(({ row }) => row.name === name);
-      if (!target || String(matrix) === String(this.placed.get(name))) continue;
-      this.move(target, new THREE.Matrix4().fromArray(matrix));
-    }
-    this.placed = placed;
-  }
-
-  report() {
-    const { source } = this.page.reports;
-    for (const { row, node, count } of this.waiting) {
-      this.page.send({ kind: "target", name: row.name, matrix: node.matrix.toArray(), source: `${source} ${count}` });
-    }
-    this.waiting.clear();
+      if (target) this.move(target, new THREE.Matrix4().fromArray(matrix));
+    });
   }
 }
 
@@ -232,7 +216,7 @@ class TargetGesture {
   }
 
   end() {
-    this.page.targets.report();
+    this.page.targets.changes.report();
     this.page.send({ kind: "held", name: this.target.row.name, held: false });
   }
 

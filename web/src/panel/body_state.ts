@@ -1,6 +1,6 @@
 import { THREE } from "../three.ts";
 import { spoken, unitOf } from "../values/units.ts";
-import { button, element } from "./element.ts";
+import { button, div, element, write } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /** The directions over an edge, by quarters of a turn to the left from the front. */
@@ -21,7 +21,7 @@ export class BodyState {
   balance = element("output", { ariaLive: "off", ariaLabel: "Balance" });
   /** Also the button that colours these links. */
   overlap = button("", () => this.panel.page.toggles.buttons.get("collisions")?.click());
-  element = element("div", { className: "body-state" }, this.balance, this.overlap);
+  element = div("body-state", this.balance, this.overlap);
   /** Whether the robot stands on feet: an arm that is bolted to the floor does not tip. */
   hasFeet = this.panel.page.robot.about.soles.length > 0;
 
@@ -72,9 +72,7 @@ export class BodyState {
 }
 
 function say(output: HTMLElement, text: string, state: "good" | "warn" | "bad", title: string) {
-  // Only a change is written: this runs in every step of a movement.
-  if (output.textContent !== text) output.textContent = text;
+  write(output, text);
   output.dataset.state = state;
   output.title = title;
-  output.hidden = text === "";
 }

@@ -43,8 +43,7 @@ export class Exchange {
 
   askForText() {
     const field = element("textarea", { rows: 8, spellcheck: false, ariaLabel: "Text of a configuration" });
-    const problem = element("p", { className: "problem", id: "paste-problem" });
-    problem.setAttribute("role", "alert");
+    const problem = element("p", { className: "problem", id: "paste-problem", role: "alert" });
     field.setAttribute("aria-describedby", problem.id);
     const apply = button("Show it", () => {
       const reason = this.show(field.value);

@@ -1,6 +1,6 @@
 import type { PageWith } from "../app.ts";
 import { THREE } from "../three.ts";
-import { element, handleKey, openDialog } from "./element.ts";
+import { div, element, handleKey, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { remember } from "./settings.ts";
 
@@ -142,7 +142,7 @@ export class Keys {
         ),
       ),
     );
-    openDialog("Keys", element("div", { className: "keys" }, ...sections));
+    openDialog("Keys", div("keys", ...sections));
   }
 }
 

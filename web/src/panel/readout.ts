@@ -6,7 +6,7 @@ import type { About } from "../types.ts";
 import { unitOf, withUnit, type Choice } from "../values/units.ts";
 import { differences } from "../values/configurations.ts";
 import { BodyState } from "./body_state.ts";
-import { button, element, iconButton } from "./element.ts";
+import { button, div, element, iconButton } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /**
@@ -63,11 +63,7 @@ class Numbers {
     // Screen readers read it on demand, not at every step of a motion.
     output: element("output", { ariaLive: "off" }),
   }));
-  box = element(
-    "div",
-    { className: "numbers" },
-    ...this.cells.map(({ name, output }) => element("div", {}, name, output)),
-  );
+  box = div("numbers", ...this.cells.map(({ name, output }) => element("div", {}, name, output)));
 
   constructor(
     readonly count: number,
@@ -113,15 +109,14 @@ export class Readout {
   /** The difference to a ghost or to the last posture: the joints that differ most, and the way of the frame. */
   difference = new Numbers(6, 3);
   compared = element("h3");
-  apart = element("div", { className: "apart" }, this.compared, this.difference.box);
+  apart = div("apart", this.compared, this.difference.box);
   /** More of a pose: the rotation in other forms, the buttons that copy it, and the centre of mass. */
   rest = element(
     "div",
     { className: "rest", id: "rest-of-pose" },
     this.rotation.box,
-    element(
-      "div",
-      { className: "copies" },
+    div(
+      "copies",
       "Copy",
       ...COPIES.map(({ name, title, text }) => {
         const copy = button(name, () => void this.panel.exchange.copy(text(poseNumbers(this.pose)), name));
@@ -159,14 +154,7 @@ export class Readout {
     this.element = element(
       "section",
       { className: "readout", ariaLabel: "Pose of a frame, or a measurement" },
-      element(
-        "div",
-        { className: "which" },
-        this.frame,
-        ...this.line,
-        place,
-        element("div", {}, this.measure, this.more),
-      ),
+      div("which", this.frame, ...this.line, place, element("div", {}, this.measure, this.more)),
       this.numbers.box,
       this.apart,
       this.rest,

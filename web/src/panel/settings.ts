@@ -1,5 +1,5 @@
 import { USUAL, type Choice } from "../values/units.ts";
-import { element } from "./element.ts";
+import { div, element } from "./element.ts";
 
 const PREFIX = "nao-kin.";
 
@@ -98,5 +98,5 @@ function choice(
     radio.onchange = () => choose(value);
     return element("label", {}, radio, element("span", {}, text));
   });
-  return element("fieldset", {}, element("legend", {}, legend), element("div", { className: "choice" }, ...radios));
+  return element("fieldset", {}, element("legend", {}, legend), div("choice", ...radios));
 }

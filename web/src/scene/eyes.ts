@@ -1,5 +1,5 @@
 import type { PageWith } from "../app.ts";
-import { element } from "../panel/element.ts";
+import { div, element, select } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Eye } from "../types.ts";
@@ -29,17 +29,17 @@ function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye
 /** Make the frame in the page around the camera's picture. */
 export function makeSight(page: Page) {
   const onchange = () => {
-    page.eyes.show(select.value);
+    page.eyes.show(list.value);
     page.viewer.set_dirty();
   };
-  const names = page.robot.about.eyes.map(({ name }) => new Option(name, name));
-  const select = element("select", { ariaLabel: "Camera of the robot", onchange }, ...names);
-  const picture = element("div", { className: "sight" });
+  const names = page.robot.about.eyes.map(({ name }) => name);
+  const list = select("Camera of the robot", names, onchange);
+  const picture = element("div", { className: "sight", role: "img" });
   const field = element("span", { title: "Horizontal and vertical field of view" });
-  const caption = element("div", { className: "caption" }, select, field);
+  const caption = div("caption", list, field);
   const box = element("div", { id: "eye", hidden: true }, picture, caption);
   page.pane.after(box);
-  return { box, picture, select, field, pane: page.pane };
+  return { box, picture, select: list, field, pane: page.pane };
 }
 
 /** An image of a camera from the program. */
@@ -142,7 +142,6 @@ export class Eyes {
     });
     this.drawGround();
     const shown = this.eye && this.images.get(this.eye.name)?.texture;
-    this.sight.picture.setAttribute("role", "img");
     this.sight.picture.ariaLabel = shown ? "Image from the program" : "What the camera sees";
     this.studio.viewer.set_dirty();
   }

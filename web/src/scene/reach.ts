@@ -1,6 +1,6 @@
 import type { PageWith } from "../app.ts";
 import { firstWhere, fixed } from "../math/numbers.ts";
-import { element } from "../panel/element.ts";
+import { element, select } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
@@ -37,11 +37,7 @@ export class Reach {
   group: THREE.Group | null = null;
   flipped = false;
 
-  axis = element(
-    "select",
-    { ariaLabel: "Axis of the cut", onchange: () => this.turn() },
-    ...AXES.map((name) => element("option", { value: name }, name)),
-  );
+  axis = select("Axis of the cut", AXES, () => this.turn());
   slider = element("input", {
     type: "range",
     step: "any",

@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { element, iconButton, handleKey } from "../panel/element.ts";
+import { button, div, element, handleKey, iconButton, select } from "../panel/element.ts";
 import { sampled } from "./formats.ts";
 import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
 import type { Interpolation } from "./motion.ts";
@@ -15,28 +15,19 @@ class KeyTools {
     iconButton("copy", "Duplicate the key", () => this.editor.duplicating(), "", "Duplicate"),
     iconButton("trash", "Delete the key", () => this.editor.remove(this.editor.selected), "Del", "Delete"),
   ];
-  interpolation = element(
-    "select",
-    { ariaLabel: "Interpolation", title: "Interpolation between the keys" },
-    element("option", { value: "linear" }, "Linear"),
-    element("option", { value: "smooth" }, "Smooth"),
+  interpolation = select("Interpolation", Object.entries({ linear: "Linear", smooth: "Smooth" }), () =>
+    this.editor.interpolate(this.interpolation.value as Interpolation),
   );
   problem = element("span", { className: "problem", role: "status" });
-  slow = element("button", { type: "button" }, "Slow down");
+  slow = button("Slow down", () => this.editor.slowDown());
   element: HTMLDivElement;
 
   constructor(readonly editor: Editor) {
     this.add.onclick = () => editor.adding();
     /** The buttons that act on the selected key. */
-    this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
-    this.slow.onclick = () => editor.slowDown();
+    this.interpolation.title = "Interpolation between the keys";
     const actions = [this.add, ...this.ofKey, this.interpolation];
-    this.element = element(
-      "div",
-      { className: "head" },
-      element("div", { className: "actions" }, ...actions),
-      element("div", { className: "tooFast" }, this.problem, this.slow),
-    );
+    this.element = div("head", div("actions", ...actions), div("tooFast", this.problem, this.slow));
   }
 
   refresh(tooFast: { text: string }[]) {
@@ -246,12 +237,12 @@ export class Editor {
     const { track } = this;
     const last = this.frames.count - 1;
     const move = (by: number) => this.show(this.frames.moving(place, this.frames.keys[place].time + by));
-    const select = (other: number) => () => this.select(clamp(other, 0, last));
+    const go = (other: number) => () => this.select(clamp(other, 0, last));
     const remove = () => this.remove(place);
     handleKey(event, {
       ...{ ArrowLeft: () => move(-step), ArrowRight: () => move(step) },
-      ...{ ArrowUp: select(place - 1), ArrowDown: select(place + 1), Home: select(0), End: select(last) },
-      ...{ Enter: select(place), Delete: remove, Backspace: remove },
+      ...{ ArrowUp: go(place - 1), ArrowDown: go(place + 1), Home: go(0), End: go(last) },
+      ...{ Enter: go(place), Delete: remove, Backspace: remove },
       ...{ "+": () => track.setZoom(2 * track.zoom), "-": () => track.setZoom(track.zoom / 2) },
     });
   }

@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { element } from "../panel/element.ts";
+import { div, element } from "../panel/element.ts";
 import type { Editor } from "./editor.ts";
 import type { KeyFrames } from "./key_frames.ts";
 
@@ -18,16 +18,15 @@ export class Track {
   /** The fingers on the track and where they are [px]. */
   fingers: Map<number, number> = new Map();
   diamonds: HTMLElement[] = [];
-  ruler = element("div", { className: "ruler" });
-  spans = element("div", { className: "spans" });
-  playhead = element("div", { className: "playhead" });
+  ruler = element("div", { className: "ruler", ariaHidden: "true" });
+  spans = div("spans");
+  playhead = div("playhead");
   row = element("div", { className: "row", role: "group", ariaLabel: "Key frames" });
-  lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
-  element = element("div", { className: "track" }, this.lane);
+  lane = div("lane", this.ruler, this.spans, this.playhead, this.row);
+  element = div("track", this.lane);
   dragging: boolean | undefined;
 
   constructor(readonly editor: Editor) {
-    this.ruler.setAttribute("aria-hidden", "true");
     this.element.onpointerdown = (event) => this.down(event);
     this.element.onwheel = (event) => {
       // Along the track, or with Shift, the wheel scrolls.
