@@ -255,6 +255,3 @@ export class App extends EventTarget {
     this.studio.look(preset, robots, this.bar);
   }
 }
-
-/** The page with only the parts that a module uses. */
-export type PageWith<Names extends keyof App> = EventTarget & { [Name in Names]: App[Name] };

@@ -1,6 +1,4 @@
-import type { PageWith } from "./app.ts";
-
-type Page = PageWith<"cameraPose" | "role" | "send" | "stance">;
+import type { App } from "./app.ts";
 
 /**
  * Whether a configuration that the program sends is an old report of this page, which the page has since replaced.
@@ -82,7 +80,7 @@ export class Reports {
   /** The targets and controls as the program sent them last on this connection. */
   heard = new Map<string, string>();
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   /**
    * Whether a target or control is sent because it has changed, and not with another one that has: the program sends its

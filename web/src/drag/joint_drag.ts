@@ -1,12 +1,10 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { joints, unitText } from "../pick/facts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Gesture, Hold } from "./gestures.ts";
 import { farthest, type Stop } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
-
-type Page = PageWith<"panel" | "pick" | "robot" | "stance">;
 
 /**
  * How a link moves with the coordinate of the joint that carries it: about a line in the world or along a direction, with
@@ -58,7 +56,7 @@ export class JointDrag implements Gesture {
   swept: Swept;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly motion: NonNullable<ReturnType<typeof motionOf>>,
     hold: Hold,
   ) {

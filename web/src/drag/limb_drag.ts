@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Placed } from "../ik/chain.ts";
 import { Follower, type Followed, type Limb } from "../ik/limbs.ts";
 import { clamp } from "../math/numbers.ts";
@@ -25,15 +25,13 @@ import type { Gesture, Handle, Hold } from "./gestures.ts";
 import { degrees, millimetres } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
 
-type Page = PageWith<"ghosts" | "panel" | "pick" | "robot" | "stance">;
-
 // A way is followed in strides of this length [m], or in the largest number of them.
 const [STRIDE, STRIDES] = [0.02, 15];
 // What is farther from its place [m] or its direction [rad] is said.
 const [AWAY, TURNED] = [1e-4, 1e-3];
 
 /** The joints that a limit holds, with the limits; empty if none is held. */
-function heldJoints({ panel, robot }: Page, { q, held }: Followed) {
+function heldJoints({ panel, robot }: App, { q, held }: Followed) {
   const { coordinates } = robot.about;
   return held
     .map((column) => coordinates.find((one) => one.column === column) as Coordinate)
@@ -83,7 +81,7 @@ export class LimbDrag implements Gesture {
   says = "";
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly handle: Handle,
     hold: Hold | null,
   ) {
@@ -180,7 +178,7 @@ export class TurnDrag implements Gesture {
   swept: Swept | null;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly limb: Limb,
     readonly axis: Vector,
     hold: Hold | null,

@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Vector } from "../math/rotations.ts";
 import type { Viewport } from "../pick/pick.ts";
 import type { Received } from "../received.ts";
@@ -10,8 +10,6 @@ import { THREE } from "../three.ts";
 import type { Gesture, Grip, Hold } from "./gestures.ts";
 import { highlight, inWorld, makeKnob, makeRing } from "./handles.ts";
 import { Swept } from "./swept_angle.ts";
-
-type Page = PageWith<"labels" | "pick" | "reports" | "robot" | "send" | "studio" | "targets" | "viewer">;
 
 type Row = Received["targets"]["targets"][number];
 
@@ -38,7 +36,7 @@ class Target {
   count = 0;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly row: Row,
   ) {
     const scale = page.studio.markScale;
@@ -111,7 +109,7 @@ export class Targets {
     this.page.send({ kind: "target", name: row.name, matrix: node.matrix.toArray(), source });
   });
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     page.robot.root.add(this.group);
   }
 
@@ -194,7 +192,7 @@ class TargetGesture {
   pulled: ReturnType<Viewport["pulled"]> | null;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly target: Target,
     readonly axis: Axis | null,
     hold: Hold | null,

@@ -1,13 +1,11 @@
 import "./controls.css";
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { clamp } from "../math/numbers.ts";
 import type { Control } from "../types.ts";
 import { format, spoken, type Unit } from "../values/units.ts";
 import { button, div, element, select } from "./element.ts";
 import { Changes } from "../reports.ts";
 import { NumberRow } from "./number_row.ts";
-
-type Page = PageWith<"reports" | "send">;
 
 type Of<Kind extends Control["kind"]> = Extract<Control, { kind: Kind }>;
 
@@ -125,7 +123,7 @@ export class Controls {
   note = element("p", {}, "These work while their program is connected.");
   element = element("section", { className: "controls", ariaLabel: "Program", hidden: true }, this.list, this.note);
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     const refresh = () => {
       const isLive = document.body.dataset.live === "live";
       this.list.disabled = !isLive;

@@ -1,10 +1,8 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Targets } from "../drag/targets.ts";
 import type { Controls } from "./controls.ts";
 import type { Snapshot } from "../stance.ts";
 import type { Edited } from "../timeline/editor.ts";
-
-type Page = PageWith<"controls" | "player" | "stance" | "targets">;
 
 /** The state that undo restores: the configuration, targets and controls that were moved, and the key frames if any. */
 type State = Snapshot & { edited?: Edited; placed: Targets["changes"]["kept"]; chosen: Controls["changes"]["kept"] };
@@ -31,7 +29,7 @@ export class Past extends EventTarget {
   series: EventTarget | null = null;
   timer = 0;
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     super();
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
     page.addEventListener("placed", (event) => this.settled((event as CustomEvent).detail.own));

@@ -1,13 +1,11 @@
 import "./tip.css";
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { asMark } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
 import type { Picker } from "./pick.ts";
-
-type Page = PageWith<"axes" | "panel" | "robot" | "viewer">;
 
 // The distance between the pointer and the tip [px].
 const BESIDE = 16;
@@ -24,7 +22,7 @@ class Tip {
 
   /** @param view the element that the card stays inside */
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly view: HTMLElement,
   ) {
     this.card.append(this.name, this.joint, this.pair, this.value);
@@ -106,7 +104,7 @@ export class Hover {
   found: (link: number | null) => void = () => {};
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly picker: Picker,
     view: HTMLElement,
   ) {

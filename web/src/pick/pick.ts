@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { limbsOf } from "../ik/limbs.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/shapes.ts";
@@ -9,8 +9,6 @@ import type { MeshcatViewer } from "../types.ts";
 import { frameOf } from "./facts.ts";
 import { Hover } from "./hover.ts";
 import { Measure } from "./measure.ts";
-
-type Page = PageWith<"axes" | "labels" | "panel" | "robot" | "studio" | "viewer">;
 
 const SIZE = 0.062;
 
@@ -25,7 +23,7 @@ class Selection {
   triad: THREE.Group | null = null;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly about = page.robot.about,
   ) {}
 
@@ -71,7 +69,7 @@ export class Pick {
   measure = new Measure(this.page);
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly pane: HTMLElement,
   ) {}
 }

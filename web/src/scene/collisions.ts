@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Received } from "../received.ts";
 import { entry } from "./legend.ts";
 import { OVERLAP } from "./link_colours.ts";
@@ -86,8 +86,6 @@ export class SelfCollision {
   }
 }
 
-type Page = PageWith<"colours" | "legend" | "panel" | "robot" | "toggles">;
-
 /** Finds the links that overlap whenever the robot moves, and can show them in a colour of their own. */
 export class Collisions {
   on = false;
@@ -95,7 +93,7 @@ export class Collisions {
   pairs: [number, number][] | null = null;
   private search: SelfCollision | null = null;
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   receive(hulls: Received["hulls"]) {
     this.search = new SelfCollision(hulls);

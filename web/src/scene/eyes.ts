@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { div, element, select } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
@@ -6,8 +6,6 @@ import type { Eye } from "../types.ts";
 import type { Received } from "../received.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import type { Studio } from "./studio.ts";
-
-type Page = PageWith<"eyes" | "pane" | "robot" | "viewer">;
 
 // The field of view if it is unknown [rad], and the length of the drawn frustum as a share of the robot's size.
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
@@ -27,7 +25,7 @@ function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye
 }
 
 /** Make the frame in the page around the camera's picture. */
-export function makeSight(page: Page) {
+export function makeSight(page: App) {
   const onchange = () => {
     page.eyes.show(list.value);
     page.viewer.set_dirty();

@@ -1,12 +1,10 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { asMark, between, isInside, OffScreen } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { Standing } from "../robot/standing.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";
 import type { Received } from "../received.ts";
-
-type Page = PageWith<"ghosts" | "panel" | "robot" | "show" | "stance" | "toggles">;
 
 // The colour of a ghost for comparison.
 const COMPARED = "#3f7fd9";
@@ -131,7 +129,7 @@ function makeMaterial(place: number) {
  * @param place the pose of their root in the scene, if it is known
  */
 export function showGhosts(
-  page: Page,
+  page: App,
   { qs, count, opacity, first }: Received["ghosts"],
   place: THREE.Matrix4 | null = null,
 ) {
@@ -162,12 +160,12 @@ function placeOf(robot: Robot, q: number[]) {
   return found;
 }
 
-export function clearGhosts(page: Page) {
+export function clearGhosts(page: App) {
   showGhosts(page, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
 }
 
 /** Keep the robot, as it stands there now, as a ghost. */
-export function keepGhost(page: Page) {
+export function keepGhost(page: App) {
   const ghost = { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null };
   showGhosts(page, ghost, page.robot.placement());
 }

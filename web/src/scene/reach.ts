@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { firstWhere, fixed } from "../math/numbers.ts";
 import { element, select } from "../panel/element.ts";
 import type { Received } from "../received.ts";
@@ -6,8 +6,6 @@ import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
 import { onScale, scaleBar } from "./legend.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
-
-type Page = PageWith<"legend" | "robot" | "viewer">;
 
 interface Voxel {
   centre: Vector;
@@ -48,7 +46,7 @@ export class Reach {
   flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     public bar: HTMLElement,
   ) {
     this.flip.onclick = () => {

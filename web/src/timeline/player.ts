@@ -1,5 +1,5 @@
 import "./timeline.css";
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { div, element, iconButton, type IconName, select, toolbar } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
 import { Editor } from "./editor.ts";
@@ -7,8 +7,6 @@ import type { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
 import { ClipPlayback, MotionPlayback, type Curves } from "./playback.ts";
 import { Recording } from "./recorder.ts";
-
-type Page = PageWith<"panel" | "pick" | "reports" | "robot" | "role" | "stance" | "streams" | "viewer">;
 
 type Playback = ClipPlayback | MotionPlayback;
 
@@ -57,7 +55,7 @@ export class Player extends EventTarget {
 
   /** @param begin called before the clip takes over the robot's vertical */
   constructor(
-    public page: Page,
+    public page: App,
     public bar: HTMLElement,
     readonly begin: () => void,
   ) {
