@@ -5,7 +5,7 @@ import { clearGhosts } from "../scene/ghosts.ts";
 import { AXES, type Axis } from "../scene/shapes.ts";
 import type { Snapshot } from "../stance.ts";
 import type { Gesture, Grip, Hold } from "./gestures.ts";
-import { HandleKeys, type Holdable } from "./handle_keys.ts";
+import { HandleKeys } from "./handle_keys.ts";
 import { Handles, nearest, turnsOf, type Pointed } from "./handles.ts";
 import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
@@ -55,8 +55,11 @@ export class Drag {
     return this.holdables.length > 0;
   }
 
-  /** What can be moved by keyboard: the handles, and the targets of the program. */
-  get holdables(): Holdable[] {
+  /**
+   * What can be moved by keyboard, the handles and the targets of the program: its name, the frame in which its position is
+   * announced, and the axes that it can turn about.
+   */
+  get holdables() {
     const { page } = this;
     const handles = this.handles.map((handle) => ({
       name: handle.limb.frame,

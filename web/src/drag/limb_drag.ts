@@ -1,6 +1,7 @@
 import type { App } from "../app.ts";
 import type { Placed } from "../ik/chain.ts";
-import { Follower, type Followed, type Limb } from "../ik/limbs.ts";
+import type { Descended } from "../ik/least_squares.ts";
+import { Follower, type Limb } from "../ik/limbs.ts";
 import { clamp } from "../math/numbers.ts";
 import {
   angleBetween,
@@ -24,6 +25,9 @@ import type { Coordinate } from "../types.ts";
 import type { Gesture, Handle, Hold } from "./gestures.ts";
 import { degrees, millimetres } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
+
+/** What a drag reaches. */
+type Followed = Pick<Descended, "q" | "held">;
 
 // A way is followed in strides of this length [m], or in the largest number of them.
 const [STRIDE, STRIDES] = [0.02, 15];

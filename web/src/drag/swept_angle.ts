@@ -11,12 +11,6 @@ interface Ray {
   direction: Vector;
 }
 
-/** A point on an axis, and the axis's unit direction. */
-interface Line {
-  origin: Vector;
-  direction: Vector;
-}
-
 // An axis within 20° of the view plane counts as seen from the side: the sine of that angle.
 const FROM_THE_SIDE = Math.sin((20 * Math.PI) / 180);
 
@@ -56,7 +50,7 @@ export class SweptAngle {
 
   /** @param least distance from the axis [m] within which the pointer gives no angle */
   constructor(
-    readonly axis: Line,
+    readonly axis: Ray,
     readonly point: Vector,
     readonly eye: Vector,
     readonly least: number,

@@ -93,12 +93,6 @@ export function limbsOf(about: About) {
   return limbs;
 }
 
-/** What a drag reaches: the configuration, and the columns of the coordinates that are held by a limit. */
-export interface Followed {
-  q: number[];
-  held: number[];
-}
-
 /** Moves a limb from a configuration, while the limbs that are coupled to it stay. Poses are in the robot's first link. */
 export class Follower {
   /** Placements of the limb and of the coupled limbs at the start. */
@@ -147,7 +141,7 @@ export class Follower {
   }
 
   /** Meet tasks, while the coupled limbs stay. */
-  meet(own: Task[], q: readonly number[], rest: number = 0): Followed {
+  meet(own: Task[], q: readonly number[], rest: number = 0) {
     const tasks = [...own, ...this.stay];
     const { about } = this.limb;
     const found = descend(about, tasks, this.columns, q, rest);

@@ -5,6 +5,7 @@ import { THREE } from "../three.ts";
 import type { Eye } from "../types.ts";
 import type { Received } from "../received.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
+import { BODY } from "./camera.ts";
 import type { Studio } from "./studio.ts";
 
 // The field of view if it is unknown [rad], and the length of the drawn frustum as a share of the robot's size.
@@ -13,9 +14,7 @@ const REACH = 0.3;
 const [NEAR, FAR] = [0.025, 60];
 /** Turn a camera of three.js, which looks along −z with y up, so that it looks along x with z up, as the robot's do. */
 function lookAhead(camera: THREE.PerspectiveCamera) {
-  const { Vector3 } = THREE;
-  const turn = new THREE.Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0));
-  camera.quaternion.setFromRotationMatrix(turn);
+  camera.quaternion.setFromRotationMatrix(BODY.clone().transpose());
 }
 
 function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye, near: number, far: number) {
@@ -285,12 +284,7 @@ export function groundInView(pose: THREE.Matrix4, horizontal: number, vertical: 
   const level = Math.hypot(forwards.x, forwards.y) > 1e-9 ? forwards : up;
   level.setZ(0).normalize();
   const [y, z] = [Math.tan(horizontal / 2), Math.tan(vertical / 2)];
-  const rays = [
-    [y, z],
-    [-y, z],
-    [-y, -z],
-    [y, -z],
-  ].map(([left, above]) => new THREE.Vector3(1, left, above).transformDirection(pose));
+  const rays = [y, -y, -y, y].map((left, i) => new THREE.Vector3(1, left, i < 2 ? z : -z).transformDirection(pose));
   // Positive for rays that meet the floor within reach, and linear along an edge, which is cut where it is 0.
   const inside = rays.map((ray) => -HORIZON * ray.z - eye.z * ray.dot(level));
   const corners = rays.flatMap((ray, i) => {
