@@ -21,7 +21,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.viewer.messages import RetainedMessages, named_key, packed, panel_message, typed_array
 from nao_kin.viewer.overlays import checked_name, number
-from nao_kin.viewer.shown_scene import Changes
+from nao_kin.viewer.shown_scene import Listed, Listing
 
 MAX_POINTS = 100_000
 # Title of the plot of margins.
@@ -201,7 +201,7 @@ _MAX_WAITING = 16
 Value = float | int | str
 
 
-class Control:
+class Control(Listed):
     """A button, slider, select or text in the panel of the page, made by `Viewer.add_button` and the like.
 
     Attributes:
@@ -223,10 +223,8 @@ class Control:
         callback: Callable[..., object] | None,
         controls: Controls,
     ) -> None:
-        self.name = name
-        self._value: Any = value
-        self._row, self._checked, self._source = row, checked, controls.source()
-        self._callback, self._controls = callback, controls
+        super().__init__(name, value, controls)
+        self._row, self._checked, self._callback = row, checked, callback
 
     @property
     def value(self) -> Any:
@@ -250,7 +248,7 @@ class Control:
     def value(self, value: Value) -> None:
         if self._row["kind"] == "button":
             raise BadArgument(f"{abbreviated(self.name)} is a button: its value counts its presses and cannot be set")
-        self._controls.set(self, self._checked(value), self._controls.source())
+        self._listing.set(self, self._checked(value), self._listing.source())
 
     def remove(self) -> None:
         """Remove the control from the page; does nothing the second time.
@@ -258,19 +256,14 @@ class Control:
         Examples:
             >>> nk.Viewer(nk.load_nao()).add_button("go").remove()
         """
-        self._controls.remove(self)
+        self._listing.remove(self)
 
     def __repr__(self) -> str:
-        return f"<Control {self.name}{f': {self._value}' if self._controls.has(self) else ', removed'}>"
+        return f"<Control {self.name}{f': {self._value}' if self._listing.has(self) else ', removed'}>"
 
 
-class Controls:
+class Controls(Listing[Control]):
     """The controls of a viewer, by name, in the order in which they were added."""
-
-    def __init__(self, messages: RetainedMessages, lock: threading.RLock, changes: Changes) -> None:
-        self._messages, self._lock, self._changes = messages, lock, changes
-        self._controls: dict[str, Control] = {}
-        self.source = messages.source
 
     def add(
         self,
@@ -281,34 +274,11 @@ class Controls:
         callback: Callable[..., object] | None,
     ) -> Control:
         """Add a control, instead of the one of the same name; `checked` returns a value that it can have, or raises."""
-        control = Control(checked_name(name), row, checked(value), checked, callback, self)
-        with self._lock:
-            self._controls[control.name] = control
-            self._send()
-        return control
-
-    def has(self, control: Control) -> bool:
-        """Return whether a control was neither removed nor replaced."""
-        return self._controls.get(control.name) is control
-
-    def set(self, control: Control, value: Value, source: str) -> None:
-        """Set a value; `source` names the change."""
-        with self._lock:
-            if not self.has(control):
-                raise BadArgument(f"{abbreviated(control.name)} was removed from the viewer")
-            control._value, control._source = value, source
-            self._send()
-
-    def remove(self, control: Control) -> None:
-        """Remove a control, if it is there."""
-        with self._lock:
-            if self.has(control):
-                del self._controls[control.name]
-                self._send()
+        return self.put(Control(name, row, checked(value), checked, callback, self))
 
     def receive(self, name: object, value: object, source: str) -> None:
         """Take a value that a user set in a page, and call the function of the control; other values are ignored."""
-        control = self._controls.get(name) if isinstance(name, str) else None
+        control = self.named(name)
         if control is None or (control._row.get("edited") is False):
             return
         with self._lock:
@@ -326,12 +296,11 @@ class Controls:
         if self.has(control) and control._callback is not None:
             control._callback(*(() if pressed else (control.value,)))
 
-    def _send(self) -> None:
-        rows = [
+    def _rows(self) -> list[dict[str, Any]]:
+        return [
             {"name": control.name, "value": control._value, "source": control._source, **control._row}
-            for control in self._controls.values()
+            for control in self._items.values()
         ]
-        self._messages.put("controls", panel_message("controls", {"controls": rows}))
 
 
 def in_range(ends: tuple[float, float], value: float) -> float:

@@ -7,7 +7,8 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +19,7 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
-from nao_kin.viewer.messages import RetainedMessages, panel_message
+from nao_kin.viewer.messages import RetainedMessages, packed, panel_message
 from nao_kin.viewer.overlays import checked_name
 
 # --- The page whose playback is followed.
@@ -218,7 +219,63 @@ def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
 MoveCallback = Callable[[Floats], object]
 
 
-class Target:
+class Listed:
+    """An item of a `Listing`: its name, its value, and the source of the value's last change."""
+
+    def __init__(self, name: str, value: Any, listing: Listing[Any]) -> None:
+        self.name = checked_name(name)
+        self._value, self._listing, self._source = value, listing, listing.source()
+
+
+Item = TypeVar("Item", bound=Listed)
+
+
+class Listing(Generic[Item]):
+    """Items of a program by name, in the order in which they were added; pages get the list whole."""
+
+    def __init__(self, kind: str, messages: RetainedMessages, lock: threading.RLock, changes: Changes) -> None:
+        self._kind, self._messages, self._lock, self._changes = kind, messages, lock, changes
+        self._items: dict[str, Item] = {}
+        self.source = messages.source
+
+    def put(self, item: Item) -> Item:
+        """Add an item, instead of the one of the same name."""
+        with self._lock:
+            self._items[item.name] = item
+            self._send()
+        return item
+
+    def has(self, item: Item) -> bool:
+        """Return whether an item was neither removed nor replaced."""
+        return self._items.get(item.name) is item
+
+    def named(self, name: object) -> Item | None:
+        """Return the item of a name that a page sent."""
+        return self._items.get(name) if isinstance(name, str) else None
+
+    def set(self, item: Item, value: Any, source: str) -> None:
+        """Set a value; `source` names the change."""
+        with self._lock:
+            if not self.has(item):
+                raise BadArgument(f"{abbreviated(item.name)} was removed from the viewer")
+            item._value, item._source = value, source
+            self._send()
+
+    def remove(self, item: Item) -> None:
+        """Remove an item, if it is there."""
+        with self._lock:
+            if self.has(item):
+                del self._items[item.name]
+                self._send()
+
+    def _rows(self) -> list[dict[str, Any]]:
+        raise NotImplementedError
+
+    def _send(self) -> None:
+        self._messages.put(self._kind, panel_message(self._kind, {self._kind: self._rows()}))
+
+
+class Target(Listed):
     """A position or a pose in the robot's root frame that a user can drag in the page, made by `Viewer.add_target`.
 
     Attributes:
@@ -232,14 +289,13 @@ class Target:
     """
 
     def __init__(self, name: str, T: Floats, callbacks: Mapping[str, MoveCallback | None], targets: Targets) -> None:
-        self.name = name
-        self._T, self._callbacks, self._targets = T, callbacks, targets
-        self._source = targets.source()
+        super().__init__(name, T, targets)
+        self._callbacks = callbacks
 
     @property
     def T(self) -> Floats:
         """The current position, shape (3,) [m], or pose, shape (4, 4), in the form that `add_target` got."""
-        return np.array(self._T)
+        return np.array(self._value)
 
     def place(self, T: ArrayLike) -> None:
         """Move the target; this does not call `on_move`.
@@ -257,9 +313,9 @@ class Target:
             [0.2, 0.2, 0.0]
         """
         array = checked_target(T, "T")
-        if array.shape != self._T.shape:
-            raise WrongShape("T", str(self._T.shape), array.shape)
-        self._targets.place(self, array)
+        if array.shape != self._value.shape:
+            raise WrongShape("T", str(self._value.shape), array.shape)
+        self._listing.set(self, array, self._listing.source())
 
     def remove(self) -> None:
         """Remove the target from the scene; does nothing the second time.
@@ -268,76 +324,44 @@ class Target:
             >>> ball = nk.Viewer(nk.load_nao()).add_target("ball", [0.2, 0.1, 0.1])
             >>> ball.remove()
         """
-        self._targets.remove(self)
+        self._listing.remove(self)
 
     def __repr__(self) -> str:
-        return f"<Target {self.name}{'' if self._targets.has(self) else ', removed'}>"
+        return f"<Target {self.name}{'' if self._listing.has(self) else ', removed'}>"
 
 
-class Targets:
+class Targets(Listing[Target]):
     """The targets of a viewer: marks of `show_targets`, and those of `add_target` by name."""
 
-    def __init__(self, messages: RetainedMessages, lock: threading.RLock, changes: Changes) -> None:
-        self._messages, self._lock, self._changes = messages, lock, changes
-        self._marks: dict[str, Floats] = {}
-        self._added: dict[str, Target] = {}
-        self.source = messages.source
+    _marks: Mapping[str, Floats] = MappingProxyType({})
 
     def show(self, poses: Mapping[str, ArrayLike]) -> None:
         """Mark positions or poses, instead of the previous ones."""
         marks = {str(name): checked_target(T, f"target {abbreviated(name)}") for name, T in poses.items()}
+        packed(" ".join(marks))  # refuses names that cannot be sent
         with self._lock:
-            self._send(marks, self._added)
             self._marks = marks
+            self._send()
 
     def add(self, name: str, T: ArrayLike, **callbacks: MoveCallback | None) -> Target:
         """Add a target that can be dragged, instead of the one of the same name; on_move, on_grab and on_release."""
-        target = Target(checked_name(name), checked_target(T, "T"), callbacks, self)
-        with self._lock:
-            added = {**self._added, target.name: target}
-            self._send(self._marks, added)
-            self._added = added
-        return target
-
-    def has(self, target: Target) -> bool:
-        """Return whether a target was neither removed nor replaced."""
-        return self._added.get(target.name) is target
-
-    def place(self, target: Target, T: Floats) -> None:
-        """Move a target for the program."""
-        with self._lock:
-            if not self.has(target):
-                raise BadArgument(f"{target.name} was removed from the viewer")
-            target._T, target._source = T, self.source()
-            self._send(self._marks, self._added)
-
-    def remove(self, target: Target) -> None:
-        """Remove a target, if it is there."""
-        with self._lock:
-            if self.has(target):
-                del self._added[target.name]
-                self._send(self._marks, self._added)
+        return self.put(Target(name, checked_target(T, "T"), callbacks, self))
 
     def receive(self, name: object, matrix: object, source: str) -> None:
         """Move a target as a user did in a page, and call its `on_move`."""
-        target = self._added.get(name) if isinstance(name, str) else None
+        target = self.named(name)
         if target is None:
             return
         try:
             T = checked_target(np.reshape(as_floats(matrix, (16,), "matrix"), (4, 4)).T, "T")  # type: ignore[arg-type]
+            self.set(target, T[:3, 3].copy() if target._value.ndim == 1 else T, source)
         except (NaoKinError, ValueError):
             return
-        T = T[:3, 3].copy() if target._T.ndim == 1 else T
-        with self._lock:
-            if not self.has(target):
-                return
-            target._T, target._source = T, source
-            self._send(self._marks, self._added)
         self._call(target, "on_move")
 
     def hold(self, name: object, held: object) -> None:
         """Call `on_grab` or `on_release` of a target that a user grabbed or let go in a page."""
-        target = self._added.get(name) if isinstance(name, str) else None
+        target = self.named(name)
         if target is not None and isinstance(held, bool):
             self._call(target, "on_grab" if held else "on_release")
 
@@ -350,10 +374,9 @@ class Targets:
         if self.has(target):
             function(target.T)
 
-    def _send(self, marks: Mapping[str, Floats], added: Mapping[str, Target]) -> None:
-        rows = [_row(name, T) for name, T in marks.items()]
-        rows += [{**_row(name, target._T), "source": target._source} for name, target in added.items()]
-        self._messages.put("targets", panel_message("targets", {"targets": rows}))
+    def _rows(self) -> list[dict[str, Any]]:
+        added = [{**_row(name, target._value), "source": target._source} for name, target in self._items.items()]
+        return [_row(name, T) for name, T in self._marks.items()] + added
 
 
 def checked_target(target: ArrayLike, what: str) -> Floats:

@@ -127,8 +127,8 @@ class Viewer(Guessing):
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
         self._camera_pose: Floats | None = None
-        self._targets = Targets(self._messages, self._lock, self._changes)
-        self._controls = Controls(self._messages, self._lock, self._changes)
+        self._targets = Targets("targets", self._messages, self._lock, self._changes)
+        self._controls = Controls("controls", self._messages, self._lock, self._changes)
         self._images = NamedMessages(self._messages, "image", "images", "cameras")
         self._streams = Streams(self._messages)
         self._send_robot(self._look)

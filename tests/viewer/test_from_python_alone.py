@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,7 +12,6 @@ from made_up_robots import J, made_up
 from viewer_pages import messages_of
 
 import nao_kin as nk
-from nao_kin.errors import NaoKinError
 from nao_kin.viewer import Viewer, handles
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.shown_scene import Changes
@@ -194,31 +192,6 @@ def test_one_page_that_goes_leaves_no_other_one_behind(nao: nk.NaoModel) -> None
     viewer._messages.watch(heard.append)
     viewer.display(nao.posture("Crouch"))
     assert heard == ["joints"]
-
-
-@pytest.mark.full
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda v: v.show_targets({"\ud800": [0, 0, 0]}), "half a surrogate pair"),
-        (lambda v: v.add_robot(v.robot, name="\ud800"), "half a surrogate pair"),
-        (lambda v: v.add_points("\ud800", [[0, 0, 0]]), "half a surrogate pair"),
-        (lambda v: v.save_png("x.png", size=(8, 600)), "size must be at least 16, got 8"),
-        (lambda v: v.remove([]), r"unknown shape '\[\]'"),
-        (lambda v: v.rest([]), r"unknown posture '\[\]'"),
-        (lambda v: v.animate([]), r"qs must have shape \(..., 25\), got \(0,\)"),
-        (lambda v: v.animate("walk.csv"), "qs must be real numbers, got 'walk.csv'"),
-    ],
-)
-def test_what_no_page_can_show_is_refused_in_one_line_and_nothing_changes(
-    nao: nk.NaoModel, call: Callable[[Viewer], object], message: str
-) -> None:
-    viewer = Viewer(nao)
-    before = viewer.static_html()
-    with pytest.raises(NaoKinError, match=message) as refused:
-        call(viewer)
-    assert "\n" not in str(refused.value)
-    assert viewer.static_html() == before
 
 
 def test_numbers_of_numpy_are_numbers(nao: nk.NaoModel) -> None:

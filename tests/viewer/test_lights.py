@@ -16,7 +16,7 @@ from viewer_pages import messages_of, until
 
 import nao_kin as nk
 from nao_kin.cli.naoqi import follow
-from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
+from nao_kin.errors import UnknownName
 from nao_kin.export.meshes import MESH_FOLDER
 from nao_kin.naoqi import VirtualNao, light_colours, spoken_words
 from nao_kin.robot.nao.model import nao_urdf_path
@@ -148,29 +148,6 @@ def test_a_group_is_all_its_lights_and_a_light_beside_it_its_own(viewer: Viewer)
     assert _colours(viewer) == {"Chest": [0.0, 1.0, 0.0]}
     viewer.show_lights({})
     assert _colours(viewer) == {}
-
-
-@pytest.mark.parametrize(
-    ("colours", "error", "line"),
-    [
-        ({"LeftEye8": (1, 1, 1)}, UnknownName, r"unknown light 'LeftEye8' \(nearest: LeftEye"),
-        ({3: (1, 1, 1)}, UnknownName, "unknown light '3'"),
-        ({"Chest": (1.0, 0.0)}, WrongShape, r"colour of Chest"),
-        ({"Chest": 1.0}, WrongShape, r"colour of Chest"),
-        ({"Chest": (1.0, 0.0, 0.0, 1.0)}, WrongShape, r"colour of Chest"),
-        ({"Chest": "red"}, BadArgument, r"colour of Chest must be real numbers, got 'red'"),
-        ({"Chest": (255, 0, 0)}, BadArgument, r"colour of Chest must be red, green and blue from 0 to 1, got 0 to 255"),
-        ({"Chest": (0.0, -0.1, 0.0)}, BadArgument, r"from 0 to 1, got -0.1 to 0"),
-        ({"Chest": (0.0, np.nan, 0.0)}, NotFinite, r"colour of Chest"),
-    ],
-)
-def test_what_is_no_light_and_no_colour_is_refused(
-    viewer: Viewer, colours: Any, error: type[Exception], line: str
-) -> None:
-    viewer.show_lights({"RightFoot": (0.0, 0.5, 1.0)})
-    with pytest.raises(error, match=line):
-        viewer.show_lights(colours)
-    assert _colours(viewer) == {"RightFoot": [0.0, 0.5, 1.0]}
 
 
 def test_the_same_lights_a_thousand_times_are_one_message(nao: nk.NaoModel) -> None:

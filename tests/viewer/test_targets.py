@@ -14,7 +14,7 @@ from viewer_pages import messages_of, until
 
 import nao_kin as nk
 from nao_kin._core.files import png
-from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, UnknownName, WrongShape
+from nao_kin.errors import BadArgument
 from nao_kin.viewer import Target, panels
 
 
@@ -224,30 +224,3 @@ def test_margins_of_the_balance_come_with_their_clip_and_go_with_it(viewer: nk.V
 
 
 # --- refusals ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("call", "error", "text"),
-    [
-        (lambda v: v.add_target("a", [1.0, 2.0]), WrongShape, r"\(3,\) or \(4, 4\)"),
-        (lambda v: v.add_target("a", np.diag([1.0, 1.0, -1.0, 1.0])), NotARotation, "rotation"),
-        (lambda v: v.add_target("a", [np.nan, 0.0, 0.0]), NotFinite, "T must be finite"),
-        (lambda v: v.add_target("", [0.0, 0.0, 0.0]), BadArgument, "1 to 200 characters"),
-        (lambda v: v.show_image("CameraTpo", None), UnknownName, "nearest: CameraTop"),
-        (lambda v: v.show_image("CameraTop", np.zeros((2, 2, 4), np.uint8)), WrongShape, r"\(h, w, 3\) or \(h, w\)"),
-        (lambda v: v.show_image("CameraTop", np.zeros((2, 2))), BadArgument, "uint8"),
-        (lambda v: v.show_image("CameraTop", np.zeros((0, 2), np.uint8)), WrongShape, "image"),
-        (lambda v: v.show_image("CameraTop", b"GIF89a"), BadArgument, "PNG or JPEG"),
-        (lambda v: v.show_image("CameraTop", "top.png"), WrongShape, "image"),
-        (lambda v: v.plot("a", np.nan), NotFinite, "finite"),
-        (lambda v: v.plot("a", 1.0, time=np.inf), NotFinite, "time must be finite"),
-        (lambda v: v.plot("a", [1.0, 2.0]), WrongShape, "value"),
-        (lambda v: v.plot("a", {}), BadArgument, "no values"),
-        (lambda v: v.plot("a", None), UnknownName, "unknown plot"),
-        (lambda v: (v.plot("a", {"x": 1.0}), v.plot("a", {"y": 1.0})), UnknownName, "unknown line 'y'"),
-    ],
-)
-def test_bad_input_is_refused_in_one_line(viewer: nk.Viewer, call: Any, error: type[NaoKinError], text: str) -> None:
-    with pytest.raises(error, match=text) as caught:
-        call(viewer)
-    assert "\n" not in str(caught.value)

@@ -5,7 +5,7 @@ import { Targets } from "./drag/targets.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
 import { handleMessage } from "./messages.ts";
 import { Controls } from "./panel/controls.ts";
-import { button, toolbar } from "./panel/element.ts";
+import { button, toolbar, write } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Streams } from "./plot/streams.ts";
@@ -30,7 +30,7 @@ import { Stance } from "./stance.ts";
 import { Player } from "./timeline/player.ts";
 import { Toggles, ViewMenu } from "./view_menu.ts";
 import { THREE, cornersOf } from "./three.ts";
-import type { About, Camera, MeshcatViewer, Message, Vector } from "./types.ts";
+import type { About, Camera, Message, Vector } from "./types.ts";
 
 const byId = (id: string) => document.getElementById(id) as HTMLElement;
 
@@ -70,33 +70,23 @@ export class App extends EventTarget {
   received = 0;
   parts = new Parts();
   pane = byId("pane");
-  viewer: MeshcatViewer;
-  projection: Projection;
-  studio: Studio;
+  viewer = makeViewer(this);
+  projection = new Projection(this.viewer);
+  studio = new Studio(this.viewer);
   legend = new Legend(byId("legend"));
-  toggles: Toggles;
-  stance: Stance;
+  toggles = new Toggles(this);
+  stance = new Stance(this);
   streams = new Streams();
-  player: Player;
-  connection: Connection;
-  others: OtherRobots;
-  extras: Extras;
-  reports: Reports;
+  player = new Player(this, byId("player"), () => this.stance.followClip());
+  connection = new Connection(this);
+  others = new OtherRobots(this);
+  extras = new Extras(this);
+  reports = new Reports(this);
   drawn = 0;
 
   constructor() {
     super();
     document.body.dataset.role = this.role;
-    this.viewer = makeViewer(this);
-    this.projection = new Projection(this.viewer);
-    this.studio = new Studio(this.viewer);
-    this.toggles = new Toggles(this);
-    this.stance = new Stance(this);
-    this.player = new Player(this, byId("player"), () => this.stance.followClip());
-    this.connection = new Connection(this);
-    this.others = new OtherRobots(this);
-    this.extras = new Extras(this);
-    this.reports = new Reports(this);
   }
 
   // --- messages ------------------------------------------------------------------------------------------------
@@ -167,9 +157,7 @@ export class App extends EventTarget {
 
   /** Say in the empty picture why it is empty; without a text there is a picture. */
   blank(text: string = "") {
-    const line = byId("blank");
-    if (line.textContent !== text) line.textContent = text;
-    line.hidden = text === "";
+    write(byId("blank"), text);
   }
 
   // --- the robot, for scripts in the browser's console: these call `stance` --------------------------------------
@@ -267,6 +255,3 @@ export class App extends EventTarget {
     this.studio.look(preset, robots, this.bar);
   }
 }
-
-/** The page with only the parts that a module uses. */
-export type PageWith<Names extends keyof App> = EventTarget & { [Name in Names]: App[Name] };

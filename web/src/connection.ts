@@ -1,7 +1,5 @@
-import type { PageWith } from "./app.ts";
+import type { App } from "./app.ts";
 import { button } from "./panel/element.ts";
-
-type Page = PageWith<"complete" | "notice" | "reports" | "viewer">;
 
 /** The wait before the first attempt to reconnect, and the longest wait, from the sixth attempt on [ms]. */
 const FIRST = 500;
@@ -36,7 +34,7 @@ export class Connection {
   socket: WebSocket | undefined;
   port: MessagePort | undefined;
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   /**
    * Read the scene that a saved page contains.

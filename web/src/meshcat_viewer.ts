@@ -1,10 +1,6 @@
-import type { PageWith } from "./app.ts";
+import type { App } from "./app.ts";
 import { resize } from "./scene/studio.ts";
 import { THREE } from "./three.ts";
-
-type Page = PageWith<
-  "blank" | "drawn" | "labels" | "pane" | "player" | "receive" | "reports" | "robot" | "stance" | "studio"
->;
 
 /**
  * Make the renderer that meshcat draws with. Its canvas has no antialiasing, which would slow down every frame of a
@@ -26,7 +22,7 @@ function makeRenderer(pane: HTMLElement) {
  * is brought up to date, and the studio draws it. meshcat's own loop asks for every frame of the browser; here only a change
  * asks for one.
  */
-export function makeViewer(page: Page) {
+export function makeViewer(page: App) {
   const { pane } = page;
   const viewer = new MeshCat.Viewer(pane, false, makeRenderer(pane));
   let isAwake = false;

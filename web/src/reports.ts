@@ -1,6 +1,4 @@
-import type { PageWith } from "./app.ts";
-
-type Page = PageWith<"cameraPose" | "role" | "send" | "stance">;
+import type { App } from "./app.ts";
 
 /**
  * Whether a configuration that the program sends is an old report of this page, which the page has since replaced.
@@ -22,6 +20,48 @@ export function isOutdated(source: string, mine: string, newest: number, plays: 
 // Time between two reports of the configuration during playback, and of the camera [ms].
 const [BETWEEN, BETWEEN_LOOKS] = [1000 / 30, 100];
 
+/**
+ * What the user changes of what the program shows, its targets or controls, by name: the program is told within 1/30 s, and
+ * undo restores it.
+ */
+export class Changes<Row, Value> {
+  /** The latest values of what was changed in this page. */
+  kept = new Map<string, Value>();
+  /** The rows that have not been reported to the program yet. */
+  waiting = new Set<Row>();
+
+  constructor(
+    readonly page: EventTarget,
+    readonly send: (row: Row) => void,
+  ) {}
+
+  later(row: Row) {
+    if (this.waiting.size === 0) setTimeout(() => this.report(), BETWEEN);
+    this.waiting.add(row);
+  }
+
+  report() {
+    this.waiting.forEach(this.send);
+    this.waiting.clear();
+  }
+
+  /**
+   * Remember a value, for undo. Event of the page: "placed".
+   *
+   * @param own whether the user has just changed it in this page
+   */
+  note(name: string, value: Value, own: boolean) {
+    this.kept = new Map(this.kept).set(name, value);
+    this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
+  }
+
+  /** Set what differs from earlier values. */
+  restore(kept: Map<string, Value>, put: (name: string, value: Value) => void) {
+    for (const [name, value] of kept) if (String(value) !== String(this.kept.get(name))) put(name, value);
+    this.kept = kept;
+  }
+}
+
 /** Reports the configuration of the robot to the program. */
 export class Reports {
   /** The name of this page. */
@@ -40,7 +80,7 @@ export class Reports {
   /** The targets and controls as the program sent them last on this connection. */
   heard = new Map<string, string>();
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   /**
    * Whether a target or control is sent because it has changed, and not with another one that has: the program sends its

@@ -1,5 +1,5 @@
 import type { App } from "./app.ts";
-import { button, element, place } from "./panel/element.ts";
+import { button, div, element, place } from "./panel/element.ts";
 import { saveFilm } from "./record/film.ts";
 import { saveScreenshot } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
@@ -15,23 +15,14 @@ export class ViewMenu {
     this.page.chooseFrames({ names, size: usual * 2 ** power });
   });
   boxes: Map<string, HTMLInputElement> = new Map();
-  sheet: HTMLDivElement;
+  sheet = div("sheet", section("Show", this.page.toggles.bar), this.frames(), this.robot(), this.pictures());
   summary = element("summary", {}, "View");
-  menu: HTMLDetailsElement;
+  menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
 
   constructor(
     readonly page: App,
     top: HTMLElement,
   ) {
-    this.sheet = element(
-      "div",
-      { className: "sheet" },
-      section("Show", page.toggles.bar),
-      this.frames(),
-      this.robot(),
-      this.pictures(),
-    );
-    this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
     top.append(this.menu);
     const put = () => place(this.sheet, this.summary);
     this.menu.addEventListener("toggle", put);
@@ -118,7 +109,7 @@ function section(title: string, ...children: Node[]) {
 }
 
 function row(...children: Node[]) {
-  return element("div", { className: "row" }, ...children);
+  return div("row", ...children);
 }
 
 /** A slider with a number, filled up to it; `then` is called when the user moves it. */

@@ -1,11 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Chain, rotationAbout } from "../src/ik/chain.ts";
+import { Chain } from "../src/ik/chain.ts";
 import { descend, lookTask, placeTask, turnTask } from "../src/ik/least_squares.ts";
 import { Follower, limbsOf } from "../src/ik/limbs.ts";
 import { clamp } from "../src/math/numbers.ts";
-import { angleBetween, distance, product } from "../src/math/rotations.ts";
+import { angleBetween, distance, product, rotationAbout } from "../src/math/rotations.ts";
 import { generator } from "./generator.js";
 
 // A torso with two arms of four joints; the first joints of both turn with the same coordinate, in opposite directions. The

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards, wrapped } from "../src/math/numbers.ts";
+import { clamp, interpolate, squaredDistance } from "../src/math/numbers.ts";
 
 const AT = [-1, 0, 2];
 const VALUES = [5, 3, 7];
@@ -23,35 +23,6 @@ test("a value is clamped to the end that it is beyond", () => {
   assert.equal(clamp(-2, -1, 1), -1);
   assert.equal(clamp(0.5, -1, 1), 0.5);
   assert.equal(clamp(0, 1, -1), -1);
-});
-
-test("of the two ends of a turn only π is kept", () => {
-  assert.equal(wrapped(Math.PI), Math.PI);
-  assert.equal(wrapped(-Math.PI), Math.PI);
-  assert.equal(wrapped(0), 0);
-  const beyond = wrapped(Math.PI + 1e-9);
-  assert.ok(beyond > -Math.PI && beyond < -Math.PI + 1e-8);
-  const below = wrapped(-Math.PI - 1e-9);
-  assert.ok(below < Math.PI && below > Math.PI - 1e-8);
-});
-
-test("an angle is turned to within half a turn of another, either way round", () => {
-  const turn = 2 * Math.PI;
-  for (const [angle, near, expected] of [
-    [0.5, 10, 0.5 + 2 * turn],
-    [0.5, -10, 0.5 - 2 * turn],
-    [10, 0.5, 10 - 2 * turn],
-    [-10, 0.5, -10 + 2 * turn],
-    [3, -3, 3 - turn],
-    [-3, 3, -3 + turn],
-    [1, 2, 1],
-  ]) {
-    assert.ok(Math.abs(turnedTowards(angle, near) - expected) < 1e-14);
-  }
-  // Half a turn away on either side, the one above is taken.
-  assert.equal(turnedTowards(-Math.PI, 0), Math.PI);
-  assert.equal(turnedTowards(Math.PI, 0), Math.PI);
-  assert.deepEqual(allTurnedTowards([0, turn], [0.1, 0.1]), [0, 0]);
 });
 
 test("a squared distance is the sum of the squares of the differences", () => {

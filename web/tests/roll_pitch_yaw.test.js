@@ -1,11 +1,12 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { product, rollPitchYaw, rotX, rotY, rotZ } from "../src/math/rotations.ts";
+import { product, rollPitchYaw, rotationAbout } from "../src/math/rotations.ts";
 
 // Sixteen numbers by columns of a rotation's nine by rows.
 const columns = (R) => [0, 1, 2].flatMap((j) => [R[j], R[3 + j], R[6 + j], 0]).concat([0, 0, 0, 1]);
 
-const rotation = ([roll, pitch, yaw]) => product(product(rotZ(yaw), rotY(pitch)), rotX(roll));
+const rotation = ([roll, pitch, yaw]) =>
+  product(product(rotationAbout([0, 0, 1], yaw), rotationAbout([0, 1, 0], pitch)), rotationAbout([1, 0, 0], roll));
 
 for (const pitch of [0, 1.2, 1.5707, Math.PI / 2, -Math.PI / 2, Math.PI / 2 - 1e-9]) {
   test(`roll, pitch and yaw make the same rotation again at a pitch of ${pitch}`, () => {

@@ -159,8 +159,8 @@ def test_a_change_stays_while_the_program_sends_others(live: nk.Viewer, page: Pa
             controls.rows[0].change("Ada");
             targets.move(target, target.node.matrix.clone().setPosition(0.3, 0, 0));
             again();
-            controls.report();
-            targets.report();
+            controls.changes.report();
+            targets.changes.report();
             again();
             return [controls.rows[0].value, target.node.matrix.elements[12]];
         }"""

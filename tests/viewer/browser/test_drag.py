@@ -13,7 +13,6 @@ from loops import full
 from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotFinite, WrongShape
 from nao_kin.viewer import Viewer
 
 SIZE = (1100, 640)
@@ -618,20 +617,3 @@ def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp
         with opened(browser, f"{viewer.url}?role=capture9", (320, 240)) as page:
             assert page.run("() => naoKin.drag.handles.every(({ mark }) => !mark.visible)")
     assert (np.abs(ghostly - plain).max(axis=2) > 20).mean() > 0.004
-
-
-def test_ghosts_that_are_no_configurations_are_refused(nao: nk.NaoModel) -> None:
-    viewer = Viewer(nao)
-    with pytest.raises(WrongShape, match=r"\(25,\) or \(k, 25\)"):
-        viewer.show_ghosts(np.zeros((1, 2, 25)))
-    with pytest.raises(WrongShape):
-        viewer.show_ghosts(np.zeros((2, 24)))
-    with pytest.raises(NotFinite):
-        viewer.show_ghosts(np.full((1, 25), np.nan))
-    for opacity in (0.0, 1.1, -1.0):
-        with pytest.raises(BadArgument, match="opacity must be above 0"):
-            viewer.show_ghosts(nao.random(1, 2), opacity=opacity)
-    for first in (-1, 1.5):
-        with pytest.raises(BadArgument, match="first"):
-            viewer.show_ghosts(nao.random(1, 2), first=first)  # type: ignore[arg-type]
-    assert viewer._messages.get("ghosts") is None

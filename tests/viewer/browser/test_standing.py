@@ -12,7 +12,6 @@ from made_up_robots import J, made_up
 from viewer_pages import Page, messages_of, opened
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotFinite, WrongShape, ZeroNorm
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.description import robot_drawables
 
@@ -251,21 +250,6 @@ def test_a_motion_takes_a_direction_too(nao: nk.NaoModel) -> None:
     ups = np.frombuffer(tracks[".up_values"]["values"].data, dtype=np.float32).reshape(-1, 3)
     assert len(ups) == 31
     assert (ups == [1.0, 0.0, 0.0]).all()
-
-
-def test_directions_that_are_none_are_refused(nao: nk.NaoModel) -> None:
-    viewer = Viewer(nao)
-    qs = np.tile(nao.posture("Stand"), (4, 1))
-    for up, error in (
-        (np.ones((3, 3)), WrongShape),
-        (np.ones(2), WrongShape),
-        (np.zeros((4, 3)), ZeroNorm),
-        ([0.0, np.nan, 1.0], NotFinite),
-        ("LyingBack", BadArgument),
-    ):
-        with pytest.raises(error):
-            viewer.animate(qs, up=up)
-    assert viewer._messages.get("clip") is None
 
 
 # --- other robots, and time -------------------------------------------------------------------------------------------

@@ -107,10 +107,10 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     assert page.tab.locator("#handles").get_by_role("button", name="ball").count() == 0
     # Without handles there is nothing to take hold of.
     page.switch("Handles")
-    start = live._targets._added["second"].T
+    start = live._targets._items["second"].T
     page.drag(page.place("second"), (30.0, 30.0))
     page.tab.mouse.up()
-    assert np.array_equal(live._targets._added["second"].T, start)
+    assert np.array_equal(live._targets._items["second"].T, start)
 
 
 def test_a_pose_is_turned_by_its_rings_and_two_pages_agree(page: Visit, live: nk.Viewer, browser: Any) -> None:

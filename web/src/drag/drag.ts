@@ -1,10 +1,11 @@
 import type { App } from "../app.ts";
 import type { Ray } from "three";
+import { write } from "../panel/element.ts";
 import { clearGhosts } from "../scene/ghosts.ts";
 import { AXES, type Axis } from "../scene/shapes.ts";
 import type { Snapshot } from "../stance.ts";
 import type { Gesture, Grip, Hold } from "./gestures.ts";
-import { HandleKeys, type Holdable } from "./handle_keys.ts";
+import { HandleKeys } from "./handle_keys.ts";
 import { Handles, nearest, turnsOf, type Pointed } from "./handles.ts";
 import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
@@ -24,9 +25,9 @@ export class Drag {
   held: ({ gesture: Gesture; first: Gesture } & Snapshot) | null = null;
   /** The grip that is highlighted because it is under the pointer or has the focus. */
   lit: Grip | null = null;
-  marks: Handles;
-  pointer: Pointer;
-  keys: HandleKeys;
+  marks = new Handles(this.page);
+  pointer = new Pointer(this.page, this, this.pane);
+  keys = new HandleKeys(this, this.bar);
 
   /**
    * @param line the element that shows what stops a drag
@@ -34,13 +35,10 @@ export class Drag {
    */
   constructor(
     readonly page: App,
-    pane: HTMLElement,
+    readonly pane: HTMLElement,
     public line: HTMLElement,
-    bar: HTMLElement,
+    readonly bar: HTMLElement,
   ) {
-    this.marks = new Handles(page);
-    this.pointer = new Pointer(page, this, pane);
-    this.keys = new HandleKeys(this, bar);
     for (const event of ["targets", "handles"]) page.addEventListener(event, () => this.keys.refresh());
   }
 
@@ -57,8 +55,11 @@ export class Drag {
     return this.holdables.length > 0;
   }
 
-  /** What can be moved by keyboard: the handles, and the targets of the program. */
-  get holdables(): Holdable[] {
+  /**
+   * What can be moved by keyboard, the handles and the targets of the program: its name, the frame in which its position is
+   * announced, and the axes that it can turn about.
+   */
+  get holdables() {
     const { page } = this;
     const handles = this.handles.map((handle) => ({
       name: handle.limb.frame,
@@ -172,7 +173,6 @@ export class Drag {
   }
 
   say(text: string) {
-    if (this.line.textContent !== text) this.line.textContent = text;
-    this.line.hidden = text === "";
+    write(this.line, text);
   }
 }

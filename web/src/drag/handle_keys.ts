@@ -2,32 +2,11 @@ import "./handle_keys.css";
 import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Drag } from "./drag.ts";
-import type { Gesture } from "./gestures.ts";
 import type { Axis } from "../scene/shapes.ts";
-import type { Vector } from "../math/rotations.ts";
 import { degrees } from "./stops.ts";
 
-interface Moving extends Gesture {
-  readonly place: Vector;
-  step(right: number, up: number): string;
-}
-
-interface Turning extends Gesture {
-  readonly reached: number;
-  step(angle: number): string;
-}
-
 /** What a button grabs: a handle or a target. */
-export interface Holdable {
-  name: string;
-  /** The frame in which its position is announced. */
-  base: string;
-  /** The axes that it can turn about. */
-  turns: Axis[];
-  light(on: boolean): void;
-  toMove(): Moving;
-  toTurn(axis: Axis): Turning;
-}
+type Holdable = Drag["holdables"][number];
 
 // How far an arrow key moves a handle [m], without and with Shift; how far a letter turns its frame [rad].
 const [STEP, LARGE] = [0.001, 0.01];
@@ -110,7 +89,7 @@ export class HandleKeys {
   move(button: HTMLButtonElement, held: Holdable, [right, up]: [number, number], length: number) {
     const { drag } = this;
     this.takeToMove(button, held);
-    const gesture = drag.held?.gesture as Moving;
+    const gesture = drag.held?.gesture as ReturnType<Holdable["toMove"]>;
     const says = gesture.step(length * right, length * up);
     const place = gesture.place.map((value) => fixed(1000 * value, 0)).join(", ");
     drag.say(`${says || held.name}, at ${place} mm in ${held.base}`);
@@ -128,7 +107,7 @@ export class HandleKeys {
       drag.begin(() => held.toTurn(axis));
       this.hold(button, name);
     }
-    const gesture = drag.held?.gesture as Turning;
+    const gesture = drag.held?.gesture as ReturnType<Holdable["toTurn"]>;
     const says = gesture.step(angle);
     drag.say(`${says ? `${says};` : frame} turned by ${degrees(gesture.reached, 1)} about ${name}`);
   }

@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import type { Viewport } from "../pick/pick.ts";
 import { keepSize } from "../scene/camera.ts";
@@ -8,8 +8,6 @@ import { THREE } from "../three.ts";
 import { FOR_A_PLACE, Limb, limbsOf } from "../ik/limbs.ts";
 import type { Grip, Handle } from "./gestures.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
-
-type Page = PageWith<"ghosts" | "panel" | "pick" | "robot" | "stance" | "studio" | "viewer">;
 
 /** Make the knob of a handle: a circle that keeps its size on the screen. */
 export function makeKnob() {
@@ -130,13 +128,12 @@ const [SIGHT, SMALL] = [0.25, 1.5];
  */
 export class Handles {
   shown = false;
-  list: Handle[];
+  list: Handle[] = limbsOf(this.page.robot.about).map((limb) => this.make(limb));
   /** The handle of a selected frame that is not the end of a limb; it stays until another such frame is selected. */
   own: Handle | null = null;
   rings: Ring[] = [];
 
-  constructor(readonly page: Page) {
-    this.list = limbsOf(page.robot.about).map((limb) => this.make(limb));
+  constructor(readonly page: App) {
     page.addEventListener("selected", () => this.refresh());
   }
 

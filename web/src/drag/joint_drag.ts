@@ -1,12 +1,10 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { joints, unitText } from "../pick/facts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Gesture, Hold } from "./gestures.ts";
 import { farthest, type Stop } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
-
-type Page = PageWith<"panel" | "pick" | "robot" | "stance">;
 
 /**
  * How a link moves with the coordinate of the joint that carries it: about a line in the world or along a direction, with
@@ -54,17 +52,16 @@ export function motionOf(robot: Robot, link: number, point: THREE.Vector3) {
 /** Drag of a link: the joint that carries it follows the pointer inside its limits; the rest of the robot stays. */
 export class JointDrag implements Gesture {
   /** The value that the pointer asks for, which may be outside the limits. */
-  wanted: number;
+  wanted = this.page.stance.q[this.motion.joint.column];
   swept: Swept;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly motion: NonNullable<ReturnType<typeof motionOf>>,
     hold: Hold,
   ) {
     const { robot, stance, pick } = page;
     const { column } = motion.joint;
-    this.wanted = stance.q[column];
     this.swept = new Swept(pick.viewport, motion.origin, motion.direction, hold);
     const [most, fewest] = [Infinity, -Infinity].map((end) => farthest(robot.about, stance.q, column, end).value);
     this.swept.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);

@@ -1,6 +1,7 @@
-import type { PageWith } from "../app.ts";
-import { rotationAbout, type Placed } from "../ik/chain.ts";
-import { Follower, type Followed, type Limb } from "../ik/limbs.ts";
+import type { App } from "../app.ts";
+import type { Placed } from "../ik/chain.ts";
+import type { Descended } from "../ik/least_squares.ts";
+import { Follower, type Limb } from "../ik/limbs.ts";
 import { clamp } from "../math/numbers.ts";
 import {
   angleBetween,
@@ -10,6 +11,7 @@ import {
   plus,
   product,
   quaternionBetween,
+  rotationAbout,
   times,
   type Rotation,
   type Vector,
@@ -24,7 +26,8 @@ import type { Gesture, Handle, Hold } from "./gestures.ts";
 import { degrees, millimetres } from "./stops.ts";
 import { Swept } from "./swept_angle.ts";
 
-type Page = PageWith<"ghosts" | "panel" | "pick" | "robot" | "stance">;
+/** What a drag reaches. */
+type Followed = Pick<Descended, "q" | "held">;
 
 // A way is followed in strides of this length [m], or in the largest number of them.
 const [STRIDE, STRIDES] = [0.02, 15];
@@ -32,7 +35,7 @@ const [STRIDE, STRIDES] = [0.02, 15];
 const [AWAY, TURNED] = [1e-4, 1e-3];
 
 /** The joints that a limit holds, with the limits; empty if none is held. */
-function heldJoints({ panel, robot }: Page, { q, held }: Followed) {
+function heldJoints({ panel, robot }: App, { q, held }: Followed) {
   const { coordinates } = robot.about;
   return held
     .map((column) => coordinates.find((one) => one.column === column) as Coordinate)
@@ -74,7 +77,7 @@ const said = (limb: Limb, ...parts: string[]) => {
  * link stays where it is.
  */
 export class LimbDrag implements Gesture {
-  follower: Follower;
+  follower = new Follower(this.handle.limb, this.page.stance.q);
   pulled: ReturnType<Viewport["pulled"]> | null;
   floor: number;
   /** Where the handle is, in the first link. */
@@ -82,12 +85,11 @@ export class LimbDrag implements Gesture {
   says = "";
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly handle: Handle,
     hold: Hold | null,
   ) {
-    const { pick, robot, stance } = page;
-    this.follower = new Follower(handle.limb, stance.q);
+    const { pick, robot } = page;
     const at = handle.knob.getWorldPosition(new THREE.Vector3());
     this.pulled = hold && pick.viewport.pulled(at, hold.ray);
     // The limb must not go below the floor; one that is already below must not go lower.
@@ -174,19 +176,18 @@ const [OFF, ASTRAY] = [1e-5, 1e-4];
  * can.
  */
 export class TurnDrag implements Gesture {
-  follower: Follower;
+  follower = new Follower(this.limb, this.page.stance.q);
   wanted = 0;
   reached = 0;
   swept: Swept | null;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly limb: Limb,
     readonly axis: Vector,
     hold: Hold | null,
   ) {
-    const { robot, pick, stance } = page;
-    this.follower = new Follower(limb, stance.q);
+    const { robot, pick } = page;
     const node = robot.frameNode(limb.frame);
     const origin = node.getWorldPosition(new THREE.Vector3());
     const along = new THREE.Vector3(...axis).transformDirection(node.matrixWorld);

@@ -1,10 +1,8 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { isOneLimb } from "../pick/facts.ts";
 import type { Hit } from "../pick/pick.ts";
 import type { Drag } from "./drag.ts";
 import { motionOf } from "./joint_drag.ts";
-
-type Page = PageWith<"pick" | "robot" | "stance" | "viewer">;
 
 // A pointer that moves no farther than this [px] clicks (mouse) or taps (finger).
 const [STILL, TAP] = [4, 10];
@@ -35,7 +33,7 @@ export class Pointer {
   press: Press | null = null;
 
   constructor(
-    public page: Page,
+    public page: App,
     readonly drag: Drag,
     public pane: HTMLElement,
   ) {

@@ -1,18 +1,12 @@
 import type * as Three from "three";
 import type { Viewport } from "../pick/pick.ts";
 import type { Hold } from "./gestures.ts";
-import { cross, direction as unit, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
+import { cross, direction as unit, distance, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
 
 // How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is the
 // position of the camera and a unit direction. `SweptAngle` needs neither the page nor three.js.
 
 interface Ray {
-  origin: Vector;
-  direction: Vector;
-}
-
-/** A point on an axis, and the axis's unit direction. */
-interface Line {
   origin: Vector;
   direction: Vector;
 }
@@ -44,26 +38,23 @@ function meet(ray: Ray, point: Vector, normal: Vector) {
  * the near and the far side alike; there `prefer` decides which way it turns when it is pulled towards the axis.
  */
 export class SweptAngle {
-  centre: Vector;
-  radius: number;
-  view: Vector;
+  centre = goneAlong(
+    this.axis.origin,
+    dot(minus(this.point, this.axis.origin), this.axis.direction),
+    this.axis.direction,
+  );
+  radius = distance(this.point, this.centre);
+  view = unit(minus(this.point, this.eye));
   sign = 1;
-  fromTheSide: boolean;
+  fromTheSide = Math.abs(dot(this.view, this.axis.direction)) < FROM_THE_SIDE;
 
   /** @param least distance from the axis [m] within which the pointer gives no angle */
   constructor(
-    readonly axis: Line,
+    readonly axis: Ray,
     readonly point: Vector,
-    eye: Vector,
+    readonly eye: Vector,
     readonly least: number,
-  ) {
-    const along = dot(minus(point, axis.origin), axis.direction);
-    this.centre = goneAlong(axis.origin, along, axis.direction);
-    this.radius = Math.hypot(...minus(point, this.centre));
-    this.view = unit(minus(point, eye));
-    this.fromTheSide = Math.abs(dot(this.view, axis.direction)) < FROM_THE_SIDE;
-  }
-
+  ) {}
   /**
    * The direction in which the near side moves on the screen for a positive angle, in the world. Its length is the sine of
    * the angle between view and axis.

@@ -1,7 +1,8 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Vector } from "../math/rotations.ts";
 import type { Viewport } from "../pick/pick.ts";
 import type { Received } from "../received.ts";
+import { Changes } from "../reports.ts";
 import { AXES, makeArrow, makeTriad, turnAlong, type Axis } from "../scene/shapes.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
@@ -9,8 +10,6 @@ import { THREE } from "../three.ts";
 import type { Gesture, Grip, Hold } from "./gestures.ts";
 import { highlight, inWorld, makeKnob, makeRing } from "./handles.ts";
 import { Swept } from "./swept_angle.ts";
-
-type Page = PageWith<"labels" | "pick" | "reports" | "robot" | "send" | "studio" | "targets" | "viewer">;
 
 type Row = Received["targets"]["targets"][number];
 
@@ -28,8 +27,6 @@ interface TargetGrip extends Grip {
 const SIZE = 0.09;
 const [BALL, FROM, TO, RING] = [0.022, 0.034, 0.07, 0.056];
 const COLOUR = 0xc2255c;
-// The least time between two reports of a target [ms].
-const BETWEEN = 1000 / 30;
 
 /** A target: a point or a pose in the robot's root, with grips if it can be dragged. */
 class Target {
@@ -39,7 +36,7 @@ class Target {
   count = 0;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly row: Row,
   ) {
     const scale = page.studio.markScale;
@@ -106,12 +103,13 @@ export class Targets {
   group = asMark(new THREE.Group());
   list: Target[] = [];
   gripsShown = true;
-  /** The poses, by name, of the targets that were moved in this page; undo restores them. */
-  placed = new Map<string, number[]>();
-  /** The moved targets that have not been reported to the program yet. */
-  waiting = new Set<Target>();
+  /** The poses of the targets that were moved in this page. */
+  changes = new Changes<Target, number[]>(this.page, ({ row, node, count }) => {
+    const source = `${this.page.reports.source} ${count}`;
+    this.page.send({ kind: "target", name: row.name, matrix: node.matrix.toArray(), source });
+  });
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     page.robot.root.add(this.group);
   }
 
@@ -132,7 +130,7 @@ export class Targets {
       const target = old ?? new Target(this.page, row);
       known.delete(keyOf(row));
       const isNews = this.page.reports.isNews(`target ${keyOf(row)}`, row, target.count);
-      if (!old || (isNews && !this.waiting.has(target))) target.node.matrix.fromArray(row.matrix);
+      if (!old || (isNews && !this.changes.waiting.has(target))) target.node.matrix.fromArray(row.matrix);
       return target;
     });
     const isSame = known.size === 0 && list.length === this.list.length && list.every((one, i) => one === this.list[i]);
@@ -165,43 +163,27 @@ export class Targets {
     target.node.updateWorldMatrix(true, true);
     this.page.viewer.set_dirty();
     target.count += 1;
-    if (this.waiting.size === 0) setTimeout(() => this.report(), BETWEEN);
-    this.waiting.add(target);
+    this.changes.later(target);
     this.note(target, true);
   }
 
-  /**
-   * Remember the pose of a target, for undo. Event of the page: "placed".
-   *
-   * @param own whether the user has just moved it in this page
-   */
+  /** @param own whether the user has just moved it in this page */
   note({ row, node }: Target, own: boolean) {
-    this.placed = new Map(this.placed).set(row.name, node.matrix.toArray());
-    this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
+    this.changes.note(row.name, node.matrix.toArray(), own);
   }
 
   /** Move the targets back to earlier poses. */
-  restore(placed: Targets["placed"]) {
-    for (const [name, matrix] of placed) {
+  restore(placed: Targets["changes"]["kept"]) {
+    this.changes.restore(placed, (name, matrix) => {
       const target = this.movable.find(({ row }) => row.name === name);
-      if (!target || String(matrix) === String(this.placed.get(name))) continue;
-      this.move(target, new THREE.Matrix4().fromArray(matrix));
-    }
-    this.placed = placed;
-  }
-
-  report() {
-    const { source } = this.page.reports;
-    for (const { row, node, count } of this.waiting) {
-      this.page.send({ kind: "target", name: row.name, matrix: node.matrix.toArray(), source: `${source} ${count}` });
-    }
-    this.waiting.clear();
+      if (target) this.move(target, new THREE.Matrix4().fromArray(matrix));
+    });
   }
 }
 
 /** Drag of a target. Without a program, a message says that nothing follows the target. */
 class TargetGesture {
-  before: THREE.Matrix4;
+  before = this.target.node.matrix.clone();
   /** The target's place, and the direction of the axis that it is dragged by, in the world. */
   origin: THREE.Vector3;
   direction: THREE.Vector3 | null;
@@ -210,7 +192,7 @@ class TargetGesture {
   pulled: ReturnType<Viewport["pulled"]> | null;
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly target: Target,
     readonly axis: Axis | null,
     hold: Hold | null,
@@ -220,7 +202,6 @@ class TargetGesture {
     node.updateWorldMatrix(true, false);
     page.targets.note(target, false);
     page.send({ kind: "held", name: target.row.name, held: true });
-    this.before = node.matrix.clone();
     this.origin = new THREE.Vector3().setFromMatrixPosition(node.matrixWorld);
     this.direction = axis && new THREE.Vector3(...axis.axis).transformDirection(node.matrixWorld);
     this.swept = this.direction && hold && new Swept(page.pick.viewport, this.origin, this.direction, hold);
@@ -233,7 +214,7 @@ class TargetGesture {
   }
 
   end() {
-    this.page.targets.report();
+    this.page.targets.changes.report();
     this.page.send({ kind: "held", name: this.target.row.name, held: false });
   }
 

@@ -1,4 +1,4 @@
-import { plus, product, turned, type Rotation, type Vector } from "../math/rotations.ts";
+import { plus, product, rotationAbout, times, turned, type Rotation, type Vector } from "../math/rotations.ts";
 import type { About, JointAbout } from "../types.ts";
 
 /** Rotation and position of a frame in another. */
@@ -22,17 +22,6 @@ export interface Placed extends Placement {
 const IDENTITY: Placement = { R: [1, 0, 0, 0, 1, 0, 0, 0, 1], p: [0, 0, 0] };
 
 const composed = (a: Placement, b: Placement): Placement => ({ R: product(a.R, b.R), p: plus(a.p, turned(a.R, b.p)) });
-
-/** The rotation by an angle about a unit vector: cos φ I + sin φ [a]× + (1 − cos φ) a aᵀ. */
-export function rotationAbout([x, y, z]: Vector, angle: number): Rotation {
-  const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  const [tx, ty, tz] = [(1 - c) * x, (1 - c) * y, (1 - c) * z];
-  return [
-    ...[c + tx * x, tx * y - s * z, tx * z + s * y],
-    ...[ty * x + s * z, c + ty * y, ty * z - s * x],
-    ...[tz * x - s * y, tz * y + s * x, c + tz * z],
-  ] as Rotation;
-}
 
 type Tree = Pick<About, "joints" | "links" | "places">;
 
@@ -97,7 +86,7 @@ export class Chain {
       const axis = turned(R, joint.axis);
       const value = joint.multiplier * q[joint.column] + joint.offset;
       at = joint.slides
-        ? { R, p: [p[0] + value * axis[0], p[1] + value * axis[1], p[2] + value * axis[2]] }
+        ? { R, p: plus(p, times(value, axis)) }
         : { R: product(R, rotationAbout(joint.axis, value)), p };
       return { joint, axis, origin: p };
     });

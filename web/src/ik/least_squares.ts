@@ -80,7 +80,7 @@ const [ROUNDS, SMALL, SLOW] = [60, 1e-8, 1e-5];
 const [START, FACTOR, LEAST, MOST] = [1e-4, 8, 1e-16, 1e8];
 
 /** A configuration found by `descend`; `held` are the columns of the coordinates that a limit keeps from going on. */
-interface Descended {
+export interface Descended {
   q: number[];
   held: number[];
   cost: number;

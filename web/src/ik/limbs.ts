@@ -32,7 +32,7 @@ type Kind = "foot" | "gaze" | "hand";
 
 /** A part of the robot that a handle moves: a frame, and the joints between it and the next branching of the tree. */
 export class Limb {
-  chain: Chain;
+  chain = new Chain(this.about, this.link);
   joints: JointAbout[] = [];
   /** The columns of the coordinates of these joints. */
   columns: number[] = [];
@@ -45,7 +45,6 @@ export class Limb {
     readonly link: number,
     readonly kind: Kind,
   ) {
-    this.chain = new Chain(about, link);
     const { joints } = this.chain;
     const enough = kind === "gaze" ? FOR_A_DIRECTION : FOR_A_PLACE;
     const carriers = about.joints.map((joint) => ({
@@ -94,18 +93,12 @@ export function limbsOf(about: About) {
   return limbs;
 }
 
-/** What a drag reaches: the configuration, and the columns of the coordinates that are held by a limit. */
-export interface Followed {
-  q: number[];
-  held: number[];
-}
-
 /** Moves a limb from a configuration, while the limbs that are coupled to it stay. Poses are in the robot's first link. */
 export class Follower {
   /** Placements of the limb and of the coupled limbs at the start. */
   start: Placed;
   kept: { limb: Limb; placed: Placed }[];
-  columns: number[];
+  columns: number[] = [...new Set([this.limb, ...this.limb.coupled].flatMap(({ columns }) => columns))];
 
   constructor(
     readonly limb: Limb,
@@ -113,7 +106,6 @@ export class Follower {
   ) {
     this.start = limb.chain.forward(q);
     this.kept = limb.coupled.map((other) => ({ limb: other, placed: other.chain.forward(q) }));
-    this.columns = [...new Set([limb, ...limb.coupled].flatMap(({ columns }) => columns))];
   }
 
   /** Bring the frame to a place, near to the orientation at the start; for a gaze, look at the place. */
@@ -149,7 +141,7 @@ export class Follower {
   }
 
   /** Meet tasks, while the coupled limbs stay. */
-  meet(own: Task[], q: readonly number[], rest: number = 0): Followed {
+  meet(own: Task[], q: readonly number[], rest: number = 0) {
     const tasks = [...own, ...this.stay];
     const { about } = this.limb;
     const found = descend(about, tasks, this.columns, q, rest);

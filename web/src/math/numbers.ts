@@ -40,18 +40,3 @@ export const fixed = (value: number, digits: number) =>
 export function squaredDistance(a: readonly number[], b: readonly number[]) {
   return a.reduce((sum, value, i) => sum + (b[i] - value) ** 2, 0);
 }
-
-/** Shift an angle in (−3π, 3π] into (−π, π]. */
-export function wrapped(angle: number) {
-  if (angle > Math.PI) return angle - 2 * Math.PI;
-  return angle <= -Math.PI ? angle + 2 * Math.PI : angle;
-}
-
-/** Shift an angle by whole turns to within half a turn of another, into (near − π, near + π]. */
-export function turnedTowards(angle: number, near: number) {
-  return angle + 2 * Math.PI * Math.floor((near - angle) / (2 * Math.PI) + 0.5);
-}
-
-export function allTurnedTowards(angles: readonly number[], near: readonly number[]) {
-  return angles.map((angle, i) => turnedTowards(angle, near[i]));
-}

@@ -4,8 +4,7 @@ import { squaredDistance } from "./numbers.ts";
 
 export type Vector = [number, number, number];
 
-/** Three rows of three. */
-/** A 3×3 matrix that is orthogonal with determinant 1. */
+/** A 3×3 matrix that is orthogonal with determinant 1, row by row. */
 export type Rotation = [number, number, number, number, number, number, number, number, number];
 
 export function plus([ax, ay, az]: Vector, [bx, by, bz]: Vector): Vector {
@@ -63,19 +62,15 @@ export function turned([a, b, c, d, e, f, g, h, i]: Rotation, [x, y, z]: Vector)
   return [a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z];
 }
 
-export function rotX(angle: number): Rotation {
+/** The rotation by an angle about a unit vector: cos φ I + sin φ [a]× + (1 − cos φ) a aᵀ. */
+export function rotationAbout([x, y, z]: Vector, angle: number): Rotation {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  return [1, 0, 0, 0, c, -s, 0, s, c];
-}
-
-export function rotY(angle: number): Rotation {
-  const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  return [c, 0, s, 0, 1, 0, -s, 0, c];
-}
-
-export function rotZ(angle: number): Rotation {
-  const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  return [c, -s, 0, s, c, 0, 0, 0, 1];
+  const [tx, ty, tz] = [(1 - c) * x, (1 - c) * y, (1 - c) * z];
+  return [
+    ...[c + tx * x, tx * y - s * z, tx * z + s * y],
+    ...[ty * x + s * z, c + ty * y, ty * z - s * x],
+    ...[tz * x - s * y, tz * y + s * x, c + tz * z],
+  ] as Rotation;
 }
 
 /** The angle [rad] between two rotations, from the differences of their entries: ‖R − F‖ = 2 √2 sin(angle / 2). */

@@ -15,17 +15,14 @@ interface Model {
 class Bridge {
   frame: HTMLIFrameElement | null = null;
   port: MessagePort | null = null;
-  offer: () => void;
-  reload: () => null;
-  timer: number;
+  offer = () => this.connect();
+  reload = () => (this.port = null);
+  timer = setInterval(this.offer, AGAIN);
 
   constructor(
     readonly model: Model,
     readonly page: Document,
   ) {
-    this.offer = () => this.connect();
-    this.reload = () => (this.port = null);
-    this.timer = setInterval(this.offer, AGAIN);
     this.connect();
   }
 

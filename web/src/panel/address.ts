@@ -13,14 +13,13 @@ const bare = () => location.href.split("#", 1)[0];
 
 /** The state of the page, written in its address after the #, so that a link leads to it. */
 export class Address {
-  page: Panel["page"];
+  page = this.panel.page;
   timer = 0;
   isOpen = false;
   /** Where the last preset put the camera and the point that it looks at. */
   preset: number[] = [];
 
   constructor(readonly panel: Panel) {
-    this.page = panel.page;
     const { page } = this;
     const later = () => this.later();
     const moved = () => {

@@ -1,6 +1,6 @@
 import { THREE } from "../three.ts";
 import { spoken, unitOf } from "../values/units.ts";
-import { button, element } from "./element.ts";
+import { button, div, element, write } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /** The directions over an edge, by quarters of a turn to the left from the front. */
@@ -20,16 +20,13 @@ export class BodyState {
   // Screen readers read it on demand, not at every step of a motion.
   balance = element("output", { ariaLive: "off", ariaLabel: "Balance" });
   /** Also the button that colours these links. */
-  overlap: HTMLButtonElement;
-  element: HTMLElement;
+  overlap = button("", () => this.panel.page.toggles.buttons.get("collisions")?.click());
+  element = div("body-state", this.balance, this.overlap);
   /** Whether the robot stands on feet: an arm that is bolted to the floor does not tip. */
-  hasFeet: boolean;
+  hasFeet = this.panel.page.robot.about.soles.length > 0;
 
   constructor(readonly panel: Panel) {
-    const { robot, toggles } = panel.page;
-    this.hasFeet = robot.about.soles.length > 0;
-    this.overlap = button("", () => toggles.buttons.get("collisions")?.click());
-    this.element = element("div", { className: "body-state" }, this.balance, this.overlap);
+    const { toggles } = panel.page;
     const press = () => this.overlap.setAttribute("aria-pressed", String(toggles.shown.collisions));
     panel.page.addEventListener("shown", press);
     press();
@@ -75,9 +72,7 @@ export class BodyState {
 }
 
 function say(output: HTMLElement, text: string, state: "good" | "warn" | "bad", title: string) {
-  // Only a change is written: this runs in every step of a movement.
-  if (output.textContent !== text) output.textContent = text;
+  write(output, text);
   output.dataset.state = state;
   output.title = title;
-  output.hidden = text === "";
 }

@@ -1,12 +1,11 @@
 import "./controls.css";
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { clamp } from "../math/numbers.ts";
 import type { Control } from "../types.ts";
 import { format, spoken, type Unit } from "../values/units.ts";
-import { button, element } from "./element.ts";
+import { button, div, element, select } from "./element.ts";
+import { Changes } from "../reports.ts";
 import { NumberRow } from "./number_row.ts";
-
-type Page = PageWith<"reports" | "send">;
 
 type Of<Kind extends Control["kind"]> = Extract<Control, { kind: Kind }>;
 
@@ -16,24 +15,18 @@ interface Made {
   show(value: any): void;
 }
 
-// The least time between two reports of a control [ms].
-const BETWEEN = 1000 / 30;
-
 /** A control in the panel. */
 class Row {
-  value: Control["value"];
+  value = this.control.value;
   /** Number of changes in this page. */
   count = 0;
-  element: HTMLElement;
-  made: Made;
+  made = (MAKERS[this.control.kind] as (row: Row, control: Control) => Made)(this, this.control);
+  element = div(`control ${this.control.kind}`, ...this.made.elements);
 
   constructor(
     readonly controls: Controls,
     readonly control: Control,
   ) {
-    this.value = control.value;
-    this.made = (MAKERS[control.kind] as (row: Row, control: Control) => Made)(this, control);
-    this.element = element("div", { className: `control ${control.kind}` }, ...this.made.elements);
     if (control.kind === "slider") this.element.classList.add("joint");
     this.show(control.value);
   }
@@ -81,8 +74,7 @@ function makeSlider(row: Row, control: Of<"slider">): Made {
 }
 
 function makeSelect(row: Row, { name, options }: Of<"select">): Made {
-  const list = element("select", { ariaLabel: name }, ...options.map((option) => new Option(option, option)));
-  list.onchange = () => row.change(list.value);
+  const list = select(name, options, () => row.change(list.value));
   return { elements: [labelled(name, list)], show: (value) => (list.value = value) };
 }
 
@@ -125,15 +117,13 @@ const MAKERS: { [Kind in Control["kind"]]: (row: Row, control: Of<Kind>) => Made
  */
 export class Controls {
   rows: Row[] = [];
-  /** The values, by name, that were chosen in this page; undo restores them. */
-  chosen = new Map<string, Control["value"]>();
-  /** The changed controls that have not been reported to the program yet. */
-  waiting = new Set<Row>();
+  /** The values that were chosen in this page. */
+  changes = new Changes<Row, Control["value"]>(this.page, (row) => this.send(row));
   list = element("fieldset", {}, element("legend", {}, "Program"));
   note = element("p", {}, "These work while their program is connected.");
   element = element("section", { className: "controls", ariaLabel: "Program", hidden: true }, this.list, this.note);
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     const refresh = () => {
       const isLive = document.body.dataset.live === "live";
       this.list.disabled = !isLive;
@@ -152,7 +142,7 @@ export class Controls {
       const { name, value, source } = control;
       const isNews = this.page.reports.isNews(`control ${name}`, { value, source }, row.count);
       // The program gets what the user has just changed, and thus sends it back.
-      if (isNews && row.value !== value && !this.waiting.has(row)) row.show(value);
+      if (isNews && row.value !== value && !this.changes.waiting.has(row)) row.show(value);
       return row;
     });
     const isSame = rows.length === this.rows.length && rows.every((row, i) => row === this.rows[i]);
@@ -164,33 +154,20 @@ export class Controls {
   /** Set a value on behalf of the user; the program is told within 1/30 s. */
   change(row: Row, value: Control["value"]) {
     const { name, kind } = row.control;
-    if (kind !== "button" && !this.chosen.has(name)) this.remember(name, row.value, false);
+    if (kind !== "button" && !this.changes.kept.has(name)) this.changes.note(name, row.value, false);
     row.show(value);
     row.count += 1;
     if (kind === "button") return this.send(row);
-    if (this.waiting.size === 0) setTimeout(() => this.report(), BETWEEN);
-    this.waiting.add(row);
-    this.remember(name, value, true);
-  }
-
-  /** Remember a value, for undo. */
-  remember(name: string, value: Control["value"], own: boolean) {
-    this.chosen = new Map(this.chosen).set(name, value);
-    this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
+    this.changes.later(row);
+    this.changes.note(name, value, true);
   }
 
   /** Set the values to earlier ones. */
-  restore(chosen: Controls["chosen"]) {
-    for (const [name, value] of chosen) {
+  restore(chosen: Controls["changes"]["kept"]) {
+    this.changes.restore(chosen, (name, value) => {
       const row = this.rows.find(({ control }) => control.name === name);
-      if (row && value !== this.chosen.get(name)) this.change(row, value);
-    }
-    this.chosen = chosen;
-  }
-
-  report() {
-    for (const row of this.waiting) this.send(row);
-    this.waiting.clear();
+      if (row) this.change(row, value);
+    });
   }
 
   send({ control, value, count }: Row) {

@@ -51,6 +51,24 @@ export function element<Tag extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
+/** A new `div` with a class and children. */
+export const div = (className: string, ...children: (string | Node)[]) => element("div", { className }, ...children);
+
+/** A new list to choose from; an option is its value, or its value and its text. */
+export function select(ariaLabel: string, options: (string | [string, string])[], onchange = () => {}) {
+  const made = options.map((option) => {
+    const [value, text] = typeof option === "string" ? [option, option] : option;
+    return new Option(text, value);
+  });
+  return element("select", { ariaLabel, onchange }, ...made);
+}
+
+/** Write a text into an element, which is hidden without any; an unchanged text is not written, for screen readers would read it again. */
+export function write(line: HTMLElement, text: string) {
+  if (line.textContent !== text) line.textContent = text;
+  line.hidden = text === "";
+}
+
 /** A button with a text. */
 export const button = (text: string, onclick: () => void) => element("button", { type: "button", onclick }, text);
 

@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { Refused } from "../values/literals.ts";
 import { readConfiguration } from "../values/reading.ts";
 import { motionOf } from "../timeline/formats.ts";
@@ -6,12 +6,10 @@ import { FORMATS } from "../values/configurations.ts";
 import { button, copyText, element, openDialog } from "./element.ts";
 import type { Messages } from "./tools.ts";
 
-type Page = PageWith<"robot" | "stance" | "player">;
-
 /** Copies and pastes configurations as text: by the clipboard, or by a text field if the browser forbids that. */
 export class Exchange {
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly messages: Messages,
   ) {}
 
@@ -43,8 +41,7 @@ export class Exchange {
 
   askForText() {
     const field = element("textarea", { rows: 8, spellcheck: false, ariaLabel: "Text of a configuration" });
-    const problem = element("p", { className: "problem", id: "paste-problem" });
-    problem.setAttribute("role", "alert");
+    const problem = element("p", { className: "problem", id: "paste-problem", role: "alert" });
     field.setAttribute("aria-describedby", problem.id);
     const apply = button("Show it", () => {
       const reason = this.show(field.value);

@@ -3,7 +3,7 @@ import { joints as carriers } from "../pick/facts.ts";
 import type { Coordinate, Driven } from "../types.ts";
 import { matches } from "../values/names.ts";
 import { format, spoken, unitOf } from "../values/units.ts";
-import { element } from "./element.ts";
+import { div, element } from "./element.ts";
 import { NumberRow } from "./number_row.ts";
 import type { Panel } from "./panel.ts";
 
@@ -20,7 +20,7 @@ function ofJoint({ multiplier, offset }: Driven, range: [number, number]): [numb
 class JointRow extends NumberRow {
   coordinate: Coordinate;
   isCoupled: boolean;
-  element: HTMLDivElement;
+  element = div("joint", ...this.parts);
 
   /** @param partner the joint that shares its motor, if there is one */
   constructor(
@@ -35,7 +35,6 @@ class JointRow extends NumberRow {
     this.coordinate = coordinate;
     this.isCoupled = about.tables.some((table) => table.joint === joint.column);
     if (partner) this.title.append(element("i", { title: `Shares one motor with ${partner}` }, "⚭"));
-    this.element = element("div", { className: "joint" }, ...this.parts);
     this.element.dataset.joint = joint.name;
     this.element.onpointerdown = (event) => this.hold(event);
     this.element.ondblclick = ({ target }) => {
@@ -149,7 +148,7 @@ export class Joints {
   chains: { rows: JointRow[]; details: HTMLDetailsElement }[];
   search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
   count = element("output", { className: "count" });
-  filters = element("div", { className: "search" }, this.search, this.count);
+  filters = div("search", this.search, this.count);
   element: HTMLElement;
   /** The row of the joint that carries the selected frame. */
   marked: JointRow | undefined;

@@ -1,10 +1,8 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { THREE } from "../three.ts";
-import { element, handleKey, openDialog } from "./element.ts";
+import { div, element, handleKey, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { remember } from "./settings.ts";
-
-type Page = PageWith<"camera" | "player" | "robot" | "view" | "viewer">;
 
 /** The list of keys: for each place the keys and what they do. */
 const LIST = {
@@ -142,7 +140,7 @@ export class Keys {
         ),
       ),
     );
-    openDialog("Keys", element("div", { className: "keys" }, ...sections));
+    openDialog("Keys", div("keys", ...sections));
   }
 }
 
@@ -162,7 +160,7 @@ const NEARER = 1 / 1.15;
 const POLE = 0.02;
 
 /** Let keys move the camera while the picture has the focus. */
-export function bindViewKeys(page: Page) {
+export function bindViewKeys(page: App) {
   const canvas = page.viewer.renderer.domElement;
   const { name, cameras } = page.robot.about;
   const ariaLabel = `${name}, seen by a camera that arrow keys, plus, minus and numbers move`;
@@ -186,13 +184,13 @@ export function bindViewKeys(page: Page) {
 }
 
 /** The preset chosen last if it shows the whole body, else the default one. */
-function whole({ view, robot }: Page) {
+function whole({ view, robot }: App) {
   const chosen = robot.about.cameras.find(({ name }) => name === view);
   return chosen && chosen.links.length === 0 ? chosen.name : "three-quarter";
 }
 
 /** Move the camera around the point that it looks at. */
-function orbit(page: Page, around: number, down: number, further: number) {
+function orbit(page: App, around: number, down: number, further: number) {
   const { camera, controls } = page.viewer;
   const place = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
   place.theta += around;

@@ -11,7 +11,7 @@ const [LEAST, MOST, STEP] = [15, 80, 2];
  */
 export class Layout {
   stacked = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1)");
-  toggle: HTMLButtonElement;
+  toggle = iconButton("panel", "Panel", () => this.fold(!this.folded), "P");
   separator = element("div", {
     className: "separator",
     tabIndex: 0,
@@ -24,7 +24,6 @@ export class Layout {
     view: HTMLElement,
     readonly settings: Settings,
   ) {
-    this.toggle = iconButton("panel", "Panel", () => this.fold(!this.folded), "P");
     this.toggle.id = "fold";
     this.toggle.setAttribute("aria-controls", aside.id);
     view.append(this.toggle);

@@ -9,8 +9,8 @@ export abstract class NumberRow {
   value = NaN;
   slider: HTMLInputElement;
   number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
-  note = element("span", { className: "note", id: `note-${count++}` });
-  title: HTMLSpanElement;
+  note = element("span", { className: "note", id: `note-${count++}`, role: "status" });
+  title = element("span", { className: "name", title: this.name }, this.name);
   low = element("span", {});
   high = element("span", {});
   sign = element("span", { className: "unit" });
@@ -24,7 +24,6 @@ export abstract class NumberRow {
     this.slider = element("input", { type: "range", step: "any", min, max, ariaLabel: name });
     this.slider.oninput = () => this.set(Number(this.slider.value));
     this.slider.onkeydown = (event) => this.step(event);
-    this.note.setAttribute("role", "status");
     this.number.setAttribute("aria-describedby", this.note.id);
     this.number.onfocus = () => this.number.select();
     this.number.oninput = (event) => {
@@ -35,7 +34,6 @@ export abstract class NumberRow {
     };
     this.number.onkeydown = (event) => this.key(event);
     this.number.onblur = () => this.commit();
-    this.title = element("span", { className: "name", title: name }, name);
     const limits = element("span", { className: "limits", ariaHidden: "true" }, this.low, this.high);
     this.parts = [this.title, this.slider, this.number, this.sign, limits, this.note];
   }

@@ -1,6 +1,5 @@
 import type { App } from "../app.ts";
 import { paintFloor } from "../scene/floor.ts";
-import type { Snapshot } from "../stance.ts";
 import { Address } from "./address.ts";
 import { element, button } from "./element.ts";
 import { Exchange } from "./exchange.ts";
@@ -24,32 +23,23 @@ interface Section {
 
 /** The panel beside the view. */
 export class Panel {
-  settings: Settings;
+  settings = new Settings(this.page.role === "");
   messages = new Messages(document.getElementById("message") as HTMLElement);
-  exchange: Exchange;
-  past: Past;
-  start: Snapshot;
-  address: Address;
-  layout: Layout;
-  keys: Keys;
-  joints: Joints;
-  readout: Readout;
+  exchange = new Exchange(this.page, this.messages);
+  past = new Past(this.page);
+  start = this.page.stance.snapshot();
+  address = new Address(this);
+  layout = new Layout(this.aside, document.getElementById("view") as HTMLElement, this.settings);
+  keys = new Keys(this);
+  joints = new Joints(this);
+  readout = new Readout(this);
   /** From top to bottom; the read-out stays below the sections that scroll. */
   sections: Section[];
 
   constructor(
     readonly page: App,
-    aside: HTMLElement,
+    readonly aside: HTMLElement,
   ) {
-    this.settings = new Settings(page.role === "");
-    this.exchange = new Exchange(page, this.messages);
-    this.past = new Past(page);
-    this.start = page.stance.snapshot();
-    this.address = new Address(this);
-    this.layout = new Layout(aside, document.getElementById("view") as HTMLElement, this.settings);
-    this.keys = new Keys(this);
-    this.joints = new Joints(this);
-    this.readout = new Readout(this);
     const head = new Head(this);
     // On a phone the filter of the joints is in the head of the panel.
     const low = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1), (max-height: 32em)");
@@ -112,12 +102,11 @@ export class Panel {
  * panel moves its own robot; the program that added the others moves them.
  */
 export class Robots {
-  page: Panel["page"];
+  page = this.panel.page;
   list = element("ul");
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
-    this.page = panel.page;
     const { name } = this.page.robot.about;
     const note = element("p", {}, `The panel moves ${name}; the program that added the others moves them.`);
     this.element = element(

@@ -1,13 +1,11 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Targets } from "../drag/targets.ts";
 import type { Controls } from "./controls.ts";
 import type { Snapshot } from "../stance.ts";
 import type { Edited } from "../timeline/editor.ts";
 
-type Page = PageWith<"controls" | "player" | "stance" | "targets">;
-
 /** The state that undo restores: the configuration, targets and controls that were moved, and the key frames if any. */
-type State = Snapshot & { edited?: Edited; placed: Targets["placed"]; chosen: Controls["chosen"] };
+type State = Snapshot & { edited?: Edited; placed: Targets["changes"]["kept"]; chosen: Controls["changes"]["kept"] };
 
 // Steps by keys, such as arrows on a slider: presses in the same place within SERIES [ms] of each other are one step of undo.
 const STEPPING = /^(Arrow|Page)/;
@@ -22,7 +20,7 @@ const SERIES = 600;
  */
 export class Past extends EventTarget {
   history = new History<State>();
-  now: State;
+  now = this.snapshot;
   /** The state before the current step. */
   before: State | null = null;
   /** The keys, pointers, drag and series that keep the step open. */
@@ -31,9 +29,8 @@ export class Past extends EventTarget {
   series: EventTarget | null = null;
   timer = 0;
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     super();
-    this.now = this.snapshot;
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
     page.addEventListener("placed", (event) => this.settled((event as CustomEvent).detail.own));
     page.player.addEventListener("edited", () => this.settled(true));
@@ -43,34 +40,23 @@ export class Past extends EventTarget {
       if ((event as CustomEvent).detail.held) this.held.add("gesture");
       else if (this.held.delete("gesture")) this.keep();
     });
-    const options = { capture: true };
-    window.addEventListener(
-      "pointerdown",
-      ({ pointerId }) => {
-        // A press ends what is held by keyboard.
-        this.held.delete("gesture");
-        this.begin(`pointer ${pointerId}`);
-      },
-      options,
-    );
-    window.addEventListener("pointerup", ({ pointerId }) => this.end(`pointer ${pointerId}`), options);
-    window.addEventListener("pointercancel", ({ pointerId }) => this.end(`pointer ${pointerId}`), options);
-    window.addEventListener(
-      "keydown",
-      ({ code, target }) => {
-        if (!MODIFIER.test(code)) this.begin(`key ${code}`, STEPPING.test(code) ? target : null);
-      },
-      options,
-    );
-    window.addEventListener(
-      "keyup",
-      ({ code, key }) => {
-        // On a Mac, keys pressed with ⌘ send no keyup; they count as released when ⌘ is.
-        if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
-        this.end(`key ${code}`);
-      },
-      options,
-    );
+    const on = <Type extends keyof WindowEventMap>(type: Type, act: (event: WindowEventMap[Type]) => void) =>
+      window.addEventListener(type, act, { capture: true });
+    on("pointerdown", ({ pointerId }) => {
+      // A press ends what is held by keyboard.
+      this.held.delete("gesture");
+      this.begin(`pointer ${pointerId}`);
+    });
+    on("pointerup", ({ pointerId }) => this.end(`pointer ${pointerId}`));
+    on("pointercancel", ({ pointerId }) => this.end(`pointer ${pointerId}`));
+    on("keydown", ({ code, target }) => {
+      if (!MODIFIER.test(code)) this.begin(`key ${code}`, STEPPING.test(code) ? target : null);
+    });
+    on("keyup", ({ code, key }) => {
+      // On a Mac, keys pressed with ⌘ send no keyup; they count as released when ⌘ is.
+      if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
+      this.end(`key ${code}`);
+    });
     window.addEventListener("blur", () => this.letGo());
   }
 
@@ -101,8 +87,8 @@ export class Past extends EventTarget {
 
   get snapshot(): State {
     const { controls, player, stance, targets } = this.page;
-    const { chosen } = controls;
-    return { ...stance.snapshot(), edited: player.editor?.edited, placed: targets.placed, chosen };
+    const [placed, chosen] = [targets.changes.kept, controls.changes.kept];
+    return { ...stance.snapshot(), edited: player.editor?.edited, placed, chosen };
   }
 
   /** @param own whether this page made the change, and not the program or a clip */

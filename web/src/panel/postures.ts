@@ -1,6 +1,6 @@
 import "./postures.css";
 import type { Snapshot } from "../stance.ts";
-import { button, element, iconButton, menu, toolbar } from "./element.ts";
+import { button, div, element, iconButton, menu, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { remember } from "./settings.ts";
 
@@ -17,7 +17,7 @@ const [LONGEST, MOST] = [40, 60];
 export class Postures {
   poses: Pose[] = [];
   name = element("input", { type: "text", maxLength: LONGEST, autocomplete: "off", ariaLabel: "Name of the pose" });
-  problem = element("p", { className: "problem" });
+  problem = element("p", { className: "problem", role: "status" });
   list = element("ul", {});
   opener = element(
     "button",
@@ -28,7 +28,6 @@ export class Postures {
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
-    this.problem.setAttribute("role", "status");
     const keep = element("form", {}, this.name, element("button", {}, "Keep"));
     keep.onsubmit = (event) => {
       event.preventDefault();
@@ -96,7 +95,7 @@ export class Postures {
       made.classList.add("own");
       return made;
     });
-    const bar = toolbar(element("div", { className: "postures" }), "Postures", ...postures, ...poses, this.opener);
+    const bar = toolbar(div("postures"), "Postures", ...postures, ...poses, this.opener);
     this.element.firstElementChild?.replaceWith(bar);
     this.list.replaceChildren(
       ...this.poses.map(({ name }) => {

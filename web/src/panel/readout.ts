@@ -6,7 +6,7 @@ import type { About } from "../types.ts";
 import { unitOf, withUnit, type Choice } from "../values/units.ts";
 import { differences } from "../values/configurations.ts";
 import { BodyState } from "./body_state.ts";
-import { button, element, iconButton } from "./element.ts";
+import { button, div, element, iconButton } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /**
@@ -58,20 +58,17 @@ const share = (name: string, value: number): Shown => ({
 
 /** Rows of named numbers: each shows a rounded text, and its tool tip and data hold the exact value. */
 class Numbers {
-  cells: { name: HTMLSpanElement; output: HTMLOutputElement }[];
-  box: HTMLDivElement;
+  cells = Array.from({ length: this.count }, () => ({
+    name: element("span", { ariaHidden: "true" }),
+    // Screen readers read it on demand, not at every step of a motion.
+    output: element("output", { ariaLive: "off" }),
+  }));
+  box = div("numbers", ...this.cells.map(({ name, output }) => element("div", {}, name, output)));
 
-  constructor(count: number, columns: number) {
-    this.cells = Array.from({ length: count }, () => ({
-      name: element("span", { ariaHidden: "true" }),
-      // Screen readers read it on demand, not at every step of a motion.
-      output: element("output", { ariaLive: "off" }),
-    }));
-    this.box = element(
-      "div",
-      { className: "numbers" },
-      ...this.cells.map(({ name, output }) => element("div", {}, name, output)),
-    );
+  constructor(
+    readonly count: number,
+    columns: number,
+  ) {
     this.box.style.setProperty("--columns", String(columns));
   }
 
@@ -99,19 +96,36 @@ export class Readout {
   reference: HTMLSelectElement;
   ends: HTMLSelectElement[];
   measure: HTMLButtonElement;
-  more: HTMLButtonElement;
+  more = iconButton("more", "Quaternion, axis and angle, copying, centre of mass", () => {
+    this.open = !this.open;
+    this.refresh();
+  });
   /** The elements for measuring only. */
   line: HTMLElement[];
   numbers = new Numbers(6, 3);
   rotation = new Numbers(8, 4);
-  state: BodyState;
+  state = new BodyState(this.panel);
   centre = new Numbers(6, 3);
   /** The difference to a ghost or to the last posture: the joints that differ most, and the way of the frame. */
   difference = new Numbers(6, 3);
   compared = element("h3");
-  apart = element("div", { className: "apart" }, this.compared, this.difference.box);
+  apart = div("apart", this.compared, this.difference.box);
   /** More of a pose: the rotation in other forms, the buttons that copy it, and the centre of mass. */
-  rest: HTMLDivElement;
+  rest = element(
+    "div",
+    { className: "rest", id: "rest-of-pose" },
+    this.rotation.box,
+    div(
+      "copies",
+      "Copy",
+      ...COPIES.map(({ name, title, text }) => {
+        const copy = button(name, () => void this.panel.exchange.copy(text(poseNumbers(this.pose)), name));
+        copy.title = title;
+        return copy;
+      }),
+    ),
+    this.centre.box,
+  );
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
@@ -133,27 +147,6 @@ export class Readout {
       this.measuring ? measure.clear() : measure.setPicking(true),
     );
     this.measure.title = "Measure: two clicks on the robot; Escape ends it";
-    this.rest = element(
-      "div",
-      { className: "rest", id: "rest-of-pose" },
-      this.rotation.box,
-      element(
-        "div",
-        { className: "copies" },
-        "Copy",
-        ...COPIES.map(({ name, title, text }) => {
-          const copy = button(name, () => void panel.exchange.copy(text(poseNumbers(this.pose)), name));
-          copy.title = title;
-          return copy;
-        }),
-      ),
-      this.centre.box,
-    );
-    this.state = new BodyState(panel);
-    this.more = iconButton("more", "Quaternion, axis and angle, copying, centre of mass", () => {
-      this.open = !this.open;
-      this.refresh();
-    });
     this.more.setAttribute("aria-controls", this.rest.id);
     const [from, to] = this.ends;
     this.line = [from, element("span", {}, "to"), to];
@@ -161,14 +154,7 @@ export class Readout {
     this.element = element(
       "section",
       { className: "readout", ariaLabel: "Pose of a frame, or a measurement" },
-      element(
-        "div",
-        { className: "which" },
-        this.frame,
-        ...this.line,
-        place,
-        element("div", {}, this.measure, this.more),
-      ),
+      div("which", this.frame, ...this.line, place, element("div", {}, this.measure, this.more)),
       this.numbers.box,
       this.apart,
       this.rest,

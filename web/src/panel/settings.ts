@@ -1,5 +1,5 @@
 import { USUAL, type Choice } from "../values/units.ts";
-import { element } from "./element.ts";
+import { div, element } from "./element.ts";
 
 const PREFIX = "nao-kin.";
 
@@ -29,18 +29,16 @@ const THEMES = { auto: "System", light: "Light", dark: "Dark" };
  * Events: "units" when another unit is chosen, "theme" when other colours are.
  */
 export class Settings extends EventTarget {
-  units: Choice;
-  keys: boolean;
+  units = {
+    angle: this.kept("angle") === "rad" ? "rad" : USUAL.angle,
+    length: this.kept("length") === "m" ? "m" : USUAL.length,
+  };
+  keys = this.kept("keys") !== "off";
   theme: string | undefined;
 
   /** @param own whether the page is for a user, and not only for taking a picture */
   constructor(readonly own: boolean) {
     super();
-    this.units = {
-      angle: this.kept("angle") === "rad" ? "rad" : USUAL.angle,
-      length: this.kept("length") === "m" ? "m" : USUAL.length,
-    };
-    this.keys = this.kept("keys") !== "off";
     const theme = own ? (this.kept("theme") ?? "auto") : "light";
     this.setTheme(Object.hasOwn(THEMES, theme) ? theme : "auto");
   }
@@ -100,5 +98,5 @@ function choice(
     radio.onchange = () => choose(value);
     return element("label", {}, radio, element("span", {}, text));
   });
-  return element("fieldset", {}, element("legend", {}, legend), element("div", { className: "choice" }, ...radios));
+  return element("fieldset", {}, element("legend", {}, legend), div("choice", ...radios));
 }

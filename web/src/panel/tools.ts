@@ -1,5 +1,5 @@
 import { mirrored, randomWithin } from "../values/configurations.ts";
-import { element, iconButton, menu, toolbar } from "./element.ts";
+import { div, element, iconButton, menu, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /** The head of the panel: the name of the robot, its degrees of freedom and notes, and the settings of the page. */
@@ -19,9 +19,8 @@ export class Head {
     this.element = element(
       "header",
       {},
-      element(
-        "div",
-        { className: "robot" },
+      div(
+        "robot",
         element("h1", { title: about.name }, about.name),
         element(
           "p",
@@ -85,15 +84,13 @@ export class Messages {
 
 /** The toolbar for the whole configuration: undo, reset, mirror, copy and others. */
 export class Tools {
-  undo: HTMLButtonElement;
-  redo: HTMLButtonElement;
+  undo = iconButton("undo", "Undo", () => this.panel.past.undo(), "Ctrl+Z", "Undo");
+  redo = iconButton("redo", "Redo", () => this.panel.past.redo(), "Ctrl+Shift+Z", "Redo");
   element: HTMLDivElement;
 
   constructor(readonly panel: Panel) {
     const { page, past, exchange } = panel;
     const { about } = page.robot;
-    this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z", "Undo");
-    this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z", "Redo");
     past.addEventListener("changed", () => this.refresh());
     const reset = iconButton("reset", "Reset to the beginning", () => panel.reset(), "", "Reset");
     const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror(), "", "Mirror");
@@ -119,9 +116,9 @@ export class Tools {
     );
     const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V", "Paste");
     const link = iconButton("link", "Copy a link to this state", () => panel.address.copy(), "", "Link");
-    const group = (...buttons: Node[]) => element("div", { className: "group" }, ...buttons);
+    const group = (...buttons: Node[]) => div("group", ...buttons);
     const bar = toolbar(
-      element("div", { className: "tools" }),
+      div("tools"),
       "Configuration",
       group(this.undo, this.redo),
       group(reset, mirror, random),

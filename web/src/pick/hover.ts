@@ -1,13 +1,11 @@
 import "./tip.css";
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { asMark } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
 import type { Picker } from "./pick.ts";
-
-type Page = PageWith<"axes" | "panel" | "robot" | "viewer">;
 
 // The distance between the pointer and the tip [px].
 const BESIDE = 16;
@@ -24,7 +22,7 @@ class Tip {
 
   /** @param view the element that the card stays inside */
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly view: HTMLElement,
   ) {
     this.card.append(this.name, this.joint, this.pair, this.value);
@@ -100,17 +98,16 @@ class Highlight {
 
 /** Shows the link under the pointer: a tint on it, and its tip. */
 export class Hover {
-  highlight: Highlight;
+  highlight = new Highlight(this.page.robot);
   tip: Tip;
   waiting: { clientX: number; clientY: number } | null = null;
   found: (link: number | null) => void = () => {};
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly picker: Picker,
     view: HTMLElement,
   ) {
-    this.highlight = new Highlight(page.robot);
     this.tip = new Tip(page, view);
     page.addEventListener("settled", () => this.tip.refresh());
   }

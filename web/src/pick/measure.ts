@@ -1,10 +1,8 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { flatMaterial } from "../scene/shapes.ts";
 import { asMark } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
-
-type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
 /** One end of a measurement: a frame, or a point fixed to a link. */
 type End = { kind: "frame"; name: string } | { kind: "point"; link: number; local: THREE.Vector3 };
@@ -22,7 +20,7 @@ export class Measure {
   thread;
   label = new THREE.Group();
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     page.robot.root.add(this.group);
     const scale = page.studio.markScale;
     const material = flatMaterial(COLOUR, 20);

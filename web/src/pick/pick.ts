@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { limbsOf } from "../ik/limbs.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/shapes.ts";
@@ -10,21 +10,22 @@ import { frameOf } from "./facts.ts";
 import { Hover } from "./hover.ts";
 import { Measure } from "./measure.ts";
 
-type Page = PageWith<"axes" | "labels" | "panel" | "robot" | "studio" | "viewer">;
-
 const SIZE = 0.062;
 
 /** The selected frame, drawn as a triad with its name. Event of the page: "selected", at every click. */
 class Selection {
   /** The frame whose pose the panel shows: the one selected last, at first a hand, whose pose changes most. */
-  read: string;
+  read =
+    limbsOf(this.about).find(({ kind }) => kind === "hand")?.frame ??
+    this.about.effectors[0] ??
+    this.about.frames[0].name;
   frame: string | null = null;
   triad: THREE.Group | null = null;
 
-  constructor(readonly page: Page) {
-    const { about } = page.robot;
-    this.read = limbsOf(about).find(({ kind }) => kind === "hand")?.frame ?? about.effectors[0] ?? about.frames[0].name;
-  }
+  constructor(
+    readonly page: App,
+    readonly about = page.robot.about,
+  ) {}
 
   /** Number of the link that the frame belongs to. */
   get link() {
@@ -61,19 +62,16 @@ class Selection {
 
 /** The link under the pointer, the selection, and the measurement. */
 export class Pick {
-  viewport: Viewport;
-  picker: Picker;
-  hover: Hover;
-  selection: Selection;
-  measure: Measure;
+  viewport = new Viewport(this.page.viewer, this.pane);
+  picker = new Picker(this.page.robot, this.viewport);
+  hover = new Hover(this.page, this.picker, this.pane);
+  selection = new Selection(this.page);
+  measure = new Measure(this.page);
 
-  constructor(page: Page, pane: HTMLElement) {
-    this.viewport = new Viewport(page.viewer, pane);
-    this.picker = new Picker(page.robot, this.viewport);
-    this.hover = new Hover(page, this.picker, pane);
-    this.selection = new Selection(page);
-    this.measure = new Measure(page);
-  }
+  constructor(
+    readonly page: App,
+    readonly pane: HTMLElement,
+  ) {}
 }
 
 /** Converts between places on the screen and rays or points in the scene. */

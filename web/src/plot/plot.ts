@@ -1,7 +1,7 @@
 import "uplot/dist/uPlot.min.css";
 import uPlot from "uplot";
 import { clamp, fixed } from "../math/numbers.ts";
-import { element } from "../panel/element.ts";
+import { div, element } from "../panel/element.ts";
 
 /*! uPlot 1.6.32 (https://github.com/leeoniya/uPlot)
 
@@ -59,9 +59,9 @@ export class Plot {
   /** The time of the cursor [s]. */
   time = 0;
   times: number[] = [];
-  values = element("div", { className: "values" });
-  picture = element("div", { className: "picture" });
-  cursor = element("div", { className: "now" });
+  values = div("values");
+  picture = element("div", { className: "picture", role: "img" });
+  cursor = div("now");
   element: HTMLDivElement;
   outputs: HTMLOutputElement[] | undefined;
   plot: uPlot | undefined;
@@ -73,13 +73,7 @@ export class Plot {
     readonly seek: (time: number) => void,
     readonly grows: boolean = false,
   ) {
-    this.picture.setAttribute("role", "img");
-    this.element = element(
-      "div",
-      { className: "plot" },
-      element("div", { className: "head" }, chooser, this.values),
-      this.picture,
-    );
+    this.element = div("plot", div("head", chooser, this.values), this.picture);
     new ResizeObserver(() => this.resize()).observe(this.picture);
   }
 
@@ -90,12 +84,11 @@ export class Plot {
     this.times = times;
     if (isSame && this.grows) {
       this.plot?.setData([times, ...lines.map(({ values }) => values)]);
-      this.picture.setAttribute("aria-label", this.described());
+      this.picture.ariaLabel = this.described();
       return;
     }
     this.plot?.destroy();
-    this.outputs = lines.map(() => element("output"));
-    this.outputs.forEach((output) => output.setAttribute("aria-live", "off"));
+    this.outputs = lines.map(() => element("output", { ariaLive: "off" }));
     this.values.replaceChildren(
       ...lines.map(({ name, colour }, i) => {
         const dot = element("i", {});
@@ -103,7 +96,7 @@ export class Plot {
         return element("span", {}, dot, name, " ", (this.outputs as HTMLElement[])[i]);
       }),
     );
-    this.picture.setAttribute("aria-label", this.described());
+    this.picture.ariaLabel = this.described();
     const style = getComputedStyle(this.element);
     const [soft, grid] = [style.color, style.borderTopColor];
     const axis = {

@@ -1,6 +1,6 @@
 import "./plot.css";
 import { firstWhere } from "../math/numbers.ts";
-import { element, menu } from "../panel/element.ts";
+import { button, div, element, menu, select } from "../panel/element.ts";
 import { OffScreen } from "../robot/nodes.ts";
 import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
@@ -21,14 +21,18 @@ const PATIENCE = 80;
  * While hidden, it draws nothing; the first points that the program plots open it.
  */
 export class PlotStrip {
-  coordinates: Coordinate[];
+  coordinates = this.player.page.robot.about.coordinates;
   /** Columns of the chosen joints; null for the joints that move most. */
   chosen: Set<number> | null = null;
   /** A copy of the robot's tree that computes poses in other configurations. */
   skeleton: OffScreen | undefined = undefined;
   waiting: ReturnType<typeof setTimeout> | undefined = undefined;
-  button: HTMLButtonElement;
-  frames: HTMLSelectElement;
+  button = this.player.switch("plot", "Plots", () => this.open(this.element.hidden !== false), "Plots");
+  frames = select(
+    "Frame to plot",
+    this.player.page.robot.about.frames.map(({ name }) => name),
+    () => this.update(),
+  );
   joints: Plot;
   places: Plot;
   element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
@@ -44,16 +48,7 @@ export class PlotStrip {
 
   constructor(readonly player: Player) {
     const { page } = player;
-    const { about } = page.robot;
-    this.coordinates = about.coordinates;
-    this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false), "Plots");
-    this.frames = element(
-      "select",
-      { ariaLabel: "Frame to plot" },
-      ...about.frames.map(({ name }) => element("option", { value: name }, name)),
-    );
     this.frames.value = page.pick.selection.read;
-    this.frames.onchange = () => this.update();
     // The plot follows the frame that the panel shows.
     page.addEventListener("selected", () => {
       this.frames.value = page.pick.selection.read;
@@ -78,14 +73,13 @@ export class PlotStrip {
       box.onchange = () => this.choose();
       return { box, column, label: element("label", {}, box, joint) };
     });
-    const most = element("button", { type: "button" }, "Joints that move most");
-    most.onclick = () => {
+    const most = button("Joints that move most", () => {
       this.chosen = null;
       this.update();
-    };
+    });
     const sheet = menu(opener, "Joints to plot", most, ...this.boxes.map(({ label }) => label));
     sheet.classList.add("checks");
-    return element("div", { className: "chooser" }, opener, sheet);
+    return div("chooser", opener, sheet);
   }
 
   choose() {

@@ -2,10 +2,7 @@ import type { Received } from "../received.ts";
 import type { Motion } from "../timeline/motion.ts";
 
 /** Points of some lines: the time of each point, and one value per line, NaN for no value. */
-interface Chunk {
-  times: Float64Array;
-  values: Float64Array;
-}
+type Chunk = Pick<Received["plot"], "times" | "values">;
 
 /** A plot of the program: its lines and their points, in chunks by the index of the chunk's first point. */
 interface Stream {

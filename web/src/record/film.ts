@@ -1,12 +1,10 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { button, element, openDialog } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { Pictures, download, fileName, lookFrom } from "./pictures.ts";
 import { COLOURS, toPlanes } from "./planes.ts";
 import { webm, type EncodedPicture, type Track } from "./webm.ts";
 import { zip } from "./zip.ts";
-
-type Page = Pictures["page"] & PageWith<"player" | "stance">;
 
 type Form = Received["film"]["form"];
 
@@ -130,7 +128,7 @@ function checkSize(bytes: number) {
  * @param tell called after each picture with the number of pictures so far and in all; throws to cancel
  */
 async function film(
-  page: Page,
+  page: App,
   { fps, width, height, form }: { fps: number; width: number; height: number; form: Form },
   look: () => void,
   tell: (done: number, all: number) => void,
@@ -170,7 +168,7 @@ async function film(
 }
 
 /** Film the motion as the view shows it, with a dialog that shows the progress, and save the file. */
-export async function saveFilm(page: Page): Promise<void> {
+export async function saveFilm(page: App): Promise<void> {
   const { pane, player, panel, robot } = page;
   if (!player.loaded) {
     return panel.messages.say("There is no motion to film: record one, set key frames or open a file.", { bad: true });
@@ -213,7 +211,7 @@ export async function saveFilm(page: Page): Promise<void> {
 const PIECE = 3 << 20;
 
 /** Film the motion for the program; send it the progress, and then the file in pieces. */
-export async function sendFilm(page: Page, { id, camera, ...what }: Received["film"]): Promise<void> {
+export async function sendFilm(page: App, { id, camera, ...what }: Received["film"]): Promise<void> {
   const send = (answer: object) => page.send({ kind: "film", id, ...answer });
   try {
     const blob = await film(

@@ -1,10 +1,6 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { element, makeInk } from "../panel/element.ts";
 import type { Received } from "../received.ts";
-
-type Page = PageWith<
-  "camera" | "labels" | "others" | "pane" | "panel" | "preset" | "robot" | "send" | "studio" | "viewer"
->;
 
 /** Save a file through the browser. */
 export function download(blob: Blob, name: string) {
@@ -47,14 +43,13 @@ function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, w
 
 /** Draws pictures of one size in the best quality, with labels and the page's background, instead of the view until `end`. */
 export class Pictures {
-  ink: CanvasRenderingContext2D;
+  ink = makeInk(this.width, this.height);
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     readonly width: number,
     readonly height: number,
   ) {
-    this.ink = makeInk(width, height);
     Object.assign(page.studio, { alwaysFine: true, ratio: 1 });
     this.fit();
   }
@@ -96,7 +91,7 @@ export class Pictures {
  *
  * @param scale pixels of the picture per pixel of the screen
  */
-export async function saveScreenshot(page: Page, scale: number): Promise<void> {
+export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const { pane, studio, robot } = page;
   const ratio = scale * window.devicePixelRatio;
   const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
@@ -113,13 +108,13 @@ export async function saveScreenshot(page: Page, scale: number): Promise<void> {
 }
 
 /** Put the camera at one of the presets, or at a pose. */
-export function lookFrom(page: Page, camera: string | number[]) {
+export function lookFrom(page: App, camera: string | number[]) {
   if (typeof camera === "string") page.studio.look(page.preset(camera), page.others);
   else page.camera(camera);
 }
 
 /** Draw the picture that the program requests, and send it. */
-export function sendPicture(page: Page, { id, width, height, camera }: Received["capture"]) {
+export function sendPicture(page: App, { id, width, height, camera }: Received["capture"]) {
   const pictures = new Pictures(page, width, height);
   lookFrom(page, camera);
   const data = pictures.draw().toDataURL("image/png");

@@ -51,12 +51,7 @@ const CODECS = { vp09: "V_VP9", vp8: "V_VP8" };
 
 function trackEntry({ codec, width, height, fps }: Track): Element {
   // BT.709 in the limited range, as `toPlanes` makes it.
-  const colour: Element[] = [
-    [0x55b1, 1],
-    [0x55b9, 1],
-    [0x55ba, 1],
-    [0x55bb, 1],
-  ];
+  const colour = [0x55b1, 0x55b9, 0x55ba, 0x55bb].map((id): Element => [id, 1]);
   const video: Element[] = [
     [0xb0, width],
     [0xba, height],

@@ -52,19 +52,19 @@ const SLACK = 1e-6;
 
 /** The robot: its tree, its shapes, its limits and its masses. */
 export class Robot extends Skeleton {
-  frames: Map<string, number>;
+  /** The index of the link of every frame. */
+  frames = new Map(this.about.frames.map(({ name, link }) => [name, link]));
   meshes: Shape[] = [];
   /** For each sole the links that move with it. */
   feet: number[][];
-  q: number[];
+  /** The configuration. There is only this one array, into which meshcat's clips and all other parts write. */
+  q = [...this.about.neutral];
   /** The vertical in the root's frame that a clip gives with the configurations, of any length; zeros if it gives none. */
   clipUp = [0, 0, 0];
 
   /** @param share factor on the opacity of its shapes */
   constructor(root: THREE.Object3D, about: About, parts: Parts, share: number) {
     super(root, about);
-    /** The index of the link of every frame. */
-    this.frames = new Map(about.frames.map(({ name, link }) => [name, link]));
     for (const { link, geometry, matrix, colour, opacity, light } of about.shapes) {
       const mesh = makeMesh(parts.geometries.get(geometry) as THREE.BufferGeometry, colour, share * opacity);
       mesh.applyMatrix4(new THREE.Matrix4().fromArray(matrix));
@@ -75,8 +75,6 @@ export class Robot extends Skeleton {
     this.feet = about.soles.map(({ link }) =>
       [...carriers.keys()].filter((other) => carriers[other] === carriers[link]),
     );
-    /** The configuration. There is only this one array, into which meshcat's clips and all other parts write. */
-    this.q = [...about.neutral];
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
   }
 
@@ -89,11 +87,6 @@ export class Robot extends Skeleton {
     const link = this.frames.get(name);
     if (link === undefined) throw new Error(`no frame ${name}`);
     return link;
-  }
-
-  /** Pose of a frame in that of another one. */
-  poseIn(frame: string, reference: string) {
-    return between(this.frameNode(frame), this.frameNode(reference));
   }
 
   /** The range of a coordinate, coupled limits included, in a configuration. */
@@ -245,6 +238,6 @@ export class ShownRobot {
     if (!robot.about.floating && !isHeld) this.standing.place(robot.q, up);
     this.outside = robot.outside(robot.q);
     const joints = robot.joints.filter(({ column }) => this.outside.has(column));
-    this.colours.setOutside(new Set(joints.map(({ link }) => link)));
+    this.colours.mark("outside", new Set(joints.map(({ link }) => link)));
   }
 }

@@ -1,3 +1,4 @@
+import { outermost } from "../math/hulls.ts";
 import { clamp } from "../math/numbers.ts";
 import { cross, direction, dot, plus, times, type Vector } from "../math/rotations.ts";
 import { convexHull, inside, type Point } from "../math/surfaces.ts";
@@ -27,17 +28,7 @@ export function directions(count: number) {
 export function extremes(points: Float64Array, towards: Float64Array) {
   const found: Set<number> = new Set();
   for (let k = 0; k < towards.length && points.length > 0; k += 3) {
-    const [x, y, z] = [towards[k], towards[k + 1], towards[k + 2]];
-    let best = 0;
-    let most = -Infinity;
-    for (let i = 0; i < points.length; i += 3) {
-      const height = x * points[i] + y * points[i + 1] + z * points[i + 2];
-      if (height > most) {
-        best = i;
-        most = height;
-      }
-    }
-    found.add(best);
+    found.add(outermost(points, [towards[k], towards[k + 1], towards[k + 2]]));
   }
   return Float64Array.from([...found].flatMap((i) => [points[i], points[i + 1], points[i + 2]]));
 }

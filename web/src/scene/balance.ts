@@ -1,11 +1,9 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { convexHull, inside, type Point } from "../math/surfaces.ts";
 import { makeInk } from "../panel/element.ts";
 import { nearestOnRim } from "../robot/settling.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
-
-type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
 // A point up to this height above the floor counts as touching it [m].
 const TOUCHING = 0.002;
@@ -59,7 +57,7 @@ export class Balance {
   /** How the robot stands since its last movement, once somebody has asked. */
   private found: Stand | null = null;
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     // Made only once: the graphics card would have to compile new materials in each step of a movement.
     const size = page.studio.markScale;
     this.ball = new THREE.Mesh(new THREE.SphereGeometry(0.018 * size, 32, 24), quarteredMaterial());

@@ -1,12 +1,10 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Received } from "../received.ts";
 import { makeGeometry } from "../robot/robot.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
 import { shiny } from "./extras.ts";
-
-type Page = PageWith<"labels" | "robot" | "studio" | "toggles">;
 
 const [GREEN, VIOLET, OPACITY]: [Vector, Vector, number] = [[0.05, 0.7, 0.5], [0.45, 0.3, 0.8], 0.35];
 
@@ -17,7 +15,7 @@ export class BodyShapes {
   collision: THREE.Mesh[] = [];
   inertia: THREE.Mesh[] = [];
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   receive({ shapes }: Received["shapes"]) {
     this.shapes = shapes;

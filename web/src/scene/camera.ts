@@ -2,7 +2,7 @@ import { THREE } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 
 // From a camera of three.js, which looks along −z with y up, to the body frame of a camera: x ahead, y to the left, z up.
-const BODY = new THREE.Matrix4().set(0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1);
+export const BODY = new THREE.Matrix4().set(0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1);
 // A camera that looks this close to straight down or up [rad] is turned about its axis by where it stands.
 const POLE = 1e-5;
 const UP = new THREE.Vector3(0, 1, 0);

@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import type { Received } from "../received.ts";
 import { entry } from "./legend.ts";
 import { OVERLAP } from "./link_colours.ts";
@@ -86,8 +86,6 @@ export class SelfCollision {
   }
 }
 
-type Page = PageWith<"colours" | "legend" | "panel" | "robot" | "toggles">;
-
 /** Finds the links that overlap whenever the robot moves, and can show them in a colour of their own. */
 export class Collisions {
   on = false;
@@ -95,7 +93,7 @@ export class Collisions {
   pairs: [number, number][] | null = null;
   private search: SelfCollision | null = null;
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   receive(hulls: Received["hulls"]) {
     this.search = new SelfCollision(hulls);
@@ -119,7 +117,7 @@ export class Collisions {
     const { colours, legend } = this.page;
     const links = new Set(this.on ? this.pairs?.flat() : []);
     // The legend is built anew only when it changes: it may move the picture.
-    if (colours.setOverlapping(links)) {
+    if (colours.mark("overlapping", links)) {
       legend.set("overlap", links.size > 0 ? [entry("links that overlap", OVERLAP)] : []);
     }
   }

@@ -1,4 +1,4 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { makeInk } from "../panel/element.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 import { makeGeometry } from "../robot/robot.ts";
@@ -6,8 +6,6 @@ import { THREE } from "../three.ts";
 import { isParallel } from "./camera.ts";
 import type { Vector } from "../types.ts";
 import type { Received } from "../received.ts";
-
-type Page = PageWith<"labels" | "robot" | "studio" | "viewer">;
 
 /** The fields of a message with a shape; each kind of shape uses some of them. */
 type Shape = Required<Received["extra"]>;
@@ -151,7 +149,7 @@ const MAKERS: Record<string, (message: Shape) => THREE.Object3D> = {
 export class Extras {
   shapes: Map<string, THREE.Object3D> = new Map();
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   /** Draw a shape, which replaces the one of the same name. */
   add(message: Received["extra"]) {

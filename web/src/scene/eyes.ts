@@ -1,13 +1,12 @@
-import type { PageWith } from "../app.ts";
-import { element } from "../panel/element.ts";
+import type { App } from "../app.ts";
+import { div, element, select } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Eye } from "../types.ts";
 import type { Received } from "../received.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
+import { BODY } from "./camera.ts";
 import type { Studio } from "./studio.ts";
-
-type Page = PageWith<"eyes" | "pane" | "robot" | "viewer">;
 
 // The field of view if it is unknown [rad], and the length of the drawn frustum as a share of the robot's size.
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
@@ -15,9 +14,7 @@ const REACH = 0.3;
 const [NEAR, FAR] = [0.025, 60];
 /** Turn a camera of three.js, which looks along −z with y up, so that it looks along x with z up, as the robot's do. */
 function lookAhead(camera: THREE.PerspectiveCamera) {
-  const { Vector3 } = THREE;
-  const turn = new THREE.Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0));
-  camera.quaternion.setFromRotationMatrix(turn);
+  camera.quaternion.setFromRotationMatrix(BODY.clone().transpose());
 }
 
 function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye, near: number, far: number) {
@@ -27,19 +24,19 @@ function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye
 }
 
 /** Make the frame in the page around the camera's picture. */
-export function makeSight(page: Page) {
+export function makeSight(page: App) {
   const onchange = () => {
-    page.eyes.show(select.value);
+    page.eyes.show(list.value);
     page.viewer.set_dirty();
   };
-  const names = page.robot.about.eyes.map(({ name }) => new Option(name, name));
-  const select = element("select", { ariaLabel: "Camera of the robot", onchange }, ...names);
-  const picture = element("div", { className: "sight" });
+  const names = page.robot.about.eyes.map(({ name }) => name);
+  const list = select("Camera of the robot", names, onchange);
+  const picture = element("div", { className: "sight", role: "img" });
   const field = element("span", { title: "Horizontal and vertical field of view" });
-  const caption = element("div", { className: "caption" }, select, field);
+  const caption = div("caption", list, field);
   const box = element("div", { id: "eye", hidden: true }, picture, caption);
   page.pane.after(box);
-  return { box, picture, select, field, pane: page.pane };
+  return { box, picture, select: list, field, pane: page.pane };
 }
 
 /** An image of a camera from the program. */
@@ -79,7 +76,7 @@ export class Eyes {
   /** The rectangle on which an image is drawn. */
   sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
   flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
-  footprint: Footprint;
+  footprint = new Footprint(this.studio.viewer.scene);
 
   constructor(
     readonly robot: Robot,
@@ -88,7 +85,6 @@ export class Eyes {
   ) {
     lookAhead(this.camera);
     asMark(this.camera);
-    this.footprint = new Footprint(studio.viewer.scene);
   }
 
   get eyes() {
@@ -143,7 +139,6 @@ export class Eyes {
     });
     this.drawGround();
     const shown = this.eye && this.images.get(this.eye.name)?.texture;
-    this.sight.picture.setAttribute("role", "img");
     this.sight.picture.ariaLabel = shown ? "Image from the program" : "What the camera sees";
     this.studio.viewer.set_dirty();
   }
@@ -289,12 +284,7 @@ export function groundInView(pose: THREE.Matrix4, horizontal: number, vertical: 
   const level = Math.hypot(forwards.x, forwards.y) > 1e-9 ? forwards : up;
   level.setZ(0).normalize();
   const [y, z] = [Math.tan(horizontal / 2), Math.tan(vertical / 2)];
-  const rays = [
-    [y, z],
-    [-y, z],
-    [-y, -z],
-    [y, -z],
-  ].map(([left, above]) => new THREE.Vector3(1, left, above).transformDirection(pose));
+  const rays = [y, -y, -y, y].map((left, i) => new THREE.Vector3(1, left, i < 2 ? z : -z).transformDirection(pose));
   // Positive for rays that meet the floor within reach, and linear along an edge, which is cut where it is 0.
   const inside = rays.map((ray) => -HORIZON * ray.z - eye.z * ray.dot(level));
   const corners = rays.flatMap((ray, i) => {

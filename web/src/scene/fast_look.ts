@@ -225,19 +225,17 @@ export class Smoothing {
   size = new THREE.Vector2();
   // With a stencil the depth has 24 bits; without one it has 16, too few for shells that are a millimetre apart.
   target = new THREE.WebGLMultisampleRenderTarget(1, 1, { format: THREE.RGBAFormat, stencilBuffer: true });
-  possible: boolean;
-  copy;
+  possible = this.renderer.capabilities.isWebGL2;
+  copy = makeScreen(
+    "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
+    { picture: { value: this.target.texture } },
+  );
   camera = new THREE.Camera();
 
   constructor(readonly renderer: THREE.WebGLRenderer) {
     this.target.texture.encoding = THREE.sRGBEncoding;
     const gl = renderer.getContext() as WebGL2RenderingContext;
-    this.possible = renderer.capabilities.isWebGL2;
     this.target.samples = this.possible ? Math.min(8, gl.getParameter(gl.MAX_SAMPLES)) : 0;
-    this.copy = makeScreen(
-      "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
-      { picture: { value: this.target.texture } },
-    );
   }
 
   draw(scene: THREE.Scene, camera: THREE.Camera) {

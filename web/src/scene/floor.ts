@@ -1,6 +1,11 @@
 import { THREE, makeScreen } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
+// The colours of the floor and of saved pictures; registered, so that the page can read them as colours.
+for (const name of ["--floor-lines", "--floor-shade", "--sky", "--haze", "--ground", "--ink", "--panel"]) {
+  CSS.registerProperty({ name, syntax: "<color>", inherits: true, initialValue: "white" });
+}
+
 /** Give the floor the colours of the styles, for the light or dark theme and for high contrast. */
 export function paintFloor({ floor, viewer }: Studio) {
   const styles = getComputedStyle(document.documentElement);

@@ -1,12 +1,10 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { asMark, between, isInside, OffScreen } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { Standing } from "../robot/standing.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";
 import type { Received } from "../received.ts";
-
-type Page = PageWith<"ghosts" | "panel" | "robot" | "show" | "stance" | "toggles">;
 
 // The colour of a ghost for comparison.
 const COMPARED = "#3f7fd9";
@@ -37,17 +35,19 @@ export class Ghosts {
   place: THREE.Matrix4 | null = null;
   group = asMark(new THREE.Group());
   private areBranches = true;
-  skeleton: OffScreen;
+  skeleton = new OffScreen(this.robot);
   /**
    * One material for each ghost, kept when the ghost is removed: otherwise the graphics card would compile a new one in each
    * step of a drag.
    */
   materials: THREE.MeshPhongMaterial[] = [];
-  shapes;
+  shapes = this.robot.meshes.map(({ mesh, link }) => ({
+    mesh,
+    link,
+    T_link_mesh: between(mesh, this.robot.nodes[link]),
+  }));
 
   constructor(readonly robot: Robot) {
-    this.skeleton = new OffScreen(robot);
-    this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: between(mesh, robot.nodes[link]) }));
     this.group.matrixAutoUpdate = false;
     (robot.root.parent as THREE.Object3D).add(this.group);
   }
@@ -129,7 +129,7 @@ function makeMaterial(place: number) {
  * @param place the pose of their root in the scene, if it is known
  */
 export function showGhosts(
-  page: Page,
+  page: App,
   { qs, count, opacity, first }: Received["ghosts"],
   place: THREE.Matrix4 | null = null,
 ) {
@@ -160,12 +160,12 @@ function placeOf(robot: Robot, q: number[]) {
   return found;
 }
 
-export function clearGhosts(page: Page) {
+export function clearGhosts(page: App) {
   showGhosts(page, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
 }
 
 /** Keep the robot, as it stands there now, as a ghost. */
-export function keepGhost(page: Page) {
+export function keepGhost(page: App) {
   const ghost = { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null };
   showGhosts(page, ghost, page.robot.placement());
 }

@@ -16,7 +16,7 @@ const [HEIGHT, PADDING, LONGEST] = [17, 5, 60];
 /** Labels over the picture, each with a line to its point; no label covers another. */
 export class Labels {
   canvas = document.createElement("canvas");
-  ink: CanvasRenderingContext2D;
+  ink = this.canvas.getContext("2d") as CanvasRenderingContext2D;
   /** The labels by their owner, the part of the page that sets them. */
   owners: Map<object, Label[]> = new Map();
   point = new THREE.Vector3();
@@ -33,7 +33,6 @@ export class Labels {
     this.canvas.ariaHidden = "true";
     this.canvas.hidden = true;
     pane.after(this.canvas);
-    this.ink = this.canvas.getContext("2d") as CanvasRenderingContext2D;
   }
 
   /**

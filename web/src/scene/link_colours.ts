@@ -67,16 +67,8 @@ export class LinkColours {
     this.paintAll();
   }
 
-  setOutside(links: Set<number>) {
-    this.mark("outside", links);
-  }
-
   /** @returns whether these are other links than before */
-  setOverlapping(links: Set<number>) {
-    return this.mark("overlapping", links);
-  }
-
-  private mark(how: "outside" | "overlapping", links: Set<number>) {
+  mark(how: "outside" | "overlapping", links: Set<number>) {
     const before = this[how];
     if (links.size === before.size && [...links].every((link) => before.has(link))) return false;
     this[how] = links;

@@ -69,14 +69,8 @@ export const SHOULDER = /* glsl */ `
   }
 `;
 
-/** The properties of a surface apart from its colour. */
-interface Finish {
-  roughness: number;
-  metalness: number;
-}
-
 /** The finishes: painted shells; unpainted grey; rubber and other dark surfaces. */
-export const FINISHES: Record<"gloss" | "satin" | "rubber", Finish> = {
+export const FINISHES = {
   gloss: { roughness: 0.3, metalness: 0 },
   satin: { roughness: 0.48, metalness: 0 },
   rubber: { roughness: 0.72, metalness: 0 },

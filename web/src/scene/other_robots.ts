@@ -1,8 +1,6 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { ShownRobot } from "../robot/robot.ts";
 import type { Received } from "../received.ts";
-
-type Page = PageWith<"parts" | "robot" | "studio" | "viewer">;
 
 const ground = (number: number) => `ground:${number}`;
 
@@ -20,7 +18,7 @@ export interface Other {
 export class OtherRobots {
   robots: Map<number, Other> = new Map();
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   /** Make a robot from its nodes, which have been received. */
   add({ robot: number, name, model, opacity }: Received["robot_added"]) {

@@ -1,15 +1,8 @@
 /**
- * How a frame is drawn: `fine` in the quality of the picture at rest, `ratio` pixels per pixel of the screen, and shadows
- * drawn again in every frame or in every second one.
+ * How a frame is drawn, from the best level to the fastest: `fine` in the quality of the picture at rest, `ratio` pixels per
+ * pixel of the screen, and shadows drawn again in every frame or in every second one.
  */
-interface Level {
-  fine: boolean;
-  ratio: number;
-  shadows: number;
-}
-
-/** The levels from the best to the fastest. */
-export const LEVELS: Level[] = [
+export const LEVELS = [
   { fine: true, ratio: 1, shadows: 1 },
   { fine: false, ratio: 1, shadows: 1 },
   { fine: false, ratio: 0.75, shadows: 2 },
@@ -37,22 +30,18 @@ export class Quality {
   moving = false;
   // Whether a pointer holds the view, so that the first change counts as part of a movement.
   expected = false;
-  frames: number;
+  frames = 0;
   /** The better level that was tried last; null if a level has been too slow since. */
   triedAt: number | null = null;
-  time: number;
-  quick: number;
-
-  constructor() {
-    this.frames = this.time = this.quick = 0;
-  }
+  time = 0;
+  quick = 0;
 
   /**
    * Choose how to draw the current frame. A single change is drawn in the best quality immediately, so nothing flickers.
    *
    * @param changed whether robot or camera have moved since the last frame
    */
-  next(now: number, changed: boolean): Level {
+  next(now: number, changed: boolean) {
     if (changed) {
       this.moving = this.expected || now - this.changedAt < CONTINUOUS;
       this.changedAt = now;

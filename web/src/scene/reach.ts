@@ -1,13 +1,11 @@
-import type { PageWith } from "../app.ts";
+import type { App } from "../app.ts";
 import { firstWhere, fixed } from "../math/numbers.ts";
-import { element } from "../panel/element.ts";
+import { element, select } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
 import { onScale, scaleBar } from "./legend.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
-
-type Page = PageWith<"legend" | "robot" | "viewer">;
 
 interface Voxel {
   centre: Vector;
@@ -37,11 +35,7 @@ export class Reach {
   group: THREE.Group | null = null;
   flipped = false;
 
-  axis = element(
-    "select",
-    { ariaLabel: "Axis of the cut", onchange: () => this.turn() },
-    ...AXES.map((name) => element("option", { value: name }, name)),
-  );
+  axis = select("Axis of the cut", AXES, () => this.turn());
   slider = element("input", {
     type: "range",
     step: "any",
@@ -52,7 +46,7 @@ export class Reach {
   flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     public bar: HTMLElement,
   ) {
     this.flip.onclick = () => {
@@ -127,13 +121,8 @@ export class Reach {
       const along = sides.findIndex((value) => Math.abs(value) > 0.5);
       return along === this.along ? 1 : (SHADES[along] ?? (sides[along] > 0 ? UP : DOWN));
     });
-    geometry.setAttribute(
-      "color",
-      new THREE.Float32BufferAttribute(
-        shades.flatMap((shade) => [shade, shade, shade]),
-        3,
-      ),
-    );
+    const colours = shades.flatMap((shade) => [shade, shade, shade]);
+    geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours, 3));
   }
 
   get along() {
@@ -170,14 +159,9 @@ export class Reach {
     this.mesh.count = firstWhere(voxels.length, (i) => sign * voxels[i].centre[along] >= sign * plane);
     this.colour();
     const [a, b] = [0, 1, 2].filter((axis) => axis !== along);
-    const corners = [
-      [0, 0],
-      [1, 0],
-      [1, 1],
-      [0, 1],
-    ].map(([i, j]) => {
+    const corners = [0, 1, 1, 0].map((i, k) => {
       const corner = new THREE.Vector3(plane, plane, plane);
-      return corner.setComponent(a, box[a][i]).setComponent(b, box[b][j]);
+      return corner.setComponent(a, box[a][i]).setComponent(b, box[b][k >> 1]);
     });
     this.rim.geometry.setFromPoints(corners);
     this.place.textContent = `${this.axis.value} ${this.flipped ? ">" : "<"} ${fixed(1000 * plane, 0)} mm`;

@@ -61,10 +61,10 @@ const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
 /** Lights, floor, shadows and camera: the look of the scene, and the quality in which each frame is drawn. */
 export class Studio {
   key = new THREE.DirectionalLight(0xfffaf2, 0.44);
-  smoothing: Smoothing;
+  smoothing = new Smoothing(this.viewer.renderer);
   fastLook: FastLook;
-  contact: Contact;
-  floor: Floor;
+  contact = new Contact(this.viewer.renderer);
+  floor = new Floor(this.contact);
   place = [0, 0];
   size = 1;
   /** Robots that are drawn, the page's own first, and all of their shapes. */
@@ -103,10 +103,7 @@ export class Studio {
     for (const light of [around, this.key]) light.layers.enable(ROBOT_LAYER);
     scene.add(around, this.key, this.key.target);
 
-    this.smoothing = new Smoothing(renderer);
     this.fastLook = new FastLook(renderer, scene, this.key);
-    this.contact = new Contact(renderer);
-    this.floor = new Floor(this.contact);
     scene.add(this.floor.node);
     this.followScreen();
     viewer.controls.addEventListener("start", () => (this.quality.expected = true));

@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { element, iconButton, handleKey } from "../panel/element.ts";
+import { button, div, element, handleKey, iconButton, select } from "../panel/element.ts";
 import { sampled } from "./formats.ts";
 import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
 import type { Interpolation } from "./motion.ts";
@@ -10,34 +10,24 @@ import { Track } from "./track.ts";
 /** The buttons over the track of key frames, and the message about motion between keys that is too fast. */
 class KeyTools {
   add = element("button", { type: "button", className: "add", title: "Add key (K)" }, "Add key");
-  ofKey: HTMLButtonElement[];
-  interpolation = element(
-    "select",
-    { ariaLabel: "Interpolation", title: "Interpolation between the keys" },
-    element("option", { value: "linear" }, "Linear"),
-    element("option", { value: "smooth" }, "Smooth"),
+  ofKey: HTMLButtonElement[] = [
+    iconButton("replace", "Replace by the current configuration", () => this.editor.replacing(), "", "Replace"),
+    iconButton("copy", "Duplicate the key", () => this.editor.duplicating(), "", "Duplicate"),
+    iconButton("trash", "Delete the key", () => this.editor.remove(this.editor.selected), "Del", "Delete"),
+  ];
+  interpolation = select("Interpolation", Object.entries({ linear: "Linear", smooth: "Smooth" }), () =>
+    this.editor.interpolate(this.interpolation.value as Interpolation),
   );
   problem = element("span", { className: "problem", role: "status" });
-  slow = element("button", { type: "button" }, "Slow down");
+  slow = button("Slow down", () => this.editor.slowDown());
   element: HTMLDivElement;
 
   constructor(readonly editor: Editor) {
     this.add.onclick = () => editor.adding();
     /** The buttons that act on the selected key. */
-    this.ofKey = [
-      iconButton("replace", "Replace by the current configuration", () => editor.replacing(), "", "Replace"),
-      iconButton("copy", "Duplicate the key", () => editor.duplicating(), "", "Duplicate"),
-      iconButton("trash", "Delete the key", () => editor.remove(editor.selected), "Del", "Delete"),
-    ];
-    this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
-    this.slow.onclick = () => editor.slowDown();
+    this.interpolation.title = "Interpolation between the keys";
     const actions = [this.add, ...this.ofKey, this.interpolation];
-    this.element = element(
-      "div",
-      { className: "head" },
-      element("div", { className: "actions" }, ...actions),
-      element("div", { className: "tooFast" }, this.problem, this.slow),
-    );
+    this.element = div("head", div("actions", ...actions), div("tooFast", this.problem, this.slow));
   }
 
   refresh(tooFast: { text: string }[]) {
@@ -71,27 +61,14 @@ export class Editor {
   /** The key frames before the drag of a key, and the place of that key. */
   before = { frames: this.frames, selected: this.selected };
   element = element("section", { className: "keys", hidden: true, ariaLabel: "Key frames" });
-  names: Map<number, string>;
-  limits: (number | null)[];
-  button: HTMLButtonElement;
-  track: Track;
-  tools: KeyTools;
+  names = new Map(this.player.page.robot.about.coordinates.map(({ column, joint }) => [column, joint]));
+  limits: (number | null)[] = this.player.page.stance.q.map(() => null);
+  button = this.player.switch("key", "Key frames", () => this.open(!this.isOpen, true), "Key frames");
+  track = new Track(this);
+  tools = new KeyTools(this);
 
   constructor(public player: Player) {
-    const { about } = player.page.robot;
-    this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
-    this.limits = player.page.stance.q.map(() => null);
-    for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
-    this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true), "Key frames");
-    this.track = new Track({
-      select: (place) => this.select(place),
-      grab: (place) => this.grab(place),
-      drag: (time) => this.drag(time),
-      release: () => this.draw(),
-      seek: (time) => this.seek(time),
-      press: (event, place) => this.press(event, place),
-    });
-    this.tools = new KeyTools(this);
+    for (const { column, velocity } of player.page.robot.about.coordinates) this.limits[column] = velocity;
     this.element.append(this.tools.element, this.track.element);
     player.addEventListener("time", () => this.track.setTime(this.now));
     document.addEventListener("keydown", (event) => this.addKey(event));
@@ -237,11 +214,13 @@ export class Editor {
     this.track.diamonds[place].focus();
   }
 
+  /** A pointer grabs a key. */
   grab(place: number) {
     this.select(place);
     this.before = { frames: this.frames, selected: place };
   }
 
+  /** The grabbed key is moved to a time. */
   drag(time: number) {
     this.show(this.before.frames.moving(this.before.selected, time));
   }
@@ -252,17 +231,18 @@ export class Editor {
     this.player.seek(frames.keys[place].time);
   }
 
+  /** A key of the keyboard is pressed on a key frame. */
   press(event: KeyboardEvent, place: number) {
     const step = event.shiftKey ? 0.01 : 0.1;
     const { track } = this;
     const last = this.frames.count - 1;
     const move = (by: number) => this.show(this.frames.moving(place, this.frames.keys[place].time + by));
-    const select = (other: number) => () => this.select(clamp(other, 0, last));
+    const go = (other: number) => () => this.select(clamp(other, 0, last));
     const remove = () => this.remove(place);
     handleKey(event, {
       ...{ ArrowLeft: () => move(-step), ArrowRight: () => move(step) },
-      ...{ ArrowUp: select(place - 1), ArrowDown: select(place + 1), Home: select(0), End: select(last) },
-      ...{ Enter: select(place), Delete: remove, Backspace: remove },
+      ...{ ArrowUp: go(place - 1), ArrowDown: go(place + 1), Home: go(0), End: go(last) },
+      ...{ Enter: go(place), Delete: remove, Backspace: remove },
       ...{ "+": () => track.setZoom(2 * track.zoom), "-": () => track.setZoom(track.zoom / 2) },
     });
   }

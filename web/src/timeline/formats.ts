@@ -19,9 +19,7 @@ function fromCsv(text: string) {
   if (rows > MOST_ROWS) throw new Refused(`${rows} rows, more than ${MOST_ROWS}`);
   const [header, ...records] = readRecords(text);
   if (!header) throw new Refused("empty; expected a header with a column of times");
-  const headings = header.fields.map((heading, column) =>
-    headingOf(heading, `line ${header.line}, column ${column + 1}`),
-  );
+  const headings = header.fields.map((heading, i) => headingOf(heading, `line ${header.line}, column ${i + 1}`));
   const clocks = headings.filter(({ isTime }) => isTime);
   if (clocks.length !== 1) {
     throw new Refused(`line ${header.line}: ${clocks.length} columns of times, expected one, headed time [s]`);
@@ -37,9 +35,8 @@ function fromCsv(text: string) {
     const cells = fields.map((field, column) => {
       const value = field === "" ? NaN : decimal(field) * headings[column].scale;
       if (Math.abs(value) < Infinity || field === "") return value;
-      throw new Refused(
-        `line ${line}, column ${column + 1}: ${headings[column].name} is ${quoted(field)}, expected a finite number`,
-      );
+      const { name } = headings[column];
+      throw new Refused(`line ${line}, column ${column + 1}: ${name} is ${quoted(field)}, expected a finite number`);
     });
     const time = cells[clock];
     if (Number.isNaN(time)) throw new Refused(`line ${line}: a row without a time`);
@@ -63,9 +60,8 @@ function headingOf(heading: string, place: string) {
   const isTime = /^(time|t)$/i.test(name);
   const units = isTime ? TIME_UNITS : isHand(name) ? HAND_UNITS : ANGLE_UNITS;
   if (unit !== undefined && !Object.hasOwn(units, unit)) {
-    throw new Refused(
-      `${place}: unit ${quoted(unit)} of ${quoted(name)}, expected one of ${Object.keys(units).join(", ")}`,
-    );
+    const known = Object.keys(units).join(", ");
+    throw new Refused(`${place}: unit ${quoted(unit)} of ${quoted(name)}, expected one of ${known}`);
   }
   return { name, isTime, scale: unit === undefined ? 1 : units[unit] };
 }
@@ -95,16 +91,13 @@ function fromJson(text: string) {
   for (const [field, list] of Object.entries({ joint_names: names, times, keys })) {
     if (!Array.isArray(list)) throw new Refused(`${field} is ${shown(list)}, expected a list`);
     if (list.length === 0) throw new Refused(`${field} is empty`);
-    if (list.length > MOST_ROWS) {
-      throw new Refused(`${field} has ${list.length} entries, more than ${MOST_ROWS}`);
-    }
+    if (list.length > MOST_ROWS) throw new Refused(`${field} has ${list.length} entries, more than ${MOST_ROWS}`);
   }
   const scale = { time: unitOf(units, "time", TIME_UNITS), angle: unitOf(units, "angle", { rad: 1, deg: DEGREE }) };
   const nested = Array.isArray(times[0]);
   if (keys.length !== (nested ? names : times).length || (nested && times.length !== names.length)) {
-    throw new Refused(
-      `keys has ${keys.length} lists for ${nested ? `${names.length} joints` : `${times.length} times`}`,
-    );
+    const wanted = nested ? `${names.length} joints` : `${times.length} times`;
+    throw new Refused(`keys has ${keys.length} lists for ${wanted}`);
   }
   const width = nested ? null : names.length;
   const rows = keys.map((row: unknown, i: number) => numbers(row, `keys[${i}]`, width));
@@ -268,9 +261,8 @@ export function csvText({ coordinates }: Pick<About, "coordinates">, motion: Mot
   const unit = (joint: string) => (isHand(joint) ? "1" : "rad");
   const straight = motion.interpolation === "linear" ? motion : sampled(motion);
   const rows = rowsOf(coordinates, straight).map((row, i) => [straight.times[i], ...row].join(","));
-  return [["time [s]", ...coordinates.map(({ joint }) => `${joint} [${unit(joint)}]`)].join(","), ...rows, ""].join(
-    "\n",
-  );
+  const header = ["time [s]", ...coordinates.map(({ joint }) => `${joint} [${unit(joint)}]`)].join(",");
+  return [header, ...rows, ""].join("\n");
 }
 
 export const WRITERS: Record<

@@ -1,13 +1,6 @@
 import { clamp } from "../math/numbers.ts";
 import { Motion, type Interpolation } from "./motion.ts";
 
-/** A segment, the column that is too fast in it, and the time [s] that the segment would need. */
-interface Excess {
-  segment: number;
-  column: number;
-  needs: number;
-}
-
 // Rounds in which a change of one segment may change the slopes, and so the speeds, of the next.
 const MOST_ROUNDS = 30;
 
@@ -15,11 +8,11 @@ const MOST_ROUNDS = 30;
 const ROUNDING = 1e-9;
 
 /**
- * The segments that exceed a speed limit, each with the column that needs most time.
+ * The segments that exceed a speed limit, each with the column that needs most time, and the time [s] that it needs.
  *
  * @param limits the speed limit of each number of q [1/s]; null for none
  */
-export function excesses(motion: Motion, limits: readonly (number | null)[]): Excess[] {
+export function excesses(motion: Motion, limits: readonly (number | null)[]) {
   const found = [];
   for (let segment = 0; segment < motion.count - 1; segment++) {
     let [worst, column] = [1, -1];

@@ -62,7 +62,7 @@ function bezierParameter(a: number, b: number, x: number) {
  * Joints that share a motor are one number of a configuration, so they stay coupled.
  */
 export class Motion {
-  width: number;
+  width = this.values.length / this.times.length;
   /** Slopes of each number at each time. */
   slopes: Float64Array[] = [];
 
@@ -78,7 +78,6 @@ export class Motion {
     readonly interpolation: Interpolation | "bezier" = "linear",
     readonly handles: ArrayLike<number> = [],
   ) {
-    this.width = values.length / times.length;
     if (interpolation === "smooth") {
       for (let column = 0; column < this.width; column++) {
         this.slopes.push(smoothSlopes(times, (key) => values[key * this.width + column]));

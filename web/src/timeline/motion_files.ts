@@ -15,7 +15,12 @@ export class MotionFiles {
   opened = 0;
   button = iconButton("file", "Motion files", () => {}, "", "Files");
   field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
-  writers: HTMLButtonElement[];
+  writers: HTMLButtonElement[] = Object.keys(WRITERS).map((format) =>
+    button(`Save as ${format.toUpperCase()}`, () => {
+      this.menu.hidePopover();
+      this.save(format);
+    }),
+  );
   menu: HTMLDivElement;
 
   constructor(readonly player: Player) {
@@ -25,12 +30,6 @@ export class MotionFiles {
       if (file) this.open(file);
       this.field.value = "";
     };
-    this.writers = Object.keys(WRITERS).map((format) =>
-      button(`Save as ${format.toUpperCase()}`, () => {
-        this.menu.hidePopover();
-        this.save(format);
-      }),
-    );
     const opener = button("Open a CSV or JSON file …", () => {
       this.menu.hidePopover();
       this.field.click();

@@ -1,14 +1,12 @@
 import "./timeline.css";
-import type { PageWith } from "../app.ts";
-import { element, iconButton, toolbar, type IconName } from "../panel/element.ts";
+import type { App } from "../app.ts";
+import { div, element, iconButton, type IconName, select, toolbar } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
 import { Editor } from "./editor.ts";
 import type { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
 import { ClipPlayback, MotionPlayback, type Curves } from "./playback.ts";
 import { Recording } from "./recorder.ts";
-
-type Page = PageWith<"panel" | "pick" | "reports" | "robot" | "role" | "stance" | "streams" | "viewer">;
 
 type Playback = ClipPlayback | MotionPlayback;
 
@@ -43,32 +41,31 @@ export class Player extends EventTarget {
   playback: Playback | null = null;
   /** The state that the bar shows. */
   shownState: string | undefined = undefined;
-  button: HTMLButtonElement;
+  button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
   scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
   clock = element("output", { ariaLive: "off" });
   loop = element("button", { type: "button", className: "loop", title: "Repeat" }, "↻");
-  speeds = element(
-    "select",
-    { ariaLabel: "Speed", title: "Speed" },
-    ...SPEEDS.map((speed) => element("option", { value: `${speed}`, selected: speed === 1 }, `${speed}×`)),
+  speeds = select(
+    "Speed",
+    SPEEDS.map((speed) => [`${speed}`, `${speed}×`]),
+    () => this.setSpeed(Number(this.speeds.value)),
   );
-  sheets = element("div", { className: "sheets" });
-  tools = element("div", { className: "actions" });
+  sheets = div("sheets");
+  tools = div("actions");
 
   /** @param begin called before the clip takes over the robot's vertical */
   constructor(
-    public page: Page,
+    public page: App,
     public bar: HTMLElement,
     readonly begin: () => void,
   ) {
     super();
-    this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
     this.loop.ariaLabel = "Repeat";
     this.loop.onclick = () => this.setLoop(!this.looping);
-    this.speeds.onchange = () => this.setSpeed(Number(this.speeds.value));
-    const own = element("div", { className: "own" }, this.button, this.scrubber, this.clock, this.loop, this.speeds);
-    bar.append(this.sheets, element("div", { className: "transport" }, own, this.tools));
+    Object.assign(this.speeds, { title: "Speed", value: "1" });
+    const own = div("own", this.button, this.scrubber, this.clock, this.loop, this.speeds);
+    bar.append(this.sheets, div("transport", own, this.tools));
     bar.classList.add("empty");
     page.addEventListener("started", () => this.start());
   }

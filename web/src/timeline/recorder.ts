@@ -37,17 +37,16 @@ export function thinned(motion: Motion, tolerance: number, most: number) {
 export class Recording {
   recorder: Recorder | null = null;
   began = 0;
-  button: HTMLButtonElement;
+  button = this.player.switch(
+    "record",
+    "Record the motion",
+    () => (this.recorder ? this.stop() : this.start()),
+    "Record",
+  );
   clock = element("span", { className: "clock" });
   timer: number | undefined;
 
   constructor(readonly player: Player) {
-    this.button = player.switch(
-      "record",
-      "Record the motion",
-      () => (this.recorder ? this.stop() : this.start()),
-      "Record",
-    );
     this.button.classList.add("record");
     this.button.append(this.clock);
   }
@@ -120,8 +119,8 @@ const MOST_NUMBERS = 36_000 * 25;
 export class Recorder {
   rate = RATE;
   count = 0;
-  times: Float64Array;
-  values: Float64Array;
+  times = new Float64Array(this.most);
+  values = new Float64Array(this.most * this.width);
 
   /**
    * @param width numbers of a configuration
@@ -130,10 +129,7 @@ export class Recorder {
   constructor(
     readonly width: number,
     readonly most: number = Math.max(2, Math.floor(MOST_NUMBERS / width)),
-  ) {
-    this.times = new Float64Array(most);
-    this.values = new Float64Array(most * width);
-  }
+  ) {}
 
   /** Time of the last sample [s]. */
   get end() {

@@ -1,5 +1,6 @@
 import { clamp } from "../math/numbers.ts";
-import { element } from "../panel/element.ts";
+import { div, element } from "../panel/element.ts";
+import type { Editor } from "./editor.ts";
 import type { KeyFrames } from "./key_frames.ts";
 
 const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
@@ -9,22 +10,7 @@ const [SHORTEST, ROOM] = [2, 1.15];
 // The least time that fills the track [s], and the largest zoom.
 const [CLOSEST, MOST_ZOOM] = [0.5, 100];
 
-/**
- * What the track calls when the user acts on it: a pointer selects and moves keys, and elsewhere it moves to a time.
- */
-interface TrackActions {
-  select: (place: number) => void;
-  /** A pointer grabs a key. */
-  grab: (place: number) => void;
-  /** The grabbed key is moved to a time. */
-  drag: (time: number) => void;
-  release: () => void;
-  seek: (time: number) => void;
-  /** A key of the keyboard is pressed on a key frame. */
-  press: (event: KeyboardEvent, place: number) => void;
-}
-
-/** The track on which the key frames are drawn. */
+/** The track on which the key frames are drawn: a pointer selects and moves keys, and elsewhere it moves to a time. */
 export class Track {
   span = 0;
   /** The width of the lane over that of the track. */
@@ -32,18 +18,15 @@ export class Track {
   /** The fingers on the track and where they are [px]. */
   fingers: Map<number, number> = new Map();
   diamonds: HTMLElement[] = [];
-  ruler = element("div", { className: "ruler" });
-  spans = element("div", { className: "spans" });
-  playhead = element("div", { className: "playhead" });
+  ruler = element("div", { className: "ruler", ariaHidden: "true" });
+  spans = div("spans");
+  playhead = div("playhead");
   row = element("div", { className: "row", role: "group", ariaLabel: "Key frames" });
-  lane: HTMLDivElement;
-  element: HTMLDivElement;
+  lane = div("lane", this.ruler, this.spans, this.playhead, this.row);
+  element = div("track", this.lane);
   dragging: boolean | undefined;
 
-  constructor(readonly actions: TrackActions) {
-    this.ruler.setAttribute("aria-hidden", "true");
-    this.lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
-    this.element = element("div", { className: "track" }, this.lane);
+  constructor(readonly editor: Editor) {
     this.element.onpointerdown = (event) => this.down(event);
     this.element.onwheel = (event) => {
       // Along the track, or with Shift, the wheel scrolls.
@@ -83,28 +66,28 @@ export class Track {
     const offset = place < 0 ? 0 : Number(key?.getAttribute("aria-valuenow")) - this.timeAt(event);
     event.preventDefault();
     this.element.setPointerCapture(event.pointerId);
-    if (place < 0) this.actions.seek(this.timeAt(event));
-    else this.actions.grab(place);
+    if (place < 0) this.editor.seek(this.timeAt(event));
+    else this.editor.grab(place);
     this.element.onpointermove = (moved) => {
       const time = this.timeAt(moved) + offset;
-      if (place < 0) this.actions.seek(time);
+      if (place < 0) this.editor.seek(time);
       else if (Math.abs(moved.clientX - event.clientX) > 2 || this.dragging) {
         this.dragging = true;
-        this.actions.drag(moved.shiftKey ? time : Math.round(time * 20) / 20);
+        this.editor.drag(moved.shiftKey ? time : Math.round(time * 20) / 20);
       }
     };
     this.element.onpointerup = this.element.onpointercancel = ({ pointerId }) => {
       this.fingers.delete(pointerId);
       this.element.onpointermove = this.element.onpointerup = this.element.onpointercancel = null;
       this.dragging = false;
-      if (place >= 0) this.actions.release();
+      if (place >= 0) this.editor.draw();
     };
   }
 
   /** Zoom by two fingers; what the first one held is let go. */
   pinch({ pointerId }: PointerEvent) {
     const { element: track } = this;
-    if (this.dragging) this.actions.release();
+    if (this.dragging) this.editor.draw();
     this.dragging = false;
     track.setPointerCapture(pointerId);
     const places = () => [...this.fingers.values()];
@@ -148,7 +131,7 @@ export class Track {
 
   diamond(place: number) {
     const diamond = element("div", { className: "key", tabIndex: -1, role: "slider", ariaValueMin: "0" });
-    diamond.onkeydown = (event) => this.actions.press(event, place);
+    diamond.onkeydown = (event) => this.editor.press(event, place);
     this.diamonds.push(diamond);
     return diamond;
   }

@@ -59,11 +59,7 @@ function oneOf(name: string, valid: readonly string[], kind: string) {
   return name;
 }
 
-interface Reading {
-  about: About;
-  toggles: readonly string[];
-  state: Partial<State>;
-}
+type Reading = { about: About; toggles: readonly string[]; state: Partial<State> };
 
 const READERS: Record<string, (value: string, reading: Reading) => Partial<State>> = {
   q(value, { about, state }) {
