@@ -110,9 +110,11 @@ def test_smpl_may_have_hands_or_none(nao: nk.NaoModel) -> None:
 
 def test_the_axis_that_points_up_may_be_stated(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
     usual, turned = Imitator(nao), Imitator(nao, up="-z")  # mediapipe has -y, which the axes in another order call -z
+    seen = landmarks[10][:, :3].copy()
+    seen[23:25] = np.nan  # without hips, the trunk is taken as vertical
     for time in (0.0, 2.0):
-        q = usual.step(landmarks[10][:, :3], time)
-        np.testing.assert_allclose(turned.step(landmarks[10][:, [2, 0, 1]], time), q, atol=1e-9)
+        q = usual.step(seen, time)
+        np.testing.assert_allclose(turned.step(seen[:, [2, 0, 1]], time), q, atol=1e-9)
     assert np.abs(q - nao.posture("StandInit")).max() > 0.1
 
 
@@ -132,7 +134,8 @@ def test_arms_or_head_may_stay(nao: nk.NaoModel, landmarks: np.ndarray, part: st
     follower.step(landmarks[10], 0.0)
     moved = np.abs(follower.step(landmarks[10], 2.0) - nao.posture("StandInit")) > 1e-9
     names = [name for name, one in zip(nao.joint_names, moved, strict=True) if one]
-    assert names and all(name.startswith("Head") == (part == "arms") for name in names)
+    assert names
+    assert all(name.startswith("Head") == (part == "arms") for name in names)
 
 
 def test_confidence_is_in_the_levels_of_the_source(nao: nk.NaoModel) -> None:
