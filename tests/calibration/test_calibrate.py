@@ -521,6 +521,14 @@ def test_priors_are_typical_ones_or_yours(nao: nk.NaoModel) -> None:
         assert found.prior_deviations.tolist() == expected
 
 
+def test_an_offset_far_beyond_its_prior_is_noted(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 20)
+    for offset, noted in ((0.06, False), (0.09, True)):  # 3.4 and 5.2 degrees, of which a joint has 1 typically
+        seen = Poses(q, "LArm", nao.with_offsets(joints={"LElbowRoll": offset}).fk(q, "LArm"))
+        notes = calibrate(nao, [seen], joints=["LElbowRoll"]).notes
+        assert any("LElbowRoll offset is 5." in note and "prior standard" in note for note in notes) == noted
+
+
 def test_the_next_posture_is_that_whose_observation_shrinks_the_uncertainty_most(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(6)
     q = looking(nao, rng, 6, ["LArm"])

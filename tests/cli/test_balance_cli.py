@@ -38,7 +38,10 @@ def test_json_of_one_posture(capsys: pytest.CaptureFixture, nao: nk.NaoModel) ->
     assert document["soles"] == [name for name, on in zip(("LLeg", "RLeg"), found.down.touching, strict=True) if on]
 
 
-def test_a_file_gives_a_row_each(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+def test_a_file_gives_a_row_each(
+    capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nao_kin.cli.balance._CHUNK", 2)  # of a long file, so that the last row is in a second one
     path = tmp_path / "log.csv"
     postures = [nao.posture(name) for name in ("Stand", "LyingBack", "Crouch")]
     rows = [",".join(map(repr, [k / 10, *q.tolist()])) for k, q in enumerate(postures)]

@@ -22,7 +22,7 @@ import nao_kin as nk
 from nao_kin.cli import options
 from nao_kin.cli.app import run
 from nao_kin.cli.options import RobotOptions
-from nao_kin.cli.output import print_note
+from nao_kin.cli.output import fixed, print_note
 from nao_kin.cli.parsing import options_of
 from nao_kin.errors import NaoKinWarning
 
@@ -74,6 +74,10 @@ def test_fk_by_default_answers_where_hands_feet_and_cameras_are(capsys: pytest.C
     poses = _json(capsys, "fk", "--json")["poses"]
     assert list(poses) == ["Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "CameraBottom"]
     assert poses["LArm"]["x"] == pytest.approx(0.2187)
+
+
+def test_numbers_have_five_decimals_and_zero_no_sign() -> None:
+    assert [fixed(value) for value in (-4e-6, -0.0, 0.123456, -1.0)] == ["0.00000", "0.00000", "0.12346", "-1.00000"]
 
 
 def test_joints_are_set_on_top_of_a_posture(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:

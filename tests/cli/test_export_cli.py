@@ -142,4 +142,8 @@ def test_one_of_several_motions_in_a_file_is_chosen(folder: Path, capsys: pytest
     said(capsys, "a.glb", "--format", "gltf", "--motion", "two.py", "--timeline", "down")
     nk.export.gltf(nk.load_nao(), "b.glb", motion=nk.motion.read_motion("two.py", timeline="down"))
     assert Path("a.glb").read_bytes() == Path("b.glb").read_bytes()
+    said(capsys, "a.glb", "--motion", "two.py", "--timeline", "down", "--file-deg", "--force")
+    nod = nk.motion.read_motion("two.py", timeline="down", degrees=True)
+    nk.export.gltf(nk.load_nao(), "b.glb", motion=nod, overwrite=True)
+    assert Path("a.glb").read_bytes() == Path("b.glb").read_bytes()
     assert "--timeline needs --motion" in refused(capsys, "c.glb", "--format", "gltf", "--timeline", "down")

@@ -100,6 +100,9 @@ def test_hands_cameras_head_and_other_robots_are_placed(capsys: pytest.CaptureFi
     hand = json.loads(said(capsys, "LArm", "--target", "0.15 0.12 0.05", "--criterion", "limits", "--json"))
     q = nao.configuration(hand["joints"])
     np.testing.assert_allclose(nao.fk(q, "LArm")[:3, 3], [0.15, 0.12, 0.05], atol=1e-9)
+    chosen = nk.ik.arm(nao, "L", [0.15, 0.12, 0.05], criterion="limits").best
+    np.testing.assert_allclose(list(hand["joints"].values()), chosen, atol=1e-12)
+    assert np.abs(chosen - nk.ik.arm(nao, "L", [0.15, 0.12, 0.05]).best).max() > 0.1
 
     wanted = nao.fk(nao.posture("Crouch"), "LArm")
     pointing = ("LArm", "--target", words(wanted[:3, 3]), "--direction", words(2.0 * wanted[:3, 0]), "--json")

@@ -209,7 +209,11 @@ def test_the_state_is_summed_up_and_written_in_every_format(
     assert archive["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
     T = wanted.T_world_base
     assert np.allclose(archive["z"], T[:, 2, 3], rtol=0.0, atol=1e-12, equal_nan=True)
-    assert np.allclose(archive["sigma_yaw"] ** 2, wanted.odometry.covariance[:, 2, 2], equal_nan=True)
+    variances = [*wanted.odometry.covariance.diagonal(0, 1, 2).T, *wanted.covariance.diagonal(0, 1, 2).T]
+    for name, variance in zip(("x", "y", "yaw", "roll", "pitch", "z"), variances, strict=True):
+        assert np.allclose(archive[f"sigma_{name}"] ** 2, variance, equal_nan=True), name
+    for name, speed in zip(("vx", "vy", "vyaw"), wanted.odometry.velocity.T, strict=True):
+        assert np.allclose(archive[name], speed, equal_nan=True), name
     head, *lines = files[".csv"].read_text().splitlines()
     assert head == ",".join(archive.files)
     assert "RLeg_force" in head

@@ -113,6 +113,14 @@ def test_a_trajectory_is_played(tmp_path: Path, nao: nk.NaoModel, many: bool) ->
         assert np.allclose(values, qs, atol=1e-6)
 
 
+def test_a_motion_plays_at_the_rate_of_its_samples(tmp_path: Path) -> None:
+    nk.motion.write_motion(nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]]), tmp_path / "turn.json")
+    page = tmp_path / "nao.html"
+    assert run(["view", str(tmp_path / "turn.json"), "--rate", "10", "--html", str(page)]) == 0
+    (clip,) = (m for m in messages_of(page.read_text(encoding="utf-8")) if m["type"] == "set_animation")
+    assert clip["animations"][0]["clip"]["fps"] == 10.0
+
+
 def test_frames_may_be_listed_or_repeated(tmp_path: Path) -> None:
     path = tmp_path / "nao.html"
     assert run(["view", "--frame", "LArm, RArm", "--frame", "CameraTop", "--html", str(path)]) == 0

@@ -62,6 +62,11 @@ def test_the_report_has_a_row_for_every_conversion(report: crosscheck.Report) ->
     assert report.worst["log"].worst == max(row_of(report, "log", oracle).worst for oracle in ("Angle", "log3"))
 
 
+def test_all_limits_are_compared_with_another_reader_of_the_file(report: crosscheck.Report) -> None:
+    compared = {row.convention for row in report.rows if row.against == "yourdfpy"}
+    assert compared >= {f"{kind} limits" for kind in ("lower", "upper", "velocity", "effort")} | {"mimics"}
+
+
 def test_every_public_function_of_rotations_has_a_row_or_a_reason(report: crosscheck.Report) -> None:
     compared = {row.convention.split()[0] for row in report.rows}
     assert vars(crosscheck.Conversions()).keys() - compared == {"joint_axes"}

@@ -177,6 +177,7 @@ def test_the_animation_is_the_motion(nao: nk.NaoModel, tmp_path: Path) -> None:
     assert moved == {*names, *followers}
     times = scene.numbers(animation["samplers"][0]["input"])
     assert (times[0], times[-1]) == (0.0, 1.5) or (times[0], times[-1]) == (0.5, 2.0)
+    np.testing.assert_allclose(np.diff(times), 0.05, atol=1e-6)
     accessor = scene.tree["accessors"][animation["samplers"][0]["input"]]
     assert (accessor["min"], accessor["max"]) == ([times[0]], [times[-1]])
     start = float(times[0]) - 0.5

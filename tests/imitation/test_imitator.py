@@ -108,6 +108,45 @@ def test_smpl_may_have_hands_or_none(nao: nk.NaoModel) -> None:
     np.testing.assert_allclose(whole, body)
 
 
+def test_the_axis_that_points_up_may_be_stated(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    usual, turned = Imitator(nao), Imitator(nao, up="-z")  # mediapipe has -y, which the axes in another order call -z
+    seen = landmarks[10][:, :3].copy()
+    seen[23:25] = np.nan  # without hips, the trunk is taken as vertical
+    for time in (0.0, 2.0):
+        q = usual.step(seen, time)
+        np.testing.assert_allclose(turned.step(seen[:, [2, 0, 1]], time), q, atol=1e-9)
+    assert np.abs(q - nao.posture("StandInit")).max() > 0.1
+
+
+def test_fast_motion_is_damped_as_by_a_filter_of_first_order(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    first, second = (landmarks[k][:, :3] for k in (0, 10))
+    damped, direct = Imitator(nao, cutoff=0.4, slack=0.0), Imitator(nao, cutoff=0.0, slack=0.0)
+    share = 1.0 - np.exp(-2.0 * np.pi * 0.4 * 0.3)
+    for follower, seen in ((damped, second), (direct, first + share * (second - first))):
+        follower.step(first, 0.0)
+        follower.step(seen, 0.3)
+    np.testing.assert_allclose(damped.q, direct.q, atol=1e-9)
+
+
+@pytest.mark.parametrize("part", ["arms", "head"])
+def test_arms_or_head_may_stay(nao: nk.NaoModel, landmarks: np.ndarray, part: str) -> None:
+    follower = Imitator(nao, **{part: False})  # type: ignore[arg-type]
+    follower.step(landmarks[10], 0.0)
+    moved = np.abs(follower.step(landmarks[10], 2.0) - nao.posture("StandInit")) > 1e-9
+    names = [name for name, one in zip(nao.joint_names, moved, strict=True) if one]
+    assert names
+    assert all(name.startswith("Head") == (part == "arms") for name in names)
+
+
+def test_confidence_is_in_the_levels_of_the_source(nao: nk.NaoModel) -> None:
+    points = np.random.default_rng(0).normal(size=(25, 3))
+    for confidence, seen in ((0.9, False), (1.0, True)):  # of 2 at most, for a Kinect
+        follower = Imitator(nao, "kinect_v2")
+        for time in (0.0, 2.0):
+            q = follower.step(np.column_stack([points, np.full(25, confidence)]), time)
+        assert (np.abs(q - nao.posture("StandInit")).max() > 0.01) == seen
+
+
 def test_wrong_input_is_refused(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
     with pytest.raises(UnknownName, match="unknown source 'mediapip' .nearest: mediapipe."):
         Imitator(nao, "mediapip")

@@ -12,6 +12,7 @@ from people import walker
 
 import nao_kin as nk
 from nao_kin.errors import BadInputFile
+from nao_kin.imitation.bones import doubt_of
 
 Floats = NDArray[np.float64]
 RATE = 20.0
@@ -246,3 +247,11 @@ def test_points_that_are_missing_are_noted(nao: nk.NaoModel, tmp_path: Path) -> 
     assert any(note.endswith("the head keeps StandInit") for note in made.notes)
     column = nao.joint_names.index("LElbowRoll")
     np.testing.assert_allclose(made.q[:, column], nao.posture("StandInit")[column], atol=1e-12)
+
+
+def test_a_person_whose_bones_grow_and_shrink_is_doubted() -> None:
+    person = walker(4.0)
+    sizes = np.where(np.arange(len(person.times)) % 2, 1.0, 2.5)[:, None]
+    points = {name: places * sizes for name, places in person.points.items()}
+    assert doubt_of(person.points, {}) == ""
+    assert doubt_of(points, {}).startswith("the lengths of bones change by")

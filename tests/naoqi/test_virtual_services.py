@@ -1248,3 +1248,18 @@ def test_robot_time_stands_still_while_a_call_waits_for_its_kernels(
         assert later.wait(60.0)  # time goes on afterwards
         assert virtual.clock.now > begun
     assert times[0] == times[1]
+
+
+def test_commands_to_limp_joints_are_not_what_the_sensors_show() -> None:
+    with VirtualNao(stepped=True, posture="Stand") as nao:
+        nao.call("ALMotion", "setAngles", ["HeadYaw", "LHipRoll", "LAnkleRoll"], [0.3, 0.1, -0.1], 0.5)
+        nao.step(1.0)
+        state, head = nao.state(), nao.robot.joint_names.index("HeadYaw")
+        assert (state.command[head], state.q[head]) == (0.3, 0.0)
+        places = [np.array(nao.call("ALMotion", "getSupportPolygon", 0, sensors)) for sensors in (True, False)]
+        for q, corners in zip((state.q, state.command), places, strict=True):
+            feet = [nao.robot.fk(q, f"{side}Leg") for side in "LR"]
+            outlines = [nao.robot.sole_outline(f"{side}Leg", "sensors") for side in "LR"]
+            flat = [o[:, :2] @ T[:2, :2].T + T[:2, 3] for o, T in zip(outlines, feet, strict=True)]
+            assert np.abs(corners.mean(axis=0) - np.concatenate(flat).mean(axis=0)).max() < 0.02
+        assert places[0].shape != places[1].shape or np.abs(places[0] - places[1]).max() > 1e-3

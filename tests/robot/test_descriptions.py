@@ -140,3 +140,9 @@ def test_descriptions_serve_without_example_robot_data(descriptions: Path, monke
     assert "romeo" not in nk.robot_names(download=True)
     with pytest.raises(nk.errors.MissingExtra, match=r"nao-kin\[robots\]"):
         nk.robot_names()
+
+
+@needs_data
+def test_a_robot_by_name_may_have_a_floating_base() -> None:
+    robot = nk.load_robot("ur5_robot", base="floating")
+    assert (robot.base, robot.nq, robot.nv) == ("floating", 13, 12)

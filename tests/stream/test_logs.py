@@ -505,6 +505,17 @@ def test_several_files_and_patterns_go_into_one_output(
     assert "2 files; several files need --output" in capsys.readouterr().err
 
 
+def test_a_motor_without_a_value_is_one_that_neither_of_its_joints_gives(nao: nk.NaoModel, tmp_path: Path) -> None:
+    hip = nao.joint_names.index("LHipYawPitch")
+    q = np.tile(nao.posture("Stand"), (4, 1))
+    left, right = q[:, hip].copy(), q[:, hip].copy()
+    left[[1, 3]], right[[2, 3]] = np.nan, np.nan
+    (tmp_path / "log.csv").write_text(_text({**_table(nao, q), "LHipYawPitch": left, "RHipYawPitch": right}))
+    log = read_log(nao, tmp_path / "log.csv", missing="Stand")
+    assert np.argwhere(log.gaps).tolist() == [[3, hip]]
+    assert np.allclose(log.q, q, rtol=0.0, atol=1e-12)
+
+
 def test_two_hips_of_sensors_are_settled_as_asked(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -140,7 +140,7 @@ def command(
     return called
 
 
-def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
+def _whole(nao: nk.NaoModel, source: Path | list[Path], path: Path) -> bytes:
     """Return the output of a run without interruption."""
     nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy", overwrite=True)
     content = path.read_bytes()
@@ -148,7 +148,7 @@ def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
     return content
 
 
-def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _interrupt(nao: nk.NaoModel, source: Path | list[Path], sink: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """End a run as Ctrl-C ends Python, at the eighth block."""
     work, calls = run._PoseRun.poses, []
 
@@ -293,6 +293,19 @@ def test_a_resumed_run_writes_times_in_the_unit_of_the_whole_file(
 # --- what has changed ---------------------------------------------------------------------------------------------
 
 
+def test_a_run_over_several_files_goes_on_where_it_was(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = [walk, walk.with_name("again.csv")]
+    files[1].write_bytes(walk.read_bytes())
+    poses = tmp_path / "poses.csv"
+    whole = _whole(nao, files, poses)
+    _interrupt(nao, files, poses, monkeypatch)
+    result = nk.stream.fk(nao, files, ["LLeg", "RLeg"], poses, as_="rpy")
+    assert result.rows_resumed > 0
+    assert poses.read_bytes() == whole
+
+
 @pytest.fixture
 def half_done(nao: nk.NaoModel, walk: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of a run that was ended after some parts."""
@@ -361,7 +374,7 @@ def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(
 @pytest.mark.parametrize(
     "damage",
     [
-        *("a flipped bit", "zeros", "an empty record", "a record of a later version"),
+        *("a flipped bit", "zeros", "an empty record", "a record of a later version", "a wrong count"),
         "truncated",
         *full("no record", "half a record", "a record of another part", "no run", "half a run"),
     ],
@@ -381,6 +394,9 @@ def test_damaged_parts_are_done_again(
         record.write_text("{}")
     elif damage == "a record of a later version":
         record.write_text(record.read_text().replace('"rows_read"', '"later": 1, "rows_read"'))
+    elif damage == "a wrong count":
+        last = max(half_done.glob("part-*.json"))
+        last.write_text(last.read_text().replace('"rows_read": ', '"rows_read": 1'))
     elif damage == "a record of another part":
         record.write_bytes((half_done / "part-000000.json").read_bytes())
     elif damage == "truncated":

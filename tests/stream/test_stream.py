@@ -154,12 +154,13 @@ def test_degrees_are_for_turning_joints_and_for_the_angles_of_poses(
     turning = np.array([unit == "rad" for unit in nao.joint_units])
     for ending in ("npy", "csv"):
         source = _write(nao, np.where(turning, np.degrees(q), q), tmp_path / f"q.{ending}")
-        for written in (False, True):
-            options = {"as_": "rpy", "degrees": True, "poses_in_degrees": written, "overwrite": True}
+        for written, style in ((False, "rpy"), (True, "rpy"), (True, "position6d")):
+            options = {"as_": style, "degrees": True, "poses_in_degrees": written, "overwrite": True}
             result = nk.stream.fk(nao, source, "LArm", tmp_path / "poses.npy", **options)
             angles = Rotation.from_euler("xyz", np.load(tmp_path / "poses.npy")[:, 3:], degrees=written)
             assert np.allclose(angles.as_matrix(), nao.fk(q, "LArm")[:, :3, :3], atol=1e-13)
-            assert result.columns[3:] == tuple(f"{name}{'_deg' * written}" for name in ("roll", "pitch", "yaw"))
+            names = ("roll", "pitch", "yaw") if style == "rpy" else ("wx", "wy", "wz")
+            assert result.columns[3:] == tuple(f"{name}{'_deg' * written}" for name in names)
             assert result.notes == ()
 
 

@@ -345,6 +345,17 @@ def test_romeo_is_drawn_and_its_missing_meshes_are_noted(nao: nk.NaoModel) -> No
     shown.display(romeo.posture("half_sitting"))
 
 
+def test_after_a_clip_every_joint_is_sent_again(nao: nk.NaoModel) -> None:
+    window = _Window()
+    shown, q = MeshcatRobot(nao, meshcat.Visualizer(window=window)), nao.posture("Stand")
+    shown.animate(np.stack([q, nao.posture("Crouch")]))
+    window.commands.clear()
+    shown.display(q)  # the first configuration of the clip, at whose end the page may be
+    assert len([command for command in window.commands if command["type"] == "set_transform"]) == len(
+        nao.tree.moving_joints
+    )
+
+
 def test_what_is_no_path_or_configuration_is_refused(nao: nk.NaoModel) -> None:
     visualizer = meshcat.Visualizer(window=_Window())
     for path in ("", "/", "a//b", "/nao", "\ud800"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -165,3 +166,11 @@ def test_logs_that_cannot_be_followed_are_refused(
     given = {"times": [0.0, 0.1, 0.2], "q": np.tile(nao.posture("Stand"), (3, 1))} | changes
     with pytest.raises(error, match=message):
         nk.world.odometry(nao, given.pop("times"), given.pop("q"), **given)
+
+
+def test_the_distance_counts_the_way_after_the_last_step_too(nao: nk.NaoModel) -> None:
+    found = nk.world.odometry(nao, [0.0, 0.1, 0.2], np.tile(nao.posture("Stand"), (3, 1)))
+    T = found.T_world_base.copy()
+    T[:, 0, 3] = 0.0, 0.1, 0.3
+    assert replace(found, T_world_base=T).distance == pytest.approx(0.3)
+    assert replace(found, T_world_base=T, segment=np.array([0, 1, 1])).distance == pytest.approx(0.2)

@@ -289,6 +289,18 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
         nk.RobotModel.from_mjcf(tmp_path / "gone.xml")
 
 
+def test_the_handler_of_warnings_that_was_set_before_is_kept(tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    heard: list[str] = []
+    before, mine = mujoco.get_mju_user_warning(), heard.append
+    mujoco.set_mju_user_warning(mine)
+    try:
+        _load(tmp_path, _TWO)
+        assert mujoco.get_mju_user_warning() is mine
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 def test_without_mujoco_one_line_names_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(MissingExtra, match=r"reading MJCF needs .*nao-kin\[mujoco\]") as caught:
