@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import nao_kin as nk
 from nao_kin import naoqi
 from nao_kin.errors import BadArgument, CouplingViolated, NotARotation, NotFinite, UnknownName, WrongShape
-from nao_kin.naoqi.spaces import SPACES, frame_of, robot_frame, space_number, torso_in
+from nao_kin.naoqi.conventions import SPACES, frame_of, robot_frame, space_number, torso_in
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "reference_cases.json").read_text(encoding="utf-8"))
 

@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 import nao_kin as nk
 from nao_kin import naoqi
 from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
-from nao_kin.naoqi.virtual.cartesian import EffectorPath
-from nao_kin.naoqi.virtual.limb_solvers import LimbTarget, anywhere, columns_of, descend, torso_over_feet
+from nao_kin.naoqi.virtual.cartesian import EffectorPath, LimbTarget, anywhere, columns_of, descend, torso_over_feet
 
 TORSO, WORLD, ROBOT = 0, 1, 2
 

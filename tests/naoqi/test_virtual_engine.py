@@ -10,7 +10,7 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
-from nao_kin.naoqi.spaces import robot_frame
+from nao_kin.naoqi.conventions import robot_frame
 from nao_kin.naoqi.virtual import Call, Event, Machine, MotionTask, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 

@@ -16,7 +16,7 @@ import nao_kin as nk
 from nao_kin._kernels import cache
 from nao_kin._kernels.cache import CachedKernel
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.spaces import robot_frame
+from nao_kin.naoqi.conventions import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
 from nao_kin.naoqi.virtual.virtual_nao import Missing
 

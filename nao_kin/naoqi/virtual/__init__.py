@@ -9,7 +9,7 @@ Only `qi_server` depends on qi: a test can call services directly, and advance t
 
 ## How to write a method
 
-A service is a class with a `name`; its topics may be classes in other files (`services/motion.py` joins the topics of
+A service is a class with a `name`; its topics may be classes in other files (`motion.py` joins the topics of
 ALMotion: `cartesian`, `whole_body` and `walk`). Its public methods are offered to scripts, with NAOqi's names and
 arguments. The names of its internal methods begin with an underscore:
 
@@ -54,8 +54,7 @@ FRAME_ROBOT stays in place while both soles are down.
 
 from nao_kin.naoqi.virtual.body import Base
 from nao_kin.naoqi.virtual.engine import Call, Event, NaoqiError
-from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
-from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import Approach, Interpolation, Machine, MotionTask
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao

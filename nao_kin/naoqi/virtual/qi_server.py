@@ -16,8 +16,8 @@ from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.live import PORT
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
+from nao_kin.naoqi.virtual.memory import Subscriber
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.memory import Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 HOST = "127.0.0.1"

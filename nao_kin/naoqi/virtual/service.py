@@ -11,7 +11,7 @@ from typing import Any
 from nao_kin._core.text import abbreviated, nearest_names, quoted
 from nao_kin._kernels.cache import compiles, warm_up
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.naoqi.names import joint_names
+from nao_kin.naoqi.conventions import joint_names
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine

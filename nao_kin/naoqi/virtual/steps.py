@@ -19,7 +19,7 @@ from nao_kin import ik
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.spaces import pose
+from nao_kin.naoqi.conventions import pose
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
 from nao_kin.naoqi.virtual.engine import TICK

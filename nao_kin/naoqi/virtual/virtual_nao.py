@@ -16,10 +16,10 @@ import numpy as np
 from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument
+from nao_kin.naoqi.virtual import expression, life, memory, motion, movements
 from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import ABSENT, Service
-from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
 
 # The shortest pause of the thread, so that it does not wake up too often [s].

@@ -14,8 +14,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import ARMS, LEGS, joint_names
-from nao_kin.naoqi.spaces import position6d, robot_frame
+from nao_kin.naoqi.conventions import ARMS, LEGS, joint_names, position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments, steps
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.machine import Machine, MotionTask

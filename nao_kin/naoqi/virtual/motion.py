@@ -15,16 +15,14 @@ from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
-from nao_kin.naoqi import names as language
-from nao_kin.naoqi.names import ARMS, HANDS, LEGS, limits
-from nao_kin.naoqi.spaces import torso_in
+from nao_kin.naoqi import conventions as language
+from nao_kin.naoqi.conventions import ARMS, HANDS, LEGS, limits, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.machine import Approach, AtSpeed, HandMove, Interpolation, Machine, StiffnessRamp, through
+from nao_kin.naoqi.virtual.movements import GoToPosture
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
 from nao_kin.robot import SupportPolygon

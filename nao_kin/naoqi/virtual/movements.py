@@ -14,12 +14,10 @@ from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
-from nao_kin.naoqi.names import ARMS, HANDS
-from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
+from nao_kin.naoqi.conventions import ARMS, FRAME_TORSO, HANDS, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
-from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
-from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.machine import AtSpeed, Interpolation, Machine
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
 

@@ -9,12 +9,12 @@ from functools import partial
 from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.spaces import position6d
+from nao_kin.naoqi.conventions import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
+from nao_kin.naoqi.virtual.expression import actuators as led_actuators
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
 
 # --- The robot's own keys in ALMemory: switches with their events, sonars, and constants.
 #
