@@ -593,7 +593,7 @@ class CartesianControl(Service):
         times.
         """
         if not name.endswith("s"):
-            arguments.text(names, next(iter(self._signatures[name].parameters)))
+            arguments.text(names, next(iter(self.takes[name].parameters)))
         read = pose if "position" in name.lower() else pose_from_list
         effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
         count = len(effectors)

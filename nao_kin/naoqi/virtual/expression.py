@@ -15,7 +15,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Machine
-from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.service import Service, stored
 
 # --- Names of a NAO's LEDs and of their groups.
 #
@@ -365,8 +365,6 @@ class ALTextToSpeech(Service):
 
     name = "ALTextToSpeech"
 
-    _language, _voice, _volume = "English", "naoenu", 1.0
-
     def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self.saying = ""
@@ -397,29 +395,11 @@ class ALTextToSpeech(Service):
             self.nao.monitor.later(call.finish)
         self._tell("")
 
-    def setLanguage(self, pLanguage: Any) -> None:
-        """Set the language; without effect."""
-        self._language = arguments.choice(pLanguage, "language", _LANGUAGES)
-
-    def getLanguage(self) -> str:
-        """The stored value; initially 'English'."""
-        return self._language
-
-    def setVoice(self, pVoiceID: Any) -> None:
-        """Set the voice; without effect."""
-        self._voice = arguments.text(pVoiceID, "pVoiceID")
-
-    def getVoice(self) -> str:
-        """The stored value; initially 'naoenu'."""
-        return self._voice
-
-    def setVolume(self, volume: Any) -> None:
-        """Set the volume, from 0 to 1; without effect."""
-        self._volume = arguments.fraction(volume, "volume")
-
-    def getVolume(self) -> float:
-        """The stored value; initially 1.0."""
-        return self._volume
+    setLanguage, getLanguage = stored(
+        "language", lambda value, what: arguments.choice(value, what, _LANGUAGES), "English"
+    )
+    setVoice, getVoice = stored("voice", arguments.text, "naoenu")
+    setVolume, getVolume = stored("volume", arguments.fraction, 1.0)
 
     def getAvailableLanguages(self) -> list[str]:
         """The languages that setLanguage accepts."""
