@@ -21,11 +21,11 @@ from typing import SupportsIndex, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, common_batch, join_poses, rigid_inverse, texts
-from nao_kin._core.sides import Hips, check_hips
+from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses, rigid_inverse, texts
+from nao_kin._core.sides import Hips
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.robot import RobotModel, check_robot, refuse_not_rigid
+from nao_kin.robot import RobotModel, refuse_not_rigid
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.rotations import matrix_from_rpy, nearest_rotation, rpy_from_matrix
 from nao_kin.world import feet_frame
@@ -80,7 +80,6 @@ def chain_names(robot: RobotModel) -> tuple[str, ...]:
         >>> nk.naoqi.chain_names(nk.load_nao())
         ('Head', 'LArm', 'LLeg', 'RLeg', 'RArm')
     """
-    check_robot(robot)
     chains = tuple(chain for chain in CHAINS if chain in robot.chains)
     if not chains:
         raise BadArgument(f"robot {robot.name} has none of NAOqi's chains {', '.join(CHAINS)}")
@@ -169,7 +168,6 @@ def from_order(
     values: ArrayLike,
     order: str,
     *,
-    near: ArrayLike | None = None,
     hips: Hips | None = None,
     missing: str | float | None = None,
 ) -> Floats:
@@ -179,13 +177,12 @@ def from_order(
         robot: a NAO of any version.
         values: shape (..., n) [rad; 0 to 1 for the hands].
         order: "H25", "H21", "LoLA" or "jointActuator".
-        near: configurations with the values of the joints that the order lacks, shape (..., nq); None for zero.
         hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, None rejects values that differ by
             more than 1e-6, "left" uses the left one, as the robot does, "right" the right one, "average" the mean.
         missing: values of joints that are NaN, such as hands without a sensor, as in `RobotModel.configuration`.
 
     Returns:
-        q, shape (..., nq); limits are not checked.
+        q, shape (..., nq), zero for joints that the order lacks; limits are not checked.
 
     Raises:
         CouplingViolated: the hips disagree.
@@ -197,23 +194,12 @@ def from_order(
         >>> np.allclose(nk.naoqi.from_order(nao, values, "LoLA"), q)
         True
     """
-    check_robot(robot)
     names = BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")]
-    if hips is not None:
-        check_hips(hips)
     array = as_floats(values, (), "values", gaps=True)
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
     by_name = dict(zip(names, np.moveaxis(array, -1, 0), strict=True))
-    result = robot.configuration(by_name, limits="ignore", hips=hips, missing=missing)
-    if near is None:
-        return result
-    start = as_floats(near, (robot.nq,), "near")
-    batch = common_batch("values and near", result.shape[:-1], start.shape[:-1])
-    q = np.array(np.broadcast_to(start, (*batch, robot.nq)))
-    columns = [column for column, joint in enumerate(robot.joint_names, robot.nq_base) if joint in by_name]
-    q[..., columns] = result[..., columns]
-    return q
+    return robot.configuration(by_name, limits="ignore", hips=hips, missing=missing)
 
 
 # --- Joint limits as getLimits returns them.
@@ -367,9 +353,8 @@ def _whole(value: SupportsIndex | float) -> int:
 
 def frame_of(robot: RobotModel, name: str) -> str:
     """Return the robot's frame for its name or NAOqi's of an effector, joint, camera or sensor (getSensorNames)."""
-    check_robot(robot)
     for candidate in (name, f"{name}_frame"):
-        if isinstance(name, str) and candidate in robot.frame_names:
+        if candidate in robot.frame_names:
             return candidate
     known = dict.fromkeys((*EFFECTORS, *(frame.removesuffix("_frame") for frame in robot.frame_names)))
     raise UnknownName("effector, joint or sensor", name, tuple(known))
@@ -381,7 +366,6 @@ def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | 
     The z axis of `torso_in_world`, T_world_torso, is the vertical. None means the floating base of q; with a fixed
     base, a level torso at the world's origin.
     """
-    check_robot(robot)
     T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in LEGS], reference=frame_of(robot, TORSO))
     return feet_frame(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
 
@@ -416,7 +400,6 @@ def pose_in(
         >>> nk.naoqi.pose_in(nao, nao.posture("Stand"), "LArm", "FRAME_ROBOT").shape
         (4, 4)
     """
-    check_robot(robot)
     number = space_number(space)
     T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, TORSO))
     return np.asarray(torso_in(robot, q, number, torso_in_world=torso_in_world) @ T_torso_name)

@@ -22,7 +22,7 @@ arguments. The names of its internal methods begin with an underscore:
 method runs with the lock held, on any thread, and therefore must not wait or sleep. The module `arguments` reads its
 arguments (`number`, `fraction`, `flag`, `one_each`, `list_each` …), and `self.joints` reads names of joints. Every
 `NaoKinError` reaches the script as `Service::method`, a line break, a tab and the error's line. A method that takes
-time returns a `Call`: that of a task or of `nao.after(seconds)`, or a new one. A second name of a method is an
+time returns a `Call`: that of a task, or a new one. A second name of a method is an
 assignment in its class, `walkTo = moveTo`. `absent_methods.json` lists NAOqi's other methods.
 
 ## How to write a task

@@ -64,9 +64,7 @@ def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list
     """Return one number for each effector, from one number for all or a list."""
     if not arguments.is_list(value):
         return [read(value)] * count
-    if len(value) != count:
-        raise BadArgument(f"{what} must be one for all effectors or a list of {count}, got {len(value)}")
-    return [read(entry) for entry in value]
+    return [read(entry) for entry in arguments.entries(value, what, count)]
 
 
 def _depth(value: Any) -> int:
@@ -82,9 +80,9 @@ def _split(paths: Any, count: int) -> Sequence[Any]:
     """Return the path of each effector."""
     if count == 1:
         return paths if _depth(paths) == 3 and len(paths) == 1 else [paths]
-    if _depth(paths) < 2 or len(paths) != count:
-        raise BadArgument(f"paths must be {count}, one for each effector, got {arguments.length(paths)}")
-    return list(paths)
+    if _depth(paths) == 1:
+        raise BadArgument(f"paths must be {count}, one for each effector, got one pose")
+    return arguments.entries(paths, "paths", count)
 
 
 def _path(path: Any, read: ToPoses, effector: str) -> Floats:
@@ -101,10 +99,8 @@ def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list
         # effector, each gets its own time.
         one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
         lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
-    elif depth == 2 and len(times) == count:
-        lists = list(times)
     else:
-        raise BadArgument(f"times must be a list for each of {count} effectors, got {len(times)}")
+        lists = arguments.entries(times, "times", count)
     times_of_each = [arguments.list_each([row], [name], "times")[0] for row, name in zip(lists, effectors, strict=True)]
     arguments.check_lengths(rows, times_of_each, effectors, "poses")
     arguments.check_times(times_of_each, effectors)

@@ -163,9 +163,8 @@ class ALLeds(Service):
         name = arguments.text(groupName, "groupName")
         if name in self.colours or name in groups():
             raise BadArgument(f"{name} already exists")
-        if not isinstance(ledNames, (list, tuple)) or not ledNames:
-            raise BadArgument("ledNames must be a list of LEDs")
-        self._groups[name] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
+        leds = arguments.entries(ledNames, "ledNames")
+        self._groups[name] = tuple(dict.fromkeys(part for each in leds for part in self._parts(each)))
 
     # --- light ----------------------------------------------------------------------------------------------------
 
@@ -212,12 +211,9 @@ class ALLeds(Service):
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
         """Fade an LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
-        if not isinstance(rgbList, (list, tuple)) or not rgbList:
-            raise BadArgument("rgbList must be a list of colours")
-        colours = [_colour(value) for value in rgbList]
+        colours = [_colour(value) for value in arguments.entries(rgbList, "rgbList")]
         times = arguments.list_each(timeList, ("LEDs",), "times")
-        if len(times[0]) != len(colours):
-            raise BadArgument(f"timeList must have {len(colours)} times, one for each colour, got {len(times[0])}")
+        arguments.entries(times[0], "timeList", len(colours))
         arguments.check_times(times, ("LEDs",))
         frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
         return self._play(frames)

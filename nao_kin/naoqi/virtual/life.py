@@ -98,9 +98,7 @@ class ALSystem(Service):
         """Always 0: not measured here."""
         return 0
 
-    def totalMemory(self) -> int:
-        """Always 0: not measured here."""
-        return 0
+    totalMemory = freeMemory
 
 
 class ALBattery(Service):
@@ -128,16 +126,10 @@ class ALRobotModel(Service):
         return "Nao"
 
     def hasArms(self) -> bool:
-        """Whether it has arms: True."""
+        """True: a NAO has arms, legs, and hands that open."""
         return True
 
-    def hasHands(self) -> bool:
-        """Whether it has hands that open: True."""
-        return True
-
-    def hasLegs(self) -> bool:
-        """Whether it has legs: True."""
-        return True
+    hasHands = hasLegs = hasArms
 
 
 class ALPreferenceManager(Service):

@@ -18,7 +18,6 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
-from nao_kin.naoqi.virtual.arguments import check_duration
 from nao_kin.naoqi.virtual.body import Base, Joints
 from nao_kin.naoqi.virtual.engine import TICK, Call, Clock, Event, EventLog, Monitor, NaoqiError, Notes
 from nao_kin.robot import NaoModel
@@ -238,17 +237,6 @@ class Machine:
                 self.clock.due(wall.monotonic())
                 self.held -= 1
 
-    def after(self, seconds: float) -> Call:
-        """Return a call that ends after some seconds of robot time, or when it is cancelled. Needs the lock."""
-
-        def stop() -> None:
-            timer.cancel()
-            call.finish()
-
-        call = Call(stop)
-        timer = self.clock.after(seconds, lambda: self.monitor.later(call.finish))
-        return call
-
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot in ALMemory. Needs the lock."""
         self.services["ALMemory"]._announce(event, value)
@@ -344,7 +332,6 @@ class AtSpeed(Interpolation):
 
         def plan(start: Floats) -> Motion:
             duration = float(np.max(np.abs(targets - start) / speeds))
-            check_duration(duration, "the time to the targets")
             if duration == 0.0:
                 return Motion([0.0], joints, targets[None])
             return Motion([0.0, duration], joints, np.stack([start, targets]))

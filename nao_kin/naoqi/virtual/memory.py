@@ -143,9 +143,7 @@ class ALMemory(Service):
 
     def getListData(self, keyList: Any) -> list[Any]:
         """The values of several keys at one moment; None for an unknown key."""
-        if not isinstance(keyList, (list, tuple)):
-            raise BadArgument("keyList must be a list of keys")
-        keys = [arguments.text(key, "key") for key in keyList]
+        keys = [arguments.text(key, "key") for key in arguments.entries(keyList, "keyList")]
         return [self._value(key) if key in self._values or key in self._own else None for key in keys]
 
     def insertData(self, key: Any, data: Any) -> None:
@@ -154,10 +152,8 @@ class ALMemory(Service):
 
     def insertListData(self, pairs: Any) -> None:
         """Store several values: a list of [key, value]."""
-        if not isinstance(pairs, (list, tuple)) or not all(isinstance(p, (list, tuple)) and len(p) > 1 for p in pairs):
-            raise BadArgument("pairs must be a list of [key, value]")
-        for pair in pairs:
-            self._keep(_key(pair[0]), pair[1])
+        for key, value in arguments.pairs(pairs, "pairs"):
+            self._keep(_key(key), value)
 
     def removeData(self, key: Any) -> None:
         """Remove an inserted value, so that the robot's own is read again; an error for an unknown key."""

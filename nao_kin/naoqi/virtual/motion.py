@@ -93,10 +93,8 @@ class JointControl(Service):
         joints = self.joints(jointNames, "jointNames")
         rows = arguments.list_each(times, joints, "times")
         arguments.check_times(rows, joints)
-        if not arguments.is_list(controlPoints) or len(controlPoints) != len(joints):
-            got = arguments.length(controlPoints)
-            raise BadArgument(f"controlPoints must be {len(joints)} lists, one for each joint, got {got}")
-        points = [_points(*row) for row in zip(controlPoints, rows, joints, strict=True)]
+        lists = arguments.entries(controlPoints, "controlPoints", len(joints))
+        points = [_points(*row) for row in zip(lists, rows, joints, strict=True)]
         keys, handles = [row[0] for row in points], [row[1] for row in points]
 
         def plan(start: Floats) -> Motion:
@@ -129,21 +127,17 @@ class JointControl(Service):
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
     """Return angles (k,) and handles (k + 1, 2, 2) of one joint, the handles at its start first."""
     what = f"controlPoints of {joint}"
-    if not arguments.is_list(points) or len(points) != len(times):
-        got = arguments.length(points)
-        raise BadArgument(f"{what} must be a list of {len(times)}, one for each time, got {got}")
     keys, handles = np.empty(len(times)), np.zeros((len(times) + 1, 2, 2))
     gaps = np.diff(times, prepend=0.0) * _THIRD
     handles[1:, 0, 0], handles[:-1, 1, 0] = -gaps, gaps
-    for index, point in enumerate(points):
+    for index, point in enumerate(arguments.entries(points, what, len(times))):
         entry, parts = f"entry {index}", list(point) if arguments.is_list(point) else [point]
         if len(parts) not in (1, 3):
             raise BadArgument(f"{what}: {entry} must be an angle or [angle, handle, handle], got {quoted(point, 60)}")
         keys[index] = arguments.number(parts[0], f"{what}: angle {index}")
         for side, handle in enumerate(parts[1:]):
-            if not arguments.is_list(handle) or len(handle) != 3:
-                raise BadArgument(f"{what}: handle of {entry} must be [type, time, angle], got {quoted(handle, 60)}")
-            handles[index + 1, side] = [arguments.number(value, f"{what}: handle of {entry}") for value in handle[1:]]
+            of = f"{what}: handle of {entry}"
+            handles[index + 1, side] = [arguments.number(value, of) for value in arguments.entries(handle, of, 3)[1:]]
     return keys, handles
 
 
@@ -391,12 +385,9 @@ class GeneralTools(Service):
 
     def setBreathConfig(self, pConfig: Any) -> None:
         """Stored: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
-        pairs = pConfig if isinstance(pConfig, (list, tuple)) else [pConfig]
-        for pair in pairs:
-            if not isinstance(pair, (list, tuple)) or len(pair) != 2:
-                raise BadArgument('pConfig must be pairs such as ["Bpm", 12]')
-            key = arguments.choice(pair[0], "parameter", tuple(self._breath))
-            self._breath[key] = arguments.number(pair[1], key)
+        for name, value in arguments.pairs(pConfig, "pConfig"):
+            key = arguments.choice(name, "parameter", tuple(self._breath))
+            self._breath[key] = arguments.number(value, key)
 
     def getBreathConfig(self) -> list[list[Any]]:
         """The stored values."""

@@ -156,7 +156,7 @@ class Service:
         waiting = Call()
         task.call.add_done_callback(lambda _: waiting.finish(False))
         if seconds > 0.0:
-            self.nao.after(seconds).add_done_callback(lambda _: waiting.finish(True))
+            self.nao.clock.after(seconds, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
         return waiting
 
 

@@ -192,7 +192,6 @@ class GoToBalance(WholeBodyTask):
             ways = np.abs(goal.q - state.q) / (self._fraction * nao.robot.velocity_limits)
             # The largest speed of the smooth movement is 15/8 of the mean.
             self._duration = max(self._duration, 1.875 * float(ways.max()))
-            arguments.check_duration(self._duration, "the time to balance")
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's position of the centre of mass."""
