@@ -38,7 +38,7 @@ class Service:
     def __init__(self, nao: Machine) -> None:
         self.nao = nao
         self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
-        self.takes = _offered(type(self))
+        self.takes = _offered(type(self))  # type: ignore[arg-type]  # mypy looks at the hash of instances
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in self.takes}
         # The values of `stored` methods.
         self.stored: dict[Any, Any] = {}
