@@ -358,16 +358,6 @@ def test_in_crouch_the_torso_goes_as_near_as_scipy_finds_with_both_feet_in_place
     script.nao.close()
 
 
-@pytest.mark.parametrize("foot", ["LLeg", "RLeg"])
-@pytest.mark.parametrize("space", [WORLD, ROBOT])
-def test_a_foot_is_lifted_in_the_world_while_the_other_stands(script: Script, foot: str, space: int) -> None:
-    other = "RLeg" if foot == "LLeg" else "LLeg"
-    start, standing = script.pose(foot, WORLD), script.pose(other, WORLD)
-    script("positionInterpolation", foot, space, [0.03, 0.0, 0.04, 0.0, 0.0, 0.0], 63, 1.0, False)
-    assert np.abs(script.pose(foot, WORLD)[:3, 3] - start[:3, 3] - [0.03, 0.0, 0.04]).max() < 1e-3
-    assert np.abs(script.pose(other, WORLD) - standing).max() < 1e-9
-
-
 def test_a_hand_holds_its_place_in_the_world_while_the_torso_moves(script: Script) -> None:
     hand, torso = script.position("LArm", WORLD), script.position("Torso", WORLD)
     lower = torso + np.array([0.02, 0.0, -0.03, 0.0, 0.0, 0.0])

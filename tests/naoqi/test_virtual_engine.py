@@ -268,12 +268,6 @@ def test_a_later_interpolation_of_a_booked_joint_waits_until_it_is_free(awake: V
     assert [line for line in _log(awake) if "waits for HeadYaw" in line]
 
 
-def test_tasks_on_other_joints_run_side_by_side(awake: VirtualNao) -> None:
-    calls = [awake.post("ALMotion", "angleInterpolation", joint, 0.2, 1.0, True) for joint in ("HeadYaw", "LWristYaw")]
-    awake.step(1.0)
-    assert all(call.done() for call in calls)
-
-
 def test_who_waits_is_not_overtaken_by_who_came_later(awake: VirtualNao) -> None:
     awake.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
     both = awake.post("ALMotion", "angleInterpolation", "Head", 0.2, 1.0, True)
@@ -646,13 +640,3 @@ def test_it_may_begin_on_its_back(nao: nk.NaoModel) -> None:
     with VirtualNao(nao, stepped=True, posture="LyingBack") as asleep:
         assert asleep.state().T_world_torso[2, 0] > 0.99
         assert asleep.call("ALRobotPosture", "getPostureFamily") == "LyingBack"
-
-
-def test_a_planted_foot_carries_the_torso(awake: VirtualNao, nao: nk.NaoModel) -> None:
-    T = np.eye(4)
-    T[:3, 3] = 1.0, 2.0, 0.0
-    with awake.monitor:
-        awake.base.plant("RLeg", T)
-    assert np.allclose(awake.state().T_world_torso @ nao.fk(awake.state().q, "RLeg"), T, atol=1e-12)
-    T[:] = 0.0  # a copy was kept
-    assert awake.state().T_world_torso[0, 3] > 0.5

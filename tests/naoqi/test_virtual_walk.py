@@ -136,20 +136,6 @@ def test_every_target_is_met_exactly_by_steps_within_bounds(target: tuple, confi
         assert off(foot, foot_beside(target, side)) < 2e-6
 
 
-def test_targets_are_met_one_after_the_other_each_seen_from_the_one_before() -> None:
-    targets = [(0.2, 0.0, 0.5 * np.pi), (0.1, 0.2, 1.0), (0.0, 0.0, -1.0)]
-    corners = [(0.2, 0.0, 0.5 * np.pi), (0.0, 0.1, 0.5 * np.pi + 1.0), (0.0, 0.1, 0.5 * np.pi)]
-    plan = ToTargets([np.array(target) for target in targets], Gait())
-    walker = Walker({side: foot_beside(np.zeros(3), side) for side in "LR"}, np.zeros(3))
-    plan.begin(walker.body)
-    passed = []
-    while (step := plan.step(walker)) is not None:
-        walker.feet[step.side] = step.end
-        passed.append(walker.body)
-    for corner in corners:
-        assert min(off(body, np.array(corner)) for body in passed) < 1e-9
-
-
 # --- the move configuration -------------------------------------------------------------------------------------------
 
 
@@ -500,11 +486,6 @@ def test_a_walk_that_is_taken_over_is_false_and_the_one_that_takes_it_over_is_tr
 def test_a_walk_on_limp_legs_is_false() -> None:
     with VirtualNao(stepped=True, posture="StandInit") as nao:
         assert nao.call("ALMotion", "moveTo", 0.05, 0.0, 0.0) is False
-
-
-def test_stopping_a_robot_that_stands_is_true(script: Walking) -> None:
-    assert script("stopMove") is True
-    assert script("stopWalk") is True
 
 
 def test_a_killed_walk_has_no_velocity(script: Walking) -> None:

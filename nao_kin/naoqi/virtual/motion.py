@@ -28,8 +28,6 @@ from nao_kin.robot import SupportPolygon
 
 # --- ALMotion's joint control: angles read, set, and interpolated.
 
-_THIRD = 1.0 / 3.0
-
 
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
@@ -128,7 +126,7 @@ def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
     """Return angles (k,) and handles (k + 1, 2, 2) of one joint, the handles at its start first."""
     what = f"controlPoints of {joint}"
     keys, handles = np.empty(len(times)), np.zeros((len(times) + 1, 2, 2))
-    gaps = np.diff(times, prepend=0.0) * _THIRD
+    gaps = np.diff(times, prepend=0.0) * (1.0 / 3.0)
     handles[1:, 0, 0], handles[:-1, 1, 0] = -gaps, gaps
     for index, point in enumerate(arguments.entries(points, what, len(times))):
         entry, parts = f"entry {index}", list(point) if arguments.is_list(point) else [point]
