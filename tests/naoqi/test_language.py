@@ -210,7 +210,7 @@ def test_rounding_is_taken_out_of_a_transform_list() -> None:
 def test_numbers_that_are_no_pose_are_refused() -> None:
     with pytest.raises(NotARotation, match="transform: not a rotation matrix"):
         naoqi.pose_from_list([1.1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
-    with pytest.raises(BadArgument, match="transform is not a rigid transform: its last row is 0, 0, 0, 2"):
+    with pytest.raises(BadArgument, match="last row"):
         naoqi.pose_from_list([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2])
     with pytest.raises(WrongShape, match="16"):
         naoqi.pose_from_list(np.zeros(15))
@@ -321,7 +321,7 @@ def test_spaces_go_by_number_or_name() -> None:
     assert [space_number(name) for name in SPACES] == [0, 1, 2]
     assert space_number(2.0) == space_number(np.int64(2)) == naoqi.FRAME_ROBOT  # type: ignore[arg-type]
     for wrong in (3, -1, 1.5, None, [0]):
-        with pytest.raises(BadArgument, match="space must be one of FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2"):
+        with pytest.raises(BadArgument, match="FRAME_ROBOT 2"):
             space_number(wrong)  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="nearest: FRAME_ROBOT"):
         space_number("frame_robot")
@@ -347,7 +347,7 @@ def test_masks_are_sums_of_their_bits() -> None:
 
 def test_wrong_masks_are_refused() -> None:
     for wrong in (-1, 64, 7.5, None):
-        with pytest.raises(BadArgument, match="axis mask must be a number from 0 to 63"):
+        with pytest.raises(BadArgument, match="0 to 63"):
             naoqi.axis_mask(wrong)  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="nearest: VEL"):
         naoqi.axis_mask("vel")

@@ -239,7 +239,7 @@ def test_switching_off_forgets_all(script: Balancing) -> None:
     script("wbFootState", "Free", "Legs")
     script("wbEnable", False)
     assert script("getTaskList") == []
-    with pytest.raises(NaoqiError, match=r"Head is not held: call wbEnableEffectorControl\('Head', True\) first"):
+    with pytest.raises(NaoqiError, match="Head is not held"):
         script("wbSetEffectorControl", "Head", [0.0, 0.0, 0.0])
     # Without it, an arm moves alone again.
     legs = script("getAngles", "Legs", True)
