@@ -7,6 +7,26 @@ functions of names, orders, poses, spaces and limits are pure; configurations an
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.naoqi import _qi  # noqa: F401  (loads qi before the other modules load Pinocchio)
 from nao_kin.naoqi.compat import run_script
+from nao_kin.naoqi.conventions import (
+    BODY_ORDERS,
+    FRAME_ROBOT,
+    FRAME_TORSO,
+    FRAME_WORLD,
+    AxisMask,
+    angles,
+    axis_mask,
+    chain_names,
+    controlled_axes,
+    from_order,
+    joint_names,
+    limits,
+    pose,
+    pose_from_list,
+    pose_in,
+    position6d,
+    to_order,
+    transform_list,
+)
 from nao_kin.naoqi.live import (
     LOLA_ENTRIES,
     JointReading,
@@ -21,31 +41,9 @@ from nao_kin.naoqi.live import (
     recorded,
     vertical,
 )
-from nao_kin.naoqi.names import (
-    BODY_ORDERS,
-    angles,
-    chain_names,
-    from_order,
-    joint_names,
-    limits,
-    to_order,
-)
-from nao_kin.naoqi.spaces import (
-    FRAME_ROBOT,
-    FRAME_TORSO,
-    FRAME_WORLD,
-    AxisMask,
-    axis_mask,
-    controlled_axes,
-    pose,
-    pose_from_list,
-    pose_in,
-    position6d,
-    transform_list,
-)
 from nao_kin.naoqi.virtual.engine import Event, NaoqiError
+from nao_kin.naoqi.virtual.expression import light_colours, spoken_words
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
-from nao_kin.naoqi.virtual.services.expression import light_colours, spoken_words
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [

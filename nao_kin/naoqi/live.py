@@ -20,7 +20,7 @@ from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, NaoKinError, NotFinite
 from nao_kin.motion import Motion
 from nao_kin.naoqi._qi import load_qi
-from nao_kin.naoqi.names import from_order
+from nao_kin.naoqi.conventions import from_order
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_rpy
 

@@ -2,55 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import numpy as np
 import pytest
 from loops import full
+from naoqi_script import ROBOT, TORSO, WORLD, Script
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation, Slerp
 
 import nao_kin as nk
 from nao_kin import naoqi
-from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
-from nao_kin.naoqi.virtual.cartesian import EffectorPath
-from nao_kin.naoqi.virtual.limb_solvers import LimbTarget, anywhere, columns_of, descend, torso_over_feet
-
-TORSO, WORLD, ROBOT = 0, 1, 2
-
-
-class Script:
-    """A virtual NAO as a script sees it."""
-
-    def __init__(self, posture: str = "StandInit") -> None:
-        self.nao = VirtualNao(stepped=True, posture=posture)
-        self("setStiffnesses", "Body", 1.0)
-
-    def __call__(self, name: str, *given: Any) -> Any:
-        return self.nao.call("ALMotion", name, *given)
-
-    def position(self, name: str, space: int) -> np.ndarray:
-        return np.array(self("getPosition", name, space, True))
-
-    def pose(self, name: str, space: int) -> np.ndarray:
-        return np.array(self("getTransform", name, space, True)).reshape(4, 4)
-
-    def log(self) -> str:
-        return "\n".join(line for _, line in self.nao.log.lines)
-
-
-@pytest.fixture
-def script() -> Iterator[Script]:
-    made = Script()
-    yield made
-    made.nao.close()
-
-
-@pytest.fixture(scope="module")
-def nao() -> nk.NaoModel:
-    return nk.load_nao()
-
+from nao_kin.naoqi.virtual.cartesian import EffectorPath, LimbTarget, anywhere, columns_of, descend, torso_over_feet
 
 # --- reading ----------------------------------------------------------------------------------------------------------
 
@@ -60,7 +21,7 @@ def test_poses_are_those_of_forward_kinematics_in_every_space(script: Script, na
     robot = script.nao.robot
     script("moveInit")
     script("angleInterpolation", ["LHipRoll", "LKneePitch", "HeadYaw", "LElbowRoll"], [0.1, 1.0, 0.5, -0.4], 1.0, True)
-    q, T_world_torso = script.nao.joints.q(), script.nao.torso_in_world()
+    q, T_world_torso = script.nao.joints.q(), script.torso()
     T_torso_name = robot.fk(q, name if name in robot.frame_names else f"{name}_frame")
     left, right = (T_world_torso @ robot.fk(q, foot) for foot in ("LLeg", "RLeg"))
     yaw = [np.arctan2(T[1, 0], T[0, 0]) for T in (left, right)]
@@ -299,17 +260,13 @@ def test_old_names_do_the_same(script: Script) -> None:
 # --- the torso and the feet -------------------------------------------------------------------------------------------
 
 
-def _feet(script: Script) -> np.ndarray:
-    return np.stack([script.pose(foot, WORLD) for foot in ("LLeg", "RLeg")])
-
-
 def test_the_torso_moves_over_feet_that_stay(script: Script) -> None:
-    feet, start = _feet(script), script.pose("Torso", ROBOT)
+    feet, start = script.feet(), script.pose("Torso", ROBOT)
     path = [[0.03, 0.0, -0.02, 0.0, 0.0, 0.0], [0.0, 0.03, -0.02, 0.05, 0.1, 0.0]]
     call = script.nao.post("ALMotion", "positionInterpolation", "Torso", ROBOT, path, 63, [0.5, 1.0], False)
     while not call.done():
         script.nao.step(0.05)
-        assert np.abs(_feet(script) - feet).max() < 1e-9
+        assert np.abs(script.feet() - feet).max() < 1e-9
     wanted = start.copy()
     wanted[:3, 3] += path[1][:3]
     wanted[:3, :3] = naoqi.pose(path[1])[:3, :3] @ start[:3, :3]
@@ -320,9 +277,9 @@ def test_the_torso_moves_over_feet_that_stay(script: Script) -> None:
 
 
 def test_the_yaw_of_the_torso_gives_way_and_the_log_says_so(script: Script) -> None:
-    feet, start = _feet(script), script.position("Torso", WORLD)
+    feet, start = script.feet(), script.position("Torso", WORLD)
     script("positionInterpolation", "Torso", WORLD, [0.0, 0.0, -0.02, 0.0, 0.0, 0.4], 63, 1.0, False)
-    assert np.abs(_feet(script) - feet).max() < 1e-9
+    assert np.abs(script.feet() - feet).max() < 1e-9
     assert np.abs(script.position("Torso", WORLD)[:3] - start[:3] - [0, 0, -0.02]).max() < 1e-6
     assert "one motor of both hips" in script.log()
 
@@ -348,7 +305,7 @@ SMALL = [sign * change for sign in (1.0, -1.0) for change in np.diag([0.01] * 3 
 @pytest.mark.parametrize("posture", ["Crouch", "Stand", "StandZero", "StandInit"])
 def test_the_torso_ends_no_farther_off_than_it_was_on_feet_that_stay(posture: str) -> None:
     script = Script(posture)
-    robot, q, feet, start = script.nao.robot, script.nao.joints.q(), _feet(script), script.pose("Torso", WORLD)
+    robot, q, feet, start = script.nao.robot, script.nao.joints.q(), script.feet(), script.pose("Torso", WORLD)
     for change in SMALL:
         wanted = naoqi.pose(change) @ start
         wanted[:3, 3] = start[:3, 3] + change[:3]
@@ -366,7 +323,7 @@ def test_the_torso_ends_no_farther_off_than_it_was_on_feet_that_stay(posture: st
 def test_in_crouch_the_torso_goes_as_near_as_scipy_finds_with_both_feet_in_place(change: tuple) -> None:
     script = Script("Crouch")
     robot, q, start = script.nao.robot, script.nao.joints.q(), script.pose("Torso", WORLD)
-    feet, wanted, columns = _feet(script), start.copy(), columns_of(robot, ["Torso"])
+    feet, wanted, columns = script.feet(), start.copy(), columns_of(robot, ["Torso"])
     wanted[:3, 3] += change
 
     def torso(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -395,20 +352,10 @@ def test_in_crouch_the_torso_goes_as_near_as_scipy_finds_with_both_feet_in_place
     assert np.abs(robot.clamp(best) - best).max() < 1e-6
     script("positionInterpolation", "Torso", WORLD, [*change, 0.0, 0.0, 0.0], 63, 0.3, False)
     script.nao.step(0.1)
-    assert np.abs(_feet(script) - feet).max() < 1e-6
+    assert np.abs(script.feet() - feet).max() < 1e-6
     assert _error(script.pose("Torso", WORLD), wanted) == pytest.approx(_error(torso(found.x)[0], wanted), abs=2e-5)
     assert "Torso goes as near to its target as" in script.log()
     script.nao.close()
-
-
-@pytest.mark.parametrize("foot", ["LLeg", "RLeg"])
-@pytest.mark.parametrize("space", [WORLD, ROBOT])
-def test_a_foot_is_lifted_in_the_world_while_the_other_stands(script: Script, foot: str, space: int) -> None:
-    other = "RLeg" if foot == "LLeg" else "LLeg"
-    start, standing = script.pose(foot, WORLD), script.pose(other, WORLD)
-    script("positionInterpolation", foot, space, [0.03, 0.0, 0.04, 0.0, 0.0, 0.0], 63, 1.0, False)
-    assert np.abs(script.pose(foot, WORLD)[:3, 3] - start[:3, 3] - [0.03, 0.0, 0.04]).max() < 1e-3
-    assert np.abs(script.pose(other, WORLD) - standing).max() < 1e-9
 
 
 def test_a_hand_holds_its_place_in_the_world_while_the_torso_moves(script: Script) -> None:
@@ -445,42 +392,6 @@ def test_a_path_waits_for_its_joints_and_can_be_killed(script: Script) -> None:
     where = script.position("LArm", TORSO)
     script.nao.step(1.0)
     assert np.abs(script.position("LArm", TORSO) - where).max() < 0.02
-
-
-NO_POSE = [0.1, 0.1, 0.1, 0.0, 0.0]
-REFUSED = [
-    (("getPosition", "larm", TORSO, True), "nearest: LArm"),
-    (("getPosition", "LArm", 3, True), "space must be one of FRAME_TORSO 0"),
-    (("getTransform", "LArm", TORSO, 7), "useSensorValues must be True or False"),
-    (("positionInterpolations", "LHand", TORSO, TARGET, 7, 1.0), "unknown effector 'LHand'"),
-    (("positionInterpolations", ["LArm", "LArm"], TORSO, [TARGET, TARGET], 7, [1.0, 1.0]), "named twice"),
-    (("positionInterpolations", [], TORSO, [], 7, []), "must name at least one effector"),
-    (("positionInterpolations", "LArm", 5, TARGET, 7, 1.0), "space must be one of"),
-    (("positionInterpolations", "LArm", TORSO, TARGET, 64, 1.0), "axis mask must be a number from 0 to 63"),
-    (("positionInterpolations", "LArm", TORSO, NO_POSE, 7, 1.0), "must have shape (..., 6)"),
-    (("positionInterpolations", "LArm", TORSO, [*NO_POSE, float("nan")], 7, 1.0), "must be finite"),
-    (("positionInterpolations", "LArm", TORSO, TARGET, 7, -1.0), "times of LArm must be above 0 s"),
-    (("positionInterpolations", "LArm", TORSO, [TARGET, OTHER], 7, [1.0, 0.5]), "times of LArm must ascend"),
-    (("positionInterpolations", "LArm", TORSO, [TARGET, OTHER], 7, 1.0), "LArm has 2 poses and 1 times"),
-    (("positionInterpolations", ["LArm", "RArm"], TORSO, [TARGET], 7, 1.0), "paths must be 2, one for each effector"),
-    (("positionInterpolations", ["LArm", "RArm"], TORSO, [TARGET, TARGET], [7], 1.0), "axis masks must be one for all"),
-    (("positionInterpolations", "Torso", TORSO, TARGET, 63, 1.0), "Torso does not move in FRAME_TORSO"),
-    (("transformInterpolations", "LArm", TORSO, [*np.eye(4).ravel()[:15], 2.0], 7, 1.0), "its last row is 0, 0, 0, 2"),
-    (("transformInterpolations", "LArm", TORSO, [2.0, *[0.0] * 11], 7, 1.0), "not a rotation matrix"),
-    (("positionInterpolation", ["LArm"], TORSO, TARGET, 7, 1.0, True), "chainName must be a text"),
-    (("setPositions", "LArm", TORSO, TARGET, 0.0, 7), "fractionMaxSpeed must be above 0 and at most 1"),
-    (("setPositions", "LArm", TORSO, [TARGET, OTHER], 0.5, 7), "LArm must have one pose, got 2"),
-]
-
-
-@pytest.mark.parametrize(("given", "expected"), REFUSED, ids=range(len(REFUSED)))
-def test_what_makes_no_sense_is_refused_before_anything_moves(script: Script, given: tuple, expected: str) -> None:
-    name, *rest = given
-    with pytest.raises(NaoqiError) as error:
-        script(name, *rest)
-    assert str(error.value).startswith(f"ALMotion::{name}\n\t")
-    assert expected in str(error.value)
-    assert script("getTaskList") == []
 
 
 # --- a leg that moves in the world ------------------------------------------------------------------------------------

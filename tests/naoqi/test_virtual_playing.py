@@ -81,7 +81,8 @@ def test_a_behaviour_is_played_along_its_curves(virtual: VirtualNao) -> None:
     call = virtual.post("ALBehaviorManager", "runBehavior", "hello/behavior_1")
     assert virtual.call("ALBehaviorManager", "getRunningBehaviors") == ["hello/behavior_1"]
     assert virtual.call("ALBehaviorManager", "isBehaviorRunning", "hello/behavior_1") is True
-    assert "running already" in _running_refusal(virtual)
+    with pytest.raises(NaoqiError, match="running already"):
+        virtual.call("ALBehaviorManager", "runBehavior", "hello/behavior_1")
     virtual.step(0.1)
     # Halfway to the first key, along level handles.
     assert _angles(virtual, "HeadPitch", sensor=False) == pytest.approx([0.5 * (pitch + 0.3)], abs=1e-6)
@@ -93,12 +94,6 @@ def test_a_behaviour_is_played_along_its_curves(virtual: VirtualNao) -> None:
     assert virtual.clock.now == pytest.approx(1.1)
     assert _angles(virtual, *NOD.joint_names) == pytest.approx([-0.2, -0.5, 0.2], abs=1e-6)
     assert virtual.call("ALBehaviorManager", "isBehaviorRunning", "hello/behavior_1") is False
-
-
-def _running_refusal(virtual: VirtualNao) -> str:
-    with pytest.raises(NaoqiError) as caught:
-        virtual.call("ALBehaviorManager", "runBehavior", "hello/behavior_1")
-    return caught.value.reason
 
 
 def test_a_behaviour_is_stopped_where_it_is(virtual: VirtualNao) -> None:
@@ -205,24 +200,6 @@ def test_stopping_the_tracker_stops_the_head(virtual: VirtualNao) -> None:
     virtual.call("ALTracker", "stopTracker")
     assert call.done()
     assert virtual.call("ALMotion", "getTaskList") == []
-
-
-@pytest.mark.parametrize(
-    ("method", "arguments", "reason"),
-    [
-        ("lookAt", ([1.0, 0.0], 0, 0.5, False), "pPosition must have shape"),
-        ("lookAt", ([1.0, 0.0, 0.0], 7, 0.5, False), "space must be one of"),
-        ("lookAt", ([1.0, 0.0, 0.0], 0, 0.0, False), "pMaxSpeed must be above 0"),
-        ("lookAt", ([1.0, float("nan"), 0.0], 0, 0.5, False), "must be finite"),
-        ("pointAt", ("LHand", [1.0, 0.0, 0.0], 0, 0.5), "unknown effector 'LHand'"),
-        ("pointAt", ("LArm", [0.0, 0.098, 0.1], 0, 0.5), "is in the shoulder"),
-        ("track", ("Face",), "not in this virtual NAO; it has: "),
-    ],
-)
-def test_other_bad_arguments_are_refused(
-    virtual: VirtualNao, method: str, arguments: tuple[Any, ...], reason: str
-) -> None:
-    assert reason in _refused(virtual, "ALTracker", method, *arguments)
 
 
 def test_the_model_says_what_the_robot_has(virtual: VirtualNao) -> None:

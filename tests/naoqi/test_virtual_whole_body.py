@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pytest
 from loops import full
+from naoqi_script import ROBOT, TORSO, WORLD, Script
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
+from nao_kin.naoqi.virtual import Call, NaoqiError
 
-TORSO, WORLD, ROBOT = 0, 1, 2
 SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 
 
-class Script:
-    """A virtual NAO that stands, as a script sees it."""
-
-    def __init__(self, posture: str = "StandInit") -> None:
-        self.nao = VirtualNao(stepped=True, posture=posture)
-        self("setStiffnesses", "Body", 1.0)
-
-    def __call__(self, name: str, *given: Any) -> Any:
-        return self.nao.call("ALMotion", name, *given)
-
-    def position(self, name: str, space: int) -> np.ndarray:
-        return np.array(self("getPosition", name, space, True))
-
-    def feet(self) -> np.ndarray:
-        return np.stack([np.array(self("getTransform", foot, WORLD, True)) for foot in ("LLeg", "RLeg")])
+class Balancing(Script):
+    """A script that looks at the centre of mass and at what supports it."""
 
     def com(self) -> np.ndarray:
         return np.array(self("getCOM", "Body", WORLD, True))[:2]
@@ -39,7 +25,7 @@ class Script:
     def soles(self, *feet: str) -> np.ndarray:
         """The pressure sensors of feet on the floor, shape (n, 2)."""
         frames = [f"{foot[0]}Foot/FSR/{sensor}" for foot in feet for sensor in SENSORS]
-        T = self.nao.torso_in_world() @ self.nao.robot.fk(self.nao.joints.q(), frames)
+        T = self.torso() @ self.nao.robot.fk(self.nao.joints.q(), frames)
         return T[:, :2, 3]
 
     def inside(self, *feet: str) -> float:
@@ -60,16 +46,15 @@ class Script:
 
 
 @pytest.fixture
-def script() -> Iterator[Script]:
-    made = Script()
-    made("moveInit")
-    yield made
-    made.nao.close()
+def script() -> Iterator[Balancing]:
+    with Balancing() as made:
+        made("moveInit")
+        yield made
 
 
 @pytest.mark.parametrize(("support", "feet"), [("LLeg", ("LLeg",)), ("RLeg", ("RLeg",)), ("Legs", ("LLeg", "RLeg"))])
 def test_the_centre_of_mass_goes_above_the_middle_of_what_supports_it(
-    script: Script, support: str, feet: tuple[str, ...]
+    script: Balancing, support: str, feet: tuple[str, ...]
 ) -> None:
     script("wbEnable", True)
     time = script.wait(script.nao.post("ALMotion", "wbGoToBalance", support, 1.0))
@@ -77,7 +62,7 @@ def test_the_centre_of_mass_goes_above_the_middle_of_what_supports_it(
     assert np.abs(script.com() - script.soles(*feet).mean(axis=0)).max() < 1e-6
 
 
-def test_going_to_balance_tells_whether_it_is_there(script: Script) -> None:
+def test_going_to_balance_tells_whether_it_is_there(script: Balancing) -> None:
     assert script("wbGoToBalance", "LLeg", 0.6) is True
     assert script("wbGoToBalanceWithSpeed", "Legs", 0.5) is True
     going = script.nao.post("ALMotion", "wbGoToBalance", "RLeg", 1.0)
@@ -88,7 +73,7 @@ def test_going_to_balance_tells_whether_it_is_there(script: Script) -> None:
     assert script("wbGoToBalance", "RLeg", 0.5) is False
 
 
-def test_with_a_speed_no_joint_is_faster(script: Script) -> None:
+def test_with_a_speed_no_joint_is_faster(script: Balancing) -> None:
     most = 0.1 * script.nao.joints.max_speed * 0.01
     call = script.nao.post("ALMotion", "wbGoToBalanceWithSpeed", "LLeg", 0.1)
     before, fastest = script.nao.joints.sensor, 0.0
@@ -101,7 +86,7 @@ def test_with_a_speed_no_joint_is_faster(script: Script) -> None:
     assert np.abs(script.com() - script.soles("LLeg").mean(axis=0)).max() < 1e-6
 
 
-def test_a_foot_that_is_free_is_moved_in_balance_on_the_other(script: Script) -> None:
+def test_a_foot_that_is_free_is_moved_in_balance_on_the_other(script: Balancing) -> None:
     script("wbEnable", True)
     script("wbGoToBalance", "LLeg", 1.0)
     script("wbFootState", "Free", "RLeg")
@@ -116,7 +101,7 @@ def test_a_foot_that_is_free_is_moved_in_balance_on_the_other(script: Script) ->
     assert np.abs(script.position("RLeg", WORLD) - start - path[1]).max() < 1e-6
 
 
-def test_a_kick_with_one_foot_and_then_with_the_other_moves_both(script: Script) -> None:
+def test_a_kick_with_one_foot_and_then_with_the_other_moves_both(script: Balancing) -> None:
     """The calls of Aldebaran's example wbKick: the foot that kicked first is still "Free" when it must stand."""
     script("wbEnable", True)
     script("wbFootState", "Fixed", "Legs")
@@ -133,19 +118,19 @@ def test_a_kick_with_one_foot_and_then_with_the_other_moves_both(script: Script)
         assert np.abs(script.position(kicking, WORLD) - start - path[0]).max() < 2e-3
         script.nao.step(0.7)
         assert call.done()
-    assert "no foot stands" not in "".join(line for _, line in script.nao.log.lines)
+    assert "no foot stands" not in script.log()
 
 
-def test_there_is_no_balance_on_a_foot_in_the_air(script: Script) -> None:
+def test_there_is_no_balance_on_a_foot_in_the_air(script: Balancing) -> None:
     script("wbEnable", True)
     assert script("wbGoToBalance", "LLeg", 1.0) is True
     script("wbFootState", "Free", "RLeg")
     script("positionInterpolation", "RLeg", WORLD, [0.0, 0.0, 0.02, 0.0, 0.0, 0.0], 63, 0.5, False)
     assert script("wbGoToBalance", "RLeg", 1.0) is False
-    assert "RLeg is 20.0 mm above the floor" in "".join(line for _, line in script.nao.log.lines)
+    assert "RLeg is 20.0 mm above the floor" in script.log()
 
 
-def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: Script) -> None:
+def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: Balancing) -> None:
     target = script.position("LArm", ROBOT)
     target[:3] = 0.24, 0.12, 0.3
     script("positionInterpolations", "LArm", ROBOT, target.tolist(), 7, 1.0)
@@ -166,7 +151,7 @@ def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: S
         *full(("LArm", WORLD, 0.1), ("Head", WORLD, 0.1), ("RLeg", WORLD, 0.2), ("Torso", ROBOT, 0.1)),
     ],
 )
-def test_every_axis_mask_is_met_in_balance(script: Script, effector: str, space: int, time: float) -> None:
+def test_every_axis_mask_is_met_in_balance(script: Balancing, effector: str, space: int, time: float) -> None:
     """With both feet in place the shared hip motor leaves the torso x, z and wy."""
     script("wbEnable", True)
     feet = ("LLeg",) if effector == "RLeg" else ("LLeg", "RLeg")
@@ -190,31 +175,31 @@ def test_every_axis_mask_is_met_in_balance(script: Script, effector: str, space:
         assert np.abs(errors).max() < 1e-4, mask
         assert np.abs(script.feet()[: len(feet)] - soles).max() < 1e-6
         assert script.inside(*feet) > 0.004
-    assert not any("as near to its target" in line for _, line in script.nao.log.lines)
+    assert "as near to its target" not in script.log()
 
 
 @pytest.mark.parametrize("mask", [5, 7, 56])
-def test_a_hand_that_moves_in_the_torso_does_not_move_the_torso(script: Script, mask: int) -> None:
+def test_a_hand_that_moves_in_the_torso_does_not_move_the_torso(script: Balancing, mask: int) -> None:
     script("wbEnable", True)
     script("wbEnableBalanceConstraint", True, "Legs")
-    torso, change = script.nao.torso_in_world(), np.array([0.02, 0.01, 0.02, 0.1, 0.1, 0.0])
+    torso, change = script.torso(), np.array([0.02, 0.01, 0.02, 0.1, 0.1, 0.0])
     wanted = script.position("LArm", TORSO) + change
     script("positionInterpolations", "LArm", TORSO, wanted.tolist(), mask, 0.5)
     used = [mask >> bit & 1 == 1 for bit in range(6)]
     assert np.abs(script.position("LArm", TORSO) - wanted)[used].max() < 1e-5
-    assert np.abs(script.nao.torso_in_world() - torso).max() < 1e-5
+    assert np.abs(script.torso() - torso).max() < 1e-5
 
 
 @pytest.mark.full
-def test_balance_comes_before_what_is_out_of_reach(script: Script) -> None:
+def test_balance_comes_before_what_is_out_of_reach(script: Balancing) -> None:
     script("wbEnable", True)
     script("wbEnableBalanceConstraint", True, "Legs")
     call = script.nao.post("ALMotion", "positionInterpolations", "RArm", ROBOT, [0.6, -0.1, 0.3, 0, 0, 0], 7, 2.0)
     script.wait(call, 0.004, "LLeg", "RLeg")
-    assert "as near to its target as balance and the feet let it" in "\n".join(line for _, line in script.nao.log.lines)
+    assert "as near to its target as balance and the feet let it" in script.log()
 
 
-def test_the_head_is_held_in_its_rotation_and_goes_where_it_is_told(script: Script) -> None:
+def test_the_head_is_held_in_its_rotation_and_goes_where_it_is_told(script: Balancing) -> None:
     soles = script.feet()
     script("wbEnableEffectorControl", "Head", True)
     before = script.position("Head", ROBOT)
@@ -228,7 +213,7 @@ def test_the_head_is_held_in_its_rotation_and_goes_where_it_is_told(script: Scri
     assert script.inside("LLeg", "RLeg") > 0.004
 
 
-def test_hands_are_held_beside_each_other_until_they_are_let_go(script: Script) -> None:
+def test_hands_are_held_beside_each_other_until_they_are_let_go(script: Balancing) -> None:
     goals = {"LArm": [0.17, 0.1, 0.3], "RArm": [0.15, -0.12, 0.28]}
     for arm in goals:
         script("wbEnableEffectorControl", arm, True)
@@ -249,12 +234,12 @@ def test_hands_are_held_beside_each_other_until_they_are_let_go(script: Script) 
     assert script("getTaskList") == []
 
 
-def test_switching_off_forgets_all(script: Script) -> None:
+def test_switching_off_forgets_all(script: Balancing) -> None:
     script("wbEnableEffectorControl", "Head", True)
     script("wbFootState", "Free", "Legs")
     script("wbEnable", False)
     assert script("getTaskList") == []
-    with pytest.raises(NaoqiError, match=r"Head is not held: call wbEnableEffectorControl\('Head', True\) first"):
+    with pytest.raises(NaoqiError, match="Head is not held"):
         script("wbSetEffectorControl", "Head", [0.0, 0.0, 0.0])
     # Without it, an arm moves alone again.
     legs = script("getAngles", "Legs", True)
@@ -262,7 +247,7 @@ def test_switching_off_forgets_all(script: Script) -> None:
     assert script("getAngles", "Legs", True) == legs
 
 
-def test_a_later_task_takes_an_arm_from_what_is_held(script: Script) -> None:
+def test_a_later_task_takes_an_arm_from_what_is_held(script: Balancing) -> None:
     script("wbEnableEffectorControl", "Head", True)
     script("angleInterpolation", "RShoulderPitch", 0.5, 0.5, True)
     assert script("getAngles", "RShoulderPitch", True) == pytest.approx([0.5], abs=1e-9)
@@ -272,34 +257,9 @@ def test_a_later_task_takes_an_arm_from_what_is_held(script: Script) -> None:
     assert script.position("Head", TORSO)[5] == pytest.approx(0.3, abs=0.05)
 
 
-def test_a_leg_may_be_optimized_as_in_aldebarans_kick(script: Script) -> None:
+def test_a_leg_may_be_optimized_as_in_aldebarans_kick(script: Balancing) -> None:
     for effector in ("RLeg", "Torso", "Com"):
         assert script("wbEnableEffectorOptimization", effector, False) is None
-
-
-REFUSED = [
-    (("wbEnableEffectorOptimization", "LHand", True), "unknown effector 'LHand'"),
-    (("wbFootState", "Loose", "Legs"), "unknown foot state 'Loose'"),
-    (("wbFootState", "Fixed", "LArm"), "unknown support leg 'LArm'"),
-    (("wbEnableBalanceConstraint", "yes", "Legs"), "isEnable must be True or False"),
-    (("wbGoToBalance", "LLeg", 0.0), "duration must be above 0 s"),
-    (("wbGoToBalanceWithSpeed", "LLeg", 2.0), "fractionMaxSpeed must be above 0"),
-    (("wbGoToBalance", "Legs", 1e30), "duration must be at most 86400 s (a day), got 1e+30 s"),
-    (("wbGoToBalanceWithSpeed", "RLeg", 1e-30), "the time to balance must be at most 86400 s (a day)"),
-    (("wbEnableEffectorControl", "LLeg", True), "unknown effector 'LLeg'"),
-    (("wbSetEffectorControl", "Head", [0.0, 0.0]), "targetCoordinate must have shape (..., 3)"),
-    (("wbSetEffectorControl", "Head", [[0.0, 0.0, 0.0]]), "targetCoordinate must be three numbers"),
-    (("wbSetEffectorControl", "LArm", [0.0, 0.0, 0.0]), "LArm is not held"),
-]
-
-
-@pytest.mark.parametrize(("given", "expected"), REFUSED, ids=range(len(REFUSED)))
-def test_what_makes_no_sense_is_refused(script: Script, given: tuple, expected: str) -> None:
-    name, *rest = given
-    with pytest.raises(NaoqiError) as error:
-        script(name, *rest)
-    assert str(error.value).startswith(f"ALMotion::{name}\n\t")
-    assert expected in str(error.value)
 
 
 def test_a_robot_that_sits_has_nothing_to_balance_on() -> None:

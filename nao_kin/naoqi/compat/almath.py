@@ -14,7 +14,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
-from nao_kin.naoqi.spaces import pose, position6d
+from nao_kin.naoqi.conventions import pose, position6d
 
 
 class _Numbers:

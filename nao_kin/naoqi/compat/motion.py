@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, FRAME_WORLD, SPACES, AxisMask
+from nao_kin.naoqi.conventions import FRAME_ROBOT, FRAME_TORSO, FRAME_WORLD, SPACES, AxisMask
 
 # FRAME_TORSO, AXIS_MASK_VEL …
 _NUMBERS = {name: number for number, name in enumerate(SPACES)}

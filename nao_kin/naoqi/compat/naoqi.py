@@ -106,19 +106,6 @@ class ALProxy:
         if future is not None:
             future.cancel()
 
-    def ping(self) -> bool:
-        """True: the service answers."""
-        return True
-
-    def getMethodList(self) -> list[str]:
-        """Names of the service's methods."""
-        methods = self._service.metaObject()["methods"]
-        return sorted({row["name"] for number, row in methods.items() if number >= _FIRST_OWN_METHOD})
-
-    def version(self) -> str:
-        """The service's version; "" without one."""
-        return str(self._service.version()) if "version" in self.getMethodList() else ""
-
     def _check(self, method: str) -> None:
         if not hasattr(self._service, method):
             methods = ", ".join(name for name in dir(self._service) if not name.startswith("_"))
@@ -196,8 +183,6 @@ class ALModule:
 
 
 _OWN = ("getName", "exit", "BIND_PYTHON")
-# qi gives lower numbers than this to the methods that it adds to every object.
-_FIRST_OWN_METHOD = 100
 
 
 def _method(module: ALModule, name: str) -> Callable[..., Any]:

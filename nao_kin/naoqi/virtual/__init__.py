@@ -9,7 +9,7 @@ Only `qi_server` depends on qi: a test can call services directly, and advance t
 
 ## How to write a method
 
-A service is a class with a `name`; its topics may be classes in other files (`services/motion.py` joins the topics of
+A service is a class with a `name`; its topics may be classes in other files (`motion.py` joins the topics of
 ALMotion: `cartesian`, `whole_body` and `walk`). Its public methods are offered to scripts, with NAOqi's names and
 arguments. The names of its internal methods begin with an underscore:
 
@@ -22,7 +22,7 @@ arguments. The names of its internal methods begin with an underscore:
 method runs with the lock held, on any thread, and therefore must not wait or sleep. The module `arguments` reads its
 arguments (`number`, `fraction`, `flag`, `one_each`, `list_each` …), and `self.joints` reads names of joints. Every
 `NaoKinError` reaches the script as `Service::method`, a line break, a tab and the error's line. A method that takes
-time returns a `Call`: that of a task or of `nao.after(seconds)`, or a new one. A second name of a method is an
+time returns a `Call`: that of a task, or a new one. A second name of a method is an
 assignment in its class, `walkTo = moveTo`. `absent_methods.json` lists NAOqi's other methods.
 
 ## How to write a task
@@ -54,8 +54,7 @@ FRAME_ROBOT stays in place while both soles are down.
 
 from nao_kin.naoqi.virtual.body import Base
 from nao_kin.naoqi.virtual.engine import Call, Event, NaoqiError
-from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
-from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import Approach, Interpolation, Machine, MotionTask
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao

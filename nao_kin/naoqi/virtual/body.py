@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LOWER, Floats, join_poses, rigid_inverse
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import LEFT_HIP, LEGS, RIGHT_HIP, chain_names, joint_names
-from nao_kin.naoqi.spaces import TORSO, robot_frame
+from nao_kin.naoqi.conventions import LEFT_HIP, LEGS, RIGHT_HIP, TORSO, chain_names, joint_names, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between

@@ -1,4 +1,4 @@
-"""ALMotion's Cartesian control: paths of effectors over time, joint values that follow them, and the methods."""
+"""ALMotion's Cartesian control: paths of effectors, joint values that follow them, tasks, and the methods."""
 
 from __future__ import annotations
 
@@ -8,19 +8,38 @@ from typing import Any
 
 import numpy as np
 
+from nao_kin import ik
 from nao_kin._core.arrays import Floats, choice, eased, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
-from nao_kin.naoqi import spaces as frames
-from nao_kin.naoqi.names import LEGS, as_names
-from nao_kin.naoqi.spaces import EFFECTORS, FRAME_ROBOT, FRAME_TORSO, TORSO
-from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
+from nao_kin.naoqi.conventions import (
+    ARMS,
+    EFFECTORS,
+    FRAME_ROBOT,
+    FRAME_TORSO,
+    LEFT_HIP,
+    LEGS,
+    RIGHT_HIP,
+    TORSO,
+    AxisMask,
+    as_names,
+    axis_mask,
+    controlled_axes,
+    joint_names,
+    pose,
+    pose_from_list,
+    pose_in,
+    position6d,
+    robot_frame,
+    space_number,
+    transform_list,
+)
+from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
-from nao_kin.naoqi.virtual.limb_solvers import LimbSolution, LimbTarget
-from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import ON_TIME, Approach, Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service
+from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log
 
 # --- The arguments of Cartesian calls: effectors, spaces, masks, poses and times, in NAOqi's forms.
@@ -44,9 +63,7 @@ def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list
     """Return one number for each effector, from one number for all or a list."""
     if not arguments.is_list(value):
         return [read(value)] * count
-    if len(value) != count:
-        raise BadArgument(f"{what} must be one for all effectors or a list of {count}, got {len(value)}")
-    return [read(entry) for entry in value]
+    return [read(entry) for entry in arguments.entries(value, what, count)]
 
 
 def _depth(value: Any) -> int:
@@ -62,9 +79,9 @@ def _split(paths: Any, count: int) -> Sequence[Any]:
     """Return the path of each effector."""
     if count == 1:
         return paths if _depth(paths) == 3 and len(paths) == 1 else [paths]
-    if _depth(paths) < 2 or len(paths) != count:
-        raise BadArgument(f"paths must be {count}, one for each effector, got {arguments.length(paths)}")
-    return list(paths)
+    if _depth(paths) == 1:
+        raise BadArgument(f"paths must be {count}, one for each effector, got one pose")
+    return arguments.entries(paths, "paths", count)
 
 
 def _path(path: Any, read: ToPoses, effector: str) -> Floats:
@@ -81,10 +98,8 @@ def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list
         # effector, each gets its own time.
         one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
         lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
-    elif depth == 2 and len(times) == count:
-        lists = list(times)
     else:
-        raise BadArgument(f"times must be a list for each of {count} effectors, got {len(times)}")
+        lists = arguments.entries(times, "times", count)
     times_of_each = [arguments.list_each([row], [name], "times")[0] for row, name in zip(lists, effectors, strict=True)]
     arguments.check_lengths(rows, times_of_each, effectors, "poses")
     arguments.check_times(times_of_each, effectors)
@@ -125,6 +140,153 @@ class EffectorPath:
         return join_poses(self._R[at] @ exp(share * self._turns[at]), place)
 
 
+# --- Joint values for targets that control some axes only.
+#
+# NAOqi solves Cartesian control with the pseudo-inverse of the Jacobian of the controlled axes, from cycle to cycle.
+# So does this module: damped least squares from the joint values of the cycle before, which keeps joint motion along a
+# path small.
+
+# One radian has the weight of 0.1 m.
+RADIAN = 0.1
+_MAX_STEPS = 60
+_CONVERGED = 1e-10
+
+
+def axis_weights(mask: int) -> Floats:
+    """Return the weights of x, y, z, wx, wy, wz, 0 for those that a mask does not control, shape (6,)."""
+    return np.repeat([1.0, RADIAN], 3) * controlled_axes(mask)
+
+
+@dataclass(frozen=True, eq=False)
+class LimbTarget:
+    """The target pose of a frame, relative to the torso or to the sole of the standing foot."""
+
+    frame: str
+    T_reference_target: Floats
+    mask: int  # which of x, y, z, wx, wy, wz, along the axes of the space, are controlled
+    R_reference_space: Floats
+    reference: str = TORSO  # the frame that stays in place: "Torso", or a foot, whose leg then moves too
+
+
+@dataclass(frozen=True, eq=False)
+class LimbSolution:
+    """A configuration inside the limits, shape (nq,), and the norm of its errors: metres, radians times `RADIAN`."""
+
+    q: Floats
+    missing: float
+
+
+def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
+    """Return joint values of one limb near q, inside all limits, that bring it to its target or to a local minimum."""
+    joints = tuple(robot.joint_names[column] for column in columns_of(robot, [target.frame]))
+    frames, weights = (target.frame, target.reference), axis_weights(target.mask)
+    T, R = target.T_reference_target, target.R_reference_space
+    return LimbSolution(*ik.descended_along(robot, joints, frames, T, R, weights, _CONVERGED, _MAX_STEPS, q))
+
+
+# --- The six effectors of Cartesian control, each with its joints and its solvers.
+
+# The residual below which a target counts as reached [m].
+MET = 1e-6
+# The largest number of corrections of the torso's position, and the position error that ends them [m].
+_MAX_CORRECTIONS, _IN_PLACE = 5, 1e-9
+# The number of random starts after a descent from the current joints that misses its target.
+_STARTS = 12
+
+
+def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
+    """Return the joints that move effectors, each once, by their 26 names, without the hands."""
+    chains = ["Legs" if effector == TORSO else effector for effector in effectors]
+    return tuple(joint for joint in dict.fromkeys(joint_names(robot, chains)) if robot.unit(joint) != "1")
+
+
+def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
+    """Return the columns of these joints in q; LHipYawPitch and RHipYawPitch share one."""
+    names = [LEFT_HIP if joint == RIGHT_HIP else joint for joint in joints_of(robot, effectors)]
+    return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
+
+
+def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
+    """Return joint values for one limb: of the solution nearest to the current ones, or else of the nearest pose.
+
+    Poses of arms and legs, positions of hands and orientations of the head are solved in closed form, other masks by
+    descents from the current joint values and from random ones.
+    """
+    near = descend(robot, target, q)
+    if near.missing <= MET:
+        return near
+    columns = columns_of(robot, [target.frame])
+    starts = np.tile(q, (_STARTS, 1))
+    starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
+    closed = _closed_form(robot, target, q)
+    if closed is not None and np.isfinite(closed).all():  # a solution for the torso's current pose only
+        starts[0] = closed
+    if closed is not None and target.reference == TORSO:
+        starts = starts[: int(np.isfinite(closed).all())]
+    others = [descend(robot, target, robot.clamp(start)) for start in starts]
+    reached = [one for one in others if one.missing <= MET]
+    if reached:
+        return min(reached, key=lambda one: float(np.abs(one.q - q).max()))
+    return min(near, *others, key=lambda one: one.missing)
+
+
+def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
+    """Return joint values near q for fixed poses of the left and right foot (2, 4, 4) and the nearest torso pose.
+
+    The yaw of the torso is adapted, because one motor drives both hips. If limits exclude that pose, the torso goes to
+    the nearest one for which both feet hold. `missing` is the torso's error, its yaw included; infinite if a foot does
+    not reach its pose.
+    """
+    q_legs, adapted = _with_fitting_yaw(robot, T_world_torso, T_world_feet, q)
+    if q_legs is None or not robot.within_limits(q_legs):
+        # One descent with the feet as constraints.
+        feet = dict(zip("LR", T_world_feet, strict=True))
+        solution = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, near=q, restarts=0)
+        if not np.isfinite(solution.q).all():
+            return LimbSolution(np.array(q), np.inf)
+        q_legs, adapted = solution.q, solution.torso
+    turn = log(T_world_torso[:3, :3].T @ adapted[:3, :3])
+    away = T_world_torso[:3, 3] - adapted[:3, 3]
+    return LimbSolution(q_legs, float(np.linalg.norm([away, RADIAN * turn])))
+
+
+def _with_fitting_yaw(
+    robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats
+) -> tuple[Floats | None, Floats]:
+    """Return joint values for both feet, regardless of limits, and the torso with the nearest yaw that fits the hips.
+
+    If a leg is too short, return None and the torso as it is.
+    """
+    left, right = T_world_feet
+    target = T_world_torso
+    for _ in range(_MAX_CORRECTIONS):
+        # A batch of one uses the compiled kernel: in Python, a tick of 10 ms would take longer than 10 ms to compute.
+        solution = ik.legs(robot, left[None], right, base="floating", torso=target, free="yaw", near=q, limits="ignore")
+        if not np.all(solution.success):
+            return None, T_world_torso
+        torso = np.asarray(solution.torso)[0]
+        # The solver adapts the yaw about the middle of the hips, which displaces a leaning torso: correct its position.
+        six = position6d(T_world_torso)
+        six[5] = position6d(torso)[5]
+        target = pose(six)
+        if np.abs(target[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
+            break
+    return solution.q[0], torso
+
+
+def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:
+    T, frame, axes = target.T_reference_target, target.frame, target.mask
+    if target.reference != TORSO:
+        T = robot.fk(q, target.reference) @ T
+    if frame in ARMS and axes in (AxisMask.ALL, AxisMask.VEL):
+        return ik.arm(robot, frame[0], T if axes == AxisMask.ALL else T[:3, 3], near=q).q
+    if frame in LEGS and axes == AxisMask.ALL:
+        return ik.leg(robot, frame[0], T, near=q).q
+    if frame == "Head" and axes in (AxisMask.ROT, AxisMask.ALL):
+        return ik.head(robot, T[:3, :3], near=q).q
+    return None
+
+
 # --- The motion tasks of Cartesian control: effectors along timed paths, and joints moving to a solution.
 
 # The number of points between two keys at which a path is checked before it is followed.
@@ -142,20 +304,20 @@ class CartesianState:
         self.robot = nao.robot
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
-        self.T_world_robot = frames.robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
+        self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
         self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, LEGS)
         self._standing = nao.base.support
 
     def path(self, request: EffectorRequest) -> Floats:
         """Return the effector's current pose and all of a request, in the world, or in the torso for FRAME_TORSO."""
-        now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
+        now = pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
         if request.relative:  # positions add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
         if request.effector == TORSO:
             # The coordinates of Position6D that are not controlled keep their values.
-            wanted, six = frames.position6d(poses), frames.position6d(now)
-            poses = frames.pose(np.where(frames.controlled_axes(request.mask), wanted, six))
+            wanted, six = position6d(poses), position6d(now)
+            poses = pose(np.where(controlled_axes(request.mask), wanted, six))
         poses = np.concatenate([now[None], poses])
         return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
 
@@ -193,7 +355,7 @@ class _LimbFollower:
     def __init__(self, request: EffectorRequest, state: CartesianState) -> None:
         self.request, self._initial = request, state
         self.path = state.curve(request)
-        self._columns = limbs.columns_of(state.robot, [request.effector])
+        self._columns = columns_of(state.robot, [request.effector])
         self._segment = -1
         self._straight: tuple[Floats, Floats] | None = None
         self.missing = 0.0
@@ -206,7 +368,7 @@ class _LimbFollower:
             self._segment = at
             self._look_ahead(begin, end, q, T_world_torso)
         if self._straight is None:
-            return limbs.descend(self._initial.robot, self._target(time, T_world_torso), q).q
+            return descend(self._initial.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         result = q.copy()
@@ -221,11 +383,11 @@ class _LimbFollower:
         solution = LimbSolution(q, 0.0)
         for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
             target = self._target(float(time), T_world_torso)
-            solution = limbs.descend(self._initial.robot, target, solution.q)
+            solution = descend(self._initial.robot, target, solution.q)
         self._straight = None
-        if solution.missing > limbs.MET:
-            other = limbs.anywhere(self._initial.robot, target, q)
-            if other.missing < solution.missing - limbs.MET:
+        if solution.missing > MET:
+            other = anywhere(self._initial.robot, target, q)
+            if other.missing < solution.missing - MET:
                 self._straight = q[self._columns].copy(), other.q[self._columns]
                 solution = other
         self.missing = solution.missing
@@ -236,7 +398,7 @@ class PathTask(MotionTask):
 
     def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest]) -> None:
         by_name = {request.effector: request for request in requests}
-        super().__init__(name, limbs.joints_of(nao.robot, tuple(by_name)))
+        super().__init__(name, joints_of(nao.robot, tuple(by_name)))
         self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
         self._requests = by_name
 
@@ -279,7 +441,7 @@ class PathTask(MotionTask):
             T = leg.path.pose(t)
             T_world_foot = self._initial.T_world_torso @ T if leg.request.space == FRAME_TORSO else T
             feet[LEGS.index(leg.request.effector)] = T_world_foot
-        solution = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
+        solution = torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
         if solution.missing > NOTEWORTHY:
             limits = "feet in place, the joints' limits and the one motor of both hips"
             self.notes.once("torso", f"Torso goes as near to its target as {limits} allow")
@@ -320,11 +482,11 @@ class CartesianControl(Service):
 
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """Position6D of an effector, joint, sensor or camera, from the sensors or the commands [m, rad]."""
-        return [float(value) for value in frames.position6d(self._pose(name, space, useSensorValues))]
+        return [float(value) for value in position6d(self._pose(name, space, useSensorValues))]
 
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """The same pose as a 4 x 4 matrix, row by row, 16 numbers."""
-        return [float(value) for value in frames.transform_list(self._pose(name, space, useSensorValues))]
+        return [float(value) for value in transform_list(self._pose(name, space, useSensorValues))]
 
     def positionInterpolations(
         self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
@@ -391,10 +553,8 @@ class CartesianControl(Service):
 
     def _pose(self, name: Any, space: Any, use_sensors: Any) -> Floats:
         q = self.nao.joints.q(sensor=arguments.flag(use_sensors, "useSensorValues"))
-        number = frames.space_number(space)
-        return frames.pose_in(
-            self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q)
-        )
+        number = space_number(space)
+        return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
 
     def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
@@ -406,16 +566,16 @@ class CartesianControl(Service):
         times.
         """
         if not name.endswith("s"):
-            arguments.text(names, next(iter(self._signatures[name].parameters)))
-        read = frames.pose if "position" in name.lower() else frames.pose_from_list
+            arguments.text(names, next(iter(self.takes[name].parameters)))
+        read = pose if "position" in name.lower() else pose_from_list
         effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
         count = len(effectors)
         if len(set(effectors)) < count:
             raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
         if not effectors:
             raise BadArgument("effectorNames must name at least one effector")
-        numbers = _each(spaces, count, "spaces", frames.space_number)
-        chosen = _each(masks, count, "axis masks", frames.axis_mask)
+        numbers = _each(spaces, count, "spaces", space_number)
+        chosen = _each(masks, count, "axis masks", axis_mask)
         rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
         when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
         if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
@@ -448,9 +608,9 @@ class CartesianControl(Service):
         for request in sorted(requests, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
             T = state.path(request)[-1]
             if request.effector == TORSO:
-                solution = limbs.torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
+                solution = torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
             else:
-                solution = limbs.anywhere(self.nao.robot, state.target(request, T, T_world_torso), q)
+                solution = anywhere(self.nao.robot, state.target(request, T, T_world_torso), q)
             q = solution.q
             missed += [request.effector] if solution.missing > NOTEWORTHY else []
             if request.effector in _FIRST:
@@ -458,7 +618,7 @@ class CartesianControl(Service):
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
         effectors = [request.effector for request in requests]
-        joints = limbs.joints_of(self.nao.robot, effectors)
+        joints = joints_of(self.nao.robot, effectors)
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
         task = SynchronizedApproach(name, joints, targets, share)
         task.keeps_feet = not set(effectors).isdisjoint(_FIRST)

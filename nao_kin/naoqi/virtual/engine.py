@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any
 
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.naoqi.virtual.arguments import check_duration, number
+from nao_kin.naoqi.virtual.arguments import number
 
 
 class NaoqiError(NaoKinError):
@@ -168,7 +168,6 @@ class Clock:
         dt = number(seconds, "a step")
         if dt < 0.0:
             raise BadArgument(f"a step must not be negative, got {dt:g} s")
-        check_duration(dt, "a step")
         self._rest += dt * TICKS_PER_SECOND
         count = math.floor(self._rest + _ROUNDING)
         self._rest = max(0.0, self._rest - count)

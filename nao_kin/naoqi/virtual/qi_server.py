@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import ipaddress
 import socket
 import time
@@ -16,8 +15,8 @@ from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.live import PORT
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
+from nao_kin.naoqi.virtual.memory import Subscriber
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.memory import Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 HOST = "127.0.0.1"
@@ -120,9 +119,8 @@ class QiServer:
             try:
                 probe.bind(addresses[0][4])
             except OSError as error:
-                if error.errno == errno.EADDRINUSE:
-                    raise BadArgument(f"port {port} on {host} is in use by another server; give another port") from None
-                raise BadArgument(f"cannot listen on {host}, port {port}: {error.strerror or error}") from None
+                why = error.strerror or error
+                raise BadArgument(f"cannot listen on {host}, port {port}: {why}; give another port") from None
 
     def _call_module(self, module: str, function: str, key: str, value: Any, message: str) -> None:
         """Call a script's own service at an event, without waiting for it."""

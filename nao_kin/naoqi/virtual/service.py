@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import json
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from typing import Any
 from nao_kin._core.text import abbreviated, nearest_names, quoted
 from nao_kin._kernels.cache import compiles, warm_up
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.naoqi.names import joint_names
+from nao_kin.naoqi.conventions import joint_names
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine
@@ -21,8 +22,6 @@ from nao_kin.naoqi.virtual.machine import Machine
 ABSENT: dict[str, Any] = json.loads((Path(__file__).parent / "absent_methods.json").read_text(encoding="utf-8"))
 # Public methods of every service that are not offered to scripts.
 _INTERNAL = frozenset(("help", "invoke", "joints", "kernels_for"))
-# The methods that each service offers, and what they take; to find out takes longer than all else of a new virtual NAO.
-_SIGNATURES: dict[type[Service], dict[str, inspect.Signature]] = {}
 
 
 class Service:
@@ -39,13 +38,10 @@ class Service:
     def __init__(self, nao: Machine) -> None:
         self.nao = nao
         self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
-        kind = type(self)
-        if kind not in _SIGNATURES:
-            public = [name for name in dir(kind) if not name.startswith("_") and name not in _INTERNAL]
-            offered = [name for name in public if callable(getattr(kind, name))]
-            _SIGNATURES[kind] = {name: inspect.signature(getattr(self, name)) for name in offered}
-        self._signatures = _SIGNATURES[kind]
-        self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in self._signatures}
+        self.takes = _offered(type(self))  # type: ignore[arg-type]  # mypy looks at the hash of instances
+        self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in self.takes}
+        # The values of `stored` methods.
+        self.stored: dict[Any, Any] = {}
 
     @property
     def method_names(self) -> tuple[str, ...]:
@@ -57,7 +53,8 @@ class Service:
         method = self._methods.get(name)
         if method is None:
             return ""
-        return inspect.getdoc(method) or "" if method.__name__ == name else f"The same as {method.__name__}."
+        other = method.__name__
+        return f"The same as {other}." if other != name and other in self._methods else inspect.getdoc(method) or ""
 
     def invoke(self, name: str, *given: Any) -> Any:
         """Call a method by name; a blocking method returns a `Call`. Every error is a `NaoqiError`."""
@@ -65,9 +62,9 @@ class Service:
         if function is None:
             raise self._no_method(name)
         try:
-            self._signatures[name].bind(*given)
+            self.takes[name].bind(*given)
         except TypeError:
-            takes = ", ".join(self._signatures[name].parameters)
+            takes = ", ".join(self.takes[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
         missing = self.kernels_for(name, given) - _ready
@@ -159,8 +156,33 @@ class Service:
         waiting = Call()
         task.call.add_done_callback(lambda _: waiting.finish(False))
         if seconds > 0.0:
-            self.nao.after(seconds).add_done_callback(lambda _: waiting.finish(True))
+            self.nao.clock.after(seconds, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
         return waiting
+
+
+SetterAndGetter = tuple[Callable[..., Any], Callable[..., Any]]
+
+
+@functools.cache  # to find out takes longer than all else of a new virtual NAO
+def _offered(kind: type[Service]) -> dict[str, inspect.Signature]:
+    """Return the methods that a service offers to scripts, and what they take after `self`."""
+    methods = {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_") and name not in _INTERNAL}
+    bound = {name: functools.partial(method, None) for name, method in methods.items() if callable(method)}
+    return {name: inspect.signature(method) for name, method in bound.items()}
+
+
+def stored(what: str, read: Callable[[Any, str], Any], initially: Any) -> SetterAndGetter:
+    """Return the setter and the getter of a value that a service only stores."""
+
+    def setter(self: Service, value: Any) -> None:
+        self.stored[what] = read(value, what)
+
+    def getter(self: Service) -> Any:
+        return self.stored.get(what, initially)
+
+    setter.__doc__ = f"Set the {what}; stored, without effect."
+    getter.__doc__ = f"The stored value; initially {initially!r}."
+    return setter, getter
 
 
 # The compiled kernels of `nk.ik` that calls have loaded.

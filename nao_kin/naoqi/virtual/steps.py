@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, choice
-from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.spaces import pose
+from nao_kin.naoqi.conventions import pose
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
 from nao_kin.naoqi.virtual.engine import TICK
@@ -85,13 +84,14 @@ def gait_of(config: Any, report: Callable[[str], object] = lambda change: None) 
     A name applies to both feet, or with the prefix "Left" or "Right" to one. Later pairs override earlier ones.
     """
     values = {side: dict(zip(PARAMETERS, DEFAULT, strict=True)) for side in SIDES}
-    for name, value in [] if config is None else _pairs(config):
+    for name, given in [] if config is None else arguments.pairs(config, "a move configuration"):
         sides = [side for side, prefix in SIDES.items() if name.startswith(prefix)]
         plain = name.removeprefix(SIDES[sides[0]]) if sides else name
         plain = _OTHER_NAMES.get(plain, plain)
         if plain not in PARAMETERS:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
         _, lowest, highest = PARAMETERS[plain]
+        value = arguments.number(given, name)
         inside = min(max(value, lowest), highest)
         if inside != value:
             report(f"{name} = {value:g} is clipped to {inside:g}")
@@ -104,18 +104,6 @@ def move_config(which: str) -> list[list[object]]:
     """Return NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
     gaits = {"Default": DEFAULT, "Min": LOWEST, "Max": HIGHEST}
     return [list(row) for row in zip(PARAMETERS, gaits[choice(which, gaits, "move configuration")], strict=True)]
-
-
-def _pairs(config: Any) -> list[tuple[str, float]]:
-    pairs = list(config.items()) if isinstance(config, Mapping) else config
-    if isinstance(pairs, str) or not isinstance(pairs, Sequence):
-        raise BadArgument(f"a move configuration must be a list of [name, value] pairs, got {quoted(config, 60)}")
-    rows = []
-    for pair in pairs:
-        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or not isinstance(pair[0], str):
-            raise BadArgument(f"a move configuration must hold [name, value] pairs, got {quoted(pair, 60)}")
-        rows.append((pair[0], arguments.number(pair[1], pair[0])))
-    return rows
 
 
 # --- Footsteps: poses on the floor, and steps along a path that a NAO's legs can make.

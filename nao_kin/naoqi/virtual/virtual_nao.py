@@ -5,21 +5,18 @@ from __future__ import annotations
 import threading
 import time as wall
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument
+from nao_kin.naoqi.virtual import expression, life, memory, motion, movements
 from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import ABSENT, Service
-from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
 
 # The shortest pause of the thread, so that it does not wake up too often [s].
@@ -130,10 +127,12 @@ class VirtualNao:
         on_change: Callable[[Event], object] | None = None,
     ) -> None:
         chosen = load_nao() if robot is None else robot
-        if not isinstance(chosen, NaoModel) or chosen.base != "fixed":
+        if chosen.base != "fixed":
             raise BadArgument("robot must be a NAO with a fixed base, as load_nao gives it")
         self.stepped = flag(stepped, "stepped")
-        self.behaviors = None if behaviors is None else _folder(behaviors)
+        self.behaviors = None if behaviors is None else Path(behaviors)
+        if self.behaviors is not None and not self.behaviors.is_dir():
+            raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")
         self.machine = machine = Machine(chosen, posture, speed, self.behaviors, on_change)
         self.robot, self.monitor, self.clock, self.log = machine.robot, machine.monitor, machine.clock, machine.log
         self.joints, self.base, self.tasks = machine.joints, machine.base, machine.tasks
@@ -205,20 +204,9 @@ class VirtualNao:
         """
         if not self.stepped:
             raise BadArgument("step needs a virtual NAO made with stepped=True; the time of this one runs by itself")
-        self.check_open()
+        self.machine.check_open()
         for _ in range(self.clock.step(dt)):
             self.machine.tick()
-
-    def time_held(self) -> AbstractContextManager[None]:
-        """Stop robot time inside the block, if it runs by itself; it does not catch up afterwards.
-
-        Examples:
-            >>> with nk.naoqi.VirtualNao(speed=100.0) as nao, nao.time_held():
-            ...     before = nao.clock.now
-            ...     nao.call("ALMotion", "ping"), nao.clock.now == before
-            (True, True)
-        """
-        return self.machine.time_held()
 
     def _run(self) -> None:
         pause = max(0.5 * TICK / self.clock.speed, _SHORTEST_SLEEP)
@@ -256,30 +244,6 @@ class VirtualNao:
                 self.machine.services["ALTextToSpeech"].saying,
             )
 
-    def torso_in_world(self) -> Floats:
-        """Return T_world_torso for the measured joint values, shape (4, 4).
-
-        Examples:
-            >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
-            ...     print(nao.torso_in_world().shape)
-            (4, 4)
-        """
-        with self.monitor:
-            return np.array(self.base.torso(self.joints.q()))
-
-    def check_open(self) -> None:
-        """Raise BadArgument if the virtual NAO is closed.
-
-        Examples:
-            >>> nao = nk.naoqi.VirtualNao(stepped=True)
-            >>> nao.close()
-            >>> nao.check_open()
-            Traceback (most recent call last):
-                ...
-            nao_kin.errors.BadArgument: the virtual NAO is closed
-        """
-        self.machine.check_open()
-
     # --- the end --------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
@@ -301,10 +265,3 @@ class VirtualNao:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _folder(behaviors: Path | str) -> Path:
-    with suppress(TypeError, ValueError, OSError):
-        if Path(behaviors).is_dir():
-            return Path(behaviors)
-    raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")

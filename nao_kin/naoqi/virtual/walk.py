@@ -14,8 +14,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import ARMS, LEGS, joint_names
-from nao_kin.naoqi.spaces import position6d, robot_frame
+from nao_kin.naoqi.conventions import ARMS, LEGS, joint_names, position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments, steps
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.machine import Machine, MotionTask
@@ -233,8 +232,6 @@ def body_of(nao: Machine, q: Floats) -> Floats:
 
 # The distance between the feet side by side, from which MaxStepY is measured [m].
 _STANCE = 0.1
-# The largest distance of a target [m], and the longest time of a step [s].
-_FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
 class Locomotion(Service):
@@ -267,10 +264,6 @@ class Locomotion(Service):
             targets, config = _poses(x), y
         else:
             targets, config = [_motion(x, y, theta)], moveConfig
-        for target in targets:
-            if max(abs(target[0]), abs(target[1])) > _FARTHEST:
-                place = f"x {target[0]:g} m, y {target[1]:g} m"
-                raise BadArgument(f"a target must be at most {_FARTHEST:g} m away along each axis, got {place}")
         return self._start("moveTo", ToTargets(targets, self._gait("moveTo", config)))
 
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
@@ -429,8 +422,6 @@ class Locomotion(Service):
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any
     ) -> Call:
         clears = arguments.flag(clear, "clearExisting")
-        if max(durations) > _LONGEST_STEP:
-            raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
         shortest, changed = steps.DEFAULT.period, []
         plan = ByFootsteps([])
         for leg, wanted, duration in zip(legs, poses, durations.tolist(), strict=True):

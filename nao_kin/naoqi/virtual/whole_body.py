@@ -11,14 +11,20 @@ import numpy as np
 from nao_kin import ik
 from nao_kin._core.arrays import LOWER, Floats, join_poses
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import ARMS, LEGS, joint_names
-from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, TORSO, AxisMask
+from nao_kin.naoqi.conventions import ARMS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO, AxisMask, joint_names
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
+from nao_kin.naoqi.virtual.cartesian import (
+    NOTEWORTHY,
+    RADIAN,
+    CartesianControl,
+    CartesianState,
+    EffectorRequest,
+    LimbSolution,
+    axis_weights,
+    hold_still,
+)
 from nao_kin.naoqi.virtual.engine import TICK, Call
-from nao_kin.naoqi.virtual.interpolation import ON_TIME
-from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution, axis_weights
-from nao_kin.naoqi.virtual.machine import Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import ON_TIME, Machine, MotionTask
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
@@ -186,7 +192,6 @@ class GoToBalance(WholeBodyTask):
             ways = np.abs(goal.q - state.q) / (self._fraction * nao.robot.velocity_limits)
             # The largest speed of the smooth movement is 15/8 of the mean.
             self._duration = max(self._duration, 1.875 * float(ways.max()))
-            arguments.check_duration(self._duration, "the time to balance")
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Solve the whole robot for this tick's position of the centre of mass."""

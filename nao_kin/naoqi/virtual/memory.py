@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.spaces import position6d
+from nao_kin.naoqi.conventions import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
+from nao_kin.naoqi.virtual.expression import actuators as led_actuators
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
 
 # --- The robot's own keys in ALMemory: switches with their events, sonars, and constants.
 #
@@ -84,8 +83,6 @@ def constants(joints: Iterable[str]) -> dict[str, Any]:
 # A quantity of a joint → its device and sensor or actuator in keys.
 _QUANTITIES = {"sensor": "Position/Sensor", "command": "Position/Actuator", "stiffness": "Hardness/Actuator"}
 _GRAVITY = 9.81  # m/s²
-# How many occurrences of each event getEventHistory returns at most.
-_OCCURRENCES = 100
 
 
 class Subscriber:
@@ -131,10 +128,7 @@ class ALMemory(Service):
         super().__init__(nao)
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
-        # Robot time of each stored value; value and time of the last occurrences of each event.
-        self._times: dict[str, float] = {}
-        self._history: dict[str, deque[tuple[Any, float]]] = {}
-        self._descriptions: dict[str, str] = {}
+        self._times: dict[str, float] = {}  # robot time of each stored value
         self.listening: dict[str, dict[int, Callable[[Any], object]]] = {}
         self.numbers = itertools.count(1)
         self._modules: dict[str, dict[str, tuple[str, str]]] = {}
@@ -149,9 +143,7 @@ class ALMemory(Service):
 
     def getListData(self, keyList: Any) -> list[Any]:
         """The values of several keys at one moment; None for an unknown key."""
-        if not isinstance(keyList, (list, tuple)):
-            raise BadArgument("keyList must be a list of keys")
-        keys = [arguments.text(key, "key") for key in keyList]
+        keys = [arguments.text(key, "key") for key in arguments.entries(keyList, "keyList")]
         return [self._value(key) if key in self._values or key in self._own else None for key in keys]
 
     def insertData(self, key: Any, data: Any) -> None:
@@ -160,10 +152,8 @@ class ALMemory(Service):
 
     def insertListData(self, pairs: Any) -> None:
         """Store several values: a list of [key, value]."""
-        if not isinstance(pairs, (list, tuple)) or not all(isinstance(p, (list, tuple)) and len(p) > 1 for p in pairs):
-            raise BadArgument("pairs must be a list of [key, value]")
-        for pair in pairs:
-            self._keep(_key(pair[0]), pair[1])
+        for key, value in arguments.pairs(pairs, "pairs"):
+            self._keep(_key(key), value)
 
     def removeData(self, key: Any) -> None:
         """Remove an inserted value, so that the robot's own is read again; an error for an unknown key."""
@@ -192,21 +182,8 @@ class ALMemory(Service):
     def getTimestamp(self, key: Any) -> list[Any]:
         """[value, seconds, microseconds] of a key, in the robot's time; a value of the robot itself is of now."""
         name = arguments.text(key, "key")
-        return _stamped(self._value(name), self._times.get(name, self.nao.clock.now))
-
-    def getType(self, key: Any) -> str:
-        """The type of a key's value, by its name in Python."""
-        return type(self._value(arguments.text(key, "key"))).__name__
-
-    def setDescription(self, name: Any, description: Any) -> None:
-        """Describe a key."""
-        self._descriptions[_key(name)] = arguments.text(description, "description")
-
-    def getDescriptionList(self, keylist: Any) -> list[list[str]]:
-        """[key, type, description] of keys."""
-        if not isinstance(keylist, (list, tuple)):
-            raise BadArgument("keylist must be a list of keys")
-        return [[key, self.getType(key), self._descriptions.get(key, "")] for key in map(_key, keylist)]
+        seconds, microseconds = divmod(round(1e6 * self._times.get(name, self.nao.clock.now)), 1_000_000)
+        return [self._value(name), seconds, microseconds]
 
     # --- events ---------------------------------------------------------------------------------------------------
 
@@ -217,19 +194,6 @@ class ALMemory(Service):
     def getEventList(self) -> list[str]:
         """Names of the declared or raised events, in alphabetical order."""
         return sorted(self._events)
-
-    def getEventHistory(self, key: Any) -> list[list[Any]]:
-        """[value, seconds, microseconds] of the last hundred occurrences of an event, in the robot's time."""
-        return [_stamped(value, time) for value, time in self._history.get(_key(key), ())]
-
-    def removeMicroEvent(self, name: Any) -> None:
-        """Remove an event with its value, history and subscribers; an error for an unknown event."""
-        key = _key(name)
-        if key not in self._events:
-            raise UnknownName("event", key, tuple(sorted(self._events)))
-        self._events.remove(key)
-        for stored in (self._values, self._times, self._history, self._modules, self.listening):
-            stored.pop(key, None)
 
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Store a value under a key, and notify the subscribers."""
@@ -268,10 +232,6 @@ class ALMemory(Service):
         """The same as subscribeToEvent with a message."""
         self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
 
-    def getSubscribers(self, name: Any) -> list[str]:
-        """Names of the services that are called at an event."""
-        return sorted(self._modules.get(_key(name), {}))
-
     def _announce(self, key: str, value: Any) -> None:
         """Raise an event of the robot; the values of the robot's own keys are not stored."""
         if key not in self._own:
@@ -295,7 +255,6 @@ class ALMemory(Service):
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
-        self._history.setdefault(key, deque(maxlen=_OCCURRENCES)).append((value, self.nao.clock.now))
         for callback in self.listening.get(key, {}).values():
             self.nao.monitor.later(partial(callback, value))
         if self.module_called is not None:
@@ -353,12 +312,6 @@ class ALMemory(Service):
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""
         return self.nao.base.is_down(foot, self.nao.joints.q())
-
-
-def _stamped(value: Any, time: float) -> list[Any]:
-    """Return [value, seconds, microseconds] for a time [s]."""
-    seconds, microseconds = divmod(round(1e6 * time), 1_000_000)
-    return [value, seconds, microseconds]
 
 
 def _key(key: object) -> str:

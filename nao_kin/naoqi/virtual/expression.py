@@ -15,7 +15,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Machine
-from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.service import Service, stored
 
 # --- Names of a NAO's LEDs and of their groups.
 #
@@ -163,9 +163,8 @@ class ALLeds(Service):
         name = arguments.text(groupName, "groupName")
         if name in self.colours or name in groups():
             raise BadArgument(f"{name} already exists")
-        if not isinstance(ledNames, (list, tuple)) or not ledNames:
-            raise BadArgument("ledNames must be a list of LEDs")
-        self._groups[name] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
+        leds = arguments.entries(ledNames, "ledNames")
+        self._groups[name] = tuple(dict.fromkeys(part for each in leds for part in self._parts(each)))
 
     # --- light ----------------------------------------------------------------------------------------------------
 
@@ -212,12 +211,9 @@ class ALLeds(Service):
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
         """Fade an LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
-        if not isinstance(rgbList, (list, tuple)) or not rgbList:
-            raise BadArgument("rgbList must be a list of colours")
-        colours = [_colour(value) for value in rgbList]
+        colours = [_colour(value) for value in arguments.entries(rgbList, "rgbList")]
         times = arguments.list_each(timeList, ("LEDs",), "times")
-        if len(times[0]) != len(colours):
-            raise BadArgument(f"timeList must have {len(colours)} times, one for each colour, got {len(times[0])}")
+        arguments.entries(times[0], "timeList", len(colours))
         arguments.check_times(times, ("LEDs",))
         frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
         return self._play(frames)
@@ -365,8 +361,6 @@ class ALTextToSpeech(Service):
 
     name = "ALTextToSpeech"
 
-    _language, _voice, _volume = "English", "naoenu", 1.0
-
     def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self.saying = ""
@@ -397,29 +391,11 @@ class ALTextToSpeech(Service):
             self.nao.monitor.later(call.finish)
         self._tell("")
 
-    def setLanguage(self, pLanguage: Any) -> None:
-        """Set the language; without effect."""
-        self._language = arguments.choice(pLanguage, "language", _LANGUAGES)
-
-    def getLanguage(self) -> str:
-        """The stored value; initially 'English'."""
-        return self._language
-
-    def setVoice(self, pVoiceID: Any) -> None:
-        """Set the voice; without effect."""
-        self._voice = arguments.text(pVoiceID, "pVoiceID")
-
-    def getVoice(self) -> str:
-        """The stored value; initially 'naoenu'."""
-        return self._voice
-
-    def setVolume(self, volume: Any) -> None:
-        """Set the volume, from 0 to 1; without effect."""
-        self._volume = arguments.fraction(volume, "volume")
-
-    def getVolume(self) -> float:
-        """The stored value; initially 1.0."""
-        return self._volume
+    setLanguage, getLanguage = stored(
+        "language", lambda value, what: arguments.choice(value, what, _LANGUAGES), "English"
+    )
+    setVoice, getVoice = stored("voice", arguments.text, "naoenu")
+    setVolume, getVolume = stored("volume", arguments.fraction, 1.0)
 
     def getAvailableLanguages(self) -> list[str]:
         """The languages that setLanguage accepts."""

@@ -10,7 +10,7 @@ from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Machine
-from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.service import Service, stored
 
 _STATES = ("solitary", "interactive", "disabled", "safeguard")
 _ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
@@ -26,7 +26,7 @@ class ALAutonomousLife(Service):
 
     def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
-        self._state, self._offset = "disabled", 0.0
+        self._state = "disabled"
         self._enabled = dict.fromkeys(_ABILITIES, True)
 
     def getState(self) -> str:
@@ -60,13 +60,7 @@ class ALAutonomousLife(Service):
         """The stored value; initially True."""
         return self._enabled[arguments.choice(autonomousAbility, "ability", _ABILITIES)]
 
-    def setRobotOffsetFromFloor(self, offset: Any) -> None:
-        """Stored [m]."""
-        self._offset = arguments.number(offset, "offset")
-
-    def getRobotOffsetFromFloor(self) -> float:
-        """The stored value; initially 0.0."""
-        return self._offset
+    setRobotOffsetFromFloor, getRobotOffsetFromFloor = stored("offset from the floor", arguments.number, 0.0)
 
     def focusedActivity(self) -> str:
         """The activity in focus: none here."""
@@ -104,9 +98,7 @@ class ALSystem(Service):
         """Always 0: not measured here."""
         return 0
 
-    def totalMemory(self) -> int:
-        """Always 0: not measured here."""
-        return 0
+    totalMemory = freeMemory
 
 
 class ALBattery(Service):
@@ -134,16 +126,10 @@ class ALRobotModel(Service):
         return "Nao"
 
     def hasArms(self) -> bool:
-        """Whether it has arms: True."""
+        """True: a NAO has arms, legs, and hands that open."""
         return True
 
-    def hasHands(self) -> bool:
-        """Whether it has hands that open: True."""
-        return True
-
-    def hasLegs(self) -> bool:
-        """Whether it has legs: True."""
-        return True
+    hasHands = hasLegs = hasArms
 
 
 class ALPreferenceManager(Service):
@@ -230,23 +216,10 @@ class ALAutonomousMoves(Service):
 
     name = "ALAutonomousMoves"
 
-    _listens, _strategy = True, "backToNeutral"
-
-    def setExpressiveListeningEnabled(self, enable: Any) -> None:
-        """Stored; the robot does not listen here."""
-        self._listens = arguments.flag(enable, "enable")
-
-    def getExpressiveListeningEnabled(self) -> bool:
-        """The stored value; initially True."""
-        return self._listens
-
-    def setBackgroundStrategy(self, strategy: Any) -> None:
-        """Stored: "none" or "backToNeutral"."""
-        self._strategy = arguments.choice(strategy, "strategy", ("none", "backToNeutral"))
-
-    def getBackgroundStrategy(self) -> str:
-        """The stored value; initially 'backToNeutral'."""
-        return self._strategy
+    setExpressiveListeningEnabled, getExpressiveListeningEnabled = stored("switch of listening", arguments.flag, True)
+    setBackgroundStrategy, getBackgroundStrategy = stored(
+        "strategy", lambda value, what: arguments.choice(value, what, ("none", "backToNeutral")), "backToNeutral"
+    )
 
 
 ABILITIES: tuple[type[Service], ...] = (

@@ -15,23 +15,18 @@ from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
-from nao_kin.naoqi import names as language
-from nao_kin.naoqi.names import ARMS, HANDS, LEGS, limits
-from nao_kin.naoqi.spaces import torso_in
+from nao_kin.naoqi.conventions import ARMS, GROUPS, HANDS, LEGS, chain_names, joint_names, limits, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.machine import Machine
-from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.movements import GoToPosture
+from nao_kin.naoqi.virtual.machine import Approach, AtSpeed, HandMove, Interpolation, Machine, StiffnessRamp, through
+from nao_kin.naoqi.virtual.movements import GoToPosture
+from nao_kin.naoqi.virtual.service import Service, SetterAndGetter, stored
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
 from nao_kin.robot import SupportPolygon
 
 # --- ALMotion's joint control: angles read, set, and interpolated.
-
-_THIRD = 1.0 / 3.0
 
 
 class JointControl(Service):
@@ -44,7 +39,7 @@ class JointControl(Service):
 
     def getAngles(self, names: Any, useSensors: Any) -> list[float]:
         """Measured or commanded angles of a joint, chain or group, or of a list of these [rad; 0 to 1 for hands]."""
-        columns = self.nao.joints.columns(language.joint_names(self.nao.robot, names))
+        columns = self.nao.joints.columns(joint_names(self.nao.robot, names))
         sensor = arguments.flag(useSensors, "useSensors")
         return list(map(float, (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]))
 
@@ -96,10 +91,8 @@ class JointControl(Service):
         joints = self.joints(jointNames, "jointNames")
         rows = arguments.list_each(times, joints, "times")
         arguments.check_times(rows, joints)
-        if not arguments.is_list(controlPoints) or len(controlPoints) != len(joints):
-            got = arguments.length(controlPoints)
-            raise BadArgument(f"controlPoints must be {len(joints)} lists, one for each joint, got {got}")
-        points = [_points(*row) for row in zip(controlPoints, rows, joints, strict=True)]
+        lists = arguments.entries(controlPoints, "controlPoints", len(joints))
+        points = [_points(*row) for row in zip(lists, rows, joints, strict=True)]
         keys, handles = [row[0] for row in points], [row[1] for row in points]
 
         def plan(start: Floats) -> Motion:
@@ -132,21 +125,17 @@ class JointControl(Service):
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
     """Return angles (k,) and handles (k + 1, 2, 2) of one joint, the handles at its start first."""
     what = f"controlPoints of {joint}"
-    if not arguments.is_list(points) or len(points) != len(times):
-        got = arguments.length(points)
-        raise BadArgument(f"{what} must be a list of {len(times)}, one for each time, got {got}")
     keys, handles = np.empty(len(times)), np.zeros((len(times) + 1, 2, 2))
-    gaps = np.diff(times, prepend=0.0) * _THIRD
+    gaps = np.diff(times, prepend=0.0) * (1.0 / 3.0)
     handles[1:, 0, 0], handles[:-1, 1, 0] = -gaps, gaps
-    for index, point in enumerate(points):
+    for index, point in enumerate(arguments.entries(points, what, len(times))):
         entry, parts = f"entry {index}", list(point) if arguments.is_list(point) else [point]
         if len(parts) not in (1, 3):
             raise BadArgument(f"{what}: {entry} must be an angle or [angle, handle, handle], got {quoted(point, 60)}")
         keys[index] = arguments.number(parts[0], f"{what}: angle {index}")
         for side, handle in enumerate(parts[1:]):
-            if not arguments.is_list(handle) or len(handle) != 3:
-                raise BadArgument(f"{what}: handle of {entry} must be [type, time, angle], got {quoted(handle, 60)}")
-            handles[index + 1, side] = [arguments.number(value, f"{what}: handle of {entry}") for value in handle[1:]]
+            of = f"{what}: handle of {entry}"
+            handles[index + 1, side] = [arguments.number(value, of) for value in arguments.entries(handle, of, 3)[1:]]
     return keys, handles
 
 
@@ -230,22 +219,50 @@ _ARMS = ("Arms", *ARMS)
 _IDLE = ("Body", "Legs", *_ARMS, "Head")
 
 
+def _switch(
+    name: str, *, initially: bool = True, of: Sequence[str] | None = None, answer: bool | None = None
+) -> SetterAndGetter:
+    """Return the setter and the getter of a switch that is only stored; `of` some chains, or of any name if empty."""
+
+    def key(chain: Any) -> tuple[str, str]:
+        return name, arguments.choice(chain, "chain", of) if of else arguments.text(chain, "pName")
+
+    def setter(self: Service, chain: Any, enable: Any) -> bool | None:
+        (_, chosen), on = key(chain), arguments.flag(enable, "the last argument")
+        chains = (chosen, *ARMS) if chosen == "Arms" else (chosen,)
+        self.stored |= dict.fromkeys([(name, each) for each in chains], on)
+        self.nao.log.write(f"{name}{f' of {chosen}' if chosen else ''} is {'on' if on else 'off'}; it is not simulated")
+        return answer
+
+    def getter(self: Service, chain: Any) -> bool:
+        return bool(self.stored.get(key(chain), initially))
+
+    def setter_of_all(self: Service, enable: Any) -> bool | None:
+        return setter(self, "", enable)
+
+    def getter_of_all(self: Service) -> bool:
+        return getter(self, "")
+
+    pair = (setter_of_all, getter_of_all) if of is None else (setter, getter)
+    pair[0].__doc__ = f"Switch {name} on or off: stored, because it is not simulated."
+    pair[1].__doc__ = f"The stored value; initially {initially}."
+    return pair
+
+
 class GeneralTools(Service):
     """The methods of ALMotion about the robot and its tasks; switches of reflexes are only stored."""
 
     def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._breath: dict[str, float] = {"Bpm": 12.0, "Amplitude": 0.5}
-        self._switches: dict[tuple[str, str], bool] = {}
-        self._notifies, self._orthogonal, self._tangential = True, 0.4, 0.1
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
     def getBodyNames(self, name: Any) -> list[str]:
         """Names of the joints of a chain or group; of all chains for "Chains"."""
         if arguments.text(name, "name") == "Chains":
-            return list(language.chain_names(self.nao.robot))
-        return list(language.joint_names(self.nao.robot, name))
+            return list(chain_names(self.nao.robot))
+        return list(joint_names(self.nao.robot, name))
 
     getJointNames = getBodyNames  # the name before NAOqi 1.14
 
@@ -309,7 +326,7 @@ class GeneralTools(Service):
         return [[float(value) for value in row] for row in corners @ space[:2, :2].T + space[:2, 3]]
 
     def _part(self, name: Any) -> str:
-        parts = ("Torso", *WHOLE, *language.chain_names(self.nao.robot), *language.GROUPS, *self.nao.joints.names)
+        parts = ("Torso", *WHOLE, *chain_names(self.nao.robot), *GROUPS, *self.nao.joints.names)
         return arguments.choice(arguments.text(name, "pName"), "part", parts)
 
     # --- tasks ----------------------------------------------------------------------------------------------------
@@ -336,105 +353,28 @@ class GeneralTools(Service):
         """End all tasks before they are done."""
         self.nao.tasks.kill()
 
-    def setEnableNotifications(self, enable: Any) -> None:
-        """Stored; the robot sends no notifications here."""
-        self._notifies = arguments.flag(enable, "enable")
-
-    def areNotificationsEnabled(self) -> bool:
-        """The stored value; initially True."""
-        return self._notifies
+    setEnableNotifications, areNotificationsEnabled = stored("switch of notifications", arguments.flag, True)
 
     # --- reflexes, which are not simulated ------------------------------------------------------------------------
 
-    def setFallManagerEnabled(self, pEnable: Any) -> None:
-        """Stored; nothing falls here."""
-        self._switch("fall manager", pEnable)
-
-    def getFallManagerEnabled(self) -> bool:
-        """The stored value; initially True."""
-        return self._is_on("fall manager")
-
-    def setSmartStiffnessEnabled(self, pEnable: Any) -> bool:
-        """Stored; stiffness is not adapted here. Always True."""
-        return self._switch("smart stiffness", pEnable)
-
-    def getSmartStiffnessEnabled(self) -> bool:
-        """The stored value; initially True."""
-        return self._is_on("smart stiffness")
-
-    def setDiagnosisEffectEnabled(self, pEnable: Any) -> None:
-        """Stored; nothing breaks here."""
-        self._switch("diagnosis effect", pEnable)
-
-    def getDiagnosisEffectEnabled(self) -> bool:
-        """The stored value; initially True."""
-        return self._is_on("diagnosis effect")
-
-    def setPushRecoveryEnabled(self, pEnable: Any) -> None:
-        """Stored; nothing pushes the robot here."""
-        self._switch("push recovery", pEnable)
-
-    def getPushRecoveryEnabled(self) -> bool:
-        """The stored value; initially True."""
-        return self._is_on("push recovery")
-
-    def setCollisionProtectionEnabled(self, pChainName: Any, pEnable: Any) -> bool:
-        """Stored for "Arms", "LArm" or "RArm"; nothing collides here."""
-        return self._switch("collision protection", pEnable, arguments.choice(pChainName, "chain", _ARMS))
-
-    def getCollisionProtectionEnabled(self, pChainName: Any) -> bool:
-        """The stored value; initially True."""
-        return self._is_on("collision protection", arguments.choice(pChainName, "chain", _ARMS))
-
-    def setExternalCollisionProtectionEnabled(self, pName: Any, pEnable: Any) -> None:
-        """Stored; there is nothing to collide with here."""
-        self._switch("external collision protection", pEnable, arguments.text(pName, "pName"))
-
-    def getExternalCollisionProtectionEnabled(self, pName: Any) -> bool:
-        """The stored value; initially True."""
-        return self._is_on("external collision protection", arguments.text(pName, "pName"))
-
-    def setBreathEnabled(self, pChain: Any, pIsEnabled: Any) -> None:
-        """Stored; the robot does not breathe here."""
-        self._switch("breath", pIsEnabled, arguments.choice(pChain, "chain", _IDLE))
-
-    def getBreathEnabled(self, pChain: Any) -> bool:
-        """The stored value; initially False."""
-        return self._is_on("breath", arguments.choice(pChain, "chain", _IDLE), initially=False)
-
-    def setIdlePostureEnabled(self, pChain: Any, pIsEnabled: Any) -> None:
-        """Stored; an idle robot does not move here."""
-        self._switch("idle posture", pIsEnabled, arguments.choice(pChain, "chain", _IDLE))
-
-    def getIdlePostureEnabled(self, pChain: Any) -> bool:
-        """The stored value; initially False."""
-        return self._is_on("idle posture", arguments.choice(pChain, "chain", _IDLE), initially=False)
-
-    def setOrthogonalSecurityDistance(self, securityDistance: Any) -> None:
-        """Stored [m]."""
-        self._orthogonal = arguments.duration(securityDistance, "securityDistance")
-
-    def getOrthogonalSecurityDistance(self) -> float:
-        """The stored value; initially 0.4."""
-        return self._orthogonal
-
-    def setTangentialSecurityDistance(self, securityDistance: Any) -> None:
-        """Stored [m]."""
-        self._tangential = arguments.duration(securityDistance, "securityDistance")
-
-    def getTangentialSecurityDistance(self) -> float:
-        """The stored value; initially 0.1."""
-        return self._tangential
-
-    def _switch(self, name: str, enable: Any, of: str = "") -> bool:
-        """Store and log whether something is on, for both arms if `of` is "Arms"; return True."""
-        on = arguments.flag(enable, "the second argument" if of else "the argument")
-        self._switches |= dict.fromkeys([(name, each) for each in ((of, *ARMS) if of == "Arms" else (of,))], on)
-        self.nao.log.write(f"{name}{f' of {of}' if of else ''} is {'on' if on else 'off'}; it is not simulated")
-        return True
-
-    def _is_on(self, name: str, of: str = "", *, initially: bool = True) -> bool:
-        return self._switches.get((name, of), initially)
+    setFallManagerEnabled, getFallManagerEnabled = _switch("fall manager")
+    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _switch("smart stiffness", answer=True)
+    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _switch("diagnosis effect")
+    setPushRecoveryEnabled, getPushRecoveryEnabled = _switch("push recovery")
+    setCollisionProtectionEnabled, getCollisionProtectionEnabled = _switch(
+        "collision protection", of=_ARMS, answer=True
+    )
+    setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _switch(
+        "external collision protection", of=()
+    )
+    setBreathEnabled, getBreathEnabled = _switch("breath", of=_IDLE, initially=False)
+    setIdlePostureEnabled, getIdlePostureEnabled = _switch("idle posture", of=_IDLE, initially=False)
+    setOrthogonalSecurityDistance, getOrthogonalSecurityDistance = stored(
+        "orthogonal security distance", arguments.duration, 0.4
+    )
+    setTangentialSecurityDistance, getTangentialSecurityDistance = stored(
+        "tangential security distance", arguments.duration, 0.1
+    )
 
     def isCollision(self, pChainName: Any) -> str:
         """Always "none": collisions are not detected here."""
@@ -443,12 +383,9 @@ class GeneralTools(Service):
 
     def setBreathConfig(self, pConfig: Any) -> None:
         """Stored: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
-        pairs = pConfig if isinstance(pConfig, (list, tuple)) else [pConfig]
-        for pair in pairs:
-            if not isinstance(pair, (list, tuple)) or len(pair) != 2:
-                raise BadArgument('pConfig must be pairs such as ["Bpm", 12]')
-            key = arguments.choice(pair[0], "parameter", tuple(self._breath))
-            self._breath[key] = arguments.number(pair[1], key)
+        for name, value in arguments.pairs(pConfig, "pConfig"):
+            key = arguments.choice(name, "parameter", tuple(self._breath))
+            self._breath[key] = arguments.number(value, key)
 
     def getBreathConfig(self) -> list[list[Any]]:
         """The stored values."""

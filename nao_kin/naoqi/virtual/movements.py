@@ -14,12 +14,10 @@ from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
-from nao_kin.naoqi.names import ARMS, HANDS
-from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
+from nao_kin.naoqi.conventions import ARMS, FRAME_TORSO, HANDS, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
-from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
-from nao_kin.naoqi.virtual.machine import Machine
+from nao_kin.naoqi.virtual.machine import AtSpeed, Interpolation, Machine
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
 
@@ -131,11 +129,17 @@ class ALRobotPosture(Service):
         Returns True if the posture is reached; False if it is unknown, the task was killed, or joints have no
         stiffness. The hands move too, but do not count: openHand and closeHand leave them without stiffness.
         """
-        return self._go("goToPosture", postureName, maxSpeedFraction)
+        wanted = arguments.text(postureName, "postureName")
+        given = arguments.number(maxSpeedFraction, "maxSpeedFraction")
+        share = arguments.fraction(min(given, 1.0), "maxSpeedFraction", positive=True)
+        if given > 1.0:
+            self.nao.log.write(f"goToPosture: maxSpeedFraction = {given:g} is clipped to 1")
+        if wanted not in self.nao.robot.posture_names:
+            self.nao.log.write(f"goToPosture: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
+            return False
+        return self.nao.tasks.add(GoToPosture("goToPosture", wanted, self.nao, share))
 
-    def applyPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
-        """The same as goToPosture; in NAOqi, without path planning."""
-        return self._go("applyPosture", postureName, maxSpeedFraction)
+    applyPosture = goToPosture  # in NAOqi, without path planning
 
     def stopMove(self) -> None:
         """End the movements to postures, running and waiting."""
@@ -144,17 +148,6 @@ class ALRobotPosture(Service):
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
         """Accepted without effect: a posture is reached at the first try here."""
         arguments.whole(pMaxTryNumber, "pMaxTryNumber")
-
-    def _go(self, name: str, posture: Any, fraction: Any) -> Call | bool:
-        wanted = arguments.text(posture, "postureName")
-        given = arguments.number(fraction, "maxSpeedFraction")
-        share = arguments.fraction(min(given, 1.0), "maxSpeedFraction", positive=True)
-        if given > 1.0:
-            self.nao.log.write(f"{name}: maxSpeedFraction = {given:g} is clipped to 1")
-        if wanted not in self.nao.robot.posture_names:
-            self.nao.log.write(f"{name}: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
-            return False
-        return self.nao.tasks.add(GoToPosture(name, wanted, self.nao, share))
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:

@@ -1,1 +1,0 @@
-"""The services by NAOqi's modules; `virtual_nao` joins them."""
