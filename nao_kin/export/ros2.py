@@ -30,10 +30,10 @@ from nao_kin.robot.urdf import UrdfTree
 FOLDERS = ("config", "launch", "meshes", "rviz", "urdf")
 
 
-def package_xml(name: str, version: str, description: str, maintainer: tuple[str, str], license: str, file: str) -> str:
+def package_xml(name: str, description: str, maintainer: tuple[str, str], license: str, file: str) -> str:
     """Return the text of package.xml; `file` is the name of the license's text, "" without one."""
     root = ET.Element("package", format="3")
-    add_texts(root, {"name": name, "version": version, "description": description})
+    add_texts(root, {"name": name, "version": _VERSION, "description": description})
     ET.SubElement(root, "maintainer", email=maintainer[1]).text = maintainer[0]
     ET.SubElement(root, "license", {"file": file} if file else {}).text = license
     add_texts(root, {"buildtool_depend": "ament_cmake"})
@@ -77,7 +77,7 @@ MESHES = ("package", "none")
 
 # REP 149 and its schema; REP 144 requires at least two characters.
 _NAME = re.compile(r"[a-z](_?[a-z0-9]+)*", re.ASCII)
-_VERSION = re.compile(r"\d+\.\d+\.\d+", re.ASCII)
+_VERSION = "0.1.0"
 _PERSON = re.compile(r"\s*([^<>]*[^<>\s])\s*<([-\w.+]+@[-\w]+(?:\.[-\w]+)*)>\s*")
 
 _TO_FILL_IN = "TODO <todo@todo.todo>"
@@ -89,7 +89,6 @@ def ros2(
     path: Path | str,
     *,
     package: str | None = None,
-    package_version: str = "0.1.0",
     maintainer: str = _TO_FILL_IN,
     license: str | None = None,
     names: str | None = None,
@@ -111,7 +110,6 @@ def ros2(
         path: the folder, best named as the package.
         package: name of the package: lower-case letters, digits and single underscores, a letter first; None for the
             robot's name and "_description".
-        package_version: version of the package, three numbers.
         maintainer: maintainer of the package, "Name <mail address>".
         license: license of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or a
             placeholder if the robot is from elsewhere.
@@ -127,7 +125,7 @@ def ros2(
         The folder, its files, their differences from the robot, and the entries to fill in.
 
     Raises:
-        BadArgument: a name, version, maintainer or license that ROS refuses; a missing mesh; an existing folder.
+        BadArgument: a name, maintainer or license that ROS refuses; a missing mesh; an existing folder.
 
     Examples:
         >>> done = nk.export.ros2(nk.load_nao("v6"), "nao_description", package="nao_description", samples=100)
@@ -136,8 +134,6 @@ def ros2(
     """
     target = Destination(path, overwrite=overwrite, folder=True)
     person = _checked_person(maintainer)
-    if not _VERSION.fullmatch(package_version):
-        raise BadArgument(f"package_version must be three numbers, such as 1.0.0, got {quoted(package_version)}")
     if license is not None and not (license.strip() and license.isprintable()):
         raise BadArgument(f"license must be one line, an SPDX identifier, got {quoted(license)}")
     choice(meshes, MESHES, "choice of meshes")
@@ -164,7 +160,7 @@ def ros2(
         "launch/display.launch.py": filled("display.launch.py", package=name, urdf=f"{stem}.urdf", rviz=f"{stem}.rviz"),
         f"rviz/{stem}.rviz": filled("view.rviz", root=json.dumps(tree.root), **_view(robot)),
         "README.md": filled("README.md", package=name, robot=tree.name),
-        "package.xml": package_xml(name, package_version, about, person, stated, "LICENSE" if own else ""),
+        "package.xml": package_xml(name, about, person, stated, "LICENSE" if own else ""),
         "CMakeLists.txt": filled("CMakeLists.txt", package=name, folders=" ".join(folders)),
     }
     if own:

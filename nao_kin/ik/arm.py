@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import partial
 from typing import Literal, SupportsIndex
@@ -10,7 +9,7 @@ from typing import Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import LARGEST, Floats, LimitPolicy, as_floats, as_vectors, check_tolerance, choice, unit
+from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, as_vectors, choice, unit
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.arm_equations import (
@@ -70,7 +69,6 @@ def arm(
     *,
     direction: ArrayLike | None = None,
     criterion: Criterion = _CRITERION,
-    angle_weight: float = ANGLE_WEIGHT,
     frame: str | None = None,
     near: ArrayLike | None = None,
     limits: LimitPolicy = "enforce",
@@ -86,7 +84,7 @@ def arm(
     - A position alone leaves two joints free; the result has the best solution by `criterion`.
 
     If a target is not met, `reason` says why, and `best` and `q` are the joint values with the smallest
-    √(distance² + (angle_weight · angle)²) that a search finds, inside the limits if these are enforced.
+    √(distance² + (0.1 m · angle)²) that a search finds, inside the limits if these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with arms of its geometry.
@@ -97,7 +95,6 @@ def arm(
         criterion: with positions alone: "nearest" to `near`, "limits" for the largest distance to the nearest
             limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The solution is
             searched for on a grid, and refined to 1e-9 rad.
-        angle_weight: the weight of one radian [m]: with 0.1, 0.1 rad has the weight of 10 mm.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
         near: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
@@ -128,14 +125,6 @@ def arm(
     """
     limb = arm_limb(robot, check_side(side, "Arm"), frame)
     wanted = NEAREST if criterion is _CRITERION else _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
-    if angle_weight is not ANGLE_WEIGHT:
-        check_tolerance(angle_weight, "angle_weight")
-        weight = float(angle_weight)
-        if not 0.0 < weight <= LARGEST:
-            raise BadArgument(
-                f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}"
-            )
-        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
     if is_pose(target, "target"):
         if direction is not None:
             raise BadArgument("a direction requires positions (..., 3): a pose (..., 4, 4) includes a direction")

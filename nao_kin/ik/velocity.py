@@ -76,24 +76,18 @@ class TwistMap:
         infinite = np.full(sigma.shape[:-1], np.inf)
         return np.asarray(np.divide(sigma[..., 0], sigma[..., -1], out=infinite, where=sigma[..., -1] > 0.0))
 
-    def rank(self, singular: float = SINGULAR) -> NDArray[np.int64]:
-        """Return the number of independent possible twists, shape (...).
-
-        Args:
-            singular: share of the largest singular value below which a singular value counts as zero.
-        """
-        check_tolerance(singular, "singular")
+    def rank(self) -> NDArray[np.int64]:
+        """Return the number of independent possible twists, shape (...): singular values above 1e-6 of the largest."""
         sigma = self.singular_values
-        return np.asarray((sigma > singular * sigma[..., :1]).sum(axis=-1), dtype=np.int64)
+        return np.asarray((sigma > SINGULAR * sigma[..., :1]).sum(axis=-1), dtype=np.int64)
 
-    def lost_twists(self, index: tuple[int, ...] = (), singular: float = SINGULAR) -> tuple[str, ...]:
+    def lost_twists(self, index: tuple[int, ...] = ()) -> tuple[str, ...]:
         """Return r − rank twists that are not possible, by name: "ωx", "vx + 0.5 ωz".
 
         They span the space perpendicular to all possible twists, in the axes of the Jacobian.
 
         Args:
             index: index of the configuration in a batch.
-            singular: as in `rank`.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -103,18 +97,17 @@ class TwistMap:
             (5, 1, ())
         """
         index = batch_index(index, self.singular_values.shape[:-1])
-        rank = int(self.rank(singular)[index])
+        rank = int(self.rank()[index])
         return _named(self.twists[index][:, rank:], TWIST_NAMES)
 
-    def idle_joints(self, index: tuple[int, ...] = (), singular: float = SINGULAR) -> tuple[str, ...]:
+    def idle_joints(self, index: tuple[int, ...] = ()) -> tuple[str, ...]:
         """Return joint velocities that do not move the frame, by name: "LElbowYaw − LWristYaw".
 
         Args:
             index: index of the configuration in a batch.
-            singular: as in `rank`.
         """
         index = batch_index(index, self.singular_values.shape[:-1])
-        rank = int(self.rank(singular)[index])
+        rank = int(self.rank()[index])
         return _named(self.velocities[index][:, rank:], self.joints)
 
 

@@ -355,7 +355,6 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"package_version": "1.0"}, BadArgument, "package_version must be three numbers"),
         ({"maintainer": "Me"}, BadArgument, "maintainer must have the form 'Name <name@example.org>', got 'Me'"),
         ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must have the form"),
         ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
@@ -380,8 +379,8 @@ def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:
     done = nk.export.ros2(robot, folder, package="p1", samples=1)
     with pytest.raises(BadArgument, match="already exists"):
         nk.export.ros2(robot, folder, package="p1", samples=1)
-    nk.export.ros2(robot, folder, package="p1", samples=1, package_version="0.2.0", overwrite=True)
-    assert "0.2.0" in (folder / "package.xml").read_text(encoding="utf-8")
+    nk.export.ros2(robot, folder, package="p1", samples=1, license="MIT", overwrite=True)
+    assert "<license>MIT" in (folder / "package.xml").read_text(encoding="utf-8")
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(BadArgument, match="it contains 1 other files, first 'notes.txt'"):
         nk.export.ros2(robot, folder, package="p1", samples=1, overwrite=True)

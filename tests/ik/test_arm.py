@@ -219,14 +219,6 @@ def test_a_position_out_of_the_limits_gets_the_nearest_not_a_local_minimum() -> 
         assert residual < min(math.sqrt(2.0 * end.cost) for end in ends) + 1e-6
 
 
-def test_the_weight_trades_distance_for_angle(nao: nk.NaoModel) -> None:
-    T = nao.fk(bent(nao, "L"), "LArm")
-    T[:3, 3] += [0.01, 0.02, -0.01]
-    light, heavy = (nk.ik.arm(nao, "L", T, angle_weight=weight).residual for weight in (0.001, 1.0))
-    assert light[0] < heavy[0]
-    assert light[1] > heavy[1]
-
-
 @for_all("beyond", [1e-9, 1e-3, 1.0])
 def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel, beyond: float) -> None:
     rng = np.random.default_rng(1)
@@ -380,9 +372,6 @@ def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
     for place in ([1e155, 0.0, 0.0], [[0.1, 0.1, 0.1], [0.1, -1e308, 0.1]]):
         with pytest.raises(BadArgument, match=r"target must not exceed 1e\+150"):
             nk.ik.arm(nao, "L", place)
-    for weight in (0.0, math.inf, math.nan, "0.1", [0.1], None):
-        with pytest.raises(BadArgument, match="angle_weight"):
-            nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]
     T[2, :3, :3] *= 1.1
     with pytest.raises(NotARotation, match=r"at index \[2\]"):
         nk.ik.arm(nao, "L", T)
@@ -393,14 +382,6 @@ def test_the_elbow_must_be_that_of_a_nao() -> None:
     nao.model.jointPlacements[nao.model.getJointId("LElbowYaw")].translation = np.array([0.105, 0.015, 0.002])
     with pytest.raises(BadArgument, match=r"no arm that the closed form fits: the elbow is out of the plane"):
         nk.ik.arm(nao, "L", np.eye(4))
-
-
-def test_the_weight_of_an_angle_may_be_any_number(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.posture("StandInit"), "LArm")
-    T[:3, 3] += 0.01
-    for weight in (np.float32(0.25), np.float64(0.25), np.int64(1), 1):
-        found = nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]
-        np.testing.assert_array_equal(found.q, nk.ik.arm(nao, "L", T, angle_weight=float(weight)).q)
 
 
 def test_a_direction_may_have_any_length_and_any_number_of_axes(nao: nk.NaoModel) -> None:
