@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ BEHIND = 1e4
 # The meanings of unknown poses with three numbers: where a robot stands on the floor.
 PLACE = "place on the floor of"
 _CIRCLE = "centre circle"
+_ARRAYS = ("q", "pixels", "points", "poses", "lines")
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,17 @@ class Seen:
     visible: NDArray[np.bool_] | None = None  # which items are in the image, shape (n, items); None for all
 
 
+class _Observed:
+    """An observation, which keeps copies of the arrays that it is given."""
+
+    def __post_init__(self) -> None:
+        arrays = {name: value for name, value in vars(self).items() if name in _ARRAYS}
+        vars(self).update(copy.deepcopy(arrays))
+
+
 @one_line_repr
 @dataclass(frozen=True)
-class Pixels:
+class Pixels(_Observed):
     """Pixels of known points, seen by a camera of the robot.
 
     The points are fixed to a frame of the robot (its other hand, its feet), to the root, or to a board: an object whose
@@ -98,7 +108,7 @@ class Pixels:
 
 @one_line_repr
 @dataclass(frozen=True)
-class Poses:
+class Poses(_Observed):
     """Poses of a frame measured from outside, for example by motion capture.
 
     T_world_marker = T_world_reference · T_reference_frame(q) · T_frame_marker, of which the first and the last are
@@ -148,7 +158,7 @@ class Poses:
 
 @one_line_repr
 @dataclass(frozen=True)
-class Contacts:
+class Contacts(_Observed):
     """Two soles that lie flat on one floor, or on each other.
 
     In the frame of the one sole, the origin of the other has the height z, and its normal has neither x nor y. Sliding
@@ -297,7 +307,7 @@ def _line(ends: ArrayLike) -> Floats:
 
 @one_line_repr
 @dataclass(frozen=True)
-class Lines:
+class Lines(_Observed):
     """Pixels on lines of a soccer field, seen by a robot that stands at an unknown place.
 
     One sole is flat on the field. Which point of its line a pixel shows is not known; the place of the robot, x, y and

@@ -177,6 +177,8 @@ class WholeBodyResult(Outcome):
 _PYTHON_SECONDS = 0.25
 # A joint is at its limit if it is nearer to it than this [rad].
 _AT_LIMIT = 1e-6
+# Largest number of steps of one search.
+_STEPS = 100
 
 
 def whole_body(
@@ -194,8 +196,6 @@ def whole_body(
     limits: LimitPolicy = "enforce",
     restarts: SupportsIndex = 50,
     tolerance: float = 1e-8,
-    iterations: SupportsIndex = 100,
-    seed: SupportsIndex = 0,
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
 ) -> WholeBodyResult:
@@ -233,8 +233,6 @@ def whole_body(
             pose in `near`. Outside the limits it is projected onto them, and `notes` says so.
         restarts: the maximum of other starts if the first does not meet the targets.
         tolerance: a target is met within this error [m and rad].
-        iterations: largest number of steps of one search.
-        seed: the seed of the other starts.
         limits: as in all solvers, see `nao_kin.ik`; "ignore" brings joint values within half a turn of
             those of the posture.
         threads: as in all solvers.
@@ -260,7 +258,6 @@ def whole_body(
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
     searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
-    steps = whole_number(iterations, "iterations", 1, MAX_SEARCHES)
     workers = check_threads(threads)
     given, notes = (ready.rest, ()) if near is None else _configurations(robot, near, "near", enforce)
     standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if near is None else given)
@@ -279,15 +276,15 @@ def whole_body(
         stance=BOTH if len(standing) == BOTH else SIDES.index(next(iter(standing))),
         as_is=False,
         tolerance=float(tolerance),
-        steps=steps,
+        steps=_STEPS,
     )
     begin, pull = (np.array(rows_of(q[..., tables.order], batch, 1)) for q in (given, preferred))
     ends = (pull, begin) if enforce else (tables.unwound(pull, 0.0), tables.unwound(begin, 0.0))
     inside = float(margin) if support else 0.0
     problems, origin, polygons = _problems(ready, standing, requested, batch, inside, *ends)
-    number, feet_names = whole_number(seed, "seed", 0), tuple(standing)
+    feet_names = tuple(standing)
     search = _Search(
-        robot, ready, tables, requested, feet_names, plan, problems, origin, polygons, inside, searches, number, workers
+        robot, ready, tables, requested, feet_names, plan, problems, origin, polygons, inside, searches, workers
     )
     solutions = search.run(slice(None), as_is=posture is None, restarts=0)
     again = np.flatnonzero(solutions.report[:, STATUS] != REACHED)
@@ -355,7 +352,6 @@ class _Search:
     polygons: tuple[SupportPolygon, ...]
     margin: float
     restarts: int
-    seed: int
     threads: int | None
 
     def run(
@@ -403,7 +399,7 @@ class _Search:
 
     def random(self, count: int) -> Floats:
         """Return random values of the moving variables, shape (count, moving)."""
-        q = self.robot.random(np.random.default_rng(self.seed), count)
+        q = self.robot.random(np.random.default_rng(0), count)
         return q[:, self.tables.order[: self.tables.body.moving]]
 
 

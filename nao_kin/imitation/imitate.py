@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm, single_number
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
@@ -27,6 +27,8 @@ _NEEDLESS = ("chest", "left_thumb", "right_thumb")
 _TRUNK = 0.185
 # Samples per second of the check's collisions.
 _RATE = 200.0
+# Distance of the stick figure from the robot [m].
+_BESIDE = 0.4
 # Straight lines across longer gaps than this [s] are noted with their length.
 _NOTED = 1.0
 # In a longer pause between frames [s] nobody knows what the person did.
@@ -112,14 +114,14 @@ class Imitation:
         changes = (change.describe() for change in self.changes)
         return "\n".join([*lines, *changes, *self.notes, self.report.describe()])
 
-    def figure(self, times: ArrayLike, *, aside: float = 0.4) -> Floats:
+    def figure(self, times: ArrayLike) -> Floats:
         """Return the person as a stick figure beside the robot, for `Viewer.animate`.
 
-        It is as large as the robot, faces the way the robot does, and stays in place, with its feet on the floor.
+        It is as large as the robot, 0.4 m to its left, faces the way the robot does, and stays in place, with its feet
+        on the floor.
 
         Args:
             times: of the motion, shape (k,) [s].
-            aside: how far the figure is to the left of the robot [m].
 
         Returns:
             Both ends of each bone in the world, shape (k, bones, 2, 3) [m].
@@ -127,7 +129,7 @@ class Imitation:
         at = as_floats(times, (), "times")
         if at.ndim != 1:
             raise WrongShape("times", "(k,)", at.shape)
-        at, aside = np.interp(at, self.played, self.times), single_number(aside, "aside")
+        at = np.interp(at, self.played, self.times)
         bones = self.skeleton.bones
         left, trunk = left_and_trunk(self.skeleton.points)
         scale = _TRUNK / float(np.nanmedian(norm(trunk)))
@@ -138,7 +140,7 @@ class Imitation:
         low = np.nan_to_num(np.nanmin(figure[..., 2], axis=(1, 2)))
         figure[..., 2] -= low[:, None, None]
         figure[..., :2] -= np.nanmean(figure[:, :2, :, :2], axis=(1, 2))[:, None, None]
-        figure[..., 1] += aside
+        figure[..., 1] += _BESIDE
         return figure
 
     def __repr__(self) -> str:
@@ -158,14 +160,14 @@ def imitate(
     cutoff: float = 4.0,
     slack: float = 0.1,
     collisions: bool | CollisionRule = True,
-    balance: bool = True,
 ) -> Imitation:
     """Return a person's motion as a motion that the robot can play.
 
     Directions count, not places: each upper arm, forearm and hand, and the face, gets the direction in the torso that
     it has in the person's, or the nearest that the joints reach. Unknown points, and those with a confidence below 0.5,
     are bridged in time by straight lines; notes say in how many frames, and for how long. Arms that overlap other links
-    move outwards. Then time is stretched where a joint would be too fast, and as a whole until the robot does not tip.
+    move outwards. Then time is stretched where a joint would be too fast, and, unless legs are ignored, as a whole
+    until the robot does not tip.
 
     Args:
         robot: a NAO of any version, or another robot with arms, a neck and, unless they are ignored, legs of its
@@ -186,7 +188,6 @@ def imitate(
             four times this angle from the line.
         collisions: whether arms make room for other links, as in `nk.motion.check`: True, or a
             `nk.robot.CollisionRule` with an overlap that is accepted. They stay 2 mm farther away.
-        balance: whether to slow down until the robot does not tip; not if legs are ignored.
 
     Raises:
         BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or the slack is below zero;
@@ -237,9 +238,7 @@ def imitate(
     at = [robot.joint_names.index(name) + robot.nq_base for name in joints]
     steps = np.maximum(np.diff(times), least)
     motion = Motion(np.concatenate([[0.0], np.cumsum(steps)]), joints, q[:, at])
-    motion, played, changes, more = _playable(
-        robot, motion, start, balance=flag(balance, "balance") and legs != "ignore" and not misses
-    )
+    motion, played, changes, more = _playable(robot, motion, start, balance=legs != "ignore" and not misses)
     if (steps > np.diff(times) + 1e-9).any():
         notes = (*notes, f"{(steps - np.diff(times)).sum():.3g} s more for shifting the weight from foot to foot")
     if misses:

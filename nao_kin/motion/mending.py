@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, choice
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
@@ -301,24 +301,22 @@ def slow_down(
     robot: RobotModel,
     motion: Motion,
     *,
-    how: Literal["local", "uniform"] = "local",
     balance: bool = False,
     fill: str | ArrayLike = HOLD,
 ) -> MendedMotion:
     """Return the motion with time stretched until every joint satisfies its speed limit.
 
     A segment in which a joint with the limit v_max has the largest speed v takes v / v_max times as long, if this
-    factor is above one. "local" stretches the time of that segment by this factor, for all joints, and overlapping
-    segments by the largest factor. "uniform" stretches the whole motion by one factor.
+    factor is above one. The time of that segment is stretched by this factor for all joints, that of overlapping
+    segments by the largest factor.
 
-    In both cases the joints pass through the same configurations, so coupled limits and shared motors are respected.
-    With "local" the speed jumps where the factor changes; a joint without a key there gets one, and a smooth motion
+    The joints pass through the same configurations, so coupled limits and shared motors are respected.
+    The speed jumps where the factor changes; a joint without a key there gets one, and a smooth motion
     becomes a Bezier one.
 
     Args:
         robot: has all the joints named.
         motion: the motion to change; its first key stays in place.
-        how: "local" or "uniform".
         balance: then stretch the whole motion until the robot does not tip, as `check(balance=True)` finds it, and by
             a tenth more. Braking for a part of the motion would tip it, too.
         fill: with `balance`, values of the joints that the motion does not name, as in `Motion.configurations`.
@@ -335,8 +333,7 @@ def slow_down(
         (True, True)
     """
     check_joints(robot, motion)
-    choice(how, ("local", "uniform"), "way to slow down")
-    mended = _within_speeds(robot, motion, how)
+    mended = _within_speeds(robot, motion)
     return _upright(robot, mended, fill) if balance else mended
 
 
@@ -365,11 +362,9 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
     return MendedMotion(motion, (*mended.changes, Change("slower", "", motion.start, mended.motion.end, total, "")))
 
 
-def _within_speeds(robot: RobotModel, motion: Motion, how: Literal["local", "uniform"]) -> MendedMotion:
+def _within_speeds(robot: RobotModel, motion: Motion) -> MendedMotion:
     """Return the motion with time stretched until every joint satisfies its speed limit."""
     knots, factors = _stretch_factors(robot, motion)
-    if how == "uniform":
-        factors = np.full_like(factors, factors.max(initial=1.0))
     if not (factors > 1.0).any():
         return MendedMotion(motion, ())
     new = np.concatenate([[motion.start], motion.start + np.cumsum(np.diff(knots) * factors)])

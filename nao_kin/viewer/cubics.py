@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.sides import Hips
 from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 
@@ -34,13 +33,13 @@ class Cubics:
     handles: Floats | None
 
 
-def cubics(motion: Motion, robot: RobotModel, fill: str | ArrayLike, hips: Hips) -> Cubics | None:
+def cubics(motion: Motion, robot: RobotModel, fill: str | ArrayLike) -> Cubics | None:
     """Return the curves of a robot's coordinates, as `Motion.configurations` evaluates them, up to rounding.
 
     None if there are none, because a motor follows the average of Bezier curves with different handles in time,
     or if they are too large.
     """
-    found = motion.configurations(robot, fill=fill, hips=hips)
+    found = motion.configurations(robot, fill=fill)
     times = found.times - found.times[0]
     if motion.interpolation == "linear" or len(times) == 1:
         return Cubics(times, found.q, None)
@@ -52,7 +51,7 @@ def cubics(motion: Motion, robot: RobotModel, fill: str | ArrayLike, hips: Hips)
     handles = np.zeros((len(times) - 1, robot.nq, 4))
     handles[..., 2:] = _THIRD
     pieces = [_divided(curve, keys, found.times) for curve, keys in zip(motion.segments, motion.times, strict=True)]
-    for joint, values in robot.motor_values(units, hips).items():
+    for joint, values in robot.motor_values(units).items():
         column = handles[:, robot.nq_base + robot.joint_names.index(joint)]
         weights = values[1:] - values[0]
         used = [(weight, piece) for weight, piece in zip(weights, pieces, strict=True) if weight != 0.0]

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.motion import Hips, Motion
+from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
@@ -112,7 +112,6 @@ class MeshcatRobot:
         play: bool = True,
         loop: bool = True,
         fill: str | ArrayLike = "hold",
-        hips: Hips = "average",
     ) -> None:
         """Send a clip of configurations to meshcat, whose controls play, pause and scrub it.
 
@@ -125,7 +124,6 @@ class MeshcatRobot:
             play: start immediately.
             loop: repeat the clip.
             fill: values of the joints that a motion does not name, as in `Motion.configurations`.
-            hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
 
         Raises:
             BadArgument: the robot was deleted.
@@ -134,7 +132,7 @@ class MeshcatRobot:
             >>> shown.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))  # doctest: +SKIP
         """
         self._check_shown()
-        array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
+        array, rate = overlays.clip(self.robot, qs, fps, fill)
         play, loop = flag(play, "play"), flag(loop, "loop")
         self.display(array[0])
         clips = {

@@ -28,7 +28,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion import Hips, Motion
+from nao_kin.motion import Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
@@ -108,24 +108,20 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     return array
 
 
-def clip(
-    robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike, hips: Hips
-) -> tuple[Floats, float]:
+def clip(robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike) -> tuple[Floats, float]:
     """Return configurations to play as a new array (n, nq), and their number per second."""
     rate = positive(fps, "fps")
     if isinstance(qs, Motion):
-        qs = qs.configurations(robot, rate=rate, fill=fill, hips=hips).q
+        qs = qs.configurations(robot, rate=rate, fill=fill).q
     array = np.array(robot.checked(as_floats(qs, (robot.nq,), "qs")))
     if array.ndim != 2 or len(array) == 0:
         raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
     return array, rate
 
 
-def curves(
-    robot: RobotModel, qs: ArrayLike | Motion, fill: str | ArrayLike, hips: Hips
-) -> tuple[float, Command] | None:
+def curves(robot: RobotModel, qs: ArrayLike | Motion, fill: str | ArrayLike) -> tuple[float, Command] | None:
     """Return the duration of a motion [s] and its curves for a page; None for configurations, and without curves."""
-    found = cubics(qs, robot, fill, hips) if isinstance(qs, Motion) else None
+    found = cubics(qs, robot, fill) if isinstance(qs, Motion) else None
     if found is None:
         return None
     handles = None if found.handles is None else typed_array(found.handles.reshape(-1))

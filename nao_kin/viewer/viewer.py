@@ -21,7 +21,7 @@ from nao_kin._core.guesses import Guessing
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
 from nao_kin.joints import MultiDofModel
-from nao_kin.motion import Hips, Motion
+from nao_kin.motion import Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
@@ -199,7 +199,6 @@ class Viewer(Guessing):
         play: bool = True,
         loop: bool = True,
         fill: str | ArrayLike = "hold",
-        hips: Hips = "average",
         up: ArrayLike | None = None,
         balance: bool = False,
         figure: ArrayLike | None = None,
@@ -216,7 +215,6 @@ class Viewer(Guessing):
             play: start immediately.
             loop: repeat the clip.
             fill: values of the joints that a motion does not name, as in `Motion.configurations`.
-            hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
             up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
             balance: also plot the margins of the zero-moment point and of the centre of mass over time, as in
                 `nk.motion.check`; red where the robot tips.
@@ -231,13 +229,13 @@ class Viewer(Guessing):
             >>> viewer = nk.Viewer(nao)
             >>> viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))
         """
-        array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
+        array, rate = overlays.clip(self.robot, qs, fps, fill)
         play, loop = flag(play, "play"), flag(loop, "loop")
         ups = None if up is None else overlays.directions(up, "up", len(array))
         moving = qs if isinstance(qs, Motion) else array
         margins = overlays.margins(self.robot, moving, rate, fill) if flag(balance, "balance") else None
         warn_outside(self.robot, array, self._warned)
-        curves = overlays.curves(self.robot, qs, fill, hips)
+        curves = overlays.curves(self.robot, qs, fill)
         # meshcat counts the time of the curves.
         rows = array if curves is None or curves[0] == 0.0 else array[[0, -1]]
         times = None if rows is array or curves is None else np.array([0.0, curves[0] * rate])

@@ -108,9 +108,7 @@ class Camera:
         object.__setattr__(self, "distortion", tuple(coefficients.tolist()))
 
     @staticmethod
-    def from_matrix(
-        matrix: ArrayLike, distortion: ArrayLike = (), *, frame: str, size: tuple[int, int], name: str = ""
-    ) -> Camera:
+    def from_matrix(matrix: ArrayLike, distortion: ArrayLike = (), *, frame: str, size: tuple[int, int]) -> Camera:
         """Return the camera of OpenCV's camera matrix and distortion coefficients, as `calibrateCamera` returns them.
 
         Args:
@@ -118,7 +116,6 @@ class Camera:
             distortion: 0, 4, 5 or 8 coefficients, or 12 or 14 with zeros after the 8th, in an array of any shape.
             frame: the camera's body frame or optical frame on the robot, as the attribute.
             size: width and height of the images of the calibration [pixel]; a part of them is `cropped` from it.
-            name: name of the camera; the frame's name without one.
 
         Raises:
             BadArgument: the matrix is not of this form, or of images of another size: (cx, cy) is farther from the
@@ -142,7 +139,7 @@ class Camera:
                 f"size is the width and height of the images of the calibration, about {likely}; "
                 "resized and cropped give the camera of others"
             )
-        return Camera(name or frame, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+        return Camera(frame, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
 
     def resized(self, size: tuple[int, int]) -> Camera:
         """Return the camera of images that are scaled to another size, as by OpenCV's `resize`.

@@ -43,7 +43,7 @@ class Rows(NamedTuple):
     @staticmethod
     def of(times: ArrayLike, count: int) -> Rows:
         """Return the rows of a log of `count` rows; refuse times that go back, or stand still in most rows."""
-        moments = shaped(times, (count,), "times")
+        moments = np.array(shaped(times, (count,), "times"))
         steps = np.diff(moments)
         if (steps < 0.0).any():
             k = int((steps < 0.0).argmax())

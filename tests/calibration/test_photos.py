@@ -255,3 +255,21 @@ def test_without_opencv_one_line_says_how_to_get_it(
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
     assert "needs opencv-python-headless: pip install 'nao-kin[photos]'" in err
+
+
+def test_the_camera_its_lens_the_board_and_the_log_s_unit_are_as_stated(
+    nao: nk.NaoModel, folder: Path, tmp_path: Path
+) -> None:
+    lens = [280.0, 281.0, 160.0, 120.0, -0.1, 0.01, 0.0, 0.0]
+    stated = {"camera": "CameraBottom", "lens": lens, "frame": "LArm", "name": "wall"}
+    plain = from_photos(nao, folder, folder / "head.csv", **BOARD, missing=0.0)
+    seen = from_photos(nao, folder, folder / "head.csv", **BOARD, missing=0.0, **stated)
+    camera = nk.world.Camera.from_matrix([[280, 0, 160], [0, 281, 120], [0, 0, 1]], lens[4:], frame="", size=(320, 240))
+    assert (seen.camera.frame, seen.frame, seen.board) == ("CameraBottom", "LArm", "wall")
+    assert np.array_equal(seen.camera.matrix, camera.matrix)
+    assert seen.camera.distortion == camera.distortion
+    assert np.array_equal(np.asarray(seen.pixels), np.asarray(plain.pixels))
+    rows = np.loadtxt(folder / "head.csv", delimiter=",", skiprows=1) * [1.0, *np.degrees([1.0, 1.0])]
+    np.savetxt(tmp_path / "deg.csv", rows, delimiter=",", header="time,HeadYaw,HeadPitch", comments="")
+    turned = from_photos(nao, folder, tmp_path / "deg.csv", **BOARD, missing=0.0, degrees=True)
+    assert np.allclose(np.asarray(turned.q), np.asarray(plain.q), atol=1e-12)

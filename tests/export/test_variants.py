@@ -16,7 +16,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical
 from nao_kin.export.variants import Variant, align_axes, keep_frames, name_frames
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.urdf import UrdfJoint
+from nao_kin.robot.urdf import UrdfJoint, read_urdf
 
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 
@@ -180,3 +180,17 @@ def test_an_axis_almost_aligned_is_turned_as_exactly(
 def test_another_choice_of_axes_is_refused() -> None:
     with pytest.raises(UnknownName, match="axes"):
         Variant(axes="straight").tree_of(nk.load_nao())
+
+
+def test_exports_take_the_variant_that_is_asked_for(nao: nk.NaoModel, tmp_path: Path) -> None:
+    aligned = nk.RobotModel.from_urdf(nk.export.urdf(nao, tmp_path / "a.urdf", axes="aligned", meshes="none").path)
+    assert all(sorted(map(abs, joint.axis)) == [0.0, 0.0, 1.0] for joint in aligned.tree.moving_joints)
+    package = nk.export.ros2(nao, tmp_path / "nao_description", inertia="physical", meshes="none", samples=1)
+    (urdf,) = (package.path / "urdf").iterdir()
+    own = nk.export.urdf(nao, tmp_path / "b.urdf", names="ros", inertia="physical", meshes="none").path
+    written, expected = (
+        {link: row for link, row in read_urdf(path).inertials.items() if row.mass} for path in (urdf, own)
+    )
+    assert written == expected
+    path = nk.export.srdf(nao, tmp_path / "a.srdf", coupling="independent", samples=1).path
+    assert '<passive_joint name="RHipYawPitch"' not in path.read_text(encoding="utf-8")

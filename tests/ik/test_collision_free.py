@@ -23,11 +23,10 @@ def _with_random(nao: nk.NaoModel, words: tuple[str, ...], rng: np.random.Genera
 
 
 def _solved(nao: nk.NaoModel, solver: str, q: np.ndarray, near: np.ndarray, **more: Any) -> IKResult:
-    if solver in ("leg", "arm"):
-        frame = {"leg": "LLeg", "arm": "LArm"}[solver]
-        # The limits leave some targets with fewer solutions than others.
-        limits = {"leg": "enforce", "arm": "ignore"}[solver]
-        return getattr(nk.ik, solver)(nao, "L", nao.fk(q, frame), near=near, limits=limits, **more)
+    if solver == "leg":  # the limits leave some targets with fewer solutions than others
+        return nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), near=near, **more)
+    if solver == "arm":
+        return nk.ik.arm(nao, "L", nao.fk(q, "LArm"), near=near, limits="ignore", **more)
     if solver == "legs":
         return nk.ik.legs(nao, nao.fk(q, "LLeg"), nao.fk(q, "RLeg"), near=near, limits="ignore", **more)
     if solver == "head":

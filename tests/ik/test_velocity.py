@@ -217,6 +217,9 @@ def test_lost_twists_and_idle_joints_go_by_their_names(nao: nk.NaoModel) -> None
     assert len(arm.lost_twists()) == 2
     bent = velocity(nao, nao.posture("StandInit"), np.zeros(6), "LLeg").map
     assert bent.lost_twists() == bent.idle_joints() == ()
+    several = velocity(nao, np.stack([nao.neutral(), nao.posture("StandInit")]), np.zeros(6), "LLeg").map
+    assert (several.lost_twists((0,)), several.idle_joints((0,))) == (("vz",), (idle,))
+    assert several.lost_twists((1,)) == several.idle_joints((1,)) == ()
     head = velocity(nao, nao.neutral(), np.zeros(6), "Head").map
     assert "ωx" in head.lost_twists()
     assert len(head.lost_twists()) == 4

@@ -55,6 +55,19 @@ def test_named_points_and_a_mirror(nao: nk.NaoModel, landmarks: np.ndarray) -> N
     assert np.abs(one.q - nao.mirror(image))[columns].max() < 1e-9
 
 
+def test_arms_or_head_may_stay(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
+    whole, without_arms, without_head = Imitator(nao), Imitator(nao, arms=False), Imitator(nao, head=False)
+    for follower in (whole, without_arms, without_head):
+        follower.step(landmarks[0], 0.0)
+        follower.step(landmarks[-1], 2.0)
+    head, stand = [nao.joint_names.index(name) for name in ("HeadYaw", "HeadPitch")], nao.posture("StandInit")
+    arms = [k for k, name in enumerate(nao.joint_names) if name in whole.joints and k not in head]
+    for still, moving, q in ((arms, head, without_arms.q), (head, arms, without_head.q)):
+        np.testing.assert_allclose(q[still], stand[still], atol=1e-12)
+        np.testing.assert_allclose(q[moving], whole.q[moving], atol=1e-12)
+        assert np.abs(whole.q - stand)[still].max() > 0.02
+
+
 def test_points_that_are_lost_keep_their_places(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
     follower = Imitator(nao)
     for k in range(50):

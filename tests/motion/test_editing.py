@@ -294,7 +294,6 @@ SHORT = {
     "check": lambda nao, motion: check(nao, motion),
     "clamp": lambda nao, motion: clamp(nao, motion).motion,
     "slow_down": lambda nao, motion: slow_down(nao, motion).motion,
-    "slow_down uniformly": lambda nao, motion: slow_down(nao, motion, how="uniform").motion,
     "share_motors": lambda nao, motion: share_motors(nao, motion).motion,
     "complete": lambda nao, motion: complete(nao, motion),
     "mirror": lambda nao, motion: mirror(nao, motion),
@@ -394,12 +393,11 @@ def test_a_joint_that_is_not_named_is_not_moved(nao: nk.NaoModel) -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("how", ["local", "uniform"])
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
 @pytest.mark.parametrize("seed", range(2))
-def test_slowed_motions_keep_every_speed_limit(nao: nk.NaoModel, kind: str, how: Any, seed: int) -> None:
+def test_slowed_motions_keep_every_speed_limit(nao: nk.NaoModel, kind: str, seed: int) -> None:
     motion = time_warp(_motion(nao, seed, kind), 0.3)
-    mended = slow_down(nao, motion, how=how)
+    mended = slow_down(nao, motion)
     assert not [row for row in check(nao, mended.motion).violations if row.kind == "speed"]
     assert mended.motion.start == motion.start
     assert mended.motion.duration > motion.duration
@@ -412,12 +410,11 @@ def _slowed(mended: MendedMotion, t: Any) -> Any:
     return t + sum(longer)
 
 
-@pytest.mark.parametrize("how", ["local", "uniform"])
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
 @pytest.mark.parametrize("seed", range(3))
-def test_slowed_motions_go_through_the_same_configurations(nao: nk.NaoModel, kind: str, how: Any, seed: int) -> None:
+def test_slowed_motions_go_through_the_same_configurations(nao: nk.NaoModel, kind: str, seed: int) -> None:
     motion = time_warp(_motion(nao, seed, kind), 0.3)
-    mended = slow_down(nao, motion, how=how)
+    mended = slow_down(nao, motion)
     t = np.linspace(motion.start, motion.end, 3001)
     assert _close(mended.motion.sample(_slowed(mended, t)), motion.sample(t), 1e-7)
 
@@ -453,7 +450,6 @@ def test_a_straight_line_is_stretched_to_exactly_its_limit(nao: nk.NaoModel) -> 
     (change,) = mended.changes
     assert (change.start, change.end) == (1.0, 1.1)
     assert change.amount == pytest.approx(18.0 / limit)
-    assert slow_down(nao, motion, how="uniform").motion.duration == pytest.approx(2.0 * 18.0 / limit)
 
 
 def test_other_joints_are_slowed_down_with_the_one_that_is_too_fast(nao: nk.NaoModel) -> None:
@@ -464,17 +460,14 @@ def test_other_joints_are_slowed_down_with_the_one_that_is_too_fast(nao: nk.NaoM
     assert _close(mended.sample(t * mended.end), motion.sample(t * motion.end))
 
 
-@pytest.mark.parametrize("how", ["local", "uniform"])
-def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, tmp_path: Path, how: Any) -> None:
+def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, tmp_path: Path) -> None:
     handles = np.zeros((2, 2, 2))
     handles[0, 1] = 0.0, 0.5
     with pytest.raises(nk.errors.BadArgument, match="LHand moves in no time between its keys 0 and 1"):
-        slow_down(nao, nk.Motion([0.0, 1.0], ["LHand"], [[0.0], [1.0]], "bezier", [handles]), how=how)
+        slow_down(nao, nk.Motion([0.0, 1.0], ["LHand"], [[0.0], [1.0]], "bezier", [handles]))
     held = made_up(tmp_path, J("a"), J("b", follows=("a", 0.0, 0.0)))
     with pytest.raises(nk.errors.BadArgument, match="its speed limit is 0"):
-        slow_down(held, nk.Motion([0.0, 1.0], ["b"], [[0.0], [1.0]]), how=how)
-    with pytest.raises(nk.errors.UnknownName, match="local, uniform"):
-        slow_down(nao, nk.Motion([0.0], ["LHand"], [[0.0]]), how="fast")  # type: ignore[arg-type]
+        slow_down(held, nk.Motion([0.0, 1.0], ["b"], [[0.0], [1.0]]))
 
 
 @pytest.mark.full

@@ -344,3 +344,11 @@ def test_a_joint_of_webots_is_free_outside_its_own_keys_when_sampled_too(tmp_pat
     write_motion(wave, tmp_path / "a.motion", rate=4.0)
     lines = (tmp_path / "a.motion").read_text().splitlines()
     assert [line.split(",")[-1] for line in lines[1:]] == ["*", "*", "0.0", "1.0", "*"]
+
+
+def test_a_table_may_be_written_in_degrees(tmp_path: Path) -> None:
+    nod = Motion([0.0, 0.5], ["HeadPitch", "LHand"], [[0.0, 1.0], [math.pi / 6.0, 0.5]])
+    write_motion(nod, tmp_path / "nod.csv", degrees=True)
+    assert float((tmp_path / "nod.csv").read_text().splitlines()[2].split(",")[1]) == pytest.approx(30.0)
+    found = read_motion(tmp_path / "nod.csv")  # the headings say so
+    assert np.allclose([*found.keys], [*nod.keys], atol=1e-12)

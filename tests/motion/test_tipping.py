@@ -94,3 +94,22 @@ def test_margins_are_drawn(nao: nk.NaoModel) -> None:
     assert axes.get_title() == "balance: margin [mm]"
     assert min(axes.lines[1].get_ydata()) < 0.0
     assert axes.patches
+
+
+def test_the_balance_of_a_motion_is_that_of_the_joints_it_does_not_name(nao: nk.NaoModel) -> None:
+    nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+    found = nod.balance(nao, fill="Crouch")
+    heights = [nk.world.balance(nao, nao.posture(name)).com[2] for name in ("Crouch", "StandZero")]
+    assert found.com[0, 2] == pytest.approx(heights[0], abs=1e-3)
+    assert abs(heights[0] - heights[1]) > 0.01
+    pytest.importorskip("matplotlib")
+    drawn = nk.motion.plot(nao, nod, balance=True, fill="Crouch").axes[-1].get_lines()
+    assert any(np.allclose(np.nanmin(line.get_ydata()), 1e3 * np.nanmin(found.margin), atol=1e-6) for line in drawn)
+
+
+def test_speeds_are_drawn_in_degrees_per_second(nao: nk.NaoModel) -> None:
+    pytest.importorskip("matplotlib")
+    turn = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    (axes,) = nk.motion.plot(nao, turn, speed=True).axes
+    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), np.degrees(0.5), atol=1e-9)
+    assert axes.get_title() == "HeadYaw [°/s]"

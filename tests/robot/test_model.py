@@ -8,6 +8,7 @@ import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -667,3 +668,33 @@ def test_reasons_of_numpy_and_names_of_files_are_cut_and_show_no_control_charact
         assert str(caught.value).isprintable()
     with pytest.raises(nk.NaoKinError, match=r"a\\x00b\\x1b\[31m\\u202e\.toml: cannot be read"):
         nk.load_nao(offsets=escapes)
+
+
+def test_a_model_is_of_the_version_and_base_that_are_asked_for() -> None:
+    model = nk.NaoModel(version="v4", base="floating")
+    assert (model.version, model.nq, model.nv) == ("v4", 32, 31)
+    assert np.array_equal(model.lower, nk.load_nao("v4", base="floating").lower)
+
+
+def test_missing_values_of_the_body_order_are_filled(nao: nk.NaoModel) -> None:
+    body = nao.to_body(nao.posture("Stand"))
+    body[nao.body_order.index("LKneePitch")] = np.nan
+    expected = nao.posture("Stand")
+    for value in (0.25, "Crouch"):
+        knee = value if value == 0.25 else nao.angles(nao.posture("Crouch"))["LKneePitch"]
+        expected[nao.joint_names.index("LKneePitch")] = knee
+        assert np.array_equal(nao.from_body(body, missing=value), expected)
+
+
+@for_all(("hips", "value"), [("average", -0.25), ("left", -0.2), ("right", -0.3)])
+def test_a_motor_of_two_joints_has_the_value_that_is_asked_for(nao: nk.NaoModel, hips: Any, value: float) -> None:
+    found = nao.motor_values({"LHipYawPitch": np.array([-0.2]), "RHipYawPitch": np.array([-0.3])}, hips=hips)
+    assert found["LHipYawPitch"] == pytest.approx(value)
+    assert list(found) == ["LHipYawPitch"]
+
+
+def test_a_violation_says_where_it_is_if_asked(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("Stand"), (3, 1))
+    q[2, 0] = 3.0
+    (found,) = nao.limit_violations(q)
+    assert found.describe() == f"{found.describe(index=False)} (configuration 2)"

@@ -296,3 +296,12 @@ def test_a_slide_far_off_is_named_in_metres(tmp_path: Path) -> None:
     with pytest.warns(NaoKinWarning, match=r"lift by 4\b.* m") as caught:
         robot.with_offsets({"lift": 4.0})
     assert not issubclass(caught[0].category, DegreesWarning)
+
+
+def test_offsets_found_for_another_robot_are_doubted(nao: nk.NaoModel) -> None:
+    with pytest.warns(nk.errors.OtherRobotWarning, match="nao_v5"):
+        mine = nao.with_offsets({"HeadYaw": 0.01}, found_for="nao_v5")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        own = nao.with_offsets({"HeadYaw": 0.01}, found_for=nao.name)
+    assert np.array_equal(own.fk(nao.neutral()), mine.fk(nao.neutral()))

@@ -215,3 +215,8 @@ def test_exact_rotations_beside_inexact_ones_keep_their_last_digit():
     mixed = np.concatenate([half_turns, off(1e-7)])
     assert (log(mixed)[:50] == log(half_turns)).all()
     assert (quat_from_matrix(mixed)[:50] == quat_from_matrix(half_turns)).all()
+
+
+def test_the_error_names_the_argument():
+    with pytest.raises(NotARotation, match=r"^T_hand: not a rotation"):
+        check_rotation(np.diag([1.0, 1.0, -1.0]), name="T_hand")

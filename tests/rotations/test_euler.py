@@ -18,6 +18,7 @@ from rotation_samples import (
 )
 from scipy.spatial.transform import Rotation
 
+from nao_kin import rotations
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.rotations import (
     euler_from_matrix,
@@ -254,3 +255,12 @@ def test_quaternions_and_three_angles_are_taken_for_each_other(sequence, axes):
             worst(matrix_from_euler(angles, sequence, axes=axes), matrix_from_euler(triples, sequence, axes=axes))
             < 1e-14
         )
+
+
+def test_quaternions_have_the_angles_of_their_matrices_at_lock():
+    q = rotations.quat_from_matrix(matrix_from_euler([0.4, math.pi / 2, 0.3], "zyx", axes="moving"))
+    R = rotations.matrix_from_quat(q)
+    for at_lock in ("first", "third"):
+        found = rotations.euler_from_quat(q, "zyx", axes="moving", at_lock=at_lock)
+        assert np.array_equal(found.angles, euler_from_matrix(R, "zyx", axes="moving", at_lock=at_lock).angles)
+    assert rotations.euler_from_quat(q, "zyx", axes="moving", at_lock="first").angles[0] != found.angles[0]

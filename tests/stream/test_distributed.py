@@ -137,6 +137,10 @@ def test_motions_take_arrays_that_are_cut_otherwise(nao: nk.NaoModel, chunks: tu
     assert twists.shape == (10, 2, 6)
     assert twists.chunks[0] == Q.chunks[0]
     assert np.array_equal(twists.compute(), nao.velocity(q, v, ["LArm", "Head"], "frame", threads=1))
+    single = distributed.velocity(nao, Q, V, "LArm", dtype=np.float32).compute()
+    assert np.array_equal(single, nao.velocity(q, v, "LArm", dtype=np.float32, threads=1))
+    inside = distributed.acceleration(nao, Q, V, A, "LArm", expressed_in="frame").compute()
+    assert np.array_equal(inside, nao.acceleration(q, v, a, "LArm", "frame", threads=1))
     rates = distributed.acceleration(nao, Q, V, A, "LArm", dtype=np.float32)
     assert rates.dtype == np.float32
     assert np.array_equal(rates.compute(), nao.acceleration(q, v, a, "LArm", dtype=np.float32, threads=1))

@@ -53,3 +53,14 @@ def test_a_wrong_target_is_named_with_its_line(nao: nk.NaoModel, tmp_path: Path)
     (tmp_path / "away.json").write_text(json.dumps({"reference": "Head", "poses": {"LArm": [0, 0, 0]}}))
     with pytest.raises(BadInputFile, match='poses in "Head"'):
         nk.stream.read_targets(nao, tmp_path / "away.json", "LArm")
+
+
+def test_angles_of_targets_are_in_degrees_if_asked(nao: nk.NaoModel, tmp_path: Path) -> None:
+    rows = np.array([[0.1, 0.0, 0.2, 10.0, 20.0, 30.0], [0.1, 0.0, 0.2, -10.0, 0.0, 90.0]])
+    turned = rows * [1.0, 1.0, 1.0, *np.radians([1.0] * 3)]
+    expected = nk.stream.Targets.of(turned).values
+    np.testing.assert_allclose(nk.stream.Targets.of(rows, degrees=True).values, expected, atol=1e-15)
+    np.save(tmp_path / "rows.npy", rows)
+    np.testing.assert_allclose(
+        nk.stream.read_targets(nao, tmp_path / "rows.npy", "LArm", degrees=True).values, expected, atol=1e-15
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import sys
 from collections.abc import Callable
@@ -638,3 +639,22 @@ def test_lines_are_the_same_whoever_writes_them(dtype: type, monkeypatch: pytest
         [str(10**10 + 1), frames[0]],
     ]
     assert np.array_equal(np.array([record[2:] for record in read], dtype), numbers.reshape(-1, 6), equal_nan=True)
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_is_shown_on_a_terminal_if_asked(
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    q = nk.stream.Configurations(nao.random(0, 10))
+    shown = {}
+    for asked in (True, False):
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        nk.stream.fk(nao, q, "LArm", tmp_path / f"{asked}.npy", progress=asked)
+        shown[asked] = sys.stderr.getvalue()
+    assert "forward kinematics" in shown[True]
+    assert shown[False] == ""
+    assert (tmp_path / "True.npy").read_bytes() == (tmp_path / "False.npy").read_bytes()

@@ -188,6 +188,12 @@ def test_arrows_and_labels_are_shapes_with_names(viewer: nk.Viewer) -> None:
     arrow, label = _shown(viewer, "extra")
     assert np.frombuffer(arrow["positions"].data, np.float32).tolist() == pytest.approx([0, 0, 0.1, 0, 0, 0.3])
     assert (label["text"], label["frame"], label["shape"]) == ("here", "LArm", "label")
+    viewer.add_arrow("force", [0.0, 0.0, 0.1], [0.0, 0.0, 0.3], frame="RArm", width=0.01)
+    viewer.add_line("path", np.eye(3), frame="Head")
+    shown = {message["name"]: message for message in _shown(viewer, "extra")}
+    arrow, line = shown["force"], shown["path"]
+    assert (arrow["frame"], arrow["width"], line["frame"]) == ("RArm", 0.01, "Head")
+    viewer.remove("path")
     viewer.remove("force")
     assert [message["name"] for message in _shown(viewer, "extra")] == ["hand"]
     with pytest.raises(WrongShape, match="start"):
@@ -196,3 +202,15 @@ def test_arrows_and_labels_are_shapes_with_names(viewer: nk.Viewer) -> None:
         viewer.add_label("hand", " ", [0.0, 0.0, 0.0])
     with pytest.raises(UnknownName, match="LArm"):
         viewer.add_label("hand", "here", [0.0, 0.0, 0.0], frame="LArmm")
+
+
+def test_drawings_are_shown_and_hidden(viewer: nk.Viewer) -> None:
+    def press(on: bool) -> dict[str, bool]:
+        viewer.show_com(on=on)
+        viewer.show_joint_axes(on=on)
+        viewer.show_support_polygon(on=on)
+        return {name: is_on for message in _shown(viewer, "shown") for name, is_on in message["shown"].items()}
+
+    names = ("com", "axes", "support")
+    assert press(True) | dict.fromkeys(names, True) == press(True)
+    assert press(False) | dict.fromkeys(names, False) == press(False)

@@ -41,14 +41,13 @@ def _evaluated(found: Cubics, t: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "smooth", "bezier"])
-@pytest.mark.parametrize("hips", ["average", "left", "right"])
-def test_cubics_are_the_configurations(nao: nk.NaoModel, interpolation: Any, hips: Any) -> None:
+def test_cubics_are_the_configurations(nao: nk.NaoModel, interpolation: Any) -> None:
     for seed in range(3):
         motion = _motion(interpolation, seed)
-        found = cubics(motion, nao, "Stand", hips)
+        found = cubics(motion, nao, "Stand")
         assert found is not None
         t = np.linspace(0.0, motion.duration, 1000)
-        wanted = motion.configurations(nao, times=motion.start + t, fill="Stand", hips=hips).q
+        wanted = motion.configurations(nao, times=motion.start + t, fill="Stand").q
         assert np.abs(_evaluated(found, t) - wanted).max() < 1e-12
 
 
@@ -57,9 +56,8 @@ def test_an_average_of_bezier_curves_that_differ_in_time_has_no_cubics(nao: nk.N
     handles = [np.array(each) for each in motion.handles or ()]
     handles[3][..., 0] *= 0.5
     other = nk.Motion(motion.times, NAMES, motion.keys, "bezier", handles)
-    assert cubics(other, nao, "Stand", "average") is None
-    assert cubics(other, nao, "Stand", "left") is not None
+    assert cubics(other, nao, "Stand") is None
     single = nk.Motion([3.0], ["HeadYaw"], [[0.2]], "smooth")
-    found = cubics(single, nao, "Stand", "average")
+    found = cubics(single, nao, "Stand")
     assert found is not None
     assert (found.times.tolist(), found.handles, found.q.shape) == ([0.0], None, (1, 25))

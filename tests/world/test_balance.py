@@ -193,3 +193,15 @@ def test_what_has_no_balance_is_refused(nao: nk.NaoModel) -> None:
     for ask in (nk.world.margin, nk.world.balance):
         with pytest.raises(WrongShape, match="configurations and gravity"):
             ask(nao, [q, q], gravity=[[0.0, 0.0, -1.0]] * 3)  # type: ignore[operator]
+
+
+def test_a_foot_a_little_above_the_floor_touches_it_with_a_larger_tolerance(nao: nk.NaoModel) -> None:
+    q, lift = nao.posture("StandInit"), 0.03
+    for joint, turn in (("RHipPitch", -lift), ("RKneePitch", 2.0 * lift), ("RAnklePitch", -lift)):
+        q[nao.joint_names.index(joint)] += turn
+    left, right = nao.position(q, ["LLeg", "RLeg"])[:, 2]
+    assert 0.001 < right - left < 0.005
+    strict, usual, wide = (nk.world.balance(nao, q, tolerance=tolerance) for tolerance in (0.0005, 0.001, 0.005))
+    assert len(strict.vertices) < len(wide.vertices) or strict.margin < wide.margin
+    assert strict.margin < usual.margin < wide.margin
+    assert wide.margin == pytest.approx(nk.world.balance(nao, nao.posture("StandInit")).margin, abs=1e-3)

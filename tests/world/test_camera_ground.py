@@ -374,13 +374,12 @@ def test_the_position_of_a_post_is_found_from_its_height(nao: nk.NaoModel, lens:
     )
     q = nao.posture("StandInit", HeadYaw=0.1)
     T_world_base = nao.set_down(q).T_world_base @ nk.screws.pose(nk.rotations.matrix_from_rpy([0.05, 0.1, 0]), [0] * 3)
-    given_base = {"T_world_base": T_world_base}
     feet = np.column_stack([rng.uniform(2.0, 6.0, 40), rng.uniform(-0.4, 0.4, 40), np.zeros(40)])
     tops = feet + np.array([0.0, 0.0, nk.world.SPL.post_height])
     both = np.stack([feet, tops], axis=-2)
-    pixels = nk.world.project(nao, q, both, camera, **given_base)
+    pixels = nk.world.project(nao, q, both, camera, T_world_base=T_world_base)
     shown = pixels.visible.all(axis=-1)
-    find = partial(nk.world.upright_position, nao, q, camera=camera, **given_base)
+    find = partial(nk.world.upright_position, nao, q, camera=camera, T_world_base=T_world_base)
     by_height = find(pixels.pixels, height=nk.world.SPL.post_height)
     assert (by_height.valid == shown).all()
     assert shown.sum() > 20
@@ -613,3 +612,20 @@ def test_corners_that_the_lens_does_not_reach_are_clipped(nao: nk.NaoModel) -> N
     heights = folded.ray(found.pixels) @ nk.world.camera_pose(nao, nao.neutral(), folded, T_world_base=tilted)[2, :3]
     assert np.abs(heights[1:-1]).max() < 1e-9
     assert np.ptp(found.pixels[:, 0]) > 450.0
+
+
+def test_a_plane_above_the_floor_is_the_floor_of_a_robot_that_is_lower(nao: nk.NaoModel) -> None:
+    q, h = nao.posture("StandInit", HeadPitch=0.2), 0.08
+    top, T = nk.world.camera(nao, "CameraTop"), nao.set_down(q).T_world_base
+    lower = T.copy()
+    lower[2, 3] -= h
+    shown = nk.world.visible_ground(nao, q, top, T_world_base=T, height=h) - [0.0, 0.0, h]
+    np.testing.assert_allclose(shown, nk.world.visible_ground(nao, q, top, T_world_base=lower), atol=1e-12)
+    pixel, given = np.array([320.0, 300.0]), {"joint_noise": 0.01, "support": "torso"}
+    spread = nk.world.ground_covariance(nao, q, pixel, top, T_world_base=T, height=h, **given)  # type: ignore[arg-type]
+    alike, other = (
+        nk.world.ground_covariance(nao, q, pixel, top, T_world_base=base, **given)  # type: ignore[arg-type]
+        for base in (lower, T)
+    )
+    np.testing.assert_allclose(spread, alike, atol=1e-15)
+    assert np.abs(spread - other).max() > 1e-6

@@ -225,3 +225,18 @@ def test_forces_that_cannot_be_used_are_not(nao: nk.NaoModel) -> None:
     forces[50:100] = 0.0
     lifted = nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES), forces=forces)
     assert np.flatnonzero(~lifted.stands).tolist() == list(range(50, 100))
+
+
+def test_contacts_and_soles_say_on_what_the_robot_stands(nao: nk.NaoModel) -> None:
+    q, left = np.tile(nao.posture("StandInit"), (50, 1)), np.tile([True, False], (50, 1))
+    expected = nk.world.balance(nao, q[0], soles="LLeg").margin
+    found = nk.world.dynamic_balance(nao, TIMES[:50], q, contacts=left)
+    assert expected < 0.0 < nk.world.dynamic_balance(nao, TIMES[:50], q).com_margin.min()
+    np.testing.assert_allclose(found.com_margin, expected, atol=1e-9)
+    # The other foot touches the floor, and is no sole any more; on one foot it does not matter.
+    assert not nk.world.dynamic_balance(nao, TIMES[:50], q, soles="LLeg").stands.any()
+    one = np.tile(nao.posture("StandInit", RHipPitch=-0.9, RKneePitch=1.4, RAnklePitch=-0.5), (50, 1))
+    by_sole, by_joints = (nk.world.dynamic_balance(nao, TIMES[:50], one, soles=soles) for soles in ("LLeg", None))
+    assert by_sole.down.soles == ("LLeg",)
+    np.testing.assert_allclose(by_sole.margin, by_joints.margin, atol=1e-9)
+    assert by_sole.stands.all()

@@ -417,3 +417,13 @@ def test_of_two_that_float_alike_the_first_is_the_robot(tmp_path: Path) -> None:
 def test_what_moves_on_the_world_has_the_world_for_its_root(tmp_path: Path) -> None:
     robot = _load(tmp_path, f'<worldbody><body name="cart"><joint name="J" type="slide"/>{BOX}</body></worldbody>')
     assert (robot.tree.root, robot.link_names) == ("world", ("world", "cart"))
+
+
+def test_a_robot_has_the_base_and_the_semantics_that_are_asked_for(tmp_path: Path) -> None:
+    path = write(tmp_path, _TWO)
+    meaning = nk.semantics.Semantics(end_effectors=("b",))
+    for read in (nk.RobotModel.from_mjcf, nk.RobotModel.from_file):
+        robot = read(path, base="floating", semantics=meaning)
+        assert (robot.base, robot.nq - robot.nv, robot.semantics.end_effectors) == ("floating", 1, ("b",))
+    assert nk.RobotModel.from_mjcf(path, base="floating", semantics=meaning).semantics == robot.semantics
+    assert nk.RobotModel.from_file(path, base="floating", semantics=meaning).semantics == robot.semantics

@@ -217,3 +217,16 @@ def test_a_source_comes_through_a_pipe_when_its_expansion_is_asked_for(tmp_path:
 def test_only_truth_asks_for_an_expansion(source: Path) -> None:
     with pytest.raises(BadArgument, match="xacro"):
         nk.RobotModel.from_urdf(source, xacro="yes")  # type: ignore[arg-type]
+
+
+def test_packages_and_arguments_reach_a_source_with_any_name(source: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    (tmp_path / "arm_description").rename(elsewhere)
+    plain = source.rename(tmp_path / "robot.urdf")
+    plain.write_text(plain.read_text().replace("arm_description", "elsewhere"))
+    with pytest.raises(BadModel, match="xacro"):
+        nk.urdf.read_robot(plain, package_dirs=[elsewhere])
+    tree, _ = nk.urdf.read_robot(plain, package_dirs=[elsewhere], xacro=True, xacro_arguments={"length": 0.5})
+    robot = nk.RobotModel.from_file(plain, package_dirs=[elsewhere], xacro=True, xacro_arguments={"length": 0.5})
+    assert nk.RobotModel(tree).position([0.0, 0.0], "r_arm").tolist() == [0.25, 0.0, 0.0]
+    assert robot.position([0.0, 0.0], "r_arm").tolist() == [0.25, 0.0, 0.0]

@@ -14,7 +14,7 @@ import pytest
 from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotFinite
+from nao_kin.errors import BadArgument, NoBrowser, NotFinite
 from nao_kin.robot.semantics import Semantics
 from nao_kin.viewer import Viewer
 
@@ -763,8 +763,13 @@ def test_a_video_from_python_shows_each_pose_at_its_time(drawn: Page, nao: nk.Na
     # An exception in between leaves no file, and the next picture has a browser.
     with pytest.raises(ZeroDivisionError):
         viewer.save_video(tmp_path / "never.zip", size=size, progress=lambda done, all: 1 // (done - 2))
+    with pytest.raises(NoBrowser, match=r"0\.001 s"):
+        viewer.save_video(tmp_path / "never.zip", size=size, timeout=0.001)
     assert not (tmp_path / "never.zip").exists()
-    with zipfile.ZipFile(viewer.save_video(tmp_path / "arms.zip", camera=camera, size=size, fps=2.0)) as pictures:
+    (tmp_path / "arms.zip").write_bytes(b"")
+    with zipfile.ZipFile(
+        viewer.save_video(tmp_path / "arms.zip", camera=camera, size=size, fps=2.0, overwrite=True)
+    ) as pictures:
         assert len(pictures.namelist()) == 3
         last = read_png(pictures.read("00002.png")).astype(float)
     assert np.abs(last - right).mean() < 0.05
