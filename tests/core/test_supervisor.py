@@ -132,6 +132,7 @@ def test_the_browser_of_a_program_ends_with_it_and_a_forked_copy_has_its_own(sho
     assert len({(short_folder / name).read_bytes() for name in ("a.png", "b.png", "c.png")}) == 1
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
 def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Path) -> None:
     process = _picture(short_folder)
