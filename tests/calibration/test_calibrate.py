@@ -13,7 +13,6 @@ import pytest
 from calibration_samples import ANGLES, MARKS, looking, misread, pixels_of, planted, seen, whole_body
 from hypothesis import given, strategies as st
 from loops import full
-from scipy.optimize import least_squares
 from scipy.special import gammaincinv
 
 import nao_kin as nk
@@ -126,6 +125,8 @@ def test_a_board_in_an_unknown_place_is_found_from_any_side(nao: nk.NaoModel) ->
 
 
 def test_soles_on_one_floor_find_offsets_of_the_legs(nao: nk.NaoModel) -> None:
+    from scipy.optimize import least_squares  # takes half a second, in each process
+
     true = nao.with_offsets({"RAnkleRoll": 0.03, "LKneePitch": -0.04})
     rng = np.random.default_rng(1)
     moved = [nao.joint_names.index(name) for name in nao.chains["RLeg"][1:]]

@@ -214,6 +214,7 @@ def test_after_a_browser_that_ends_by_itself_the_next_one_is_tried_and_their_las
     assert len(said) == 3
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
 def test_a_picture_is_drawn_by_the_first_browser_that_works(
     nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch

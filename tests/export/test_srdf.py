@@ -261,6 +261,7 @@ def test_two_exports_give_the_same_file(nao: nk.NaoModel, written: nk.export.Exp
     assert srdf_document(nao, samples=500).text == written.path.read_text(encoding="utf-8")
 
 
+@pytest.mark.full
 def test_a_longer_proof_never_finds_fewer_pairs_that_never_touch(nao: nk.NaoModel, written: nk.export.Exported) -> None:
     few, many = (
         {

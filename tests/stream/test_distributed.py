@@ -256,6 +256,7 @@ def test_equal_questions_have_equal_names_and_others_have_others(nao: nk.NaoMode
     assert distributed.fk(nao, q, ("LArm",)).name == asked[2].name
 
 
+@pytest.mark.full
 def test_another_process_finds_the_same_name() -> None:
     # A robot that no other test has changed, and an array with a name of its own: dask 2024.12 names da.zeros by its
     # pickled code, which may differ between processes.
