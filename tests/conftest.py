@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 from hypothesis import settings
 from loops import EACH_VERSION
-from viewer_pages import chromium
 
 import nao_kin as nk
 
@@ -95,6 +94,8 @@ class _Browser:
         self._open: Any = None
 
     def open(self) -> Any:
+        from viewer_pages import chromium
+
         self._open = self._open or self._stack.enter_context(chromium())
         return self._open
 

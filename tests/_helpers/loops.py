@@ -53,6 +53,12 @@ def full(*values: Any) -> list[Any]:
     return [*map(_marked, values)]
 
 
+def every_value(first: Iterable[Any], second: Iterable[Any]) -> list[tuple[Any, Any]]:
+    """Return pairs for `pytest.mark.parametrize` in which each value occurs: the first of one side with all others."""
+    (a, *others), seconds = first, [*second]
+    return [*((a, b) for b in seconds), *((other, seconds[0]) for other in others)]
+
+
 def _marked(value: Any) -> Any:
     if hasattr(value, "marks"):  # of pytest.param
         return pytest.param(*value.values, marks=[*value.marks, pytest.mark.full], id=value.id)

@@ -13,7 +13,6 @@ import pytest
 from calibration_samples import ANGLES, MARKS, looking, misread, pixels_of, planted, seen, whole_body
 from hypothesis import given, strategies as st
 from loops import full
-from scipy.optimize import least_squares
 from scipy.special import gammaincinv
 
 import nao_kin as nk
@@ -48,13 +47,13 @@ def head_and_arm(nao: nk.NaoModel, seed: int, postures: int = 30, **more: Any) -
 
 def test_planted_offsets_of_head_arm_and_camera_are_found(nao: nk.NaoModel) -> None:
     errors = []
-    for seed in range(6):
+    for seed in range(3):
         found, numbers = head_and_arm(nao, seed)
         assert not found.held
         assert not found.outliers
         errors.append(squared_error(found, numbers))
         assert np.abs(found.values - numbers).max() < 0.015 < np.abs(numbers).max()
-    low, high = chi_squared(6 * len(numbers), 1e-4, 1 - 1e-4)
+    low, high = chi_squared(3 * len(numbers), 1e-4, 1 - 1e-4)
     assert low < sum(errors) < high
 
 
@@ -113,7 +112,7 @@ def test_a_board_in_an_unknown_place_is_found_from_any_side(nao: nk.NaoModel) ->
     q = nao.posture("StandInit", HeadYaw=rng.uniform(-0.2, 0.2, 12), HeadPitch=rng.uniform(-0.2, 0.2, 12))
     cube = np.concatenate((MARKS - (0.03, 0, 0), [[0.0, 0.0, 0.06], [0.03, 0.02, 0.05]]))
     for points in (MARKS, cube):
-        for turn in nk.rotations.random_rotation(rng=6, shape=5):
+        for turn in nk.rotations.random_rotation(rng=6, shape=3):
             T_board = nk.screws.pose(turn, (0.5, 0.02, 0.15))
             T = nk.screws.inverse(true.fk(q, "CameraTop")) @ T_board
             in_camera = np.einsum("nij,kj->nki", T[:, :3, :3], points) + T[:, None, :3, 3]
@@ -126,6 +125,8 @@ def test_a_board_in_an_unknown_place_is_found_from_any_side(nao: nk.NaoModel) ->
 
 
 def test_soles_on_one_floor_find_offsets_of_the_legs(nao: nk.NaoModel) -> None:
+    from scipy.optimize import least_squares  # takes half a second, in each process
+
     true = nao.with_offsets({"RAnkleRoll": 0.03, "LKneePitch": -0.04})
     rng = np.random.default_rng(1)
     moved = [nao.joint_names.index(name) for name in nao.chains["RLeg"][1:]]
@@ -225,7 +226,7 @@ GRID = np.array([[x, y, 0.0] for x in range(4) for y in range(5)], dtype=float)
     ("mistake", "board", "says"),
     [  # the unknown pose of a board takes up a reversed order and, but for the way of the camera, a size
         ("reversed", None, r"they agree if the points are in reverse order in observation 0$"),
-        ("some reversed", None, r"agree if the points are in reverse order in posture 1, 4, 7 of observation 0$"),
+        *full(("some reversed", None, r"reverse order in posture 1, 4, 7 of observation 0$")),
         ("some reversed", "chessboard", r"reverse order in posture 1, 4, 7 of observation 0$"),
         ("exchanged", None, r"they agree if u and v are exchanged$"),
         *full(("exchanged", "chessboard", r"they agree if u and v are exchanged$")),

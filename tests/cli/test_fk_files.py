@@ -14,6 +14,7 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from loops import full
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
@@ -226,7 +227,7 @@ def test_every_command_takes_the_average_of_the_hips_of_a_log_with_times(
 
 
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader[0])
-@pytest.mark.parametrize("missing", ["Stand", "0.25"])
+@pytest.mark.parametrize("missing", ["Stand", *full("0.25")])
 def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
     nao: nk.NaoModel, refused: Callable[..., str], missing: str, reader: tuple[str, ...]
 ) -> None:

@@ -88,8 +88,8 @@ _LAUGHS = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10}">' for k in range(1, 12)
 _BOMB = f'<!DOCTYPE r [<!ENTITY l0 "ha">{_LAUGHS}]>'
 _LOG = b"time [s],HeadYaw\n0.4,0\n0.6,0.1\n"
 
-# Name → the content of the file, and the words of the command, in which {} is the file.
-HOSTILE: dict[str, tuple[str, bytes, str]] = {
+# Name → the content of the file, or how to make it, and the words of the command, in which {} is the file.
+HOSTILE: dict[str, tuple[str, bytes | Callable[[], bytes], str]] = {
     "11 days between two rows": ("m.csv", b"time,HeadYaw\n0,0\n1000000,0.5\n", "motion check {} --balance"),
     "30 000 years": ("m.csv", b"time [s],HeadYaw\n0,0\n1e12,0.5\n", "motion check {} --balance"),
     "no stamp in the first row": (
@@ -110,7 +110,11 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
         f"<?xml version='1.0'?>{_BOMB}<ChoregrapheProject>&l11;</ChoregrapheProject>".encode(),
         "motion info {}",
     ),
-    "an .npz of 134 million keys": ("m.npz", motion_npz(keys=npy((1 << 27,), "|i1", bytes(1 << 27))), "motion info {}"),
+    "an .npz of 134 million keys": (
+        "m.npz",
+        lambda: motion_npz(keys=npy((1 << 27,), "|i1", bytes(1 << 27))),
+        "motion info {}",
+    ),
     "an .npz that states 8 TB": ("m.npz", motion_npz(keys=npy((1 << 40,))), "motion info {}"),
     "an .npz of nothing": ("m.npz", motion_npz(joint_names=npy((1 << 40,), "<U0")), "motion info {}"),
     "targets that state 8 TB": ("t.npy", npy((1 << 40, 3)), "ik LArm {}"),
@@ -147,11 +151,11 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
 }
 
 
-def _words(folder: Path, name: str, content: bytes, command: str) -> list[str]:
+def _words(folder: Path, name: str, content: bytes | Callable[[], bytes], command: str) -> list[str]:
     """Write the file, and return the words of the command."""
     folder.mkdir()
     file = folder / name
-    os.mkfifo(file) if content == b"|" else file.write_bytes(content)
+    os.mkfifo(file) if content == b"|" else file.write_bytes(content if isinstance(content, bytes) else content())
     if command != "calibrate":
         return [word.replace("{}", str(file)) for word in command.split()]
     log = folder / "head.csv"

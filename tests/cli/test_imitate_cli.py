@@ -43,6 +43,7 @@ def test_a_page_shows_the_person_too(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert page.stat().st_size > 1_000_000
 
 
+@pytest.mark.full
 def test_the_same_call_gives_the_same_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     written = []
     for k in range(2):

@@ -79,21 +79,6 @@ def test_nobodys_samples_are_thrown_away(capsys: pytest.CaptureFixture, tmp_path
     assert path.read_bytes() == before
 
 
-def test_a_file_that_is_no_map_is_left_alone(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
-    path = tmp_path / "mine.npz"
-    np.savez(path, a=np.arange(3))
-    before = path.read_bytes()
-    assert "mine.npz: no reach map of nao-kin" in refused(capsys, "LArm", *FEW, "-o", str(path))
-    assert path.read_bytes() == before
-
-
-def test_a_link_to_the_file_stays_a_link(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
-    (tmp_path / "link.npz").symlink_to(tmp_path / "real.npz")
-    said(capsys, "LArm", *FEW, "-o", str(tmp_path / "link.npz"))
-    assert (tmp_path / "link.npz").is_symlink()
-    assert nk.reach.load(tmp_path / "real.npz").samples == 3000
-
-
 def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
     found = nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
     coloured = {"a.vtk": (), "a.PLY": ("--by", "coverage")}  # a .vtk file has all quantities
@@ -220,19 +205,6 @@ def test_sigterm_without_a_file_says_that_nothing_is_kept(tmp_path: Path) -> Non
     assert (code, out) == (143, "")
     assert err.startswith("nao-kin: ended after ")
     assert err.endswith(" of 4000000000 samples; without -o FILE nothing is kept\n")
-
-
-@pytest.mark.full
-def test_standard_output_gets_the_map_and_nothing_else(tmp_path: Path) -> None:
-    process = subprocess.run(
-        [sys.executable, "-m", "nao_kin", "reach", "LArm", *FEW, "-o", "/dev/stdout"],
-        env=ENVIRONMENT,
-        capture_output=True,
-        timeout=60,
-    )
-    assert (process.returncode, process.stderr) == (0, b"")
-    (tmp_path / "a.npz").write_bytes(process.stdout)
-    assert nk.reach.load(tmp_path / "a.npz").samples == 3000
 
 
 @pytest.mark.full

@@ -9,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import urllib.request
 from collections.abc import Iterator
 from functools import partial
@@ -221,32 +220,6 @@ def test_a_page_and_a_picture_that_are_there_are_replaced_only_by_force(
         assert path.read_text(encoding="utf-8") == "mine"
     assert run(["view", "--html", str(tmp_path / "--html"), "--force"]) == 0
     assert (tmp_path / "--html").stat().st_size > 1_000_000
-
-
-def test_a_page_goes_through_a_link_and_a_pipe(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
-    pipe, received = tmp_path / "pipe", list[str]()
-    os.mkfifo(pipe)
-    (tmp_path / "link").symlink_to(pipe)
-    reader = threading.Thread(target=lambda: received.append(pipe.read_text(encoding="utf-8")), daemon=True)
-    reader.start()
-    assert run(["view", "--html", str(tmp_path / "link")]) == 0
-    reader.join(10.0)
-    assert received == [_with_camera(nao)]
-    assert capsys.readouterr() == (f"{tmp_path / 'link'}\n", "")
-
-
-@pytest.mark.full
-@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
-def test_a_page_on_standard_output_has_nothing_behind_it(
-    capfd: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
-) -> None:
-    link = tmp_path / "stdout"
-    link.symlink_to("/proc/self/fd/1")
-    command = [sys.executable, "-m", "nao_kin", "view", "--html", str(link)]
-    with (tmp_path / "page.html").open("w") as file:
-        subprocess.run(command, stdout=file, check=True)
-    assert (tmp_path / "page.html").read_text(encoding="utf-8") == _with_camera(nao)
-    assert "and --json both write to standard output; give one" in _refused(capfd, "--html", str(link), "--json")
 
 
 @pytest.mark.parametrize(

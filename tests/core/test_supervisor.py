@@ -131,6 +131,7 @@ def test_the_browser_of_a_program_ends_with_it_and_a_forked_copy_has_its_own(sho
     assert len({(short_folder / name).read_bytes() for name in ("a.png", "b.png", "c.png")}) == 1
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
 def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Path) -> None:
     process = _picture(short_folder)
@@ -212,6 +213,7 @@ def test_after_a_browser_that_ends_by_itself_the_next_one_is_tried_and_their_las
     assert len(said) == 3
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
 def test_a_picture_is_drawn_by_the_first_browser_that_works(
     nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch

@@ -565,6 +565,7 @@ def test_a_root_called_world_is_no_trouble(tmp_path: Path) -> None:
     assert (tmp_path / "model" / "robot.xml").is_file()
 
 
+@pytest.mark.full
 def test_romeo_is_exported_with_its_meshes(tmp_path: Path) -> None:
     pytest.importorskip("cmeel", reason="example-robot-data")
     romeo = nk.load_robot("romeo")

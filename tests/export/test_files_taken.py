@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loops import every_value
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
@@ -48,8 +49,7 @@ BALL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>
 OUTSIDE = ["../../secret.png", "../../secret", "{}/secret.png", "../link.png", "../../given/../secret.png"]
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
-@pytest.mark.parametrize("format", ["urdf", "ros2", "sdf", "gltf"])
+@pytest.mark.parametrize(("format", "name"), every_value(["urdf", "ros2", "sdf", "gltf"], OUTSIDE))
 def test_what_a_material_names_outside_of_the_package_is_left_out_and_named(
     given: Path, format: str, name: str
 ) -> None:
@@ -62,8 +62,7 @@ def test_what_a_material_names_outside_of_the_package_is_left_out_and_named(
     assert note.startswith(f"a.obj names '{name}': left out")
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
-@pytest.mark.parametrize("format", ["urdf", "ros2", "sdf"])
+@pytest.mark.parametrize(("format", "name"), every_value(["urdf", "ros2", "sdf"], OUTSIDE))
 def test_what_a_collada_names_outside_of_the_package_is_left_out_and_named(given: Path, format: str, name: str) -> None:
     name = name.format(given.parent)
     (given / "meshes" / "a.dae").write_text(f"<COLLADA><image><init_from>file://{name}</init_from></image></COLLADA>")
@@ -80,8 +79,10 @@ def test_materials_that_lie_outside_are_left_out_with_what_they_name(given: Path
     assert done.changes[-1].startswith("a.obj names '../../a.mtl': left out")
 
 
-@pytest.mark.parametrize("format", EXPORTS)
-@pytest.mark.parametrize("mesh", ["../secret", "{}/secret", "file://{}/secret", "../secret.png", "link.png", "a.stl"])
+@pytest.mark.parametrize(
+    ("format", "mesh"),
+    every_value(EXPORTS, ["../secret", "{}/secret", "file://{}/secret", "../secret.png", "link.png", "a.stl"]),
+)
 def test_a_file_that_is_no_mesh_is_not_taken_for_one(given: Path, format: str, mesh: str) -> None:
     (given / "a.stl").symlink_to(given.parent / "secret")
     mesh = mesh.format(given.parent)
@@ -93,8 +94,10 @@ def test_a_file_that_is_no_mesh_is_not_taken_for_one(given: Path, format: str, m
     assert not any(SECRET in file.read_bytes() for file in (given.parent / "out").rglob("*") if file.is_file())
 
 
-@pytest.mark.parametrize("format", EXPORTS)
-@pytest.mark.parametrize("mesh", ["{}/a.obj", "../a.obj", "file://{}/a.obj", "package://given/../a.obj", "link.obj"])
+@pytest.mark.parametrize(
+    ("format", "mesh"),
+    every_value(EXPORTS, ["{}/a.obj", "../a.obj", "file://{}/a.obj", "package://given/../a.obj", "link.obj"]),
+)
 def test_a_mesh_from_outside_of_the_package_is_named(given: Path, format: str, mesh: str) -> None:
     (given.parent / "a.obj").write_text(SOLID)
     (given / "link.obj").symlink_to(given.parent / "a.obj")

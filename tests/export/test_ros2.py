@@ -28,7 +28,6 @@ from nao_kin.robot.urdf import MeshFile, Origin, UrdfTree, Visual
 from nao_kin.robot.urdf.reader import read_urdf
 
 ROOT = Path(__file__).resolve().parents[2]
-FEW = 60
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +38,7 @@ def nao() -> nk.NaoModel:
 @pytest.fixture(scope="module")
 def package(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> nk.export.Exported:
     folder = tmp_path_factory.mktemp("src") / "nao_description"
-    return nk.export.ros2(nao, folder, package="nao_description", maintainer="A. Person <a.p@lab.org>", samples=FEW)
+    return nk.export.ros2(nao, folder, package="nao_description", maintainer="A. Person <a.p@lab.org>", samples=1)
 
 
 def _yaml(path: Path) -> Any:
@@ -246,7 +245,7 @@ def test_the_srdf_in_it_obeys_the_rules_of_moveit(package: nk.export.Exported) -
 def test_urdf_and_srdf_agree_for_other_couplings(nao: nk.NaoModel, tmp_path: Path, coupling: str) -> None:
     folder = tmp_path / "nao_description"
     options = {"coupling": coupling, "frames": "none", "names": "naoqi", "meshes": "none"}
-    nk.export.ros2(nao, folder, package="nao_description", samples=FEW, **options)
+    nk.export.ros2(nao, folder, package="nao_description", samples=1, **options)
     (urdf,), (srdf,) = (folder / "urdf").iterdir(), (folder / "config").glob("*.srdf")
     assert violations(srdf.read_text(encoding="utf-8"), read_urdf(urdf)) == []
     assert not (folder / "meshes").exists()

@@ -66,8 +66,9 @@ def test_every_variant_of_every_nao_obeys_the_rules_of_moveit(version: str, fram
     assert violations(document.text, Variant(names=names, frames=frames).tree_of(robot)[0]) == []
 
 
-@pytest.mark.parametrize("coupling", ["locked", *full("independent")])
-@pytest.mark.parametrize("frames", ["all", *full("none")])
+@pytest.mark.full
+@pytest.mark.parametrize("coupling", ["locked", "independent"])
+@pytest.mark.parametrize("frames", ["all", "none"])
 def test_other_couplings_obey_the_rules_of_moveit(nao: nk.NaoModel, frames: str, coupling: str) -> None:
     document = srdf_document(nao, frames=frames, coupling=coupling, samples=FEW)
     assert violations(document.text, Variant(frames=frames, coupling=coupling).tree_of(nao)[0]) == []
@@ -76,7 +77,7 @@ def test_other_couplings_obey_the_rules_of_moveit(nao: nk.NaoModel, frames: str,
 
 
 @pytest.mark.parametrize(
-    "name", ["panda", "ur5_robot", "solo12", "double_pendulum_continuous", *full("romeo", "anymal")]
+    "name", ["panda", "ur5_robot", "double_pendulum_continuous", *full("romeo", "anymal", "solo12")]
 )
 def test_other_robots_obey_the_rules_of_moveit(name: str) -> None:
     robot = nk.load_robot(name)
@@ -255,10 +256,12 @@ def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monke
     assert 0 < len(looks) < 200
 
 
+@pytest.mark.full
 def test_two_exports_give_the_same_file(nao: nk.NaoModel, written: nk.export.Exported) -> None:
     assert srdf_document(nao, samples=500).text == written.path.read_text(encoding="utf-8")
 
 
+@pytest.mark.full
 def test_a_longer_proof_never_finds_fewer_pairs_that_never_touch(nao: nk.NaoModel, written: nk.export.Exported) -> None:
     few, many = (
         {

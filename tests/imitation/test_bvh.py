@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loops import every_value
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -102,8 +103,10 @@ def made_up(rng: np.random.Generator, order: str, positions: str) -> str:
     return "\n".join([*lines, "MOTION", f"Frames:{blank()}4", f"Frame Time:{blank()}0.008333", *body, ""])
 
 
-@pytest.mark.parametrize("order", ["".join(axes) for axes in itertools.permutations("XYZ")])
-@pytest.mark.parametrize("positions", ["none", "root", "some", "all"])
+@pytest.mark.parametrize(
+    ("positions", "order"),
+    every_value(["none", "root", "some", "all"], ["".join(axes) for axes in itertools.permutations("XYZ")]),
+)
 def test_random_hierarchies_agree_with_a_second_reader(tmp_path: Path, order: str, positions: str) -> None:
     rng = np.random.default_rng([*order.encode(), len(positions)])
     text = made_up(rng, order, positions)

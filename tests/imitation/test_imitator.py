@@ -141,16 +141,6 @@ def test_fast_motion_is_damped_as_by_a_filter_of_first_order(nao: nk.NaoModel, l
     np.testing.assert_allclose(damped.q, direct.q, atol=1e-9)
 
 
-@pytest.mark.parametrize("part", ["arms", "head"])
-def test_arms_or_head_may_stay(nao: nk.NaoModel, landmarks: np.ndarray, part: str) -> None:
-    follower = Imitator(nao, **{part: False})  # type: ignore[arg-type]
-    follower.step(landmarks[10], 0.0)
-    moved = np.abs(follower.step(landmarks[10], 2.0) - nao.posture("StandInit")) > 1e-9
-    names = [name for name, one in zip(nao.joint_names, moved, strict=True) if one]
-    assert names
-    assert all(name.startswith("Head") == (part == "arms") for name in names)
-
-
 def test_confidence_is_in_the_levels_of_the_source(nao: nk.NaoModel) -> None:
     points = np.random.default_rng(0).normal(size=(25, 3))
     for confidence, seen in ((0.9, False), (1.0, True)):  # of 2 at most, for a Kinect

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import every_value
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -163,8 +164,7 @@ def cube() -> list[Floats]:
     return [R.as_matrix() for R in Rotation.create_group("O")]
 
 
-@pytest.mark.parametrize("source", ["coco17", "h36m17"])
-@pytest.mark.parametrize("form", ["npy", "npz", "json"])
+@pytest.mark.parametrize(("source", "form"), every_value(["coco17", "h36m17"], ["npy", "npz", "json"]))
 def test_coco_and_human36m_in_any_axes(tmp_path: Path, person: dict[str, Floats], source: str, form: str) -> None:
     names = H36M if source == "h36m17" else NAMINGS["coco17"].order
     person = {**person}

@@ -28,8 +28,10 @@ from nao_kin.errors import MissingExtra, NotCompiledWarning
 
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 MANY = 100  # more than Pinocchio is left to answer where there are kernels
-# Without Numba, what takes long is warned of.
-pytestmark = pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning")
+pytestmark = [
+    pytest.mark.full,  # with the extras, the tests of the rooms check the same
+    pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning"),  # without Numba, of what takes long
+]
 
 
 @pytest.fixture(scope="module")

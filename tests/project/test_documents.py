@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from doc_commands import ENDS_WITH, FAILING, SKIPPED, check, commands_of, run_page, why_skipped
+from doc_commands import ENDS_WITH, SKIPPED, check, commands_of, run_page, why_skipped
 from doc_pages import PAGES, PRINTED, ROOT, blocks_of
 from public_names import called
 
@@ -17,7 +17,7 @@ import nao_kin as nk
 
 # What these print is compared with the page, in tests/cli/test_printed_output.py, which runs their command lines too.
 WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
-WITH_COMMANDS = [page for page in PAGES if page.name not in ("README.md", FAILING) and commands_of(page)]
+WITH_COMMANDS = [page for page in PAGES if page not in (ROOT / "README.md", *PRINTED) and commands_of(page)]
 
 
 @pytest.mark.parametrize(

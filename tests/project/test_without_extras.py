@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from doc_pages import PAGES
+from loops import full
 from packaging.requirements import Requirement
 
 import nao_kin as nk
@@ -128,7 +129,7 @@ def test_the_command_lines_of_a_page_run_without_extras_or_the_page_names_them(t
     assert asked == {"arrow", "calibration", "mujoco", "photos", "plot", "robots"}
 
 
-@pytest.mark.parametrize("kind", [ImportError("Numba needs NumPy 2.4 or less. Got NumPy 2.9."), None])
+@pytest.mark.parametrize("kind", [ImportError("Numba needs NumPy 2.4 or less. Got NumPy 2.9."), *full(None)])
 def test_numba_that_does_not_load_is_named_and_done_without(kind: ImportError | None, tmp_path: Path) -> None:
     folder = tmp_path / "numba"
     folder.mkdir()

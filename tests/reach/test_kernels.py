@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import every_value
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -69,8 +70,10 @@ def check_hands(kernels: Any, robot: nk.RobotModel, frame: str, reference: str |
     assert manipulability.max() <= chain.manipulability_step * 2**30
 
 
-@pytest.mark.parametrize("reference", [None, "RElbowYaw", "RLeg"])
-@pytest.mark.parametrize("frame", ["LArm", "RArm", "LLeg", "CameraTop", "LHand", "LElbowYaw"])
+@pytest.mark.parametrize(
+    ("reference", "frame"),
+    every_value([None, "RElbowYaw", "RLeg"], ["LArm", "RArm", "LLeg", "CameraTop", "LHand", "LElbowYaw"]),
+)
 def test_hands_are_where_the_robot_says(kernels: Any, nao: nk.NaoModel, frame: str, reference: str | None) -> None:
     check_hands(kernels, nao, frame, reference)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import every_value
 
 import nao_kin as nk
 from nao_kin._core import csv_numbers
@@ -31,8 +32,7 @@ def shuffled(nao: nk.NaoModel) -> list[str]:
     return names
 
 
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
-@pytest.mark.parametrize("both_hips", [False, True])
+@pytest.mark.parametrize(("both_hips", "delimiter"), every_value([False, True], [",", ";", "\t"]))
 def test_csv_names_the_joints_in_any_order(
     nao: nk.NaoModel, shuffled: list[str], tmp_path: Path, delimiter: str, both_hips: bool
 ) -> None:

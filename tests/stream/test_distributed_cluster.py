@@ -113,15 +113,6 @@ def test_a_scheduler_that_runs_already_is_found_by_its_address(client: Client, n
     assert client.run(os.getpid)  # the scheduler is not ended with a client that found it running
 
 
-def test_a_number_that_is_none_comes_back_from_a_worker_as_our_error(client: Client, nao: nk.NaoModel) -> None:
-    q = nao.random(3, 200)
-    q[130, nao.joint_names.index("HeadYaw")] = np.inf
-    message = r"^q must be finite, got inf at index \[30, \d+\] \(HeadYaw\); counted within q\.blocks\[2\]$"
-    with pytest.raises(NotFinite, match=message) as caught:
-        distributed.position(nao, da.from_array(q, chunks=(50, -1)), "Head").compute()
-    assert caught.value.value == np.inf
-
-
 @pytest.mark.full
 def test_programs_that_run_already_do_the_work_though_one_is_killed(nao: nk.NaoModel, tmp_path: Path) -> None:
     q = nao.random(4, 2000)
@@ -158,11 +149,16 @@ def _dask(stack: contextlib.ExitStack, *arguments: str | Path) -> subprocess.Pop
     return program
 
 
-def test_nothing_is_left_behind(nao: nk.NaoModel) -> None:
+def test_an_error_comes_back_from_a_worker_and_nothing_is_left_behind(nao: nk.NaoModel) -> None:
+    q = nao.random(3, 200)
+    q[130, nao.joint_names.index("HeadYaw")] = np.inf
     with distributed.connect(workers=1) as client:
         workers, address = client.run(os.getpid), client.scheduler.address
         assert _answers(address)
         assert all(_answers(worker) for worker in workers)
+        with pytest.raises(NotFinite, match=r"\[30, \d+\] \(HeadYaw\); counted within q\.blocks\[2\]") as caught:
+            distributed.position(nao, da.from_array(q, chunks=(50, -1)), "Head").compute()
+        assert caught.value.value == np.inf
     _wait_until(lambda: not any(map(_lives, workers.values())))
     assert not _answers(address)
     assert not any(_answers(worker) for worker in workers)

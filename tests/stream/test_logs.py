@@ -18,6 +18,7 @@ import pyarrow as pa
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
+from loops import every_value
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -75,8 +76,7 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_module, "_BLOCKS_OF_PART", 2)
 
 
-@pytest.mark.parametrize("packed", [False, True], ids=["", "packed"])
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("packed", "form"), every_value([False, True], FORMS))
 def test_a_log_is_read_in_every_form_with_its_times(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, form: str, packed: bool
 ) -> None:
@@ -102,8 +102,9 @@ def test_a_log_is_read_in_every_form_with_its_times(
             assert "time" not in got
 
 
-@pytest.mark.parametrize("name", ["time", "Timestamp", "t", "stamp"])
-@pytest.mark.parametrize("ending", ["csv", "parquet", "feather"])
+@pytest.mark.parametrize(
+    ("ending", "name"), every_value(["csv", "parquet", "feather"], ["time", "Timestamp", "t", "stamp"])
+)
 def test_times_stand_beside_the_rows_of_every_output(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, ending: str, name: str
 ) -> None:

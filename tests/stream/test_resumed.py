@@ -7,7 +7,6 @@ import fcntl
 import json
 import os
 import signal
-import stat
 import subprocess
 import sys
 import threading
@@ -452,22 +451,6 @@ def test_what_is_not_ours_is_not_touched(nao: nk.NaoModel, walk: Path, folder: b
 # --- where it is written ------------------------------------------------------------------------------------------
 
 
-def test_an_old_file_keeps_its_mode_and_a_link_stays(nao: nk.NaoModel, walk: Path, tmp_path: Path) -> None:
-    (tmp_path / "elsewhere").mkdir()
-    target, link = tmp_path / "elsewhere" / "poses", tmp_path / "poses.npy"
-    target.write_bytes(b"old")
-    target.chmod(0o640)
-    link.symlink_to(target)
-    nk.stream.fk(nao, walk, "Head", link, overwrite=True)
-    assert link.is_symlink()
-    assert stat.S_IMODE(target.stat().st_mode) == 0o640
-    assert np.allclose(np.load(target), nao.fk(nao.random(0, 500), "Head"), rtol=0.0, atol=1e-12)
-    target.chmod(0o444)
-    with pytest.raises(BadArgument, match="read-only"):
-        nk.stream.fk(nao, walk, "Head", link, overwrite=True)
-    assert [path.name for path in target.parent.iterdir()] == ["poses"]
-
-
 @pytest.mark.parametrize("name", ["pipe", *full("pipe.csv", "pipe.parquet")])
 def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, name: str) -> None:
     pipe, received = tmp_path / name, []
@@ -497,18 +480,6 @@ def test_standard_input_and_output_are_files_too(
     assert code == 2
     assert "both write to standard output" in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
-
-
-@pytest.mark.full
-def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_path: Path) -> None:
-    text = walk.read_bytes()
-    for content, code, message in ((text, 0, b""), (text + b"1,2\n", 2, b"standard input, line 502: 2 values")):
-        program = [sys.executable, "-c", _program(""), "fk", "-", *FEET, "-o", "poses.npy", "--force"]
-        done = subprocess.run(program, input=content, capture_output=True, env=ENVIRONMENT, cwd=tmp_path, check=False)
-        assert done.returncode == code
-        assert message in done.stderr
-        assert sorted(path.name for path in tmp_path.iterdir()) == ["poses.npy", "walk.csv", "walk.npy"]
-        assert np.load(tmp_path / "poses.npy").shape == (500, 2, 6)
 
 
 # --- the command line ---------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
+from loops import every_value
 from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation
 
@@ -88,8 +89,7 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
     return a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=1e-12, equal_nan=True)
 
 
-@pytest.mark.parametrize("sink", SINKS)
-@pytest.mark.parametrize("source", SOURCES)
+@pytest.mark.parametrize(("source", "sink"), every_value(SOURCES, SINKS))
 def test_poses_of_every_row_go_from_any_kind_of_file_to_any_other(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, source: str, sink: str
 ) -> None:
@@ -104,8 +104,10 @@ def test_poses_of_every_row_go_from_any_kind_of_file_to_any_other(
     assert {p.name for p in tmp_path.iterdir()} == {f"q.{source}", f"poses.{sink}"}
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32, "float32"])
-@pytest.mark.parametrize("style", ["matrix", "position_quaternion", "position6d", "rpy"])
+@pytest.mark.parametrize(
+    ("dtype", "style"),
+    every_value([np.float64, np.float32, "float32"], ["matrix", "position_quaternion", "position6d", "rpy"]),
+)
 def test_a_pose_is_written_as_the_numbers_its_columns_name(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, style: str, dtype: object
 ) -> None:
@@ -283,8 +285,9 @@ REASONS = {
 }
 
 
-@pytest.mark.parametrize("how", list(REASONS))
-@pytest.mark.parametrize("policy", ["stop", "skip", "nan"])
+@pytest.mark.parametrize(
+    ("how", "policy"), [*((how, "stop") for how in REASONS), *every_value(REASONS, ["skip", "nan"])]
+)
 def test_a_bad_row_of_a_csv_file_is_named_by_its_line_and_costs_no_good_one(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, how: str, policy: str
 ) -> None:
@@ -313,8 +316,7 @@ def test_a_bad_row_of_a_csv_file_is_named_by_its_line_and_costs_no_good_one(
         assert _same(poses, expected)
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize(("end", "delimiter"), every_value(["\n", "\r\n", "\r"], [",", ";", "\t"]))
 def test_blank_lines_quotes_and_spaces_do_no_harm_and_count_as_lines(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, end: str, delimiter: str
 ) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from loops import every_value
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -260,8 +261,7 @@ def test_a_point_is_in_the_visible_polygon_if_and_only_if_its_pixel_is_in_the_im
     assert not wrong.any() if not lens else wrong.mean() < 0.01  # a curved edge is drawn with corners
 
 
-@pytest.mark.parametrize("lens", [False, True])
-@pytest.mark.parametrize("support", [None, "RLeg", "torso", "LArm"])
+@pytest.mark.parametrize(("lens", "support"), every_value([True, False], [None, "RLeg", "torso", "LArm"]))
 def test_derivatives_behind_the_covariance_are_differences(nao: nk.NaoModel, lens: bool, support: str | None) -> None:
     q, pixel, step = nao.posture("StandInit", HeadYaw=0.4, HeadPitch=0.2), np.array([400.0, 300.0]), 1e-6
     camera = nk.world.camera(nao, "CameraTop")

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pinocchio as pin
 import pytest
-from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
@@ -129,6 +128,8 @@ def test_of_a_robot_that_lies_or_sits_nothing_is_known(nao: nk.NaoModel) -> None
 
 @pytest.mark.parametrize("window", [5, 11])
 def test_derivatives_are_those_of_scipys_filter(window: int) -> None:
+    from scipy.signal import savgol_filter  # takes a second
+
     values = np.random.default_rng(1).normal(size=(40, 3))
     for order in (1, 2):
         expected = savgol_filter(values, window, 3, deriv=order, delta=0.02, axis=0)
