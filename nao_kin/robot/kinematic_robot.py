@@ -208,7 +208,12 @@ class KinematicRobot(Guessing):
         return self._configurations.posture(name, angles, joints, limits)
 
     def random(self, rng: np.random.Generator | int | None = None, n: int | tuple[int, ...] | None = None) -> Floats:
-        """Return random configurations, as `RobotModel.random` does."""
+        """Return configurations inside all limits, as `RobotModel.random` does.
+
+        Examples:
+            >>> nk.load_nao().random(rng=0, n=(2, 3)).shape
+            (2, 3, 25)
+        """
         return self._configurations.random(rng, n)
 
     def configuration(

@@ -47,3 +47,12 @@ def test_a_robot_without_such_limbs_has_none(tmp_path: Path) -> None:
     path = tmp_path / "bare.urdf"
     path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
     assert nk.ik.limbs(nk.RobotModel.from_urdf(path)) == []
+
+
+def test_the_limb_of_one_frame_is_described_alone(nao: nk.NaoModel) -> None:
+    by_frame = {limb["frame"]: limb for limb in nk.ik.limbs(nao)}
+    for frame in ("LArm", "RLeg", "Head"):
+        assert nk.ik.limbs(nao, frame=frame) == [by_frame[frame]]
+    (leg,) = nk.ik.limbs(nao, "LFoot")
+    assert (leg["kind"], leg["side"], leg["frame"]) == ("leg", "L", "LFoot")
+    assert nk.ik.limbs(nao, "torso") == []

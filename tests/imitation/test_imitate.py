@@ -143,15 +143,6 @@ def test_one_frame_is_a_posture(nao: nk.NaoModel) -> None:
     assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
 
 
-def test_the_person_stands_beside_the_robot_as_far_as_is_asked(nao: nk.NaoModel) -> None:
-    times = np.arange(0.0, 2.0, 0.25)
-    made = imitate(nao, person(nao, times, swing(nao, times)), legs="ignore", cutoff=0.0, collisions=False)
-    near, far = made.figure(made.played, aside=0.1), made.figure(made.played, aside=0.7)
-    np.testing.assert_allclose(far - near, np.broadcast_to([0.0, 0.6, 0.0], near.shape), atol=1e-12)
-    assert near[..., 2].min() == 0.0
-    np.testing.assert_allclose(near[..., :2].mean(axis=(0, 1, 2)), [0.0, 0.1], atol=0.1)
-
-
 def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
     times = np.array([0.0, 1.0])
     seen = person(nao, times, swing(nao, times))

@@ -105,7 +105,7 @@ def test_names_and_arrays_may_take_turns(nao: nk.NaoModel, landmarks: np.ndarray
 
 def test_a_configuration_that_is_changed_outside_changes_nothing(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
     one, other = Imitator(nao), Imitator(nao)
-    for k, frame in enumerate(landmarks):
+    for k, frame in enumerate(landmarks.copy()):
         q = one.step(frame, 0.1 * k)
         np.testing.assert_array_equal(other.step(frame, 0.1 * k), q)
         q += 1.0

@@ -367,17 +367,3 @@ def test_limits_are_those_of_the_robot(version: str) -> None:
 def test_limits_of_the_head_yaw_are_written_out(nao: nk.NaoModel) -> None:
     assert naoqi.limits(nao, "HeadYaw") == pytest.approx(np.array([[-2.0857, 2.0857, 8.26797, 1.547]]), abs=5e-5)
     assert naoqi.limits(nao, []).shape == (0, 4)
-
-
-def test_an_order_without_hands_leaves_these_and_a_floating_base_as_they_are_near() -> None:
-    nao = nk.load_nao(base="floating")
-    near, stand = nao.posture("Crouch", LHand=0.7), nao.posture("Stand")
-    near[:7] = [0.1, 0.2, 0.3, 0.0, 0.0, 0.6, 0.8]
-    q = nk.naoqi.from_order(nao, nk.naoqi.to_order(nao, stand, "H21"), "H21", near=near)
-    kept = [
-        *range(7),
-        *(7 + nao.joint_names.index(f"{side}{joint}") for side in "LR" for joint in ("WristYaw", "Hand")),
-    ]
-    expected = stand.copy()
-    expected[kept] = near[kept]
-    np.testing.assert_allclose(q, expected, atol=1e-12)

@@ -42,7 +42,7 @@ def test_points_of_the_axis_slide_along_it_and_all_others_turn_about_it(s) -> No
 
 
 @PROPERTY
-@given(twists | long_twists)
+@given((twists | long_twists).filter(lambda twist: not 0.0 < length(twist[3:]) < 1e-200))
 def test_the_screw_of_a_twist_gives_it_back(twist) -> None:
     screw = Screw.from_twist(twist)
     assert_near(screw.twist, twist, atol=8 * EPS * (length(twist[:3]) + length(twist[3:])))
