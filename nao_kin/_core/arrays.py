@@ -79,8 +79,6 @@ def refuse_non_finite(array: Floats, what: str) -> None:
 
 # --- Vectors along the last axis, and batch shapes.
 
-as_batch = as_floats
-
 
 def as_vectors(value: ArrayLike, what: str, size: int = 3) -> Floats:
     """Return finite vectors of shape (..., size)."""

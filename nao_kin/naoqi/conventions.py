@@ -21,7 +21,7 @@ from typing import SupportsIndex, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, as_floats, choice, join_poses, rigid_inverse, texts
 from nao_kin._core.sides import Hips
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
@@ -254,7 +254,7 @@ def position6d(T: ArrayLike) -> Floats:
         >>> nk.naoqi.position6d(nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.5, 0.0])).tolist()
         [0.1, 0.0, 0.2, 0.0, 0.5, 0.0]
     """
-    poses = _rigid(as_batch(T, (4, 4), "T"), "T")
+    poses = _rigid(as_floats(T, (4, 4), "T"), "T")
     return np.concatenate([poses[..., :3, 3], rpy_from_matrix(poses[..., :3, :3])], axis=-1)
 
 
@@ -265,7 +265,7 @@ def pose(position6d: ArrayLike) -> Floats:
         >>> nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.0, 0.0])[:3, 3].tolist()
         [0.1, 0.0, 0.2]
     """
-    six = as_batch(position6d, (6,), "position6d")
+    six = as_floats(position6d, (6,), "position6d")
     return join_poses(matrix_from_rpy(six[..., 3:]), six[..., :3])
 
 
@@ -285,7 +285,7 @@ def transform_list(T: ArrayLike) -> Floats:
         >>> nk.naoqi.transform_list(np.eye(4)).tolist()[:5]
         [1.0, 0.0, 0.0, 0.0, 0.0]
     """
-    poses = _rigid(as_batch(T, (4, 4), "T"), "T")
+    poses = _rigid(as_floats(T, (4, 4), "T"), "T")
     return np.array(poses.reshape(*poses.shape[:-2], 16))
 
 
@@ -310,7 +310,7 @@ def pose_from_list(transform: ArrayLike) -> Floats:
     """
     numbers = as_floats(transform, (), "transform")
     rows = 3 if numbers.shape[-1:] == (12,) else 4
-    numbers = as_batch(numbers, (4 * rows,), "transform")
+    numbers = as_floats(numbers, (4 * rows,), "transform")
     T = np.zeros((*numbers.shape[:-1], 4, 4))
     T[..., 3, 3] = 1.0
     T[..., :rows, :] = numbers.reshape(*numbers.shape[:-1], rows, 4)
@@ -422,7 +422,7 @@ def torso_in(
 def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike | None) -> Floats:
     if torso_in_world is None:
         return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, TORSO)))
-    return _rigid(as_batch(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")
+    return _rigid(as_floats(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")
 
 
 # --- Axis masks: the axes that a Cartesian call controls.

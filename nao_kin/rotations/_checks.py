@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_numbers, check_tolerance, first_index, refuse_non_finite
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, check_tolerance, first_index, refuse_non_finite
 from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluate, rescaled
 from nao_kin._core.text import one_line, one_line_repr
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
@@ -159,7 +159,7 @@ def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) ->
 
 def evaluate_vectors(kernel: Kernel, v: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
     """Return the results of `evaluate` for the components of rotation vectors."""
-    return evaluate(kernel, [as_batch(v, (3,), "rotation vector")], *tails)
+    return evaluate(kernel, [as_floats(v, (3,), "rotation vector")], *tails)
 
 
 def evaluate_normalised(
@@ -230,7 +230,7 @@ def as_shares(weights: ArrayLike | None, count: int) -> Floats:
     """Return `weights`, shape (..., count), scaled to a sum of 1; equal shares for None."""
     if weights is None:
         return np.full(count, 1.0 / count)
-    values = as_batch(weights, (count,), "weights")
+    values = as_floats(weights, (count,), "weights")
     if (values < 0.0).any():
         index = first_index(values < 0.0)
         raise BadArgument(f"weights must not be negative, got {values[index]:g}{at_index(index)}")

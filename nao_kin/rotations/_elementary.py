@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, cross_matrix, first_index
+from nao_kin._core.arrays import Floats, as_floats, cross_matrix, first_index
 from nao_kin._core.kernels import SMALLEST_NORMAL, Functions, Kernel, Number, evaluate
 from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, at_index
@@ -61,7 +61,7 @@ def rot_z(angle: ArrayLike) -> Floats:
 
 
 def _turn(kernel: Kernel, angle: ArrayLike) -> Floats:
-    angles = as_batch(angle, (), "angle")
+    angles = as_floats(angle, (), "angle")
     warn_of_degrees(angles, "angle", 2)
     return evaluate(kernel, [angles[..., np.newaxis]], (3, 3))[0]
 
@@ -143,7 +143,7 @@ def skew(v: ArrayLike) -> Floats:
         [[0.0, -3.0, 2.0], [3.0, 0.0, -1.0], [-2.0, 1.0, 0.0]]
     """
     # Adding 0.0 turns −0.0 into 0.0.
-    return cross_matrix(as_batch(v, (3,), "vector")) + 0.0
+    return cross_matrix(as_floats(v, (3,), "vector")) + 0.0
 
 
 def vee(W: ArrayLike) -> Floats:
@@ -165,7 +165,7 @@ def vee(W: ArrayLike) -> Floats:
         >>> nk.rotations.vee([[0, -3, 2], [3, 0, -1], [-2, 1, 0]])
         array([1., 2., 3.])
     """
-    matrices = as_batch(W, (3, 3), "skew-symmetric matrix")
+    matrices = as_floats(W, (3, 3), "skew-symmetric matrix")
     half = 0.5 * matrices
     largest = np.abs(half).max(axis=(-2, -1))
     symmetric = np.abs(half + np.swapaxes(half, -1, -2)).max(axis=(-2, -1))

@@ -8,7 +8,7 @@ from typing import SupportsIndex, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, common_batch, first_index, generator
+from nao_kin._core.arrays import Floats, as_floats, common_batch, first_index, generator
 from nao_kin._core.kernels import (
     SMALLEST_NORMAL,
     WHOLE_TURN,
@@ -83,7 +83,7 @@ def power(R: ArrayLike, t: ArrayLike) -> Floats:
         >>> np.allclose(nk.rotations.power(nk.rotations.rot_z(0.6), -0.5), nk.rotations.rot_z(-0.3))
         True
     """
-    vectors, exponents = log(R), as_batch(t, (), "exponent")
+    vectors, exponents = log(R), as_floats(t, (), "exponent")
     common_batch("R and t", vectors.shape[:-1], exponents.shape)
     return exp(exponents[..., np.newaxis] * vectors)
 
@@ -297,7 +297,7 @@ def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, sha
         >>> round(float(np.sqrt(np.mean(nk.rotations.angle_between(R, near) ** 2))), 4)
         0.0172
     """
-    middle, deviations = as_rotations(R), as_batch(sigma, (), "sigma")
+    middle, deviations = as_rotations(R), as_floats(sigma, (), "sigma")
     if deviations.shape not in ((), (3,)):
         raise WrongShape("sigma", "() or (3,)", deviations.shape)
     if not (deviations >= 0.0).all():

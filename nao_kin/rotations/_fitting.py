@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     Floats,
-    as_batch,
+    as_floats,
     choice,
     common_batch,
     cross,
@@ -212,7 +212,7 @@ def refuse_one_line(rows: Floats, what: str, thinnest: float) -> None:
 
 
 def _as_points(value: ArrayLike, what: str) -> Floats:
-    points = as_batch(value, (3,), what)
+    points = as_floats(value, (3,), what)
     if points.ndim < 2:
         raise WrongShape(what, "(..., n, 3)", points.shape)
     if points.shape[-2] < 3:
@@ -363,7 +363,7 @@ def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: Array
 
 
 def _units(value: ArrayLike, what: str) -> Floats:
-    return unit(as_batch(value, (3,), what), what)[0]
+    return unit(as_floats(value, (3,), what), what)[0]
 
 
 def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, common_batch, first_index
+from nao_kin._core.arrays import Floats, as_floats, common_batch, first_index
 from nao_kin._core.kernels import Functions, Number, evaluate
 from nao_kin._core.warn import warn_of_degrees
 from nao_kin.errors import BadArgument, at_index
@@ -177,7 +177,7 @@ def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
 def vector_and_number(
     vector: ArrayLike, number: ArrayLike, vector_name: str, number_name: str
 ) -> tuple[Floats, Floats]:
-    vectors, numbers = as_batch(vector, (3,), vector_name), as_batch(number, (), number_name)
+    vectors, numbers = as_floats(vector, (3,), vector_name), as_floats(number, (), number_name)
     batch = common_batch(f"{vector_name} and {number_name}", vectors.shape[:-1], numbers.shape)
     return np.broadcast_to(vectors, (*batch, 3)), np.broadcast_to(numbers, batch)
 
@@ -231,7 +231,7 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
         >>> np.allclose(R, nk.rotations.rot_z(0.3))
         True
     """
-    return evaluate(_matrix, [as_batch(p, (3,), "modified Rodrigues parameters")], (3, 3))[0]
+    return evaluate(_matrix, [as_floats(p, (3,), "modified Rodrigues parameters")], (3, 3))[0]
 
 
 def _parameters(f: Functions, *m: Number) -> tuple[Number, ...]:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, dot, first_index, unit
+from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, dot, first_index, unit
 from nao_kin._core.kernels import Functions, Number, evaluate, rescaled
 from nao_kin.errors import BadArgument, WrongShape, ZeroNorm, at_index
 from nao_kin.rotations._checks import evaluate_normalised, evaluate_rotations
@@ -94,7 +94,7 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
         >>> nk.rotations.matrix_from_quat([1, 0, 0, 1])[0].round(12) + 0.0  # 90° about z
         array([ 0., -1.,  0.])
     """
-    return evaluate_normalised(from_quaternion, as_batch(q, (4,), "quaternion"), "quaternion")
+    return evaluate_normalised(from_quaternion, as_floats(q, (4,), "quaternion"), "quaternion")
 
 
 def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
@@ -113,7 +113,7 @@ def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         >>> nk.rotations.quat_multiply([0, 1, 0, 0], [0, 0, 1, 0])  # i j = k
         array([0., 0., 0., 1.])
     """
-    P, Q = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q")
+    P, Q = as_floats(p, (4,), "quaternion p"), as_floats(q, (4,), "quaternion q")
     batch = common_batch("quaternions p and q", P.shape[:-1], Q.shape[:-1])
     return evaluate(_product, [np.broadcast_to(side, (*batch, 4)) for side in (P, Q)], (4,))[0]
 
@@ -131,7 +131,7 @@ def quat_conjugate(q: ArrayLike) -> Floats:
         >>> nk.rotations.quat_conjugate([0.8, 0.6, 0.0, 0.0])
         array([ 0.8, -0.6,  0. ,  0. ])
     """
-    return as_batch(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
+    return as_floats(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
 
 
 def quat_canonical(q: ArrayLike) -> Floats:
@@ -147,7 +147,7 @@ def quat_canonical(q: ArrayLike) -> Floats:
         >>> nk.rotations.quat_canonical([-0.8, 0.6, 0.0, 0.0])
         array([ 0.8, -0.6,  0. ,  0. ])
     """
-    quats = as_batch(q, (4,), "quaternion")
+    quats = as_floats(q, (4,), "quaternion")
     nonzero = quats != 0.0
     if not nonzero.any(axis=-1).all():
         raise ZeroNorm("quaternion", first_index(~nonzero.any(axis=-1)))
@@ -169,7 +169,7 @@ def quat_rotate(q: ArrayLike, v: ArrayLike) -> Floats:
         >>> nk.rotations.quat_rotate([1, 0, 0, 1], [1.0, 0.0, 2.0]).round(12) + 0.0  # 90° about z
         array([0., 1., 2.])
     """
-    quats, vectors = as_batch(q, (4,), "quaternion"), as_batch(v, (3,), "vector")
+    quats, vectors = as_floats(q, (4,), "quaternion"), as_floats(v, (3,), "vector")
     batch = common_batch("quaternions and vectors", quats.shape[:-1], vectors.shape[:-1])
     quats, vectors = np.broadcast_to(quats, (*batch, 4)), np.broadcast_to(vectors, (*batch, 3))
     return evaluate_normalised(_rotated, quats, "quaternion", vectors, tail=(3,))
@@ -188,7 +188,7 @@ def quat_to_xyzw(q: ArrayLike) -> Floats:
         >>> nk.rotations.quat_to_xyzw([1, 2, 3, 4])
         array([2., 3., 4., 1.])
     """
-    return as_batch(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
+    return as_floats(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
 
 
 def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
@@ -204,7 +204,7 @@ def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
         >>> nk.rotations.quat_from_xyzw([2, 3, 4, 1])
         array([1., 2., 3., 4.])
     """
-    return as_batch(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
+    return as_floats(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
 
 
 def _rotated(f: Functions, *components: Number) -> tuple[Number, ...]:
@@ -266,7 +266,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
         (array([0., 0., 1.]), array(0.7854))
     """
     choice(arc, ("shorter", "longer"), "arc")
-    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_batch(t, (), "t")
+    P, Q, parts = as_floats(p, (4,), "quaternion p"), as_floats(q, (4,), "quaternion q"), as_floats(t, (), "t")
     batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
     ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
     inputs = [*(np.broadcast_to(end, (*batch, 4)) for end in ends), np.broadcast_to(parts, batch)[..., np.newaxis]]
@@ -333,7 +333,7 @@ def quat_unwrap(q: ArrayLike) -> Floats:
         >>> nk.rotations.quat_unwrap([[1.0, 0.0, 0.0, 0.0], [-0.96, 0.0, 0.0, -0.28]])[:, 0].tolist()
         [1.0, 0.96]
     """
-    quats = as_batch(q, (4,), "quaternion")
+    quats = as_floats(q, (4,), "quaternion")
     if quats.ndim < 2:
         raise WrongShape("quaternions of a path", "(..., n, 4)", quats.shape)
     path = rescaled(quats, "quaternion")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, cross, dot, first_index
+from nao_kin._core.arrays import Floats, as_floats, cross, dot, first_index
 from nao_kin._core.kernels import evaluate, jacobian_derivatives
 from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.rotations._checks import as_rotations
@@ -155,7 +155,7 @@ class RotationSpline:
         Raises:
             BadArgument: keys so far apart in so little time that no smooth path was found.
         """
-        self.times = np.array(as_batch(times, (), "times"))
+        self.times = np.array(as_floats(times, (), "times"))
         if self.times.ndim != 1 or len(self.times) < 2:
             raise BadArgument(f"times must be at least two in a row, got shape {self.times.shape}")
         steps = np.diff(self.times)
@@ -227,7 +227,7 @@ class RotationSpline:
 
     def _at(self, t: ArrayLike) -> tuple[Places, Floats, Floats, Floats]:
         """The index of the key before each time, and v and its first two derivatives at that time."""
-        instants = as_batch(t, (), "t")
+        instants = as_floats(t, (), "t")
         outside = (instants < self.times[0]) | (instants > self.times[-1])
         if outside.any():
             index = first_index(np.asarray(outside))
@@ -245,7 +245,7 @@ class RotationSpline:
 def _end(value: ArrayLike | None, mean: Floats, what: str) -> Floats:
     if value is None:
         return mean
-    return np.broadcast_to(as_batch(value, (3,), what), mean.shape)
+    return np.broadcast_to(as_floats(value, (3,), what), mean.shape)
 
 
 def _times(M: Floats, v: Floats) -> Floats:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, cross, dot, first_index, norm, unit
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate, rescaled
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import warn_of_degrees
@@ -218,7 +218,7 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
 
 def _composed(angles: ArrayLike, sequence: str, axes: Axes) -> Floats:
     convention, count = find_any_convention(sequence, axes)
-    values = as_batch(angles, (count,), "angles")
+    values = as_floats(angles, (count,), "angles")
     warn_of_degrees(values, "angle", 2)
     if count < 3:
         values = np.concatenate([values, np.zeros((*values.shape[:-1], 3 - count))], axis=-1)
@@ -422,7 +422,7 @@ def matrix_from_davenport(
         raise BadArgument("axis a2 is missing, and a3 is given")
     given = [a1, *(axis for axis in (a2, a3) if axis is not None)]
     axes = [unit(scaled_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate(given, 1)]
-    values = as_batch(angles, (len(axes),), "angles")
+    values = as_floats(angles, (len(axes),), "angles")
     warn_of_degrees(values, "angle")
     common_batch("angles and axes", values.shape[:-1], *(axis.shape[:-1] for axis in axes))
     found, *others = (matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes))
@@ -433,7 +433,7 @@ def matrix_from_davenport(
 
 def scaled_axis(axis: ArrayLike, what: str) -> Floats:
     """Return the axis with a length from 1 to √3, shape (..., 3); refuse zero."""
-    return rescaled(as_batch(axis, (3,), what), what)
+    return rescaled(as_floats(axis, (3,), what), what)
 
 
 def _refuse_leaning(a: Floats, b: Floats, what: str) -> None:
@@ -487,7 +487,7 @@ def euler_rate_jacobian(
         array([0., 0., 2.])
     """
     convention, body = find_convention(sequence, axes), is_moving(expressed_in)
-    values = as_batch(angles, (3,), "angles")
+    values = as_floats(angles, (3,), "angles")
     return evaluate(_jacobian(convention, body), [values], (3, 3))[0]
 
 
@@ -520,7 +520,7 @@ def euler_rate_jacobian_inverse(
         True
     """
     convention, body = find_convention(sequence, axes), is_moving(expressed_in)
-    values = as_batch(angles, (3,), "angles")
+    values = as_floats(angles, (3,), "angles")
     found, determinant = evaluate(_inverse(convention, body), [values], (3, 3), ())
     locked = np.asarray(np.abs(determinant) <= LOCK)
     if locked.any():

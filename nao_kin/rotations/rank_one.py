@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._core.arrays import Floats, as_floats, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import SingularMatrix
 
 __all__ = [
@@ -147,7 +147,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
 
 
 def _checked(u: ArrayLike, v: ArrayLike) -> tuple[Floats, Floats]:
-    u, v = as_batch(u, (3,), "u"), as_batch(v, (3,), "v")
+    u, v = as_floats(u, (3,), "u"), as_floats(v, (3,), "v")
     shape = (*common_batch("u and v", u.shape[:-1], v.shape[:-1]), 3)
     return np.broadcast_to(u, shape), np.broadcast_to(v, shape)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin import rotations
 from nao_kin._core.arrays import (
     Floats,
-    as_batch,
+    as_floats,
     common_batch,
     cross,
     cross_matrix,
@@ -117,7 +117,7 @@ def vee(matrix: ArrayLike) -> Floats:
         >>> nk.screws.vee(nk.screws.hat([1, 2, 3, 0, 0, 4]))
         array([1., 2., 3., 0., 0., 4.])
     """
-    matrices = as_batch(matrix, (4, 4), "matrix")
+    matrices = as_floats(matrix, (4, 4), "matrix")
     W = matrices[..., :3, :3]
     defect = np.maximum(np.abs(W + np.swapaxes(W, -1, -2)).max(axis=(-2, -1)), np.abs(matrices[..., 3, :]).max(axis=-1))
     wrong = defect > _FORM * np.abs(matrices).max(axis=(-2, -1))
@@ -197,7 +197,7 @@ def right_jacobian(twist: ArrayLike) -> Floats:
         >>> bool(np.allclose(nk.screws.log(change), nk.screws.right_jacobian(xi) @ delta, atol=1e-11))
         True
     """
-    return left_jacobian(-as_batch(twist, (6,), "twist"))
+    return left_jacobian(-as_floats(twist, (6,), "twist"))
 
 
 def left_jacobian_inverse(twist: ArrayLike) -> Floats:
@@ -249,7 +249,7 @@ def right_jacobian_inverse(twist: ArrayLike) -> Floats:
         >>> bool(np.array_equal(nk.screws.right_jacobian_inverse(xi), nk.screws.left_jacobian_inverse(-xi)))
         True
     """
-    return left_jacobian_inverse(-as_batch(twist, (6,), "twist"))
+    return left_jacobian_inverse(-as_floats(twist, (6,), "twist"))
 
 
 def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
@@ -289,7 +289,7 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
         >>> nk.screws.sclerp(T_0, T_1, 0.5)[:3, 3]  # half of a half turn about the upright line through (1, 0, 0)
         array([ 1. , -1. ,  0.2])
     """
-    parts = as_batch(s, (), "s")
+    parts = as_floats(s, (), "s")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
     # Computed from the difference of the origins, because two poses far from the origin may be close to each other.
@@ -350,7 +350,7 @@ class Screw:
     slide: Floats
 
     def __init__(self, axis: PluckerLine, angle: ArrayLike, slide: ArrayLike) -> None:
-        numbers = {"angle": as_batch(angle, (), "angle"), "slide": as_batch(slide, (), "slide")}
+        numbers = {"angle": as_floats(angle, (), "angle"), "slide": as_floats(slide, (), "slide")}
         batch = common_batch("axis, angle and slide", axis.batch_shape, *(value.shape for value in numbers.values()))
         for name, value in numbers.items():
             own = np.array(np.broadcast_to(value, batch))

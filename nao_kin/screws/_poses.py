@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
     Floats,
-    as_batch,
     as_floats,
     common_batch,
     cross,
@@ -53,9 +52,9 @@ def pose(R_ab: ArrayLike, p: ArrayLike) -> Floats:
         >>> nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 2, 3])[0]
         array([ 0., -1.,  0.,  1.])
     """
-    rotations = as_batch(R_ab, (3, 3), "R_ab")
+    rotations = as_floats(R_ab, (3, 3), "R_ab")
     check_rotation(rotations)
-    return join_poses(rotations, as_batch(p, (3,), "p"))
+    return join_poses(rotations, as_floats(p, (3,), "p"))
 
 
 def inverse(T_ab: ArrayLike) -> Floats:
@@ -91,7 +90,7 @@ def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
         >>> nk.screws.transform_point(T_ab, [1, 0, 0])
         array([1., 3., 3.])
     """
-    (R, t), points = as_poses(T_ab, "T_ab"), as_batch(p_b, (3,), "p_b")
+    (R, t), points = as_poses(T_ab, "T_ab"), as_floats(p_b, (3,), "p_b")
     common_batch("T_ab and p_b", t.shape[:-1], points.shape[:-1])
     return turned(R, points) + t
 
@@ -114,7 +113,7 @@ def nearest_pose(M: ArrayLike) -> Floats:
         >>> nk.screws.nearest_pose(typed)[0]
         array([ 0.7071, -0.7071,  0.    ,  0.1   ])
     """
-    matrices = as_batch(M, (4, 4), "matrix")
+    matrices = as_floats(M, (4, 4), "matrix")
     far = np.abs(matrices[..., 3, :] - [0.0, 0.0, 0.0, 1.0]).max(axis=-1) > _LAST_ROW
     if far.any():
         index = first_index(far)
@@ -170,7 +169,7 @@ def refuse_not_rigid(T: Floats, what: str, *tolerance: float) -> RotationDefects
 
 def as_twists(value: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
     """The linear and the angular part of twists, or force and moment of wrenches, shape (..., 6)."""
-    six = as_batch(value, (6,), what)
+    six = as_floats(value, (6,), what)
     return six[..., :3], six[..., 3:]
 
 
@@ -367,7 +366,7 @@ def dual_quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         >>> nk.screws.pose_from_dual_quat(nk.screws.dual_quat_multiply(half, half))[:3, 3]
         array([0., 0., 2.])
     """
-    P, Q = as_batch(p, (8,), "dual quaternion p"), as_batch(q, (8,), "dual quaternion q")
+    P, Q = as_floats(p, (8,), "dual quaternion p"), as_floats(q, (8,), "dual quaternion q")
     common_batch("dual quaternions p and q", P.shape[:-1], Q.shape[:-1])
     real = quat_multiply(P[..., :4], Q[..., :4])
     return np.concatenate(
@@ -382,7 +381,7 @@ def _pure(v: Floats) -> Floats:
 
 def _unit(q: ArrayLike) -> tuple[Floats, Floats]:
     """Return real and dual part, divided by the length of the real part; refuse anything but rigid motions."""
-    Q = as_batch(q, (8,), "dual quaternion")
+    Q = as_floats(q, (8,), "dual quaternion")
     r, length = unit(Q[..., :4], "dual quaternion")
     d = Q[..., 4:] / length[..., None]
     product = dot(r, d)

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import (
     Floats,
-    as_batch,
     as_floats,
     common_batch,
     cross,
@@ -81,7 +80,7 @@ class PluckerLine:
     origin: Floats = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        direction, moment = as_batch(self.direction, (3,), "direction"), as_batch(self.moment, (3,), "moment")
+        direction, moment = as_floats(self.direction, (3,), "direction"), as_floats(self.moment, (3,), "moment")
         common_batch("direction and moment", direction.shape[:-1], moment.shape[:-1])
         e, length = unit(direction, "direction")
         n = moment / length[..., None]
@@ -92,7 +91,7 @@ class PluckerLine:
             raise BadArgument(
                 f"direction·moment must be zero for a line, got a screw of pitch {pitch[index]:.3g}{at_index(index)}"
             )
-        self._freeze(e, n - pitch[..., None] * e, as_batch(self.origin, (3,), "origin"))
+        self._freeze(e, n - pitch[..., None] * e, as_floats(self.origin, (3,), "origin"))
 
     @classmethod
     def through(cls, p: ArrayLike, q: ArrayLike, *, origin: ArrayLike = _CENTRE) -> PluckerLine:
@@ -110,8 +109,8 @@ class PluckerLine:
             >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).coordinates
             array([0., 1., 0., 0., 0., 1.])
         """
-        p, q = as_batch(p, (3,), "p"), as_batch(q, (3,), "q")
-        o = as_batch(origin, (3,), "origin")
+        p, q = as_floats(p, (3,), "p"), as_floats(q, (3,), "q")
+        o = as_floats(origin, (3,), "origin")
         common_batch("p, q and origin", p.shape[:-1], q.shape[:-1], o.shape[:-1])
         difference = q - p
         largest = np.maximum(np.abs(p).max(axis=-1), np.abs(q).max(axis=-1))
@@ -140,8 +139,8 @@ class PluckerLine:
             >>> nk.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 3, 0]).coordinates
             array([0., 1., 0., 0., 0., 1.])
         """
-        p, d = as_batch(point, (3,), "point"), as_batch(direction, (3,), "direction")
-        o = as_batch(origin, (3,), "origin")
+        p, d = as_floats(point, (3,), "point"), as_floats(direction, (3,), "direction")
+        o = as_floats(origin, (3,), "origin")
         common_batch("point, direction and origin", p.shape[:-1], d.shape[:-1], o.shape[:-1])
         e, _ = unit(d, "direction")
         return cls._of(e, cross(p - o, e), o)
@@ -161,8 +160,8 @@ class PluckerLine:
             >>> nk.lines.PluckerLine.from_coordinates([0, 2, 0, 0, 0, 2]).point
             array([1., 0., 0.])
         """
-        k = as_batch(coordinates, (6,), "coordinates")
-        return cls(k[..., :3], k[..., 3:], as_batch(origin, (3,), "origin"))
+        k = as_floats(coordinates, (6,), "coordinates")
+        return cls(k[..., :3], k[..., 3:], as_floats(origin, (3,), "origin"))
 
     @property
     def coordinates(self) -> Floats:
@@ -207,7 +206,7 @@ class PluckerLine:
             >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transfer_to([3, 0, 0]).moment
             array([ 0.,  0., -2.])
         """
-        o = as_batch(origin, (3,), "origin")
+        o = as_floats(origin, (3,), "origin")
         common_batch("line and origin", self.batch_shape, o.shape[:-1])
         return self._of(self.direction, self.moment + cross(self.origin - o, self.direction), o)
 
@@ -483,7 +482,7 @@ def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
         >>> nk.lines.transfer_matrix([0, 0, 0], [3, 0, 0]) @ line.coordinates
         array([ 0.,  1.,  0.,  0.,  0., -2.])
     """
-    a, b = as_batch(a, (3,), "a"), as_batch(b, (3,), "b")
+    a, b = as_floats(a, (3,), "a"), as_floats(b, (3,), "b")
     batch = common_batch("a and b", a.shape[:-1], b.shape[:-1])
     U = np.zeros((*batch, 6, 6))
     U[...] = np.eye(6)
@@ -550,7 +549,7 @@ def geometric_jacobian(
     """
     if not axes.batch_shape:
         raise WrongShape("batch axes of axes", "(..., m)", ())
-    point = as_batch(at, (3,), "at")
+    point = as_floats(at, (3,), "at")
     common_batch("axes and at", axes.batch_shape[:-1], point.shape[:-1])
     seen = axes.transfer_to(point[..., None, :])
     count = axes.batch_shape[-1]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import TOUCHING, Floats, as_batch, join_poses, rigid_inverse, rows_with_gravity
+from nao_kin._core.arrays import TOUCHING, Floats, as_floats, join_poses, rigid_inverse, rows_with_gravity
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
@@ -180,7 +180,7 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
         >>> nk.world.feet_frame(feet)[:3, 3].round(3).tolist()
         [0.023, 0.0, -0.32]
     """
-    T = as_batch(T_world_feet, (4, 4), "T_world_feet")
+    T = as_floats(T_world_feet, (4, 4), "T_world_feet")
     if T.ndim < 3 or not T.shape[-3]:
         raise BadArgument("T_world_feet must have shape (..., n, 4, 4), with one foot at least")
     x, places = T[..., :2, 0], T[..., :3, 3]

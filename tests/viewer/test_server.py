@@ -243,8 +243,9 @@ def _ends(connection: socket.socket) -> bool:
     return True
 
 
-def test_half_a_request_is_not_held_for_long_and_a_page_is(viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nao_kin.viewer.server._SECONDS_FOR_A_REQUEST", 0.2)
+def test_half_a_request_is_not_held_for_long_and_a_page_is(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nao_kin.viewer.server._SECONDS_FOR_A_REQUEST", 0.2)  # read when a server starts
+    viewer = Viewer(nao)
     port = int(viewer.url.rstrip("/").rpartition(":")[2])
     head = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n"
     parts = "", head, head + "\r\n", head + "Content-Length: 100\r\n\r\nnot a hundred"
@@ -259,7 +260,8 @@ def test_half_a_request_is_not_held_for_long_and_a_page_is(viewer: Viewer, monke
             viewer.display(viewer.robot.posture("Crouch"))
             await page.receive("joints", lambda message: np.array_equal(_q_of(message), viewer.q))
 
-    asyncio.run(stay())
+    with viewer:
+        asyncio.run(stay())
 
 
 def test_so_many_connections_are_open_at_once_and_the_next_ones_wait(
