@@ -295,6 +295,8 @@ def complaint(case: Case, given: dict[str, Any], printed: TextIO) -> str:
     except SystemExit as error:
         if case.function is not nk.cli.main or error.code not in (0, 1, 2):
             return f"exit code {error.code}"
+    except nk.NaoKinError:  # also of a command line that is no list of texts
+        pass
     except Exception as error:
         if case.function is nk.cli.main:
             return f"{type(error).__name__}: {str(error)[:300]!r}"

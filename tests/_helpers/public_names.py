@@ -45,6 +45,8 @@ def called() -> Iterator[tuple[str, Any]]:
 def _methods(kind: type) -> Iterator[tuple[str, Any]]:
     for owner in kind.__mro__:
         for name, value in vars(owner).items():
+            if next(vars(one)[name] for one in kind.__mro__ if name in vars(one)) is not value:  # it is overridden
+                continue
             value = value.__func__ if isinstance(value, classmethod | staticmethod) else value
             # A function kept as the default of a field is no method of the class.
             ours = inspect.isfunction(value) and value.__qualname__ == f"{owner.__name__}.{name}"

@@ -149,7 +149,7 @@ def test_bad_input_is_refused_in_one_line(
     assert "nearest: front" in _refused(capsys, "--camera", "frnt", *html)
     assert "nearest: StandInit" in _refused(capsys, "--posture", "StandInnit", *html)
     assert "HeadYaw" in _refused(capsys, "--joint", "HeadYaw=nan", *html)
-    assert "fps must be positive" in _refused(
+    assert "fps must be above 0" in _refused(
         capsys, str(_write(tmp_path / "t.csv", nao.joint_names, nao.random(1, 2))), "--fps", "0", *html
     )
     short = _write(tmp_path / "short.csv", nao.joint_names[:20], nao.random(1, 2)[:, :20])
