@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping
+from functools import partial
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ import typer
 
 from nao_kin import warm_up
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
-from nao_kin._core.process import BROWSER_VARIABLE, find_browsers
+from nao_kin._core.process import BROWSER_VARIABLE, before_ending, find_browsers, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin.cli.options import JSON, command
@@ -41,15 +42,23 @@ _PROBE_SECONDS = 120
 
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
     """Run a program in a separate process; return its exit code (None without one), its output, and its last error."""
-    command = [sys.executable, "-c", program]
-    given: Any = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "env": dict(variables)}
+    given: Any = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     try:
-        probe = subprocess.run(command, timeout=_PROBE_SECONDS, **given)
+        with uninterrupted():  # a signal ends the probe, too
+            command = [sys.executable, "-c", program]
+            probe = subprocess.Popen(command, env=dict(variables), start_new_session=True, **given)
+            registered = before_ending(partial(kill_group, probe))
+        with registered, probe:
+            try:
+                out, errors = probe.communicate(timeout=_PROBE_SECONDS)
+            finally:
+                if probe.poll() is None:
+                    probe.kill()
     except (OSError, subprocess.TimeoutExpired) as error:
         return None, "", str(error)
-    lines = probe.stderr.strip().splitlines()
+    lines = errors.strip().splitlines()
     said = lines[-1] if lines else f"the process ended with code {probe.returncode}"
-    return probe.returncode, probe.stdout, abbreviated(said)
+    return probe.returncode, out, abbreviated(said)
 
 
 # --- `nao-kin doctor`, which does not import the libraries, so that it can report a crash.
