@@ -6,7 +6,7 @@ import contextlib
 import io
 from pathlib import Path
 
-from walk_and_draw import compute, viewer_of
+import walk_and_draw
 
 import nao_kin as nk
 
@@ -21,10 +21,10 @@ def write_pages(folder: Path) -> None:
     viewer.display(viewer.robot.posture("StandInit"))
     _write(folder / "robot.html", viewer)
     walk = folder / "walk_and_draw.html"
-    sources = [path.stat().st_mtime for path in Path(nk.__file__).parent.rglob("*.[pj][ys]")]
-    if not walk.exists() or walk.stat().st_mtime < max(sources):
+    sources = [Path(walk_and_draw.__file__), *Path(nk.__file__).parent.rglob("*.[pj][ys]")]
+    if not walk.exists() or walk.stat().st_mtime < max(path.stat().st_mtime for path in sources):
         with contextlib.redirect_stdout(io.StringIO()):
-            viewer_of_walk = viewer_of(compute())
+            viewer_of_walk = walk_and_draw.viewer_of(walk_and_draw.compute())
         _write(walk, viewer_of_walk)
 
 

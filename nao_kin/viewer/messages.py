@@ -406,9 +406,11 @@ KINDS: Mapping[str, Kind] = {
     "version": Kind({"version": "string"}, is_kept=False),
     "complete": Kind({}, is_kept=False),
 }
+# The node of the figure beside a robot, and the key of the message that draws it.
+FIGURE = "figure"
 # Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {
     "clip": panel_message("still", {}),
-    "figure": packed({"type": "delete", "path": "figure"}),
+    FIGURE: packed({"type": "delete", "path": FIGURE}),
     **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},
 }

@@ -36,6 +36,7 @@ from nao_kin.rotations import quat_from_matrix, quat_to_xyzw, quat_unwrap, rotat
 from nao_kin.viewer.cubics import cubics
 from nao_kin.viewer.meshes import Mesh, Shape, load_meshes, mesh_of
 from nao_kin.viewer.messages import (
+    FIGURE,
     Command,
     RetainedMessages,
     geometry_document,
@@ -55,8 +56,8 @@ REACH_LABELS = {
 }
 # A browser without a graphics card can still rotate this many cubes.
 _MAX_CUBES = 40_000
-# A figure: its node, its colour, the radius of a bone, and the size of one that is not seen [m].
-FIGURE, _FIGURE, _BONE, _NOTHING = "figure", (0.35, 0.55, 0.8), 0.008, 1e-5
+# A figure: its colour, the radius of a bone, and the size of one that is not seen [m].
+_FIGURE, _BONE, _NOTHING = (0.35, 0.55, 0.8), 0.008, 1e-5
 
 
 def number(value: ArrayLike, what: str) -> float:

@@ -31,7 +31,7 @@ from nao_kin.viewer.description import ROBOT, SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import (
     BLANKS,
-    Command,
+    FIGURE,
     NamedMessages,
     RetainedMessages,
     by_columns,
@@ -244,17 +244,18 @@ class Viewer(Guessing):
             *([] if ups is None else [track("up_values", "number", ups)]),
         ]
         moved = {ROBOT: tracks}
-        drawn: Command = {"type": "delete", "path": overlays.FIGURE}
+        drawn = BLANKS[FIGURE]
         if figure is not None:
-            drawn, moved[overlays.FIGURE] = overlays.figure(figure, len(array))
+            command, moved[FIGURE] = overlays.figure(figure, len(array))
+            drawn = packed(command)
         clip = set_animation(moved, rate, play=play, loop=loop, curves=None if curves is None else curves[1])
         self._streams.restart()
         self._streams.show_margins(margins)
         with self._lock:
             self._lead.release()
             self._show_joints(array[0], None if ups is None else ups[0].tolist())
-            if figure is not None or self._messages.get("figure") is not None:
-                self._messages.put("figure", packed(drawn))
+            if figure is not None or self._messages.get(FIGURE) is not None:
+                self._messages.put(FIGURE, drawn)
             self._messages.put("clip", packed(clip))
 
     def camera(self, name: str) -> None:

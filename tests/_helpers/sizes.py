@@ -7,6 +7,7 @@ lines of Markdown count that are not blank.
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -15,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 GENERATED = {"_build", "_generated", "node_modules", "__pycache__", "gallery", "lecture"}
 
 
+@functools.cache
 def python_lines(text: str) -> int:
     """Return the number of lines of code of a module."""
     told = set[int]()
