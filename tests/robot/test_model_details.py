@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import gc
 import json
 import math
 import os
@@ -23,7 +22,6 @@ import nao_kin as nk
 from nao_kin.cli import doctor
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated, NotFinite, WrongShape
-from nao_kin.robot import build
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import VERSIONS, nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
@@ -257,15 +255,6 @@ def test_a_robot_loaded_again_is_kept_where_it_can_be_and_a_model_of_its_own(nao
         assert robot.mass < again.mass
         assert robot.model.jointPlacements[1] != again.model.jointPlacements[1]
         assert robot.model.lowerPositionLimit[0] != -9.0
-
-
-def test_a_model_is_kept_no_longer_than_its_tree(nao: nk.NaoModel) -> None:
-    robot = nk.RobotModel.from_urdf(nao.urdf_path)
-    key = id(robot.tree), "fixed"
-    assert key in build._BUILT
-    del robot
-    gc.collect()
-    assert key not in build._BUILT
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
