@@ -264,18 +264,6 @@ def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 
-def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """Return R (..., 3, 3) and t (..., 3) of poses (..., 4, 4); check the last row, but not that R is a rotation."""
-    poses = as_floats(T, (4, 4), what)
-    bad = (poses[..., 3, :] != _LAST_ROW).any(axis=-1)
-    if bad.any():
-        index = first_index(bad)
-        raise BadArgument(
-            f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{at_index(index)}"
-        )
-    return poses[..., :3, :3], poses[..., :3, 3]
-
-
 def join_poses(R: Floats, t: Floats) -> Floats:
     """Return the poses [[R, t], [0, 1]], shape (..., 4, 4), of matrices (..., 3, 3) and translations (..., 3)."""
     T = np.empty((*common_batch("rotations and translations", R.shape[:-2], t.shape[:-1]), 4, 4))
