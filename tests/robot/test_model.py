@@ -52,13 +52,6 @@ def test_arrays_of_the_model_cannot_be_written_to(nao: nk.NaoModel) -> None:
             array[0] = 1.0
 
 
-def test_limits_and_speeds_are_those_of_the_urdf(each_nao: nk.NaoModel) -> None:
-    assert np.array_equal(each_nao.lower, each_nao.model.lowerPositionLimit)
-    assert np.array_equal(each_nao.upper, each_nao.model.upperPositionLimit)
-    assert np.all(each_nao.velocity_limits > 0)
-    assert np.all(each_nao.effort_limits > 0)
-
-
 def test_the_neutral_configuration_is_zero(nao: nk.NaoModel) -> None:
     q = nao.neutral()
     assert np.array_equal(q, np.zeros(25))
@@ -363,33 +356,6 @@ def test_a_payload_added_to_the_model_counts() -> None:
     assert np.array_equal(pickle.loads(pickle.dumps(fixed)).com(q), fixed.com(q))
 
 
-def test_a_floating_base_with_a_sloppy_quaternion_still_gives_rotations() -> None:
-    free = nk.load_nao(base="floating")
-    q = free.neutral()
-    q[3:7] = np.array([0.5, 0.5, 0.5, 0.5]) * (1 + 9e-7)
-    R = free.rotation(q, "LArm")
-    assert np.allclose(R @ R.T, np.eye(3), atol=1e-15)
-    assert q[3] == 0.5 * (1 + 9e-7)
-
-
-@for_all(
-    "error",
-    [
-        lambda nao: nao.fk(nao.neutral(), "LHnd"),
-        lambda nao: nao.configuration({"HeadYaw": 9.0}),
-        lambda nao: nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.2}),
-        lambda nao: nao.fk(np.zeros(3)),
-    ],
-)
-def test_errors_come_back_from_other_processes(nao: nk.NaoModel, error) -> None:
-    with pytest.raises(NaoKinError) as caught:
-        error(nao)
-    again = pickle.loads(pickle.dumps(caught.value))
-    assert type(again) is type(caught.value)
-    assert str(again) == str(caught.value)
-    assert vars(again).keys() == vars(caught.value).keys()
-
-
 def test_violations_of_a_large_batch_are_counted_and_not_all_told(nao: nk.NaoModel) -> None:
     q = np.full((5000, 25), 9.0)
     with pytest.raises(OutsideLimits, match=r"and 124997 more") as caught:
@@ -446,28 +412,6 @@ def test_a_wrong_shape_is_told_with_the_right_one(nao: nk.NaoModel, q) -> None:
             method(q)
     with pytest.raises(WrongShape, match="Body values"):
         nao.from_body(np.zeros(25))
-
-
-@for_all("bad", [math.nan, -math.inf])
-def test_nan_and_infinity_are_told_with_the_joint(nao: nk.NaoModel, bad: float) -> None:
-    q = nao.random(0, (2, 2))
-    q[1, 0, 3] = bad
-    for method in (nao.fk, nao.com, lambda q: nao.jacobian(q, "LArm"), nao.clamp, nao.check_limits):
-        with pytest.raises(NotFinite, match=rf"q must be finite, got {bad} at index \[1, 0, 3\] \(LHipRoll\)"):
-            method(q)
-        with pytest.raises(NotFinite, match=r"\(LHipRoll\)"):
-            method(q[1, 0])
-    with pytest.raises(NotFinite, match="HeadYaw must be finite"):
-        nao.configuration({"HeadYaw": bad})
-    for angles in ({"RHipYawPitch": bad}, {"LHipYawPitch": 0.1, "RHipYawPitch": bad}):
-        with pytest.raises(NotFinite, match="RHipYawPitch must be finite"):
-            nao.configuration(angles)
-
-
-@for_all("q", ["stand", [1, [2, 3]], None, [1j] * 25])
-def test_what_is_no_number_is_refused(nao: nk.NaoModel, q) -> None:
-    with pytest.raises(BadArgument, match="q must be real numbers, got "):
-        nao.fk(q)
 
 
 def test_an_unknown_base_is_refused() -> None:
@@ -641,14 +585,6 @@ def test_clamping_lands_inside_and_leaves_what_is_inside(values: list[float]) ->
             assert q[index] == pytest.approx(values[index], abs=1e-6)
 
 
-def test_a_value_on_the_limit_is_inside(nao: nk.NaoModel) -> None:
-    for index, name in enumerate(nao.joint_names):
-        if name in ("HeadPitch", "LAnkleRoll", "RAnkleRoll"):
-            continue
-        for value in (nao.lower[index], nao.upper[index], math.radians(math.degrees(nao.upper[index]))):
-            nao.configuration({name: value})
-
-
 _NAO = nk.load_nao()
 
 
@@ -668,12 +604,6 @@ def test_reasons_of_numpy_and_names_of_files_are_cut_and_show_no_control_charact
         assert str(caught.value).isprintable()
     with pytest.raises(nk.NaoKinError, match=r"a\\x00b\\x1b\[31m\\u202e\.toml: cannot be read"):
         nk.load_nao(offsets=escapes)
-
-
-def test_a_model_is_of_the_version_and_base_that_are_asked_for() -> None:
-    model = nk.NaoModel(version="v4", base="floating")
-    assert (model.version, model.nq, model.nv) == ("v4", 32, 31)
-    assert np.array_equal(model.lower, nk.load_nao("v4", base="floating").lower)
 
 
 def test_missing_values_of_the_body_order_are_filled(nao: nk.NaoModel) -> None:

@@ -1,10 +1,8 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections import Counter
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -156,11 +154,6 @@ def test_a_version_is_not_found_when_it_is_written_otherwise(name: str) -> None:
         version_named(name)
 
 
-def test_an_unknown_version_is_answered_with_the_valid_ones() -> None:
-    with pytest.raises(UnknownName, match=r"unknown NAO version 'v9' \(nearest: v"):
-        nao_parameters("v9")
-
-
 def test_the_leg_effector_and_the_documented_foot_height_are_two_numbers() -> None:
     offsets = nao_parameters("v6").offsets
     assert offsets["LegEffectorHeight"] == 0.04511
@@ -238,20 +231,6 @@ def test_a_page_says_only_what_differs(page: VersionPage) -> None:
         assert not set(keys) & {*page.without_frames, *page.without_visuals}, name
 
 
-def test_the_pages_differ_in_what_the_model_page_says() -> None:
-    tables = {page.version: {field.name for field in fields(page) if getattr(page, field.name)} for page in PAGES}
-    always = {"version", "base"}
-    assert tables == {
-        "v5": always
-        | {"inertials", "placeholder", "cameras", "frames", "without_frames", "visuals", "without_visuals", "colours"},
-        "v4": always | {"inertials"},
-        "v3.3": always | {"inertials", "cameras", "frames", "visuals", "without_visuals"},
-        "v3.2": always
-        | {"offsets", "limits", "actuators", "inertials", "without_frames", "visuals", "without_visuals"},
-    }
-    assert [row.link for row in TABLES["v5"].inertials if row not in V6.inertials] == ["HeadPitch"]
-
-
 def test_the_versions_of_a_row_are_those_whose_tables_hold_it() -> None:
     for name, table in {"offsets": OFFSETS, "limits": LIMITS, "frames": FRAMES, "inertials": INERTIALS}.items():
         for version in VERSIONS:
@@ -310,21 +289,6 @@ def test_an_offset_has_a_sign_and_its_published_name() -> None:
     }
 
 
-@pytest.mark.full  # `make types` checks the rows themselves
-def test_a_misspelt_offset_is_seen_by_the_type_checker(tmp_path: Path) -> None:
-    pytest.importorskip("mypy")
-    row = 'JointRow("J", "Head", "torso", "Neck", (0.0, 0.0, {}), (0.0, 0.0, 1.0), "twist", "J6")'
-    coordinates = ("-skeleton.THIGH_LENGTH", "-skeleton.THIGH_LENGHT", '"-ThighLength"')
-    source = tmp_path / "page.py"
-    lines = [
-        "from nao_kin.robot.nao.rows import JointRow; from nao_kin.robot.nao import v6 as skeleton",
-        *map(row.format, coordinates),
-    ]
-    source.write_text("\n".join(lines) + "\n")
-    done = subprocess.run([sys.executable, "-m", "mypy", str(source)], capture_output=True, text=True, cwd=ROOT)
-    assert re.findall(r"page\.py:(\d+): error", done.stdout) == ["3", "4"], done.stdout
-
-
 # --- the resolved parameters ------------------------------------------------------------------------------------------
 
 
@@ -352,14 +316,6 @@ def test_a_phalanx_is_carried_by_the_joint_that_moves_its_parent_link(version: s
     assert all(links[finger.parent] == finger.parent_link for finger in parameters.fingers)
 
 
-@for_all("version", VERSIONS)
-def test_the_mimics_are_those_of_the_robot(version: str) -> None:
-    mimics = nao_parameters(version).mimics
-    assert dict(mimics) == dict(nk.load_nao(version).mimics)
-    assert len(mimics) == 17
-    assert mimics["RHipYawPitch"] == Mimic("LHipYawPitch", 1.0, 0.0)
-
-
 def test_a_joint_without_a_motor_of_its_own_is_a_mimic_and_no_other() -> None:
     parameters = nao_parameters()
     hip = replace(parameters.joint("RHipYawPitch"), mimic=None)
@@ -375,15 +331,6 @@ def test_joints_and_frames_are_found_by_name() -> None:
         parameters.joint("HeadYow")
     with pytest.raises(UnknownName, match=r"unknown frame 'CameraTopp' \(nearest: CameraTop"):
         parameters.frame("CameraTopp")
-
-
-@for_all("version", VERSIONS)
-def test_the_parameters_print_themselves_on_one_short_line(version: str) -> None:
-    parameters = nao_parameters(version)
-    text = repr(parameters)
-    assert text == (
-        f"<NaoParameters {version}: 26 joints, 16 phalanges, {len(parameters.frames)} frames, {parameters.mass:.3f} kg>"
-    )
 
 
 def test_the_parameters_cannot_be_changed() -> None:
