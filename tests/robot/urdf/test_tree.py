@@ -132,7 +132,8 @@ def _limited(lower: float, upper: float, effort: float = 3.0, kind: str = "revol
     [
         (_limited(-1, 1, effort=0.0), "joint 'A' has an effort limit of 0"),
         (_limited(0, 0), "joint 'A' has lower and upper limits of 0, and cannot move"),
-        (_limited(-90, 90), "joint 'A' has limits that seem to be in degrees"),
+        (_limited(-90, 0), "joint 'A' has limits that seem to be in degrees"),
+        (_limited(0, 90), "joint 'A' has limits that seem to be in degrees"),
         (_limited(0, 90, kind="prismatic"), None),
         (_limited(-6.3, 6.3), None),  # a UR10
         (_limited(-1e16, 1e16), None),  # a rotor of Iris: unlimited
