@@ -137,22 +137,6 @@ def test_a_follower_with_an_offset_must_suit_its_driver(offset_robot: nk.RobotMo
     assert (caught.value.primary_value, caught.value.mimic_value, caught.value.expected) == (0.25, 0.5, 1.0)
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_the_base_quaternion_is_of_unit_norm_to_a_millionth(way: float) -> None:
-    nao = nk.load_nao(base="floating")
-    q = nao.neutral()
-    q[3:7] = 0.5
-    for gap in (0.9e-6, 1e-9):
-        q_near = q.copy()
-        q_near[3:7] *= 1 + way * gap
-        assert np.allclose(nao.fk(q_near, "LArm"), nao.fk(q, "LArm"), atol=1e-5)
-    for gap in (1.1e-6, 1e-5, 0.9e-3):
-        q_far = q.copy()
-        q_far[3:7] *= 1 + way * gap
-        with pytest.raises(BadArgument, match="unit quaternion"):
-            nao.fk(np.stack([q, q_far]), "LArm")
-
-
 # --- the command line -------------------------------------------------------------------------------------------------
 
 

@@ -48,14 +48,6 @@ def test_the_masses_add_up_to_the_published_total(version: str) -> None:
     assert nao_parameters(version).mass == pytest.approx(MASSES[version], abs=2e-4 if version == "v3.2" else 1e-9)
 
 
-@for_all("link", ["ShoulderPitch", "ElbowYaw", "WristYaw", "HipRoll"])
-def test_limbs_of_v33_are_mirror_images_of_each_other(link: str) -> None:
-    left, right = (nao_parameters("v3.3").inertials[f"{side}{link}"] for side in "LR")
-    xx, xy, xz, yy, yz, zz = left.inertia
-    assert right.inertia == (xx, -xy, xz, yy, -yz, zz)
-    assert right.com_m == (left.com_m[0], -left.com_m[1], left.com_m[2])
-
-
 @for_all(
     ("rows", "key"),
     [
