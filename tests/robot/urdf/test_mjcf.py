@@ -425,5 +425,3 @@ def test_a_robot_has_the_base_and_the_semantics_that_are_asked_for(tmp_path: Pat
     for read in (nk.RobotModel.from_mjcf, nk.RobotModel.from_file):
         robot = read(path, base="floating", semantics=meaning)
         assert (robot.base, robot.nq - robot.nv, robot.semantics.end_effectors) == ("floating", 1, ("b",))
-    assert nk.RobotModel.from_mjcf(path, base="floating", semantics=meaning).semantics == robot.semantics
-    assert nk.RobotModel.from_file(path, base="floating", semantics=meaning).semantics == robot.semantics
