@@ -437,7 +437,7 @@ def test_every_error_is_one_line_and_of_one_family(error: NaoKinError) -> None:
 @for_all("base", ["fixed", "floating"])
 @for_all("duplicate", [lambda m: pickle.loads(pickle.dumps(m)), copy.copy, copy.deepcopy])
 def test_copies_answer_like_the_original(duplicate, base: str) -> None:
-    nao = nk.load_nao("v5", base=base)
+    nao = nk.NaoModel(version="v5", base=base)
     other = duplicate(nao)
     q = nao.random(0, 3)
     assert np.array_equal(other.fk(q), nao.fk(q))
