@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import numbers
 import operator
-import re
 from collections.abc import Iterable
 from typing import Any, Literal, SupportsIndex, TypeGuard, cast, get_args
 
@@ -78,11 +77,6 @@ def refuse_non_finite(array: Floats, what: str) -> None:
 
 
 # --- Vectors along the last axis, and batch shapes.
-
-
-def as_vectors(value: ArrayLike, what: str, size: int = 3) -> Floats:
-    """Return finite vectors of shape (..., size)."""
-    return as_floats(value, (size,), what)
 
 
 def dot(a: Floats, b: Floats) -> Floats:
@@ -184,16 +178,6 @@ def first_index(mask: NDArray[np.bool_]) -> tuple[int, ...]:
 # A larger number of threads, searches or steps is a mistake, and would take forever.
 MAX_THREADS, MAX_SEARCHES = 10_000, 1_000_000
 
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
-
-def decimal(text: str) -> float:
-    """Return the number that `text` writes in ASCII decimal digits; `float` would also accept "nan" and "1_0"."""
-    stripped = text.strip()
-    if not _DECIMAL.fullmatch(stripped):
-        raise ValueError(f"not a decimal number: {quoted(text)}")
-    return float(stripped)
-
 
 def finite_decimal(text: str) -> float | None:
     """Return the finite number that `text` writes in decimal digits, or None if it does not write one."""
@@ -278,18 +262,6 @@ def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
 # --- Poses [[R, t], [0, 1]].
 
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
-
-
-def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """Return R (..., 3, 3) and t (..., 3) of poses (..., 4, 4); check the last row, but not that R is a rotation."""
-    poses = as_floats(T, (4, 4), what)
-    bad = (poses[..., 3, :] != _LAST_ROW).any(axis=-1)
-    if bad.any():
-        index = first_index(bad)
-        raise BadArgument(
-            f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{at_index(index)}"
-        )
-    return poses[..., :3, :3], as_vectors(poses[..., :3, 3], f"the translation of {what}")
 
 
 def join_poses(R: Floats, t: Floats) -> Floats:

@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import read_json
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadInputFile
@@ -253,7 +253,8 @@ def _of_yaml(text: str) -> dict[str, Any]:
 
 def _joint_state(stamp: dict[str, int], names: list[str], positions: list[str]) -> dict[str, Any]:
     """Return the joint state as JSON has it; a position that is no number remains a text, which its reader refuses."""
-    values = [math.nan if one in _NOT_A_NUMBER else float(one) if is_decimal(one) else one for one in positions]
+    numbers = [math.nan if one in _NOT_A_NUMBER else finite_decimal(one) for one in positions]
+    values = [one if number is None else number for one, number in zip(positions, numbers, strict=True)]
     return {"header": {"stamp": stamp}, "name": names, "position": values}
 
 
@@ -366,11 +367,7 @@ class IsoTimes:
 
 def is_decimal(text: str) -> bool:
     """Return whether a text is a decimal number, with a point or a comma."""
-    try:
-        decimal(text.replace(",", "."))
-    except ValueError:
-        return False
-    return True
+    return finite_decimal(text.replace(",", ".")) is not None
 
 
 def is_iso_time(text: str) -> bool:

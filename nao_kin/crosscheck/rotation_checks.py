@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -164,8 +164,7 @@ class _HipCheck:
         )
 
     def _matrices(self, angles: Floats) -> Floats:
-        first, second, third = (turns_about(axis, angles[:, i]) for i, axis in enumerate((self.axis, _X, _Y)))
-        return np.asarray(first @ second @ third)
+        return _turned((self.axis, _X, _Y), angles)
 
 
 def _weighted(ours: Floats, theirs: Floats, weight: Floats) -> Floats:
@@ -250,10 +249,8 @@ def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Flo
     axes, angles = sample.natural
     used = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
     axes, angles = axes[used], angles[used]
-    differences = np.full(len(used), LEFT_OUT)
     ours = conversions.matrix_from_linear(np.sin(angles)[:, None] * axes, np.cos(angles))
-    differences[used] = difference(ours, matrices_from_natural(axes, angles))
-    return differences
+    return _used(used, difference(ours, matrices_from_natural(axes, angles)))
 
 
 @_row("pin.AngleAxis")
@@ -346,9 +343,8 @@ def _quat_from_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
 def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
     parts = np.floor(9.0 * sample.spread) / 8.0
-    theirs = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), p, q, parts)
     used = np.abs((p * q).sum(axis=1)) > _RIGHT_ANGLE
-    return np.where(used, difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
+    return np.where(used, difference(conversions.slerp(p, q, parts), _slerped(p, q, parts)), LEFT_OUT)
 
 
 @_row("pin.Quaternion")
@@ -463,9 +459,11 @@ def _pairs(sample: RotationSample) -> tuple[Floats, RotationSample]:
 
 def _between(sample: RotationSample, share: Floats) -> Floats:
     """Return the rotations at a share of the way from A to B by pin.Quaternion.slerp, shape (n, 3, 3)."""
-    q, next_q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
-    parts = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), q, next_q, share)
-    return matrices_from_quaternions(parts)
+    return matrices_from_quaternions(_slerped(sample.quaternions, np.roll(sample.quaternions, 1, axis=0), share))
+
+
+def _slerped(p: Floats, q: Floats, parts: Floats) -> Floats:
+    return each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), p, q, parts)
 
 
 def _used(used: Any, differences: Floats) -> Floats:
@@ -535,25 +533,24 @@ def _euler_rate_jacobian_inverse(euler: _EulerCheck, sample: RotationSample, con
 def _nearest_euler(euler: _EulerCheck, sample: RotationSample, conversions: Conversions) -> Floats:
     two = euler.moving[:2]
     axes = [_AXES[axis] for axis in axis_numbers(two)]
-    R = _two_turns(axes, sample.moving_angles(euler.moving))
+    R = _turned(axes, sample.moving_angles(euler.moving))
     found = conversions.nearest_euler(R, two if euler.axes == "moving" else two[::-1], axes=euler.axes)
-    again = _two_turns(axes, euler.written(shaped(found.angles, (len(R), 2))))
+    again = _turned(axes, euler.written(shaped(found.angles, (len(R), 2))))
     return largest(difference(again, R), difference(found.residual, np.zeros(len(R))))
 
 
 @_row("pin.AngleAxis")
 def _nearest_davenport(sample: RotationSample, conversions: Conversions) -> Floats:
     axes = [(0.0, _ROOT, -_ROOT), _X]
-    R = _two_turns(axes, sample.moving_angles("zyx"))
+    R = _turned(axes, sample.moving_angles("zyx"))
     found = conversions.nearest_davenport(R, *axes)
-    again = _two_turns(axes, shaped(found.angles, (len(R), 2)))
+    again = _turned(axes, shaped(found.angles, (len(R), 2)))
     return largest(difference(again, R), difference(found.residual, np.zeros(len(R))))
 
 
-def _two_turns(axes: list[Vector], angles: Floats) -> Floats:
-    """Return the product of turns about two axes by pin.AngleAxis, shape (n, 3, 3)."""
-    first, second = (turns_about(axis, angles[:, i]) for i, axis in enumerate(axes))
-    return np.asarray(first @ second)
+def _turned(axes: Sequence[Vector], angles: Floats) -> Floats:
+    """Return the product of turns about axes by pin.AngleAxis, shape (n, 3, 3)."""
+    return functools.reduce(np.matmul, (turns_about(axis, angles[:, i]) for i, axis in enumerate(axes)))
 
 
 def _canonical_difference(ours: Any, theirs: Floats) -> Floats:

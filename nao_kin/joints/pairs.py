@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, choice, unit, whole_number
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, unit, whole_number
 from nao_kin._core.text import html_table, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot.semantics import Mimic
@@ -91,7 +91,7 @@ class KinematicPair:
         if directions.shape != (self.axes, 3) and not (self.axes == 1 and directions.shape == (3,)):
             expected = "(0,)" if self.axes == 0 else "(3,)" if self.axes == 1 else f"({self.axes}, 3)"
             raise WrongShape(what, expected, directions.shape)
-        units, _ = unit(as_vectors(directions.reshape(self.axes, 3), what), what)
+        units, _ = unit(as_floats(directions.reshape(self.axes, 3), (3,), what), what)
         if self.axes == 2 and np.linalg.norm(np.cross(*units)) < PARALLEL:
             raise BadArgument(f"the two axes of a {self.name} joint must not be parallel, got {directions.tolist()}")
         return units

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
@@ -41,19 +40,13 @@ _PRISMATIC = {(1, 0, 0): pin.JointModelPX, (0, 1, 0): pin.JointModelPY, (0, 0, 1
 _IDENTITY = pin.SE3.Identity()
 
 
-# The model of each tree and base, as long as the tree is in use.
-_BUILT: dict[tuple[int, Base], pin.Model] = {}
-
-
 def build_model(tree: UrdfTree, base: Base) -> pin.Model:
     """Return a copy of the model of a URDF tree with a fixed or floating base; the original is built once per tree."""
     if base not in ("fixed", "floating"):
         raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
-    key = id(tree), base
-    if key not in _BUILT:
-        _BUILT[key] = _built(tree, base)
-        weakref.finalize(tree, _BUILT.pop, key, None).atexit = False
-    return _BUILT[key].copy()
+    if base not in tree.made:
+        tree.made[base] = _built(tree, base)
+    return tree.made[base].copy()
 
 
 def _built(tree: UrdfTree, base: Base) -> pin.Model:

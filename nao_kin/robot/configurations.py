@@ -425,10 +425,3 @@ def without_gaps(
     }
     absent = {name: value for name, value in found.items() if name not in measured}
     return absent | filled
-
-
-def with_shared_motors(mimics: Mapping[str, Mimic], values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
-    """Return joint → values with one value for each motor of which several joints are given, as in `motor_values`."""
-    several = [name for joints in joints_by_motor(mimics, values).values() if len(joints) > 1 for name in joints]
-    alone = {name: value for name, value in values.items() if name not in several}
-    return alone | motor_values(mimics, {name: values[name] for name in several}, hips)

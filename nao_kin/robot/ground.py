@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-import threading
-import weakref
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -107,7 +105,7 @@ def set_down(
     tolerance = float(tolerance)  # unsigned numbers have no negative ones
     feet = Feet.of(robot, soles, or_origin=True)
     names = feet.names
-    if not names and not len(floor.points):
+    if not names and not floor.links:
         raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
     batch, rows, down = rows_with_gravity(robot.checked(q), gravity)
     measured = _carrying(robot, feet, batch, contacts, forces)
@@ -121,10 +119,7 @@ def set_down(
     T, corners, on_floor, links, stands = (
         np.concatenate(part).reshape((*batch, *part[0].shape[1:])) for part in zip(*parts, strict=True)
     )
-    touching = np.zeros((*batch, len(names)), dtype=np.bool_)
-    for k in range(len(names)):
-        touching[..., k] = on_floor[..., feet.owner == k].any(axis=-1)
-    return SetDown(T, names, touching, corners, feet.owner, on_floor, links, stands)
+    return SetDown(T, names, on_floor @ feet.corners_of, corners, feet.owner, on_floor, links, stands)
 
 
 def _carrying(
@@ -170,6 +165,11 @@ class Feet(NamedTuple):
                 outlines.append(np.zeros((1, 3)))
         points = np.concatenate([*outlines, np.empty((0, 3))])
         return Feet(names, points, np.repeat(np.arange(len(names)), [len(outline) for outline in outlines]))
+
+    @property
+    def corners_of(self) -> NDArray[np.bool_]:
+        """Which corners belong to each sole, shape (k, S)."""
+        return np.asarray(np.equal.outer(self.owner, np.arange(len(self.names))))
 
     def placed(self, T_soles: Floats) -> Floats:
         """Return the corners of soles at T_soles (n, S, 4, 4), shape (n, k, 3)."""
@@ -232,9 +232,7 @@ class Feet(NamedTuple):
 
     def carried(self, robot: KinematicRobot, links: Sequence[str]) -> NDArray[np.bool_]:
         """Return which links move with each sole, shape (S, L)."""
-        frames = robot.model.frames
-        soles, others = ([frames[i].parentJoint for i in robot.frame_ids(each)] for each in (self.names, links))
-        return np.asarray(np.equal.outer(soles, others))
+        return _on_one_body(robot, self.names, links)
 
     @staticmethod
     def points_on_floor(robot: KinematicRobot, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
@@ -242,8 +240,7 @@ class Feet(NamedTuple):
         floor = _floor_of(robot)
         T_links = T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root)
         near = np.flatnonzero(floor._deepest(T_links[None], -_UPRIGHT[None])[0] + tolerance >= 0.0)
-        placed = [floor.vertices[k] @ T_links[k, :3, :3].T + T_links[k, :3, 3] for k in near]
-        points = np.concatenate([*placed, np.empty((0, 3))])
+        points = _placed([floor.vertices[k] for k in near], T_links[near])
         return points[points[:, 2] <= tolerance]
 
     def others(self, robot: KinematicRobot, links: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -254,7 +251,6 @@ class Feet(NamedTuple):
 def sole_outline(robot: KinematicRobot, sole: str, kind: OutlineKind = "sole") -> Floats:
     """Return the outline of a sole; the arguments are those of `RobotModel.sole_outline`."""
     choice(kind, OUTLINE_KINDS, "kind of outline")
-    (frame_id,) = robot.frame_ids((sole,))
     if kind == "sensors":
         return sole_corners(robot, sole)
     named = robot.semantics.outlines.get(sole)
@@ -263,14 +259,10 @@ def sole_outline(robot: KinematicRobot, sole: str, kind: OutlineKind = "sole") -
     try:
         return sole_corners(robot, sole)
     except BadArgument:
-        floor, frames = _floor_of(robot), robot.model.frames
-        own = frames[frame_id]
-        carried = [k for k, i in enumerate(robot.frame_ids(floor.links)) if frames[i].parentJoint == own.parentJoint]
-        parts = [
-            (own.placement.actInv(frames[robot.frame_ids((floor.links[k],))[0]].placement)).homogeneous for k in carried
-        ]
-        placed = [floor.vertices[k] @ T[:3, :3].T + T[:3, 3] for k, T in zip(carried, parts, strict=True)]
-        near = np.concatenate([*placed, np.empty((0, 3))])
+        floor = _floor_of(robot)
+        carried = np.flatnonzero(_on_one_body(robot, (sole,), floor.links)[0])
+        T_sole_links = robot.fk(robot.neutral(), floor.links, reference=sole)
+        near = _placed([floor.vertices[k] for k in carried], T_sole_links[carried])
         lowest = near[:, 2].min(initial=np.inf)
         points = near[near[:, 2] <= lowest + _FLAT]
         if len(points) < 3:
@@ -287,12 +279,10 @@ class Floor(NamedTuple):
 
     links: tuple[str, ...]  # names of the links that have shapes
     rows: NDArray[np.intp]  # their indices in `robot.link_names`
-    starts: NDArray[np.intp]  # the first point of each link, and the number of all points
-    points: Floats  # in the frames of their links, shape (p, 3) [m]
-    owner: NDArray[np.intp]  # the index in `links` of each point, shape (p,)
     centres: Floats  # of a sphere around the vertices of each link
     radii: Floats
-    vertices: tuple[Floats, ...]  # all of each link, for the height of the floor; `points` suffice for its direction
+    vertices: tuple[Floats, ...]  # of each link, in its frame, for the height of the floor [m]
+    outermost: tuple[Floats, ...]  # those that are farthest in some direction, which suffice for the floor's direction
 
     def lowest(
         self, T: Floats, down: Floats, known: Floats, *, without: NDArray[np.bool_] | None = None, exact: bool = True
@@ -319,7 +309,7 @@ class Floor(NamedTuple):
         return np.asarray(np.einsum("nlij,ni,lj->nl", T[..., :3, :], down, centres) + self.radii)
 
     def _depth_of(self, k: int, T: Floats, down: Floats, exact: bool = False) -> Floats:
-        points = self.vertices[k] if exact else self.points[self.starts[k] : self.starts[k + 1]]
+        points = (self.vertices if exact else self.outermost)[k]
         towards = np.einsum("nij,ni->nj", T[:, k, :3, :3], down)
         return np.asarray((towards @ points.T).max(axis=1) + np.einsum("nk,nk->n", down, T[:, k, :3, 3]))
 
@@ -331,25 +321,27 @@ class Floor(NamedTuple):
             found[rows, k] = self._depth_of(k, T[rows], down[rows]) >= least[rows]
         return found
 
-    def placed(self, T: Floats) -> Floats:
-        """Return all points, shape (p, 3), for links at T (L, 4, 4)."""
-        return np.asarray(np.einsum("pij,pj->pi", T[self.owner, :3, :3], self.points) + T[self.owner, :3, 3])
+
+def _placed(parts: Iterable[Floats], T: Floats) -> Floats:
+    """Return the points of links, each given in its link, for links at T (L, 4, 4), shape (p, 3)."""
+    placed = (points @ pose[:3, :3].T + pose[:3, 3] for points, pose in zip(parts, T, strict=True))
+    return np.concatenate([*placed, np.empty((0, 3))])
 
 
-# By the identity of a tree, which all robots that are made from it share.
-_FLOORS: dict[int, Floor] = {}
-_LOCK = threading.Lock()
+def _on_one_body(robot: KinematicRobot, frames: Sequence[str], links: Sequence[str]) -> NDArray[np.bool_]:
+    """Return which links move with which frames, shape (F, L)."""
+    every = robot.model.frames
+    one, other = ([every[i].parentJoint for i in robot.frame_ids(each)] for each in (frames, links))
+    return np.asarray(np.equal.outer(one, other))
 
 
 def _floor_of(robot: KinematicRobot) -> Floor:
-    """Return the cached points of a robot."""
-    tree = robot.tree
-    with _LOCK:
-        found = _FLOORS.get(id(tree))
-        if found is None:
-            found = _FLOORS[id(tree)] = _read_floor(robot)
-            weakref.finalize(tree, _FLOORS.pop, id(tree), None)
-    return found
+    """Return the points of a robot, which are read once for all robots that are made from its tree."""
+    made = robot.tree.made
+    if Floor not in made:
+        made[Floor] = _read_floor(robot)
+    floor: Floor = made[Floor]
+    return floor
 
 
 def _read_floor(robot: KinematicRobot) -> Floor:
@@ -364,21 +356,11 @@ def _read_floor(robot: KinematicRobot) -> Floor:
         outlines.setdefault(visual.link, []).append(points @ T[:3, :3].T + T[:3, 3])
     links = tuple(name for name in robot.link_names if name in outlines)
     vertices = tuple(np.unique(np.concatenate(outlines[name]), axis=0) for name in links)
-    # The vertices that are farthest in some direction.
-    parts = [own[np.unique((own @ _directions().T).argmax(axis=0))] for own in vertices]
+    outermost = tuple(own[np.unique((own @ _directions().T).argmax(axis=0))] for own in vertices)
     centres = np.array([(own.min(axis=0) + own.max(axis=0)) / 2.0 for own in vertices]).reshape(-1, 3)
     radii = np.array([np.linalg.norm(own - c, axis=1).max() for own, c in zip(vertices, centres, strict=True)])
-    counts = [len(part) for part in parts]
-    return Floor(
-        links,
-        np.array([robot.link_names.index(name) for name in links], dtype=np.intp),
-        np.cumsum([0, *counts]),
-        np.concatenate([*parts, np.empty((0, 3))]),
-        np.repeat(np.arange(len(links)), counts),
-        centres,
-        radii,
-        vertices,
-    )
+    rows = np.array([robot.link_names.index(name) for name in links], dtype=np.intp)
+    return Floor(links, rows, centres, radii, vertices, outermost)
 
 
 def _outermost(shape: Any, packages: Any) -> Floats:
@@ -489,7 +471,7 @@ def _down_of(
     stands: NDArray[np.bool_] = np.asarray(used.any(axis=1))
     ups = [robot.semantics.postures[name].up for name in robot.posture_names]
     falling = np.flatnonzero(~rests)
-    if not any(ups) or not len(floor.points) or not has_mass or not len(falling):
+    if not any(ups) or not floor.links or not has_mass or not len(falling):
         return down, used, stands
     joints = slice(robot.nq_base, None)
     known = np.stack([robot.posture(name)[joints] for name in robot.posture_names])
@@ -498,7 +480,8 @@ def _down_of(
         up = ups[posture]
         if up is not None:
             begin = -np.array(up, dtype=np.float64) / np.linalg.norm(up)
-            down[k] = settle(floor.placed(T_links[k])[None], centres[k : k + 1], begin[None, None], _HALF_TURN)[0][0]
+            points = _placed(floor.outermost, T_links[k])
+            down[k] = settle(points[None], centres[k : k + 1], begin[None, None], _HALF_TURN)[0][0]
             stands[k], used[k] = False, False
     return down, used, stands
 
@@ -530,7 +513,7 @@ def _on_soles(
         heights = (corners[rows] @ down[..., None])[..., 0]
         deepest = heights.max(axis=1)
         on_floor = heights >= deepest[:, None] - 2.0 * ROLLING
-        soles = np.stack([on_floor[:, feet.owner == k].any(axis=1) for k in range(count)], axis=1)
+        soles = on_floor @ feet.corners_of
         least = deepest + _BELOW
         flat = soles & _are_flat(T_soles[rows], down)
         under = floor.lowest(T_links[rows], down, least, without=flat @ carried, exact=False) <= least

@@ -24,7 +24,6 @@ from nao_kin.robot.configurations import (
     joints_by_motor,
     motor_values,
     values_by_name,
-    with_shared_motors,
     without_gaps,
 )
 from nao_kin.robot.joint_arrays import JointArrays
@@ -268,7 +267,7 @@ class KinematicRobot(Guessing):
             gaps = missing is not None
             given = self._configurations.by_joint(angles, degrees, ignore_other=ignore_other, gaps=gaps)
             angles = given if missing is None else self.fill_missing(given, missing)
-            angles = angles if hips is None else with_shared_motors(self.mimics, angles, hips)
+            angles = angles if hips is None else motor_values(self.mimics, angles, hips)
             degrees = False
         try:
             return self._configurations.configuration(angles, limits, degrees)

@@ -21,6 +21,7 @@ from nao_kin._core.arrays import (
     as_floats,
     as_numbers,
     common_batch,
+    float_dtype,
     refuse_non_finite,
     whole_number,
 )
@@ -359,10 +360,7 @@ class Output(NamedTuple):
         """Return the precision of the result."""
         if self.dtype is None:
             return _SINGLE if getattr(self.out, "dtype", None) == _SINGLE else _DOUBLE
-        kind = np.dtype(self.dtype)
-        if kind not in (_DOUBLE, _SINGLE):
-            raise BadArgument(f"dtype must be float64 or float32, got {kind}")
-        return kind
+        return float_dtype(self.dtype)
 
     def check(self, shape: tuple[int, ...], kind: np.dtype[Any], inputs: Sequence[NDArray[Any]]) -> None:
         """Raise `BadArgument` or `WrongShape` for an `out` that cannot take the result."""

@@ -425,8 +425,11 @@ class LinkMeshes:
     """
 
     def __init__(self, robot: KinematicRobot, links: tuple[str, ...], rows: tuple[Visual | Collision, ...]) -> None:
-        self._robot, parents = robot, {joint.child: joint.parent for joint in robot.tree.joints}
-        self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
+        self._robot, owners = robot, {link: link for link in links}
+        for joint in robot.tree.joints:  # outwards
+            if joint.parent in owners:
+                owners.setdefault(joint.child, owners[joint.parent])
+        found: list[tuple[str, Any, Floats]] = []
         meshes: dict[str, list[tuple[Any, Floats]]] = defaultdict(list)
         for row in rows:
             try:
@@ -436,9 +439,12 @@ class LinkMeshes:
             if isinstance(geometry, coal.BVHModelBase):
                 meshes[row.link].append((geometry, row.origin.matrix))
             else:
-                self._add(row.link, links, parents, geometry, row.origin.matrix)
-        for link, parts in meshes.items():
-            self._add(link, links, parents, _joined(parts), np.eye(4))
+                found.append((row.link, geometry, row.origin.matrix))
+        found += [(link, _joined(parts), np.eye(4)) for link, parts in meshes.items()]
+        self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
+        for shape in found:
+            if shape[0] in owners:
+                self._own[owners[shape[0]]].append(shape)
         self.links = tuple(dict.fromkeys(link for shapes in self._own.values() for link, _, _ in shapes))
         self._standing = dict[str, Floats]()
 
@@ -449,13 +455,6 @@ class LinkMeshes:
         geometries = {obstacle.name: shape_geometry(obstacle.geometry, Packages(Path())) for obstacle in obstacles}
         made._own = self._own | {name: [(name, geometry, np.eye(4))] for name, geometry in geometries.items()}
         return made
-
-    def _add(self, link: str, links: tuple[str, ...], parents: dict[str, str], geometry: Any, T: Floats) -> None:
-        owner: str | None = link
-        while owner is not None and owner not in links:
-            owner = parents.get(owner)
-        if owner is not None:
-            self._own[owner].append((link, geometry, T))
 
     def poses(self, q: Floats) -> dict[str, Floats]:
         """Return the poses of the links with shapes and of the obstacles, shape (..., 4, 4) each."""

@@ -76,13 +76,6 @@ UNITS = ("rad", "m", "1")
 FRAME_FIELDS = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
-def _values(values: Floats | float) -> Floats | float:
-    """Return values of a joint as numbers; doubles, which kinematics asks for in its inner loops, as they are."""
-    if type(values) is float or (isinstance(values, np.ndarray) and values.dtype == np.float64):
-        return values
-    return as_numbers(values, "values of a joint")
-
-
 @dataclass(frozen=True)
 class Mimic:
     """A joint that follows another: value = multiplier · value of the driving joint + offset.
@@ -104,13 +97,13 @@ class Mimic:
 
     def value(self, driver: Floats | float) -> Floats:
         """Return values of the mimic joint for values of the driving joint, any shape."""
-        values = _values(driver)
+        values = as_numbers(driver, "values of a joint")
         with np.errstate(over="ignore", invalid="ignore"):  # they may be infinite
             return np.asarray(self.multiplier * values + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
         """Return values of the driving joint for values of the mimic joint; the multiplier must not be zero."""
-        values = _values(value)
+        values = as_numbers(value, "values of a joint")
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray((values - self.offset) / self.multiplier)
 

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, shaped, split_poses
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, shaped
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.hulls import from_edge, hull_of
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.kinematic_robot import KinematicRobot
+from nao_kin.screws import rigid_poses
 
 # Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
@@ -64,8 +65,9 @@ class SupportPolygon:
         """
         corners = []
         for pose, outline in soles:
-            R, t = split_poses(shaped(pose, (4, 4), "the pose of a sole"), "the pose of a sole")
-            corners.append(as_floats(outline, (3,), "corners of a sole").reshape(-1, 3) @ R.T + t)
+            T = rigid_poses(shaped(pose, (4, 4), "the pose of a sole"), "the pose of a sole")
+            points = as_floats(outline, (3,), "corners of a sole").reshape(-1, 3)
+            corners.append(points @ T[:3, :3].T + T[:3, 3])
         return SupportPolygon.around(np.concatenate(corners) if corners else np.empty((0, 3)))
 
     @property

@@ -18,7 +18,6 @@ from nao_kin._core.arrays import (
     dot,
     first_index,
     join_poses,
-    split_poses,
     unit,
 )
 from nao_kin._core.kernels import (
@@ -30,8 +29,8 @@ from nao_kin._core.kernels import (
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, SingularMatrix, at_index
-from nao_kin.screws._poses import as_twists, turned, upper_blocks
-from nao_kin.screws.lines import PluckerLine, as_poses
+from nao_kin.screws._poses import as_poses, as_twists, turned, upper_blocks
+from nao_kin.screws.lines import PluckerLine
 
 # Largest difference of a 4 × 4 matrix from the form of a twist, relative to its largest entry.
 _FORM = 1e-9
@@ -78,7 +77,7 @@ def log(T_ab: ArrayLike) -> Floats:
         >>> nk.screws.log(nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [0, 0, 0.5]))
         array([0.    , 0.    , 0.5   , 0.    , 0.    , 1.5708])
     """
-    return np.concatenate(log_parts(*split_poses(T_ab, "T_ab")), axis=-1)
+    return np.concatenate(log_parts(*as_poses(T_ab, "T_ab")), axis=-1)
 
 
 def hat(twist: ArrayLike) -> Floats:

@@ -32,7 +32,6 @@ from nao_kin.rotations import (
     quat_from_matrix,
     quat_multiply,
 )
-from nao_kin.screws.lines import as_poses
 
 # Largest distance of the last row of an approximate pose from (0, 0, 0, 1).
 _LAST_ROW = 1e-3
@@ -165,6 +164,13 @@ def refuse_not_rigid(T: Floats, what: str, *tolerance: float) -> RotationDefects
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
         raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
     return defects
+
+
+def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
+    """Return the rotations (..., 3, 3) and the translations (..., 3) of rigid poses."""
+    poses = as_floats(T, (4, 4), what)
+    refuse_not_rigid(poses, what)
+    return poses[..., :3, :3], poses[..., :3, 3]
 
 
 def as_twists(value: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:

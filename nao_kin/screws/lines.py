@@ -22,13 +22,12 @@ from nao_kin._core.arrays import (
     dot,
     first_index,
     norm,
-    split_poses,
     unit,
 )
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, WrongShape, at_index
-from nao_kin.rotations import check_rotation
+from nao_kin.screws._poses import as_poses
 
 __all__ = [
     "CommonNormal",
@@ -260,13 +259,6 @@ class PluckerLine:
             own = np.array(np.broadcast_to(value, (*batch, 3)))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
-
-
-def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """Return the checked rotations and the translations of poses."""
-    R, t = split_poses(T, what)
-    check_rotation(R)
-    return R, t
 
 
 # --- Two lines: common normal, distance, angle, reciprocal product.

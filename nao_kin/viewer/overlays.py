@@ -18,7 +18,6 @@ from nao_kin._core.arrays import (
     Floats,
     as_floats,
     as_numbers,
-    as_vectors,
     choice,
     flag,
     norm,
@@ -95,7 +94,7 @@ def direction(value: ArrayLike, what: str) -> list[float]:
 
 def directions(value: ArrayLike, what: str, count: int) -> Floats:
     """Return one direction for all or one for each as unit vectors, shape (count, 3)."""
-    vectors = as_vectors(value, what)
+    vectors = as_floats(value, (3,), what)
     if vectors.shape not in ((3,), (count, 3)):
         raise WrongShape(what, f"(3,) or ({count}, 3)", vectors.shape)
     return np.broadcast_to(unit(vectors, what)[0], (count, 3))

@@ -19,7 +19,6 @@ from nao_kin._core.arrays import (
     as_floats,
     as_numbers,
     as_pixels,
-    as_vectors,
     choice,
     first_index,
     shaped,
@@ -358,7 +357,7 @@ class Camera:
             >>> np.ptp(camera.ball_outline([2.0, 0.0, 0.0], 0.05), axis=0).round(2).tolist()  # width and height
             [25.01, 25.01]
         """
-        centre, size = as_vectors(centres, "centres"), positive(radius, "radius")
+        centre, size = as_floats(centres, (3,), "centres"), positive(radius, "radius")
         count = whole_number(n, "n", 3)
         near = np.asarray(np.linalg.norm(centre, axis=-1) <= size)
         if near.any():

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_vectors, rigid_inverse
+from nao_kin._core.arrays import Floats, as_floats, rigid_inverse
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
@@ -126,7 +126,7 @@ def dynamic_balance(
     """
     log = LegLog.of(robot, times, robot.checked(q), soles, contacts, forces, _OVER)
     given, ground = log.rows.own, log.ground
-    rows, moments = log.q[given], as_vectors(log.moments[given], "times", len(given))
+    rows, moments = log.q[given], as_floats(log.moments[given], (len(given),), "times")
     measured = None if ground.rule == "joints" else log.feet.loaded(ground.pressed)[given]
     rest = balance(robot, rows, soles=soles, contacts=measured)
     support, acceleration, moment = _lasting(rest.down.touching), *np.full((2, len(rows), 3), np.nan)

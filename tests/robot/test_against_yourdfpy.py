@@ -18,13 +18,6 @@ def test_every_frame_agrees_on_many_configurations(each_nao: nk.NaoModel) -> Non
         assert np.abs(each_nao.fk(q) - expected).max() < 1e-12
 
 
-def test_the_short_cut_gives_what_yourdfpy_gives(nao: nk.NaoModel) -> None:
-    oracle = yourdfpy.URDF.load(str(nao.urdf_path), load_meshes=False, load_collision_meshes=False)
-    oracle.update_cfg(np.full(oracle.num_actuated_joints, 0.3))
-    for link, pose in _poses(oracle).items():
-        assert np.allclose(pose, oracle.get_transform(link), atol=1e-14)
-
-
 def _poses(oracle: yourdfpy.URDF) -> dict[str, np.ndarray]:
     """Poses of all links, each joint's transform taken from the scene once: its own look-up walks to the root."""
     steps = oracle.scene.graph.transforms.edge_data

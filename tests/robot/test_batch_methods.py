@@ -17,6 +17,7 @@ from loops import for_all
 import nao_kin as nk
 from nao_kin._core.arrays import CROSSOVER
 from nao_kin._kernels import program_run
+from nao_kin._kernels.cache import has_numba
 from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, UnknownName, WrongShape
 
 FEET = ["LLeg", "RLeg"]
@@ -46,6 +47,7 @@ def methods(robot: nk.RobotModel) -> dict[str, tuple[Ask, tuple[int, ...]]]:
 
 METHODS = sorted(methods(nk.load_nao()))
 each_method = for_all("name", METHODS)
+needs_numba = pytest.mark.skipif(not has_numba(), reason="needs Numba")
 
 
 @each_method
@@ -190,6 +192,7 @@ def test_rates_broadcast_with_the_configurations(nao: nk.NaoModel) -> None:
         nao.velocity(q, v[:, :-1], "LArm")
 
 
+@needs_numba
 def test_what_is_broadcast_is_not_copied(nao: nk.NaoModel) -> None:
     q, v = nao.random(0, (200, 1)), np.random.default_rng(0).normal(size=(1, 300, nao.nv))
     nao.velocity(q[:2], v[:, :2], "LArm", threads=1)
@@ -201,6 +204,7 @@ def test_what_is_broadcast_is_not_copied(nao: nk.NaoModel) -> None:
     np.testing.assert_array_equal(found[7], nao.velocity(q[7], v[0], "LArm", threads=1))
 
 
+@needs_numba
 def test_a_result_takes_no_more_memory_than_itself(nao: nk.NaoModel) -> None:
     q = nao.random(0, 100_000)
     for ask, _ in methods(nao).values():
@@ -404,6 +408,7 @@ def test_rates_and_angles_in_single_precision_are_right_to_several_millionths(na
     np.testing.assert_allclose(np.abs(turned)[flat], 0.0, rtol=0, atol=2e-5)
 
 
+@needs_numba
 def test_few_configurations_go_through_pinocchio_and_many_through_the_kernels(nao: nk.NaoModel) -> None:
     q = nao.random(0, 20 * CROSSOVER)
     by_kernels, one_by_one = nao.fk(q, threads=1), np.array([nao.fk(row) for row in q])
@@ -450,11 +455,13 @@ assert os.waitpid(child, 0)[1] == 0
 """
 
 
+@needs_numba
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_threads_wait_for_the_next_call_survive_a_fork_and_let_the_program_end() -> None:
     subprocess.run([sys.executable, "-W", "ignore", "-c", FORKED], check=True, timeout=60)
 
 
+@needs_numba
 def test_a_second_thread_is_woken_only_where_it_pays(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
     woken: list[int] = []
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-import yourdfpy
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -134,18 +133,6 @@ def test_frames_are_placed_in_their_joints(robot: nk.RobotModel) -> None:
         row, T_joint_frame = robot.frame_placement(frame)
         T_root_frame = T_joint_frame if row < 0 else poses[row] @ T_joint_frame
         assert np.abs(T_root_frame - robot.fk(q, frame, reference=robot.tree.root)).max() < 1e-12
-
-
-def test_yourdfpy_places_the_links_where_the_table_does(each_nao: nk.NaoModel) -> None:
-    table = each_nao.joints
-    oracle = yourdfpy.URDF.load(str(each_nao.urdf_path), load_meshes=False, load_collision_meshes=False)
-    for q in each_nao.random(0, 5):
-        angles = each_nao.angles(q)
-        oracle.update_cfg(np.array([angles[name] for name in oracle.actuated_joint_names]))
-        expected = np.array([oracle.get_transform(link, oracle.base_link) for link in table.links])
-        assert np.abs(_poses(table, table.values(q)) - expected).max() < 1e-12
-    joints = {joint.name: joint for joint in oracle.robot.joints}
-    assert np.allclose([joints[name].axis for name in table.names], table.axes, atol=1e-6)
 
 
 def test_the_table_is_made_once_and_nobody_can_write_into_it(robot: nk.RobotModel) -> None:

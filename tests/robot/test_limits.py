@@ -15,7 +15,7 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits
+from nao_kin.errors import DegreesWarning, NotFinite, OutsideLimits
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
 # No bound of one end is the bound of another, and b = 0 is outside at both ends.
@@ -194,11 +194,3 @@ def test_a_bad_number_is_blamed_on_its_joint_or_on_the_base(free: nk.RobotModel)
         q[column] = np.nan
         with pytest.raises(NotFinite, match=rf"index \[{column}\] \({name}\)"):
             free.fk(q, "b_l")
-
-
-def test_the_quaternion_of_a_floating_base_is_checked_however_small_the_numbers(free: nk.RobotModel) -> None:
-    q = free.neutral()
-    q[6] = 0.5
-    for shaped in (q, q[None], q.tolist()):
-        with pytest.raises(BadArgument, match=r"must be a unit quaternion .* norm 0\.5"):
-            free.fk(shaped, "b_l")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import gc
 import json
 import math
 import os
@@ -23,7 +22,6 @@ import nao_kin as nk
 from nao_kin.cli import doctor
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated, NotFinite, WrongShape
-from nao_kin.robot import build
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import VERSIONS, nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
@@ -139,22 +137,6 @@ def test_a_follower_with_an_offset_must_suit_its_driver(offset_robot: nk.RobotMo
     assert (caught.value.primary_value, caught.value.mimic_value, caught.value.expected) == (0.25, 0.5, 1.0)
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_the_base_quaternion_is_of_unit_norm_to_a_millionth(way: float) -> None:
-    nao = nk.load_nao(base="floating")
-    q = nao.neutral()
-    q[3:7] = 0.5
-    for gap in (0.9e-6, 1e-9):
-        q_near = q.copy()
-        q_near[3:7] *= 1 + way * gap
-        assert np.allclose(nao.fk(q_near, "LArm"), nao.fk(q, "LArm"), atol=1e-5)
-    for gap in (1.1e-6, 1e-5, 0.9e-3):
-        q_far = q.copy()
-        q_far[3:7] *= 1 + way * gap
-        with pytest.raises(BadArgument, match="unit quaternion"):
-            nao.fk(np.stack([q, q_far]), "LArm")
-
-
 # --- the command line -------------------------------------------------------------------------------------------------
 
 
@@ -257,15 +239,6 @@ def test_a_robot_loaded_again_is_kept_where_it_can_be_and_a_model_of_its_own(nao
         assert robot.mass < again.mass
         assert robot.model.jointPlacements[1] != again.model.jointPlacements[1]
         assert robot.model.lowerPositionLimit[0] != -9.0
-
-
-def test_a_model_is_kept_no_longer_than_its_tree(nao: nk.NaoModel) -> None:
-    robot = nk.RobotModel.from_urdf(nao.urdf_path)
-    key = id(robot.tree), "fixed"
-    assert key in build._BUILT
-    del robot
-    gc.collect()
-    assert key not in build._BUILT
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])

@@ -39,14 +39,6 @@ def test_the_nao_is_one_tree_of_five_serial_chains_with_one_coupling(version, ba
     assert structure.couplings_between_limbs == {"RHipYawPitch": Mimic("LHipYawPitch")}
 
 
-def test_every_joint_is_a_degree_of_freedom_or_follows_one() -> None:
-    structure = topology(nk.load_nao())
-    assert structure.moving_joints - len(structure.couplings) == structure.degrees_of_freedom
-    followers = structure.couplings.keys() - structure.couplings_between_limbs
-    assert {structure.couplings[name].joint for name in followers} == {"LHand", "RHand"}
-    assert all("Finger" in name or "Thumb" in name for name in followers)
-
-
 def test_chains_end_where_the_tree_branches(tmp_path) -> None:
     robot = robot_from(
         tmp_path,

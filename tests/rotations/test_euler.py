@@ -144,30 +144,6 @@ def test_the_lock_mask_is_true_at_lock_and_false_beside_it(sequence, axes):
             assert bool(euler_from_matrix(R, sequence, axes=axes).locked) is locked
 
 
-@each_convention
-def test_only_the_locked_rotations_of_a_batch_follow_the_tie_break(sequence, axes):
-    triples = np.array([[0.4, 0.7, -1.1], [0.4, poles(sequence)[0], -1.1], [0.3, 0.2, 0.1]])
-    R = matrix_from_euler(triples, sequence, axes=axes)
-    found = euler_from_matrix(R, sequence, axes=axes)
-    assert found.locked.tolist() == [False, True, False]
-    assert worst(found.angles[[0, 2]], triples[[0, 2]]) < 1e-15
-
-
-def test_fixed_axes_are_moving_axes_in_reverse():
-    triple = np.array([0.3, -0.4, 0.5])
-    assert worst(
-        matrix_from_euler(triple, "xyz", axes="fixed"), matrix_from_euler(triple[::-1], "zyx", axes="moving")
-    ) == pytest.approx(0.0, abs=1e-16)
-
-
-def test_two_right_angles_differ_between_moving_and_fixed_axes():
-    triple = [math.pi / 2, math.pi / 2, 0.0]
-    moving = matrix_from_euler(triple, "xyz", axes="moving")
-    fixed = matrix_from_euler(triple, "xyz", axes="fixed")
-    assert worst(moving, [[0, 0, 1], [1, 0, 0], [0, 1, 0]]) < 1e-15
-    assert worst(fixed, [[0, 1, 0], [0, 0, -1], [-1, 0, 0]]) < 1e-15
-
-
 def test_identity_has_angles_zero_without_a_minus_sign():
     for sequence, axes in CONVENTIONS:
         found = euler_from_matrix(np.eye(3), sequence, axes=axes)

@@ -58,14 +58,6 @@ def test_one_or_two_turns_are_composed_and_found_again(sequence, axes_):
 
 
 @each_sequence
-def test_turns_about_one_or_two_axes_agree_with_scipy(sequence, axes_):
-    values = np.random.default_rng(0).uniform(-7, 7, (50, len(sequence)))
-    name = sequence.upper() if axes_ == "moving" else sequence
-    expected = Rotation.from_euler(name, values).as_matrix()
-    assert worst(matrix_from_euler(values, sequence, axes=axes_), expected.reshape(50, 3, 3)) < 3e-15
-
-
-@each_sequence
 def test_no_other_angles_come_nearer(sequence, axes_):
     R = random_rotations(60, seed=1)
     found = nearest_euler(R, sequence, axes=axes_)

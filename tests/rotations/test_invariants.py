@@ -172,12 +172,6 @@ def test_integer_rotations_have_the_angles_of_the_cube():
     assert counts == {0: 1, 90: 6, 120: 8, 180: 9}
 
 
-def test_a_rotation_vector_may_be_many_turns_long():
-    v = np.array([0.0, 0.0, 1.0])
-    for a in (7.0, -100.5, 1e6, 2 * math.pi, 1e15):
-        assert worst(exp(a * v), rot_z(a)) < 3e-15
-
-
 def test_linear_invariants_lose_the_axis_at_half_a_turn_and_refuse_to_guess_it():
     for R in (rot_x(math.pi), np.diag([-1.0, 1.0, -1.0]), exp([0.0, 0.0, math.pi - 1e-9])):
         with pytest.raises(BadArgument, match="rotation by π, whose axis they do not contain"):
@@ -244,38 +238,6 @@ def test_the_rotating_body_of_the_paper_turns_about_the_diagonal_at_every_instan
             sign = math.copysign(1.0, r[0] * s)
         assert worst(r, sign * s / math.sqrt(3) * np.ones(3)) < 1e-15
         assert abs(r0 - sign * c) < 1e-15
-
-
-def test_the_matrix_of_the_papers_ninth_problem_has_its_three_kinds_of_invariants():
-    h = 1 / math.sqrt(2)
-    R = [[h, 0, h], [-1 / 2, h, 1 / 2], [-1 / 2, -h, 1 / 2]]
-    e, angle = natural_invariants(R)
-    assert math.degrees(angle) == pytest.approx(62.79942961983808, abs=1e-12)
-    assert e == pytest.approx([-0.678598344546, 0.678598344546, -0.281084637715], abs=1e-12)
-    r, r0 = euler_rodrigues(R)
-    assert float(r0) == pytest.approx(0.853553390593, abs=1e-12)
-    assert r == pytest.approx([-0.353553390593, 0.353553390593, -0.146446609407], abs=1e-12)
-    q, q0 = linear_invariants(R)
-    assert float(q0) == pytest.approx(0.457106781187, abs=1e-12)
-    assert q == pytest.approx([-0.603553390593, 0.603553390593, -0.25], abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("axis", "angle", "expected"),
-    [
-        ([1, 0, 0], math.pi, np.diag([1.0, -1.0, -1.0])),
-        ([0, 1, 0], math.pi / 4, rot_y(math.pi / 4)),
-        ([1, 1, 1], math.pi, np.array([[-1, 2, 2], [2, -1, 2], [2, 2, -1]]) / 3),
-    ],
-)
-def test_the_papers_singular_cases_go_there_and_back(axis, angle, expected):
-    R = matrix_from_natural(axis, angle)
-    assert worst(R, expected) < 1e-15
-    e, found = natural_invariants(R)
-    assert worst(e, np.array(axis) / np.linalg.norm(axis)) < 1e-15
-    assert float(found) == pytest.approx(angle, abs=1e-15)
-    assert worst(matrix_from_natural(e, found), expected) < 1e-15
-    assert worst(matrix_from_euler_rodrigues(*euler_rodrigues(expected)), expected) < 1e-15
 
 
 @pytest.mark.parametrize("length", [1e-12, 1e-3, 1.0, 2.0, 3.14, math.pi, 4.0, 6.28, 33.0, 1e3, 1e8, 1e14])

@@ -262,6 +262,10 @@ def test_mismatched_batches_are_refused():
     for call in (rotations.matrix_from_natural, rotations.matrix_from_linear, rotations.matrix_from_euler_rodrigues):
         with pytest.raises(WrongShape, match="batch axes"):
             call(np.ones((2, 3)), np.ones(3))
+    with pytest.raises(WrongShape, match=r"quaternions p and q .*\(2,\) and \(3,\)"):
+        rotations.quat_multiply(np.ones((2, 4)), np.ones((3, 4)))
+    with pytest.raises(WrongShape):
+        rotations.slerp(np.ones((2, 4)), np.ones(4), [0.1, 0.2, 0.3])
 
 
 def test_vector_and_number_broadcast():

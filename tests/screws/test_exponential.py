@@ -6,8 +6,6 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 import pytest
-import scipy.linalg
-import scipy.spatial.transform
 from hypothesis import given
 from rotation_samples import PROPERTY, integer_rotations
 from screw_samples import ANGLES, EPS, EXACT, exact_pose, length, long_twists, points, random_twists, twists
@@ -74,16 +72,6 @@ def test_pinocchio_has_the_same_exponential_and_logarithm_where_it_keeps_its_dig
         assert_near(T, pin.exp6(twist).homogeneous, atol=1e-14 / min(1.0, np.linalg.norm(twist[3:])))
         if 0.3 < np.linalg.norm(twist[3:]) < 2.8:
             assert_near(screws.log(T), pin.log6(pin.SE3(T)).vector, atol=1e-13)
-
-
-@pytest.mark.skipif(not hasattr(scipy.spatial.transform, "RigidTransform"), reason="scipy before 1.16")
-def test_scipy_has_the_same_exponential_and_logarithm_with_the_turn_first() -> None:
-    twist = np.concatenate([random_twists(200), beside_special_angles()])
-    turn_first = np.roll(twist, 3, axis=-1)
-    theirs = scipy.spatial.transform.RigidTransform.from_exp_coords(turn_first)
-    assert_near(screws.exp(twist), theirs.as_matrix(), atol=1e-10)
-    within = np.linalg.norm(twist[:, 3:], axis=-1) < 3.1
-    assert_near(np.roll(screws.log(theirs.as_matrix()), 3, axis=-1)[within], theirs.as_exp_coords()[within], atol=1e-7)
 
 
 # --- the logarithm

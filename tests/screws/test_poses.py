@@ -74,7 +74,6 @@ def test_twists_and_wrenches_are_carried_over_as_pinocchio_does() -> None:
     for i, T in enumerate(MANY):
         pose, motion, force = pin.SE3(T), pin.Motion(twist[i]), pin.Force(wrench[i])
         assert_near(screws.adjoint(T), pose.toActionMatrix(), atol=1e-15)
-        assert_near(lines.motion_matrix(T), pose.toDualActionMatrix(), atol=1e-15)
         assert_near(screws.transform_twist(T, twist[i]), pose.act(motion).vector, atol=1e-14)
         assert_near(screws.transform_wrench(T, wrench[i]), pose.act(force).vector, atol=1e-14)
         assert_near(screws.bracket(twist[i], other[i]), motion.cross(pin.Motion(other[i])).vector, atol=1e-14)
@@ -116,7 +115,6 @@ def test_a_unit_turn_about_a_line_is_its_coordinates_with_the_halves_exchanged_a
     turn, moved_turn = (np.roll(each.coordinates, 3, axis=-1) for each in (line, moved))
     assert_near(screws.transform_twist(MANY, turn), moved_turn, atol=1e-13)
     assert_near(screws.transform_wrench(MANY, line.coordinates), moved.coordinates, atol=1e-13)
-    assert_near(lines.motion_matrix(MANY), lines.motion_matrix(MANY), atol=0)
     np.testing.assert_array_equal(screws.Screw(line, 1.0, 0.0).twist, turn)
 
 

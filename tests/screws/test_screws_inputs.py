@@ -141,8 +141,9 @@ def test_what_is_no_pose_is_refused_with_its_index(name) -> None:
     arguments = made(kinds, (2,))
     for i, kind in enumerate(kinds):
         if kind == "T":
-            with pytest.raises(BadArgument, match=r"(?s)the last row of .*index \[1\]"):
+            with pytest.raises(BadArgument, match="last row") as caught:
                 function(*arguments[:i], projective, *arguments[i + 1 :])
+            assert "at index [1]" in str(caught.value)
             if name != "nearest_pose":
                 with pytest.raises(NotARotation) as refusal:
                     function(*arguments[:i], scaled, *arguments[i + 1 :])

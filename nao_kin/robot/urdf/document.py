@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import math
 import os
 import re
 import sys
@@ -17,7 +16,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
-from nao_kin._core.arrays import decimal, is_several
+from nao_kin._core.arrays import finite_decimal, is_several
 from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, BadModel
@@ -85,11 +84,9 @@ def xml_text(content: bytes) -> bytes:
 
 def finite_numbers(text: str) -> list[float]:
     """Return the numbers in a text; an empty list if one of its words is not a finite number."""
-    try:
-        numbers = [decimal(word) for word in text.split()]
-    except ValueError:
-        return []
-    return numbers if all(map(math.isfinite, numbers)) else []
+    words = text.split()
+    numbers = [number for word in words if (number := finite_decimal(word)) is not None]
+    return numbers if len(numbers) == len(words) else []
 
 
 def file_content(path: Path | str) -> bytes:

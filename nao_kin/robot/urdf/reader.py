@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree as ET
 
-from nao_kin._core.arrays import Vector, decimal, flag
+from nao_kin._core.arrays import Vector, flag
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot.semantics import Mimic, Semantics
@@ -253,12 +253,7 @@ class _UrdfReader:
         """
         if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
             return math.inf
-        try:
-            value = decimal(limit.get(attribute, ""))
-        except ValueError:
-            raise Refused(
-                f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
-            ) from None
+        value = self._number(("joint", joint), limit, attribute, math.inf)
         if value == 0.0 and attribute == "velocity":
             self.speedless.append(joint)
             return math.inf

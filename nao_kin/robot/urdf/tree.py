@@ -413,6 +413,8 @@ class UrdfTree:
     package_dirs: tuple[Path, ...] = field(default=(), repr=False)
     expanded: str = field(default="", repr=False)
     offsets: Mapping[str, Origin] = field(default_factory=dict, repr=False)
+    # What is made from this tree once for all robots: the Pinocchio model of each base, the points that touch a floor.
+    made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # Read-only, because all robots made from a tree share the tree.
@@ -421,7 +423,7 @@ class UrdfTree:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Mapping proxies do not pickle.
-        values = (getattr(self, field.name) for field in fields(self))
+        values = (getattr(self, field.name) for field in fields(self) if field.init)
         return UrdfTree, tuple(dict(value) if isinstance(value, MappingProxyType) else value for value in values)
 
     @property

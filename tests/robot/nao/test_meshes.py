@@ -99,13 +99,6 @@ def test_the_check_names_files_that_are_changed_missing_or_left_over(
     assert re.findall(r"(\w+)\.obj", capsys.readouterr().err) == ["head_white", "l_thigh_grey", "tail_white"]
 
 
-def test_help_says_what_the_script_does(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
-    monkeypatch.syspath_prepend(SCRIPT.parent)
-    with pytest.raises(SystemExit, match="^0$"):
-        importlib.import_module("generate_meshes").main(["--help"])
-    assert "--check" in capsys.readouterr().out
-
-
 def test_all_meshes_together_take_at_most_two_and_a_quarter_megabytes() -> None:
     assert 0 < sum(path.stat().st_size for path in FILES) <= 2_250_000
 

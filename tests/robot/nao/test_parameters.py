@@ -1,22 +1,17 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections import Counter
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
-import numpy as np
 import pytest
 from loops import for_all
 
 import nao_kin as nk
 from nao_kin.errors import UnknownName
 from nao_kin.robot.nao import (
-    BODY_ORDER,
-    CHAINS,
     COUPLED_LIMITS,
     INERTIALS,
     LIMITS,
@@ -39,10 +34,6 @@ ROOT = Path(__file__).resolve().parents[3]
 
 # Aldebaran's totals [kg]; V3.2's printed total rounds away 0.2 g.
 MASSES = {"v6": 5.35975, "v5": 5.30535, "v4": 5.19535, "v3.3": 5.00591, "v3.2": 4.83592}
-
-# Link and oldest version of tensors that no body can have (the largest moment exceeds the sum of the others), kept as
-# published.
-PUBLISHED_MISPRINTS = {("LHipRoll", "v3.2"), ("RHipRoll", "v3.2"), ("RAnkleRoll", "v3.2")}
 
 
 @for_all("version", VERSIONS)
@@ -88,47 +79,6 @@ def test_every_row_names_a_known_source() -> None:
     assert {row.source for table in tables for row in table} <= SOURCES.keys()
 
 
-@for_all("version", VERSIONS)
-def test_every_version_is_complete(version: str) -> None:
-    parameters = nao_parameters(version)
-    assert tuple(joint.name for joint in parameters.joints) == BODY_ORDER
-    assert len(BODY_ORDER) == 26
-    assert parameters.inertials.keys() == {"torso", *BODY_ORDER} - {"LHand", "RHand"}
-    assert {"LArm", "RArm", "LLeg", "RLeg", "CameraTop", "CameraBottom"} <= {frame.name for frame in parameters.frames}
-    assert all(joint.lower < joint.upper for joint in parameters.joints)
-
-
-def test_the_chains_hold_every_joint_once() -> None:
-    assert [name for chain in CHAINS.values() for name in chain] == list(BODY_ORDER)
-
-
-@for_all("version", VERSIONS)
-def test_axes_are_unit_vectors_at_full_precision(version: str) -> None:
-    for joint in nao_parameters(version).joints:
-        assert np.linalg.norm(joint.axis) == pytest.approx(1.0, abs=3e-16)
-
-
-@pytest.mark.parametrize("row", INERTIALS, ids=lambda row: f"{row.link}-{row.versions[0]}")
-def test_inertia_tensors_belong_to_real_bodies(row) -> None:
-    ixx, ixy, ixz, iyy, iyz, izz = row.inertia
-    moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    assert moments[0] > 0
-    if (row.link, row.versions[0]) not in PUBLISHED_MISPRINTS:
-        assert moments[0] + moments[1] >= moments[2]
-
-
-@pytest.mark.parametrize("row", COUPLED_LIMITS, ids=lambda row: row.joint)
-def test_coupled_tables_ascend_and_have_room(row) -> None:
-    at, lower, upper = np.array(row.table_deg).T
-    assert np.all(np.diff(at) > 0)
-    assert np.all(lower < upper)
-
-
-def test_left_and_right_ankle_tables_mirror_each_other() -> None:
-    tables = {row.joint: np.array(row.table_deg) for row in COUPLED_LIMITS}
-    assert np.array_equal(tables["LAnkleRoll"] * [1, -1, -1], tables["RAnkleRoll"][:, [0, 2, 1]])
-
-
 VERSION_NAMES = {
     "v6": ["v6", "V6", "6", " v6 ", "v6.0", "V6.0", "6.0", "\tV6\n"],
     "v5": ["v5", "5", "v5.0", "5.0"],
@@ -154,11 +104,6 @@ def test_a_version_is_found_however_it_is_written(version: str, name: str) -> No
 def test_a_version_is_not_found_when_it_is_written_otherwise(name: str) -> None:
     with pytest.raises(UnknownName, match="unknown NAO version"):
         version_named(name)
-
-
-def test_an_unknown_version_is_answered_with_the_valid_ones() -> None:
-    with pytest.raises(UnknownName, match=r"unknown NAO version 'v9' \(nearest: v"):
-        nao_parameters("v9")
 
 
 def test_the_leg_effector_and_the_documented_foot_height_are_two_numbers() -> None:
@@ -238,20 +183,6 @@ def test_a_page_says_only_what_differs(page: VersionPage) -> None:
         assert not set(keys) & {*page.without_frames, *page.without_visuals}, name
 
 
-def test_the_pages_differ_in_what_the_model_page_says() -> None:
-    tables = {page.version: {field.name for field in fields(page) if getattr(page, field.name)} for page in PAGES}
-    always = {"version", "base"}
-    assert tables == {
-        "v5": always
-        | {"inertials", "placeholder", "cameras", "frames", "without_frames", "visuals", "without_visuals", "colours"},
-        "v4": always | {"inertials"},
-        "v3.3": always | {"inertials", "cameras", "frames", "visuals", "without_visuals"},
-        "v3.2": always
-        | {"offsets", "limits", "actuators", "inertials", "without_frames", "visuals", "without_visuals"},
-    }
-    assert [row.link for row in TABLES["v5"].inertials if row not in V6.inertials] == ["HeadPitch"]
-
-
 def test_the_versions_of_a_row_are_those_whose_tables_hold_it() -> None:
     for name, table in {"offsets": OFFSETS, "limits": LIMITS, "frames": FRAMES, "inertials": INERTIALS}.items():
         for version in VERSIONS:
@@ -310,21 +241,6 @@ def test_an_offset_has_a_sign_and_its_published_name() -> None:
     }
 
 
-@pytest.mark.full  # `make types` checks the rows themselves
-def test_a_misspelt_offset_is_seen_by_the_type_checker(tmp_path: Path) -> None:
-    pytest.importorskip("mypy")
-    row = 'JointRow("J", "Head", "torso", "Neck", (0.0, 0.0, {}), (0.0, 0.0, 1.0), "twist", "J6")'
-    coordinates = ("-skeleton.THIGH_LENGTH", "-skeleton.THIGH_LENGHT", '"-ThighLength"')
-    source = tmp_path / "page.py"
-    lines = [
-        "from nao_kin.robot.nao.rows import JointRow; from nao_kin.robot.nao import v6 as skeleton",
-        *map(row.format, coordinates),
-    ]
-    source.write_text("\n".join(lines) + "\n")
-    done = subprocess.run([sys.executable, "-m", "mypy", str(source)], capture_output=True, text=True, cwd=ROOT)
-    assert re.findall(r"page\.py:(\d+): error", done.stdout) == ["3", "4"], done.stdout
-
-
 # --- the resolved parameters ------------------------------------------------------------------------------------------
 
 
@@ -352,14 +268,6 @@ def test_a_phalanx_is_carried_by_the_joint_that_moves_its_parent_link(version: s
     assert all(links[finger.parent] == finger.parent_link for finger in parameters.fingers)
 
 
-@for_all("version", VERSIONS)
-def test_the_mimics_are_those_of_the_robot(version: str) -> None:
-    mimics = nao_parameters(version).mimics
-    assert dict(mimics) == dict(nk.load_nao(version).mimics)
-    assert len(mimics) == 17
-    assert mimics["RHipYawPitch"] == Mimic("LHipYawPitch", 1.0, 0.0)
-
-
 def test_a_joint_without_a_motor_of_its_own_is_a_mimic_and_no_other() -> None:
     parameters = nao_parameters()
     hip = replace(parameters.joint("RHipYawPitch"), mimic=None)
@@ -375,15 +283,6 @@ def test_joints_and_frames_are_found_by_name() -> None:
         parameters.joint("HeadYow")
     with pytest.raises(UnknownName, match=r"unknown frame 'CameraTopp' \(nearest: CameraTop"):
         parameters.frame("CameraTopp")
-
-
-@for_all("version", VERSIONS)
-def test_the_parameters_print_themselves_on_one_short_line(version: str) -> None:
-    parameters = nao_parameters(version)
-    text = repr(parameters)
-    assert text == (
-        f"<NaoParameters {version}: 26 joints, 16 phalanges, {len(parameters.frames)} frames, {parameters.mass:.3f} kg>"
-    )
 
 
 def test_the_parameters_cannot_be_changed() -> None:

@@ -99,11 +99,6 @@ def _official_like(nao: nk.NaoModel, tmp_path: Path) -> Path:
     return path
 
 
-def test_pinocchio_alone_refuses_the_official_file(nao: nk.NaoModel, tmp_path: Path) -> None:
-    with pytest.raises(Exception):  # noqa: B017 - whichever it raises
-        pin.buildModelFromUrdf(str(_official_like(nao, tmp_path)), mimic=True)
-
-
 def test_the_official_file_gives_the_honest_25_degrees_of_freedom(nao: nk.NaoModel, tmp_path: Path) -> None:
     robot = nk.RobotModel.from_urdf(_official_like(nao, tmp_path))
     assert (robot.nq, robot.nv) == (25, 25)
@@ -149,16 +144,6 @@ def test_our_own_file_needs_no_change(each_nao: nk.NaoModel) -> None:
 # --- couplings --------------------------------------------------------------------------------------------------------
 
 
-def test_a_follower_that_sorts_first_still_follows(write: Write) -> None:
-    path = write(
-        _links("base", "a", "b") + _joint("A", "base", "a", inside=_mimic("B", -0.5, 0.3)) + _joint("B", "base", "b")
-    )
-    robot = nk.RobotModel.from_urdf(path)
-    assert robot.joint_names == ("B",)
-    assert robot.load_notes == ()
-    _agrees_with_yourdfpy(robot)
-
-
 def test_a_follower_deep_in_an_earlier_branch_still_follows(write: Write) -> None:
     path = write(
         _links("base", "a", "b", "c", "d")
@@ -169,43 +154,6 @@ def test_a_follower_deep_in_an_earlier_branch_still_follows(write: Write) -> Non
     )
     robot = nk.RobotModel.from_urdf(path)
     assert robot.joint_names == ("Z1", "Z2", "A1")
-    _agrees_with_yourdfpy(robot)
-
-
-def test_a_chain_of_followers_is_tied_to_its_end(write: Write) -> None:
-    path = write(
-        _links("base", "a", "b", "c")
-        + _joint("A", "base", "a")
-        + _joint("B", "a", "b", inside=_mimic("A", 2.0, 0.1))
-        + _joint("C", "b", "c", inside=_mimic("B", -3.0, 0.2))
-    )
-    robot = nk.RobotModel.from_urdf(path)
-    mimic = robot.mimics["C"]
-    assert (mimic.joint, mimic.multiplier) == ("A", -6.0)
-    assert mimic.offset == pytest.approx(-0.1)
-    assert "joint 'C' follows 'B', which follows 'A': made to follow 'A' directly" in robot.load_notes
-    q = robot.configuration({"A": 0.25}, limits="ignore")
-    assert robot.angles(q) == {"A": 0.25}
-    angle = 0.25 + 0.6 - 1.6  # A, B = 2 A + 0.1 and C = −3 B + 0.2, each on top of its origin's 0.2 rad
-    R = robot.rotation(q, "c")
-    assert math.atan2(R[1, 0], R[0, 0]) == pytest.approx(angle + 0.6)
-
-
-def test_a_sliding_joint_may_follow_a_turning_one(write: Write) -> None:
-    path = write(
-        _links("base", "a", "b")
-        + _joint("A", "base", "a")
-        + _joint("B", "a", "b", "prismatic", inside=_mimic("A", 0.05, 0.01))
-    )
-    _agrees_with_yourdfpy(nk.RobotModel.from_urdf(path))
-
-
-def test_a_constant_follower_stays_where_it_is(write: Write) -> None:
-    path = write(
-        _links("base", "a", "b") + _joint("A", "base", "a") + _joint("B", "base", "b", inside=_mimic("A", 0.0, 0.4))
-    )
-    robot = nk.RobotModel.from_urdf(path)
-    assert np.allclose(robot.fk([0.1], "b"), robot.fk([0.7], "b"))
     _agrees_with_yourdfpy(robot)
 
 
@@ -262,12 +210,6 @@ def test_a_follower_that_confines_one_end_is_noted(tmp_path: Path, limits: tuple
     assert robot.load_notes == (f"joint 'A' confined to {range_} by 'B'",)
 
 
-def test_limits_that_suit_nobody_are_refused_where_a_joint_cannot_move_alone(write: Write) -> None:
-    follower = _joint("B", "base", "b", inside=_mimic("A", 1.0, 5.0)).replace('upper="1"', 'upper="-1"')
-    with pytest.raises(BadModel, match="'B' follows 'A', and no value is inside the limits of both of them"):
-        nk.RobotModel.from_urdf(write(_links("base", "a", "b") + _joint("A", "base", "a") + follower))
-
-
 @pytest.mark.parametrize(
     ("driver", "multiplier", "offset", "how_many"),
     [((0.0, 0.8), -1.0, 0.0, "a single"), ((-1.0, 1.0), 1.0, 5.0, "no"), ((0.0, 0.8), -1.0, -0.1, "no")],
@@ -294,12 +236,6 @@ def test_a_driving_joint_is_confined_however_little_a_follower_allows_less(tmp_p
     follower = J("B", follows=("A", 1.0, 0.0), limits=(-1.0 + less, 1.0 - less))
     robot = made_up(tmp_path, J("A", limits=(-1.0, 1.0)), follower)
     np.testing.assert_allclose([robot.lower[0], robot.upper[0]], [-1.0 + less, 1.0 - less], rtol=0, atol=1e-12)
-
-
-def test_a_driving_joint_keeps_its_own_limits_where_a_follower_differs_by_rounding(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("A"), J("B", follows=("A", 0.1, 0.0), limits=(-3.0 * 0.1, 0.3)))
-    assert (robot.lower[0], robot.upper[0]) == (-3.0, 3.0)
-    assert robot.load_notes == ()
 
 
 def test_two_followers_that_leave_nothing_together_do_not_lock_the_driver(write: Write) -> None:
@@ -336,7 +272,6 @@ def test_one_bound_alone_has_the_other_at_zero(write: Write) -> None:
     [
         ('<mass value="0,5"/>', "link 'a' has value '0,5', expected a number"),
         ('<mass value="nan"/>', "expected a number"),
-        ('<mass value="-1"/>', "link 'a' has mass -1"),
         ('<mass value="1"/><inertia ixx="x"/>', "link 'a' has ixx 'x'"),
         ('<origin xyz="0 0"/><mass value="1"/>', "link 'a': origin has xyz '0 0', expected 3 finite numbers"),
     ],
@@ -390,12 +325,6 @@ def test_a_continuous_joint_is_one_coordinate_without_limits(write: Write) -> No
     assert robot.load_notes == ("joint 'A' is continuous: one revolute coordinate without limits",)
 
 
-def test_one_degree_of_freedom_has_a_jacobian_of_one_column(write: Write) -> None:
-    robot = nk.RobotModel.from_urdf(write(_links("base", "a") + _joint("A", "base", "a")))
-    assert np.allclose(robot.jacobian([0.3], "a"), [[0], [0], [0], [0], [0], [1]])
-    assert robot.jacobian([[0.3], [0.4]], "a").shape == (2, 6, 1)
-
-
 def test_a_sliding_joint_is_measured_in_metres(write: Write) -> None:
     robot = nk.RobotModel.from_urdf(write(_links("base", "a") + _joint("A", "base", "a", "prismatic")))
     assert robot.joint_units == ("m",)
@@ -428,17 +357,6 @@ def test_a_robot_without_mass_says_so(write: Write) -> None:
     robot = nk.RobotModel.from_urdf(write('<link name="base"/><link name="a"/>' + _joint("A", "base", "a")))
     with pytest.raises(nk.errors.BadArgument, match="r has no mass"):
         robot.com([0.0])
-
-
-def test_meshes_beside_the_file_are_not_missing(write: Write, tmp_path: Path) -> None:
-    (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "a.stl").touch()
-    shape = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
-    for name in ("meshes/a.stl", f"package://{tmp_path.name}/meshes/a.stl"):
-        robot = nk.RobotModel.from_urdf(write(f'<link name="base">{shape.format(name)}</link>'))
-        assert robot.load_notes == ()
-    robot = nk.RobotModel.from_urdf(write(f'<link name="base">{shape.format("meshes/b.stl")}</link>'))
-    assert robot.load_notes == ("1 of 1 mesh files are missing, first 'meshes/b.stl'",)
 
 
 def test_a_floating_joint_from_the_root_makes_the_base(write: Write) -> None:
@@ -556,10 +474,10 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
         nk.RobotModel.from_urdf(tmp_path)
 
 
-def test_speeds_without_measure_are_none(write: Write) -> None:
-    text = _links("a", "b") + _joint("J", "a", "b", inside='<dynamics damping="1e400"/>').replace('"2"', '"1e400"')
-    robot = nk.RobotModel.from_urdf(write(text))
-    assert robot.velocity_limits[0] == math.inf
+def test_damping_without_measure_is_none(write: Write) -> None:
+    robot = nk.RobotModel.from_urdf(
+        write(_links("a", "b") + _joint("J", "a", "b", inside='<dynamics damping="1e400"/>'))
+    )
     assert robot.model.damping[0] == 0.0
     assert robot.load_notes == ("joint 'J' has damping '1e400': taken as none",)
 
@@ -623,14 +541,3 @@ def test_every_robot_of_example_robot_data_loads_or_says_why() -> None:
     assert len(nk.robot_names()) > 50
     # Two of its files are broken: one has no links, one follows a joint that is not there.
     assert refused.keys() <= {"alex_psyonic_hands", "ur3"}, refused
-
-
-def test_without_the_extra_the_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    import importlib.metadata
-
-    def absent(name: str) -> None:
-        raise importlib.metadata.PackageNotFoundError(name)
-
-    monkeypatch.setattr(importlib.metadata, "files", absent)
-    with pytest.raises(nk.errors.MissingExtra, match=r"pip install 'nao-kin\[robots\]'"):
-        nk.load_robot("romeo")

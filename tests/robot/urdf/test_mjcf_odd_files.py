@@ -191,12 +191,6 @@ def test_a_range_beyond_all_measure_is_none(tmp_path: Path) -> None:
     assert np.isfinite(robot.random(0, 5)).all()
 
 
-def test_a_limit_on_one_side_stays_one(tmp_path: Path) -> None:
-    body = f'<body name="b"><joint name="J" type="slide" range="0 inf"/>{BOX}</body>'
-    robot = _load(tmp_path, f'<worldbody><body name="a">{BOX}{body}</body></worldbody>')
-    assert (robot.lower[0], robot.upper[0]) == (0.0, np.inf)
-
-
 # --- what MuJoCo warns of -------------------------------------------------------------------------------------------
 
 

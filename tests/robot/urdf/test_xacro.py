@@ -51,11 +51,6 @@ def test_a_comment_may_precede_the_declaration_of_a_source(source: Path) -> None
     assert nk.crosscheck.run(robot, 2).ok
 
 
-def test_arguments_reach_the_source(source: Path) -> None:
-    robot = nk.RobotModel.from_file(source, xacro_arguments={"length": 0.5})
-    assert robot.position(robot.neutral(), "r_arm").tolist() == [0.25, 0.0, 0.0]
-
-
 @pytest.mark.parametrize(
     ("name", "inside"),
     [
@@ -77,17 +72,6 @@ def test_substitutions_and_what_is_included_make_a_source(
     path.write_text(f'<robot name="r" {names}>{inside}<link name="{name}"/></robot>')
     robot = nk.RobotModel.from_urdf(path)
     assert robot.link_names == (("hand", "tip") if "include" in inside else ("hand",))
-
-
-def test_truth_is_written_as_xacro_has_it(tmp_path: Path) -> None:
-    path = tmp_path / "robot.xacro"
-    path.write_text(
-        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="hand" default="false"/>'
-        '<link name="a"/><xacro:if value="$(arg hand)"><link name="h"/><joint name="J" type="fixed"><parent link="a"/>'
-        '<child link="h"/></joint></xacro:if></robot>'
-    )
-    assert nk.RobotModel.from_urdf(path, xacro_arguments={"hand": True}).link_names == ("a", "h")
-    assert nk.RobotModel.from_urdf(path).link_names == ("a",)
 
 
 def test_packages_are_found_by_the_search_for_meshes(
@@ -185,15 +169,6 @@ def test_a_macro_that_a_plain_file_includes_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text('<robot name="r"><xacro:include filename="macros.xacro"/><link name="a"/></robot>')
     assert nk.RobotModel.from_urdf(path).link_names == ("a",)
-
-
-@pytest.mark.parametrize("read", [nk.RobotModel.from_file, nk.RobotModel.from_urdf])
-def test_a_file_of_any_name_is_expanded_when_that_is_asked_for(tmp_path: Path, read: Callable[..., object]) -> None:
-    path = tmp_path / "robot.urdf"
-    path.write_text('<robot name="r"><link name="${1 + 1}"/></robot>')
-    robot = read(path, xacro=True)
-    assert isinstance(robot, nk.RobotModel)
-    assert robot.link_names == ("2",)
 
 
 def test_a_source_comes_through_a_pipe_when_its_expansion_is_asked_for(tmp_path: Path) -> None:
