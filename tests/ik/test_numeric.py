@@ -18,7 +18,7 @@ import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik.least_squares import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
+from nao_kin.ik.least_squares import FrameMotion, Goal, errors_at, new_scratch
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.targets import rigid_poses
 from nao_kin.robot.semantics import CoupledLimit, Semantics
@@ -480,7 +480,7 @@ def test_an_empty_batch_has_an_empty_answer(nao: nk.NaoModel, shape: tuple[int, 
 
 def _errors(motion: FrameMotion, weights: Floats, target: Floats, values: Floats) -> tuple[Floats, Floats, float]:
     """Errors, their derivative and half their square, as the search computes them of a target in the base."""
-    scratch = Scratch(*(np.zeros(size) for size in scratch_sizes(1, len(motion.chain.place), len(values), 0)))
+    scratch = new_scratch(1, len(motion.chain.place), len(values), 0)
     goal = Goal(weights, 1e-8, 1)
     cost = errors_at(motion.chain, goal, target.reshape(16), values, scratch, scratch.e, scratch.J)
     return scratch.e, scratch.J.reshape(6, len(values)), cost
