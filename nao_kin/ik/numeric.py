@@ -25,15 +25,7 @@ from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
-from nao_kin.ik.targets import (
-    check_threads,
-    inside_limits,
-    is_enforced,
-    is_pose,
-    rigid_poses,
-    rows_of,
-    with_unit_quaternion,
-)
+from nao_kin.ik.targets import check_threads, checked_reference, is_enforced, is_pose, rigid_poses, rows_of
 from nao_kin.robot import CollisionRule, RobotModel
 
 # --- The search for a pose: from a start, then from random configurations; and the reason if it fails.
@@ -271,10 +263,8 @@ def numeric(
     notes: tuple[str, ...] = ()
     if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
-    elif enforced:
-        start, notes = inside_limits(robot, near)
     else:
-        start = with_unit_quaternion(robot, near)
+        start, notes = checked_reference(robot, near, enforced)
     batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
     T_rows, reference_rows = rows_of(targets, batch, 2), np.array(rows_of(start, batch, 1))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]

@@ -58,7 +58,7 @@ from nao_kin.ik.results import (
     length_in_words,
     overlap_in_words,
 )
-from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rows_of, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, checked_reference, is_enforced, rows_of
 from nao_kin.robot import Clearance, CollisionRule, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
@@ -256,10 +256,10 @@ def whole_body(
     check_tolerance(margin, "margin")
     searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
     workers = check_threads(threads)
-    given, notes = (ready.rest, ()) if near is None else _configurations(robot, near, "near", enforce)
+    given, notes = (ready.rest, ()) if near is None else checked_reference(robot, near, enforce)
     standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if near is None else given)
     requested = all_targets(robot, ready, standing, targets, com, gaze, torso, weights)
-    preferred, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
+    preferred, more = (given, ()) if posture is None else checked_reference(robot, posture, enforce, "posture")
     shapes = [T.shape[:-2] for T in (*(target.values for target in requested), *standing.values())]
     shapes += [given.shape[:-1], preferred.shape[:-1]]
     batch = common_batch("targets, feet, posture and near", *shapes)
@@ -544,8 +544,3 @@ def _crossing(search: _Search, solutions: Solutions, stands: NDArray[np.bool_]) 
     left = (solutions.T_world_torso[:, :, 1] * (ankles[:, 0] - ankles[:, 1])).sum(axis=-1)
     crossed = stands & (left < 0.0).reshape(stands.shape)
     return crossing_in_words(crossed, "poses") if crossed.any() else ()
-
-
-def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
-    """Return configurations with unit quaternions, inside the limits if these are enforced, and notes."""
-    return inside_limits(robot, given, what) if enforce else (with_unit_quaternion(robot, given, what), ())

@@ -26,7 +26,7 @@ from nao_kin.ik.body_errors import Plan, errors_at, new_state, place_all, stand_
 from nao_kin.ik.body_targets import BodyTarget, feet_beyond, margin_beyond, prepared, target_beyond
 from nao_kin.ik.limit_regions import TABLE, limit_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
-from nao_kin.ik.targets import inside_limits
+from nao_kin.ik.targets import checked_reference
 from nao_kin.robot import SupportPolygon
 
 Floats = NDArray[np.float64]
@@ -419,7 +419,7 @@ def test_a_coupled_limit_is_left_by_the_shortest_way(nao: nk.NaoModel) -> None:
     """Compare for the head, whose pitch depends on its yaw: `clamp` keeps the yaw, the nearest point has another."""
     _, feet = crouching(nao)
     head = nao.configuration({"HeadYaw": 1.0, "HeadPitch": 0.5}, limits="ignore")
-    nearest, _ = inside_limits(nao, head)
+    nearest, _ = checked_reference(nao, head, True)
     assert np.abs(nearest - nao.clamp(head)).max() > 0.01
     found = whole_body(nao, {}, feet=feet, posture=head)
     (note,) = found.notes
