@@ -320,8 +320,7 @@ def _together(*answers: _Answers) -> _Answers:
 
 def _places(owner: Rows) -> Rows:
     """Return the place of each answer among those of its target, shape (N,), for targets ascending."""
-    firsts = np.flatnonzero(np.diff(owner, prepend=-1))
-    return np.arange(len(owner)) - np.repeat(firsts, np.diff(firsts, append=len(owner)))
+    return np.arange(len(owner)) - np.searchsorted(owner, owner)
 
 
 def _least(cost: Floats, owner: Rows) -> Rows:
