@@ -90,13 +90,6 @@ EXTRAS = {
             "the closed forms of a NAO's limbs and nao_kin.ik.numeric work without it",
         ),
         Extra(
-            "pink",
-            ("pin-pink", "qpsolvers"),
-            'solver="pink" of nao_kin.ik.numeric',
-            "the default solver, damped least squares, works without it",
-            ("pink", "quadprog"),
-        ),
-        Extra(
             "calibration",
             ("scipy",),
             "joint offsets and camera mountings from observations (nao_kin.calibration, nao-kin calibrate)",

@@ -26,8 +26,8 @@ from nao_kin._kernels.cache import (
     Ints2,
     Row,
     both_ways,
-    first_rows,
 )
+from nao_kin._kernels.rows import run_rows
 
 Components: TypeAlias = tuple[Any, Any, Any]
 
@@ -497,12 +497,7 @@ def hulls(points: Floats, centres: Floats) -> tuple[Floats, Floats, Floats, Ints
     margins, nearest = np.full(len(points), np.nan), np.full(len(points), -1, dtype=np.int64)
     parts = points, centres, vertices, distances, margins, nearest
 
-    def run(part: slice) -> None:
-        hull_rows.uncompiled(*(array[part] for array in parts))
-
-    done = first_rows([hull_rows], run, len(points))
-    if done < len(points):
-        hull_rows(*(array[done:] for array in parts))
+    run_rows(hull_rows, lambda function, part: function(*(array[part] for array in parts)), len(points), 1)
     return vertices, distances, margins, nearest
 
 

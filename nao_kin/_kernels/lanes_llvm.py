@@ -1,4 +1,13 @@
-"""The functions of `lanes` as LLVM instructions: a vector is a Numba type, each function an intrinsic."""
+"""Vectors of the width of one register, so that a kernel computes many configurations together.
+
+The compiler vectorises a loop over parts of one array only behind a check that the parts do not overlap. Here the width
+is fixed: 512 bits, 8 double or 16 single precision numbers, which narrower registers process in several steps. A vector
+is a Numba type with the operators + − × ÷, each function an intrinsic of LLVM instructions.
+
+For comparison, plain loops of Numba over tiles of 32, with constant widths, unsigned indices and `contract`, take 1.6
+times as long for the poses of five frames (65 against 40 ns), 1.6 times for centres of mass, 2.5 times for a Jacobian,
+1.4 times for quaternions and 1.3 times for roll, pitch and yaw (same programs, one thread, AVX-512).
+"""
 
 from __future__ import annotations
 
@@ -11,8 +20,12 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
+from numpy.typing import NDArray
 
 from nao_kin._kernels.program import LINE
+
+Array = NDArray[Any]
+Lanes = Any
 
 _BITS = 8 * LINE
 
@@ -41,7 +54,7 @@ class _LanesModel(models.PrimitiveModel):
 
 @intrinsic
 def lane_count(_: Any, m: Any) -> Any:
-    """As `lanes.lane_count`."""
+    """Return the number of entries of an array of this kind in one vector."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return context.get_constant(types.intp, LanesType(m.dtype).count)
@@ -51,7 +64,7 @@ def lane_count(_: Any, m: Any) -> Any:
 
 @intrinsic
 def load(_: Any, m: Any, at: Any) -> Any:
-    """As `lanes.load`."""
+    """Return the vector that starts at m[at]."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return _load(context, builder, signature.args[0], *values)
@@ -61,7 +74,7 @@ def load(_: Any, m: Any, at: Any) -> Any:
 
 @intrinsic
 def store(_: Any, m: Any, at: Any, v: Any) -> Any:
-    """As `lanes.store`."""
+    """Write a vector to m[at] and the following entries."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         _store(context, builder, signature.args[0], *values)
@@ -72,7 +85,7 @@ def store(_: Any, m: Any, at: Any, v: Any) -> Any:
 
 @intrinsic
 def spread(_: Any, m: Any, value: Any) -> Any:
-    """As `lanes.spread`."""
+    """Return a vector of the kind of `m` with one number in every lane."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         number = context.cast(builder, values[1], signature.args[1], m.dtype)
@@ -87,7 +100,7 @@ def spread(_: Any, m: Any, value: Any) -> Any:
 
 @intrinsic
 def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width: Any) -> Any:
-    """As `lanes.read_columns`."""
+    """Write a square block of `rows`, `stride` apart, as columns of `m`, `width` apart, in the precision of `m`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         rows, at, stride, m, to, width = values
@@ -112,7 +125,7 @@ def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width
 def write_fours(
     _: Any, m: Any, sources: Any, first: Any, width: Any, shift: Any, out: Any, at: Any, stride: Any
 ) -> Any:
-    """As `lanes.write_fours`."""
+    """Write four columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, `stride` apart."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         m, sources, first, width, shift, out, at, stride = values
@@ -245,6 +258,9 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.icmp_signed("<", a, b), b, a)
 
 
+# In every lane: the magnitude of v with the sign of another; `yes` if a < b, else `no`; `yes` if the integer k is even;
+# −v if the second lowest bit of the integer k is set; the bits of |v| as integers, which are ordered like the
+# magnitudes, with infinity and then NaN last.
 square_root = _elementwise(lambda builder, v: _call_llvm(builder, "sqrt", v))
 nearest = _elementwise(lambda builder, v: _call_llvm(builder, "rint", v))
 with_sign = _elementwise(lambda builder, v, sign: _call_llvm(builder, "copysign", v, sign))
@@ -259,7 +275,7 @@ larger = _elementwise(_larger)
 
 @intrinsic
 def largest(_: Any, k: Any) -> Any:
-    """As `lanes.largest`."""
+    """Return the largest of all lanes of integers."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         vector, count = values[0], signature.args[0].count

@@ -28,7 +28,7 @@ import numpy as np
 from numba import njit, types
 
 from nao_kin._kernels.cache import CachedKernel, numba_type
-from nao_kin._kernels.lanes import (
+from nao_kin._kernels.lanes_llvm import (
     Array,
     Lanes,
     following,

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, Row, both_ways, first_rows
+from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, Row, both_ways
+from nao_kin._kernels.rows import run_rows
 
 # While a body rolls over an edge, points within this distance of the lowest one touch the floor [m].
 ROLLING = 1e-5
@@ -98,13 +99,8 @@ def settle(points: Floats, centres: Floats, starts: Floats, most: Floats) -> tup
     begin, limits = np.ascontiguousarray(starts), np.ascontiguousarray(most)
     down, away = np.full((len(points), 3), np.nan), np.full(len(points), np.inf)
     chosen = np.full(len(points), -1, dtype=np.int64)
-
-    def run(part: slice) -> None:
-        settle_rows.uncompiled(bodies[part], begin[part], limits[part], down[part], away[part], chosen[part])
-
-    done = first_rows([settle_rows], run, len(points))
-    if done < len(points):
-        settle_rows(bodies[done:], begin[done:], limits[done:], down[done:], away[done:], chosen[done:])
+    parts = bodies, begin, limits, down, away, chosen
+    run_rows(settle_rows, lambda function, part: function(*(array[part] for array in parts)), len(points), 1)
     return down, away, chosen
 
 

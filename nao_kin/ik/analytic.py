@@ -24,13 +24,12 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.closed_form import cached_limb, torso_frame
 from nao_kin.ik.least_squares import ANGLE_WEIGHT, Goal, descended
 from nao_kin.ik.limit_regions import LimitRegion, Violations
-from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.regular_branches import PRECISE, REGULAR, SAME, TURNS, Rules, regular_branches
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
 from nao_kin.ik.targets import as_options, rigid_poses
 from nao_kin.robot import CollisionRule, RobotModel, SerialChain, serial_chain
 from nao_kin.robot.semantics import Mimic
-from nao_kin.rotations import exp, rot_z
+from nao_kin.rotations import exp, log, rot_z
 
 Rows = NDArray[np.intp]
 
@@ -321,8 +320,7 @@ def _together(*answers: _Answers) -> _Answers:
 
 def _places(owner: Rows) -> Rows:
     """Return the place of each answer among those of its target, shape (N,), for targets ascending."""
-    firsts = np.flatnonzero(np.diff(owner, prepend=-1))
-    return np.arange(len(owner)) - np.repeat(firsts, np.diff(firsts, append=len(owner)))
+    return np.arange(len(owner)) - np.searchsorted(owner, owner)
 
 
 def _least(cost: Floats, owner: Rows) -> Rows:
@@ -531,7 +529,9 @@ class _Problem:
         q: Floats = self.preferred[owner]
         q[:, self.limb.columns] = self._apart(u, np.zeros(1)) / self.limb.chain.ratio  # without whole turns
         poses = self.robot.fk(q, self.limb.frame, reference=self.limb.base)
-        errors = np.linalg.norm(pose_errors(poses, self.targets[owner]).reshape(-1, 2, 3), axis=-1)
+        R, wanted = poses[:, :3, :3], self.targets[owner]
+        away = poses[:, :3, 3] - wanted[:, :3, 3], log(R.swapaxes(-1, -2) @ wanted[:, :3, :3])
+        errors = np.linalg.norm(away, axis=-1).T
         return _Answers(owner, u, errors, np.zeros(len(owner), dtype=np.int8))
 
     def _descended(self, region: LimitRegion, starts: _Answers, tolerance: float) -> _Answers:

@@ -45,7 +45,7 @@ from nao_kin.ik.closed_form import (
     check_side,
     limb_of,
     limb_types,
-    solve_or_nearest,
+    solve,
     unlimited_branches,
 )
 from nao_kin.ik.least_squares import ANGLE_WEIGHT, nearest_values
@@ -129,7 +129,7 @@ def arm(
         rows = T.reshape(*T.shape[:-2], 16)
         options = as_options(robot, limb.rest, near, T.shape[:-2], limits, threads)
         nearest = partial(_nearest, robot, _POSE, limb)
-        result = solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
+        result = solve(_POSE, limb, rows, options, lambda: refuse_not_rigid(T, "target"), nearest)
         return without_collisions(robot, result, collisions)
     places = as_floats(target, (3,), "target")
     if direction is None:
@@ -141,7 +141,7 @@ def arm(
         form, rows = _DIRECTION, np.empty((*batch, 6))
         rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
     options = as_options(robot, limb.rest, near, rows.shape[:-1], limits, threads)
-    result = solve_or_nearest(form, limb, rows, options, partial(_nearest, robot, form, limb))
+    result = solve(form, limb, rows, options, nearest=partial(_nearest, robot, form, limb))
     return without_collisions(robot, result, collisions)
 
 

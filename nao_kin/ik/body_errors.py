@@ -465,17 +465,17 @@ def _agree(body: Body, gap: float, shared: int, first: Floats, second: Floats, x
     where S₂ᵀ y = (1, 0, …, 0), and ξ = −S₁ q̇₁. Straight knees make S₂ singular without changing y·ξ: hence the
     damping.
     """
-    gram, y = np.zeros((6, 6)), np.empty(6)
+    gram, y = np.zeros(36), np.empty(6)
     for i in range(6):
         y[i] = second[i, shared]
         for j in range(6):
             for k in range(JOINTS):
                 v = body.variable[body.legs[1, k]]
-                gram[i, j] += second[i, v] * second[j, v]
-        gram[i, i] += 1e-10
-    if not cholesky(gram, 6):
+                gram[6 * i + j] += second[i, v] * second[j, v]
+        gram[7 * i] += 1e-10
+    if not cholesky(gram, 6, 6, 0.0):
         return False
-    solve_cholesky(gram, 6, y)
+    solve_cholesky(gram, 6, 6, y)
     slope = np.empty(JOINTS)
     for k in range(JOINTS):
         v = body.variable[body.legs[0, k]]

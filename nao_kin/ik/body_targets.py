@@ -28,11 +28,12 @@ from nao_kin.rotations import check_rotation
 _FEET = [f"{side}Leg" for side in SIDES]
 
 
-class BodyTables:
-    """A robot as a `Body`."""
+class PreparedRobot:
+    """The data of a robot for whole-body poses."""
 
-    def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
-        joints = robot.joints
+    def __init__(self, robot: RobotModel) -> None:
+        limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
+        joints = self.joints = robot.joints
         self.torso_in_root = torso_in_trunk(robot)  # T_root_torso
         T_torso_root = np.linalg.inv(self.torso_in_root)
         moves = np.array([unit == "rad" for unit in robot.joint_units])
@@ -54,16 +55,22 @@ class BodyTables:
         self.turns = np.arange(len(columns)) < moving  # which may change by whole turns without moving anything
         self.turns[which[multiplier % 1.0 != 0.0]] = False
         tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
+        bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
         limited, winding = columns[:moving], np.zeros(moving)
-        limits = region_of(winding - math.inf, winding + math.inf, winding, [])
-        if enforce:
-            bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
-            limits = region_of(robot.lower[limited], robot.upper[limited], winding, bends)
+        limits = region_of(robot.lower[limited], robot.upper[limited], winding, bends)
         R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
-        leg_rows = np.array([[joints.row(joint) + 1 for joint in leg] for leg in legs])
+        leg_rows = np.array([[joints.row(joint) + 1 for joint in limb.joints] for limb in limbs])
         soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
         self.ankles = np.linalg.inv(soles)[:, :, 3:]  # in the soles' frames, in columns (x, y, z, 1), shape (2, 4, 1)
         self.body = Body(parent, R, p, axes, which, multiplier, offset, mass, levers, leg_rows, soles, moving, limits)
+        free = region_of(winding - math.inf, winding + math.inf, winding, [])
+        self.unlimited = self.body._replace(limits=free)
+        leg = limbs[1]
+        motors = tuple(leg.multiplier.tolist()), tuple(leg.offset.tolist())
+        self.second_leg = SecondLeg(leg.numbers._replace(stretched=0.0), leg.ranges, *motors)
+        self.corners = {side: robot.sole_outline(f"{side}Leg", "sensors") for side in SIDES}  # shape (k, 3) [m]
+        self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
+        self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
         """Return the row that carries a frame of the robot, and T_row_frame."""
@@ -76,22 +83,6 @@ class BodyTables:
         """Return variables (..., n), with whole turns removed to within π of `near` from those that may turn."""
         turns = np.round((x - near) / (2.0 * math.pi))
         return np.asarray(np.where(self.turns & (turns != 0.0), x - 2.0 * math.pi * turns, x))
-
-
-class PreparedRobot:
-    """The data of a robot for whole-body poses."""
-
-    def __init__(self, robot: RobotModel) -> None:
-        limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
-        self.joints = robot.joints
-        legs = limbs[0].joints, limbs[1].joints
-        self.tables = {enforce: BodyTables(robot, legs, enforce) for enforce in (True, False)}  # enforced limits
-        leg = limbs[1]
-        motors = tuple(leg.multiplier.tolist()), tuple(leg.offset.tolist())
-        self.second_leg = SecondLeg(leg.numbers._replace(stretched=0.0), leg.ranges, *motors)
-        self.corners = {side: robot.sole_outline(f"{side}Leg", "sensors") for side in SIDES}  # shape (k, 3) [m]
-        self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
-        self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
     def feet(self, robot: RobotModel, q: Floats | None) -> dict[str, Floats]:
         """Return T_world_foot of both feet, shape (..., 4, 4), in configurations; None for the rest configuration."""
@@ -146,7 +137,7 @@ def standing_feet(feet: Mapping[str, ArrayLike]) -> dict[str, Floats]:
 
 def all_targets(
     robot: RobotModel,
-    tables: BodyTables,
+    ready: PreparedRobot,
     standing: Mapping[str, Floats],
     targets: Mapping[str, ArrayLike],
     com: ArrayLike | str | None,
@@ -163,7 +154,7 @@ def all_targets(
     if torso is not None:
         # A target for another frame on the torso's body would also place the torso.
         for name in targets:
-            if tables.frame(robot, name)[0] == 0:
+            if ready.frame(robot, name)[0] == 0:
                 raise BadArgument(f"the torso is given twice: as torso and as the target {quoted(name)}")
         requested.append((TORSO, torso_frame(robot), torso))
     if gaze is not None:
@@ -176,10 +167,10 @@ def all_targets(
         requested.append((COM, "", com))
     elif isinstance(com, str) and com != SUPPORT:
         raise UnknownName(COM, com, (SUPPORT,), "or a position (x, y)")
-    ankles = {int(tables.body.legs[SIDES.index(side), -1]): side for side in standing}
+    ankles = {int(ready.body.legs[SIDES.index(side), -1]): side for side in standing}
     found = []
     for name, frame, value in requested:
-        row, T_row_frame = tables.frame(robot, frame) if frame else (-1, np.eye(4))
+        row, T_row_frame = ready.frame(robot, frame) if frame else (-1, np.eye(4))
         if row in ankles and name != GAZE:
             raise BadArgument(
                 f"{quoted(name)} is on the {'left' if ankles[row] == 'L' else 'right'} foot, which stands: "

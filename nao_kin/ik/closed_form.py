@@ -426,13 +426,6 @@ class KernelOutput(NamedTuple):
         return self.rows[:, first : first + count * width].reshape(len(self.rows), count, width)
 
 
-def solve(
-    form: ClosedForm, limb: Limb, targets: Floats, options: Options, refuse: Callable[[], object] = lambda: None
-) -> IKResult:
-    """Return the result for targets of shape (..., m), as `solve_targets`."""
-    return result_of(limb, targets.shape[:-1], solve_targets(form, limb, targets, options, refuse), options)
-
-
 def solve_targets(
     form: ClosedForm, limb: Limb, targets: Floats, options: Options, refuse: Callable[[], object] = lambda: None
 ) -> KernelOutput:
@@ -550,18 +543,21 @@ def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_
     return missed, options._replace(near=reference)
 
 
-def solve_or_nearest(
+def solve(
     form: ClosedForm,
     limb: Limb,
     rows: Floats,
     options: Options,
-    nearest: Callable[[Floats, Options], tuple[Floats, Floats]],
     refuse: Callable[[], object] = lambda: None,
+    nearest: Callable[[Floats, Options], tuple[Floats, Floats]] | None = None,
 ) -> IKResult:
-    """Return the result for targets of shape (..., m); where there is no solution, with the values from `nearest`."""
+    """Return the result for targets of shape (..., m), as `solve_targets`.
+
+    Without a solution or joint values of the closed form, it has those from `nearest`.
+    """
     output = solve_targets(form, limb, rows, options, refuse)
     result = result_of(limb, rows.shape[:-1], output, options)
-    if not output.is_complete:
+    if nearest is not None and not output.is_complete:
         missed, options = missed_targets(result, options)
         blocks = [slice(k, k + _BLOCK) for k in range(0, np.count_nonzero(missed), _BLOCK)]
         values = [nearest(rows[missed][k], options._replace(near=options.near[k])) for k in blocks]

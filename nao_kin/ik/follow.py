@@ -18,7 +18,7 @@ from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps
 from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes, Reason
-from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, checked_reference, is_enforced
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
 
@@ -353,7 +353,7 @@ def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, t
         return np.tile(robot.clamp(robot.neutral()), (path.n, 1)), ()
     same = bool((path.near == path.near[0]).all())
     given = path.near[0] if same else path.near
-    inside, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
+    inside, notes = checked_reference(robot, given, enforce)
     return np.array(np.broadcast_to(inside, path.near.shape)), notes
 
 

@@ -33,6 +33,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.ik.branches import MAX_TURNED, Rotation
 from nao_kin.ik.closed_form import Limb, cached_limb, torso_in_trunk
 from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, nearest_corner, open_directions, project
+from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.targets import Options
 from nao_kin.robot import Expression, RobotModel, serial_chain
 from nao_kin.rotations import matrix_from_quat, nearest_rotation, quat_from_xyzw
@@ -92,13 +93,15 @@ class Scratch(NamedTuple):
 
 
 @both_ways
-def scratch_sizes(frames: int, joints: int, moving: int, tables: int) -> tuple[int, ...]:
-    """Return the lengths of the parts of a `Scratch`."""
+def new_scratch(frames: int, joints: int, moving: int, tables: int) -> Scratch:
+    """Allocate the working memory of a step; in the kernel, so that the compiler knows that no arrays overlap."""
     rows = 6 * frames
     size = min(rows, moving)
-    return (
-        12, 3 * joints, 3 * joints, rows, rows, 3, rows * moving, rows * moving, rows * moving,
-        moving, moving, moving, moving, 2 * max(1, tables), moving, size * size, size,
+    return Scratch(
+        np.empty(12), np.empty(3 * joints), np.empty(3 * joints), np.empty(rows), np.empty(rows), np.empty(3),
+        np.empty(rows * moving), np.empty(rows * moving), np.empty(rows * moving), np.empty(moving), np.empty(moving),
+        np.empty(moving), np.empty(moving), np.empty(2 * max(1, tables)), np.empty(moving), np.empty(size * size),
+        np.empty(size),
     )  # fmt: skip
 
 
@@ -393,21 +396,8 @@ def damped_step(m: int, damping: float, e: Row, scratch: Scratch) -> None:
     floor = _FLOOR * trace + _TINY
     for a in range(size):
         N[a * size + a] += damping + floor
-    # Cholesky: N = L Lᵀ, then forwards and backwards.
-    for a in range(size):
-        for b in range(a + 1):
-            total = N[a * size + b]
-            for k in range(b):
-                total -= N[a * size + k] * N[b * size + k]
-            N[a * size + b] = math.sqrt(max(total, floor)) if a == b else total / N[b * size + b]
-    for a in range(size):
-        for k in range(a):
-            y[a] -= N[a * size + k] * y[k]
-        y[a] /= N[a * size + a]
-    for a in range(size - 1, -1, -1):
-        for k in range(a + 1, size):
-            y[a] -= N[k * size + a] * y[k]
-        y[a] /= N[a * size + a]
+    cholesky(N, size, size, floor)
+    solve_cholesky(N, size, size, y)
     for j in range(m):
         if m <= rows:
             scratch.step[j] = -y[j]
@@ -509,8 +499,8 @@ def descended(
 
     def one_in_lists(part: slice) -> None:
         values, report = ends[part.start].tolist(), [0.0] * (ANGLE + 1)
-        sizes = scratch_sizes(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
-        lists = in_lists(chain), in_lists(limits), in_lists(goal), Scratch(*([0.0] * size for size in sizes))
+        scratch = new_scratch(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
+        lists = in_lists(chain), in_lists(limits), in_lists(goal), in_lists(scratch)
         descend(*lists, targets[part.start].tolist(), fixed[part.start].tolist(), values, report)
         ends[part], reports[part] = values, report
 
@@ -531,14 +521,7 @@ def descended(
 def _descents(
     chain: Chain, region: Region, goal: Goal, targets: Floats2, fixed: Floats2, values: Floats2, reports: Floats2
 ) -> None:
-    sizes = scratch_sizes(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
-    # Allocated in the kernel, so that the compiler knows that the arrays do not overlap.
-    scratch = Scratch(
-        np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
-        np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),
-        np.empty(sizes[10]), np.empty(sizes[11]), np.empty(sizes[12]), np.empty(sizes[13]), np.empty(sizes[14]),
-        np.empty(sizes[15]), np.empty(sizes[16]),
-    )  # fmt: skip
+    scratch = new_scratch(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
     for i in range(values.shape[0]):
         descend(chain, region, goal, scratch, targets[i], fixed[i], values[i], reports[i])
 

@@ -44,7 +44,7 @@ from nao_kin.ik.closed_form import (
     check_side,
     limb_of,
     limb_types,
-    solve_or_nearest,
+    solve,
     unlimited_branches,
 )
 from nao_kin.ik.least_squares import nearest_values
@@ -109,11 +109,8 @@ def leg(
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)
-    result = solve_or_nearest(
-        _LEG, limb, T.reshape(*batch, 16), options,
-        lambda rows, options: nearest_foot(robot, limb, rows, options),
-        lambda: refuse_not_rigid(T, "T_torso_foot"),
-    )  # fmt: skip
+    nearest = partial(nearest_foot, robot, limb)
+    result = solve(_LEG, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rigid(T, "T_torso_foot"), nearest)
     return without_collisions(robot, result, collisions)
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, SupportsIndex, get_args
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,28 +16,17 @@ from nao_kin._core.arrays import (
     LimitPolicy,
     as_floats,
     check_tolerance,
-    choice,
     common_batch,
     join_poses,
     whole_number,
 )
-from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason, without_collisions
-from nao_kin.ik.targets import (
-    check_threads,
-    inside_limits,
-    is_enforced,
-    is_pose,
-    rigid_poses,
-    rows_of,
-    with_unit_quaternion,
-)
+from nao_kin.ik.targets import check_threads, checked_reference, is_enforced, is_pose, rigid_poses, rows_of
 from nao_kin.robot import CollisionRule, RobotModel
-from nao_kin.rotations import log
 
 # --- The search for a pose: from a start, then from random configurations; and the reason if it fails.
 
@@ -67,7 +55,7 @@ class PoseResults(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PoseSearch:
-    """Searches for poses of one frame, with the options of `numeric`; `minimise` runs one search from each start."""
+    """Searches for poses of one frame, with the options of `numeric`."""
 
     motion: FrameMotion
     weights: Floats
@@ -77,12 +65,11 @@ class PoseSearch:
     restarts: int
     seed: int
     threads: int | None
-    minimise: Callable[[PoseSearch, LimitRegion, Floats, Floats], Minimum]
 
     def solve(self, targets: Floats, reference: Floats) -> PoseResults:
         """Solve for n targets (n, 4, 4) from configurations (n, nq) inside the limits."""
         motion, region = self.motion, self.motion.limited if self.enforced else self.motion.free
-        minimum = self.minimise(self, region, targets, reference)
+        minimum = self._minimised(region, targets, reference)
         first, n = minimum.reached.copy(), len(targets)
         reasons, joint = np.zeros(n, dtype=np.int8), np.full(n, -1, dtype=np.int64)
         results = PoseResults(minimum, reasons, joint, np.zeros(n), np.zeros(n), first)
@@ -96,6 +83,16 @@ class PoseSearch:
                 self._explain(results, targets, failed)
         region.unwind(motion.joint_values(minimum.q), motion.joint_values(reference))
         return results
+
+    def _minimised(self, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
+        """Minimise ½‖e(q)‖² for targets (n, 4, 4) from starts (n, nq) inside the limits."""
+        motion = self.motion
+        poses, fixed = motion.in_base(targets, q).reshape(len(q), 16), region.fixed_values(motion.joint_values(q))
+        goal = Goal(self.weights, self.tolerance, self.iterations)
+        minimum = descended(motion.chain, region, goal, poses, fixed, q[:, motion.columns], self.threads)
+        ends: Floats = np.array(q)
+        ends[:, motion.columns] = minimum.q
+        return replace(minimum, q=ends)
 
     def _beyond(self, targets: Floats, reference: Floats) -> Floats:
         """Return the distances of targets beyond the stretched limb, shape (n,) [m]; 0 for others."""
@@ -114,7 +111,7 @@ class PoseSearch:
                 return
             together = min(restarts - done, max(1, _TOGETHER // rows.size))
             starts = [self._start(minimum.q[rows], region, targets[rows], done + k) for k in range(together)]
-            tried = self.minimise(self, region, np.tile(targets[rows], (together, 1, 1)), np.concatenate(starts))
+            tried = self._minimised(region, np.tile(targets[rows], (together, 1, 1)), np.concatenate(starts))
             for k in range(together):
                 minimum.take(rows, tried, slice(k * rows.size, (k + 1) * rows.size))
             done += together
@@ -148,7 +145,7 @@ class PoseSearch:
         results.reasons[failed] = np.where(too_few, Reason.NOT_ENOUGH_JOINTS, Reason.NOT_CONVERGED)
         if not self.enforced:
             return
-        free = self.minimise(self, unlimited, targets[failed], minimum.q[failed])
+        free = self._minimised(unlimited, targets[failed], minimum.q[failed])
         self._restart(free, unlimited, targets[failed], min(self.restarts, _RESTARTS_WITHOUT_LIMITS))
         values = motion.joint_values(free.q)
         bounded = np.isfinite(limited.lower) & np.isfinite(limited.upper)
@@ -157,7 +154,7 @@ class PoseSearch:
         worst = limited.worst(values)
         # An end outside the limits may have a solution on them, and an end inside is a solution.
         values[...] = limited.project(values)
-        minimum.take(failed, self.minimise(self, limited, targets[failed], free.q), slice(None))
+        minimum.take(failed, self._minimised(limited, targets[failed], free.q), slice(None))
         results.reasons[failed[minimum.reached[failed]]] = Reason.REACHED
         outside = free.reached & ~minimum.reached[failed] & worst.outside
         rows = failed[outside]
@@ -177,77 +174,8 @@ def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Fl
     return drawn[:, motion.columns], np.concatenate([motion.poses(part) for part in parts])
 
 
-def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
-    """Minimise ½‖e(q)‖² for targets (n, 4, 4) from starts (n, nq) inside the limits."""
-    motion = search.motion
-    poses, fixed = motion.in_base(targets, q).reshape(len(q), 16), region.fixed_values(motion.joint_values(q))
-    goal = Goal(search.weights, search.tolerance, search.iterations)
-    minimum = descended(motion.chain, region, goal, poses, fixed, q[:, motion.columns], search.threads)
-    ends: Floats = np.array(q)
-    ends[:, motion.columns] = minimum.q
-    return replace(minimum, q=ends)
-
-
-# --- Steps by the quadratic programs of pink instead of damped least squares.
-
-# Damping of pink's task in proportion to the squared error, and of every joint.
-_TASK_DAMPING, _JOINT_DAMPING = 1e-2, 1e-9
-# A search has converged after a smaller step than this [rad or m].
-_CONVERGED = 1e-9
-
-
-def minimise_with_pink(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
-    """Minimise like `minimise`, by quadratic programs within boxes, and project onto coupled limits after each step."""
-    import pink
-    import pinocchio as pin
-    from pink.limits import ConfigurationLimit
-    from pink.tasks import FrameTask
-
-    motion, weights = search.motion, search.weights
-    model = motion.robot.model.copy()  # pink adds its limits to the model
-    name = model.frames[motion.robot.frame_table[motion.frame]].name
-    limits = [ConfigurationLimit(model, config_limit_gain=1.0)] if region.enforced else []
-    ends: Floats = q.copy()
-    settled = np.zeros(len(q), dtype=np.bool_)
-    for k, target in enumerate(targets):
-        task = FrameTask(name, weights[:3], weights[3:], lm_damping=_TASK_DAMPING)
-        task.set_target(pin.SE3(target[:3, :3], target[:3, 3]))
-        for _ in range(search.iterations):
-            if (_residual(search, target[None], ends[k : k + 1]) <= search.tolerance).all():
-                break
-            configuration = pink.Configuration(model, model.createData(), ends[k])
-            options = {"damping": _JOINT_DAMPING, "limits": limits, "safety_break": False}
-            step = pink.solve_ik(configuration, [task], 1.0, solver="quadprog", **options)
-            ahead = ends[k : k + 1].copy()
-            ahead[:, motion.columns] += step[motion.velocity_columns]
-            values = motion.joint_values(ahead)
-            values[...] = region.project(values)
-            region.unwind(values)
-            settled[k] = np.abs(ahead[0] - ends[k]).max() < _CONVERGED
-            ends[k] = ahead[0]
-            if settled[k]:
-                break
-    residual = _residual(search, targets, ends)
-    cost = 0.5 * np.square(weights * pose_errors(motion.poses(ends), targets)).sum(axis=-1)
-    return Minimum(ends, cost, residual, np.asarray((residual <= search.tolerance).all(axis=-1)), settled)
-
-
-def _residual(search: PoseSearch, targets: Floats, q: Floats) -> Floats:
-    """Return errors of position and angle in the components with a weight, shape (n, 2) [m, rad]."""
-    errors = pose_errors(search.motion.poses(q), targets) * (search.weights > 0.0)
-    return np.asarray(np.linalg.norm(errors.reshape(-1, 2, 3), axis=-1))
-
-
-def pose_errors(poses: Floats, targets: Floats) -> Floats:
-    """Return (R_tᵀ (p_t − p); log(Rᵀ R_t)) of poses (n, 4, 4) and targets (n, 4, 4), shape (n, 6) [m, rad]."""
-    R, R_target = poses[:, :3, :3], targets[:, :3, :3]
-    away = np.einsum("nji,nj->ni", R_target, targets[:, :3, 3] - poses[:, :3, 3])
-    return np.concatenate([away, log(R.swapaxes(-1, -2) @ R_target)], axis=-1)
-
-
 # --- `numeric`.
 
-Solver = Literal["least squares", "pink"]
 _WEIGHTS = (1.0, 0.1)
 # The default weights of a pose, with six errors, and of a position, with three.
 _SIX_WEIGHTS = {6: np.repeat(_WEIGHTS, 3), 3: np.repeat((1.0, 0.0), 3)}
@@ -268,7 +196,6 @@ def numeric(
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
-    solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
 ) -> IKResult:
@@ -297,7 +224,6 @@ def numeric(
         tolerance: a target is met within this error of position [m] and rotation [rad], in components with a weight.
         iterations: largest number of steps of one search.
         seed: the seed of the random starts.
-        solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, an extra.
         limits: as in all solvers, see `nao_kin.ik`.
         threads: as in all solvers.
         collisions: as in all solvers; other solutions are not searched for.
@@ -306,7 +232,6 @@ def numeric(
         One solution for each target that is met.
 
     Raises:
-        MissingExtra: pink is not installed.
         NotARotation: the 3×3 part of a target is not a rotation; the error has its index and its defect.
         BadArgument: a frame that no joint moves; positions without a weight.
 
@@ -321,8 +246,6 @@ def numeric(
     """
     motion = cached_limb(robot, FrameMotion, frame)
     enforced = is_enforced(limits)
-    if solver != "least squares":
-        need_extra(f'solver="{choice(solver, get_args(Solver), "solver")}"', "pink")
     poses = is_pose(T, "T")
     six = _six_weights(weights, 6 if poses else 3)
     check_tolerance(tolerance)
@@ -335,16 +258,13 @@ def numeric(
         iterations=whole_number(iterations, "iterations", 1, MAX_SEARCHES),
         seed=whole_number(seed, "seed", 0),
         threads=check_threads(threads),
-        minimise=minimise_with_pink if solver == "pink" else minimise,
     )
     targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_floats(T, (3,), "T"))
     notes: tuple[str, ...] = ()
     if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
-    elif enforced:
-        start, notes = inside_limits(robot, near)
     else:
-        start = with_unit_quaternion(robot, near)
+        start, notes = checked_reference(robot, near, enforced)
     batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
     T_rows, reference_rows = rows_of(targets, batch, 2), np.array(rows_of(start, batch, 1))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]

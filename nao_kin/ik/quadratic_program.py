@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Row, both_ways
 
 # A smaller violation of a row than this counts as zero [rad].
 _VIOLATED = 1e-12
@@ -27,37 +27,41 @@ _ROUNDING = 1e-9
 
 
 @both_ways
-def cholesky(A: Floats, n: int) -> bool:
-    """Factor the leading n rows in place, A = L Lᵀ with L in the lower triangle; False if not positive definite."""
+def cholesky(A: Row, n: int, width: int, floor: float) -> bool:
+    """Factor the leading n rows in place, A = L Lᵀ with L in the lower triangle; False if not positive definite.
+
+    A has its rows, `width` numbers each, one after another; `floor` is the least squared entry on the diagonal of L.
+    """
     for j in range(n):
-        d = A[j, j]
+        d = A[j * width + j]
         for k in range(j):
-            d -= A[j, k] * A[j, k]
+            d -= A[j * width + k] * A[j * width + k]
+        d = max(d, floor)
         if not d > 0.0:
             return False
         d = math.sqrt(d)
-        A[j, j] = d
+        A[j * width + j] = d
         for i in range(j + 1, n):
-            s = A[i, j]
+            s = A[i * width + j]
             for k in range(j):
-                s -= A[i, k] * A[j, k]
-            A[i, j] = s / d
+                s -= A[i * width + k] * A[j * width + k]
+            A[i * width + j] = s / d
     return True
 
 
 @both_ways
-def solve_cholesky(L: Floats, n: int, b: Floats) -> None:
+def solve_cholesky(L: Row, n: int, width: int, b: Row) -> None:
     """Write (L Lᵀ)⁻¹ b into b."""
     for i in range(n):
         s = b[i]
         for k in range(i):
-            s -= L[i, k] * b[k]
-        b[i] = s / L[i, i]
+            s -= L[i * width + k] * b[k]
+        b[i] = s / L[i * width + i]
     for i in range(n - 1, -1, -1):
         s = b[i]
         for k in range(i + 1, n):
-            s -= L[k, i] * b[k]
-        b[i] = s / L[i, i]
+            s -= L[k * width + i] * b[k]
+        b[i] = s / L[i * width + i]
 
 
 @both_ways
@@ -67,15 +71,15 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
     The first `equal` rows of A and b are equations, the others up to `count` inequalities.
     """
     n = len(g)
-    if not cholesky(H, n):
+    size, L = n + 1, H.reshape(-1)
+    if not cholesky(L, n, n, 0.0):
         return False
     for i in range(n):
         x[i] = -g[i]
-    solve_cholesky(H, n, x)
-    size = n + 1
+    solve_cholesky(L, n, n, x)
     active, force = np.empty(size, np.int64), np.zeros(size)
     across = np.empty((size, n))  # H⁻¹ of each active row
-    gram, factor = np.empty((size, size)), np.empty((size, size))
+    gram, factor = np.empty((size, size)), np.empty(size * size)
     share, step = np.empty(size), np.empty(n)
     is_active, dependent = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     k = 0
@@ -99,7 +103,7 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
             # H⁻¹ of the new row, and the change of the active rows' multipliers.
             for j in range(n):
                 step[j] = towards * A[row, j]
-            solve_cholesky(H, n, step)
+            solve_cholesky(L, n, n, step)
             own = 0.0
             for j in range(n):
                 own += towards * A[row, j] * step[j]
@@ -110,12 +114,12 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
                     s += towards * A[row, j] * across[i, j]
                 share[i] = gram[k, i] = s
                 for j in range(i + 1):
-                    factor[i, j] = gram[i, j]
+                    factor[i * size + j] = gram[i, j]
             gram[k, k] = own
             if k > 0:
-                if not cholesky(factor, k):
+                if not cholesky(factor, k, size, 0.0):
                     return False
-                solve_cholesky(factor, k, share)
+                solve_cholesky(factor, k, size, share)
             rise = own
             for i in range(k):
                 rise -= share[i] * gram[k, i]

@@ -19,6 +19,7 @@ from nao_kin._kernels.chains import Chain, to_frame
 from nao_kin._kernels.rows import copied, in_lists, run_rows
 from nao_kin.ik.least_squares import ANGLE_WEIGHT, rotation_error
 from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, range_at
+from nao_kin.ik.quadratic_program import cholesky
 
 # Errors [m, rad] below which an answer is left as it is.
 PRECISE = 1e-13
@@ -62,10 +63,13 @@ class _Scratch(NamedTuple):
 
 
 @both_ways
-def _scratch_sizes(c: int, most: int) -> tuple[int, ...]:
-    """Return the lengths of the parts of a `_Scratch`."""
+def _new_scratch(c: int, most: int) -> _Scratch:
+    """Allocate the working memory of a target."""
     kept = _ANSWERS + 1
-    return 12, 3 * c, 3 * c, 3, 6 * c, c * c, c, kept * c, 2 * kept, c, c, most, most
+    return _Scratch(
+        np.empty(12), np.empty(3 * c), np.empty(3 * c), np.empty(3), np.empty(6 * c), np.empty(c * c), np.empty(c),
+        np.empty(kept * c), np.empty(2 * kept), np.empty(c), np.empty(c), np.empty(most), np.empty(most),
+    )  # fmt: skip
 
 
 @both_ways
@@ -146,21 +150,16 @@ def _gram_determinant(c: int, scratch: _Scratch) -> float:
         dz = (T[11] - origins[3 * k + 2]) / ANGLE_WEIGHT
         J[6 * k], J[6 * k + 1], J[6 * k + 2] = y * dz - z * dy, z * dx - x * dz, x * dy - y * dx
         J[6 * k + 3], J[6 * k + 4], J[6 * k + 5] = x, y, z
+    for k in range(c):
+        for i in range(k + 1):
+            gram[c * k + i] = 0.0
+            for j in range(6):
+                gram[c * k + i] += J[6 * k + j] * J[6 * i + j]
+    if not cholesky(gram, c, c, 0.0):
+        return 0.0
     determinant = 1.0
     for k in range(c):
-        for i in range(k, c):
-            total = 0.0
-            for j in range(6):
-                total += J[6 * k + j] * J[6 * i + j]
-            for j in range(k):
-                total -= gram[c * k + j] * gram[c * i + j]
-            if i == k:
-                determinant *= total
-                if total <= 0.0:
-                    return 0.0
-                gram[c * k + k] = math.sqrt(total)
-            else:
-                gram[c * i + k] = total / gram[c * k + k]
+        determinant *= gram[c * k + k] * gram[c * k + k]
     return determinant
 
 
@@ -267,7 +266,7 @@ def regular_branches(
         own = answers[firsts[i] : firsts[i + 1]].reshape(-1).tolist()
         target, preferred, constants = targets[i].tolist(), near[i].tolist(), fixed[i].tolist()
         lists = in_lists(chain), in_lists(limits.numbers), rules, target, preferred, constants, own
-        _write_branches(*lists, _Scratch(*([0.0] * size for size in _scratch_sizes(c, most))), branches, report)
+        _write_branches(*lists, in_lists(_new_scratch(c, most)), branches, report)
         found[i], reports[i] = branches, report
 
     def solve(function: Callable[..., object], part: slice) -> None:
@@ -296,12 +295,7 @@ def _branches(
     reports: Floats2,
 ) -> None:
     c = near.shape[1]
-    sizes = _scratch_sizes(c, found.shape[1] // c)
-    scratch = _Scratch(
-        np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
-        np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),
-        np.empty(sizes[10]), np.empty(sizes[11]), np.empty(sizes[12]),
-    )  # fmt: skip
+    scratch = _new_scratch(c, found.shape[1] // c)
     for i in range(near.shape[0]):
         own = answers[firsts[i] : firsts[i + 1]].reshape(-1)
         _write_branches(chain, region, rules, targets[i], near[i], fixed[i], own, scratch, found[i], reports[i])

@@ -114,13 +114,17 @@ def as_options(
     return Options(inside, notes, enforce, workers)
 
 
-def inside_limits(robot: RobotModel, q: ArrayLike, what: str = "near") -> tuple[Floats, tuple[str, ...]]:
-    """Return the nearest configurations inside all limits, shape (..., nq), and a note if they differ."""
+def checked_reference(
+    robot: RobotModel, q: ArrayLike, enforce: bool, what: str = "near"
+) -> tuple[Floats, tuple[str, ...]]:
+    """Return configurations with unit quaternions, shape (..., nq), and a note if enforced limits have moved them."""
+    if not enforce:
+        return with_unit_quaternion(robot, q, what), ()
     return _projected(robot, _finite(robot, q, what), what)
 
 
 def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
-    """Do as `inside_limits` for finite configurations."""
+    """Return finite configurations inside all limits, the nearest ones, and a note if they differ."""
     try:
         return robot.check_limits(reference), ()
     except OutsideLimits as error:

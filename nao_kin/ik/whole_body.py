@@ -21,7 +21,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.rows import run_rows
-from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, SIDES, Plan
+from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, SIDES, Body, Plan
 from nao_kin.ik.body_search import (
     NOT_STANDING,
     REACHED,
@@ -37,7 +37,6 @@ from nao_kin.ik.body_search import (
 from nao_kin.ik.body_targets import (
     COM,
     GAZE,
-    BodyTables,
     BodyTarget,
     PreparedRobot,
     all_targets,
@@ -59,7 +58,7 @@ from nao_kin.ik.results import (
     length_in_words,
     overlap_in_words,
 )
-from nao_kin.ik.targets import check_threads, inside_limits, is_enforced, rows_of, with_unit_quaternion
+from nao_kin.ik.targets import check_threads, checked_reference, is_enforced, rows_of
 from nao_kin.robot import Clearance, CollisionRule, RobotModel, SupportPolygon
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
@@ -252,16 +251,15 @@ def whole_body(
     """
     ready = prepared(robot)
     enforce = is_enforced(limits)
-    tables = ready.tables[enforce]
     weights = weights or {}
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
     searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
     workers = check_threads(threads)
-    given, notes = (ready.rest, ()) if near is None else _configurations(robot, near, "near", enforce)
+    given, notes = (ready.rest, ()) if near is None else checked_reference(robot, near, enforce)
     standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if near is None else given)
-    requested = all_targets(robot, tables, standing, targets, com, gaze, torso, weights)
-    preferred, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
+    requested = all_targets(robot, ready, standing, targets, com, gaze, torso, weights)
+    preferred, more = (given, ()) if posture is None else checked_reference(robot, posture, enforce, "posture")
     shapes = [T.shape[:-2] for T in (*(target.values for target in requested), *standing.values())]
     shapes += [given.shape[:-1], preferred.shape[:-1]]
     batch = common_batch("targets, feet, posture and near", *shapes)
@@ -277,13 +275,14 @@ def whole_body(
         tolerance=float(tolerance),
         steps=_STEPS,
     )
-    begin, pull = (np.array(rows_of(q[..., tables.order], batch, 1)) for q in (given, preferred))
-    ends = (pull, begin) if enforce else (tables.unwound(pull, 0.0), tables.unwound(begin, 0.0))
+    begin, pull = (np.array(rows_of(q[..., ready.order], batch, 1)) for q in (given, preferred))
+    ends = (pull, begin) if enforce else (ready.unwound(pull, 0.0), ready.unwound(begin, 0.0))
     inside = float(margin) if support else 0.0
     problems, origin, polygons = _problems(ready, standing, requested, batch, inside, *ends)
     feet_names = tuple(standing)
+    body = ready.body if enforce else ready.unlimited
     search = _Search(
-        robot, ready, tables, requested, feet_names, plan, problems, origin, polygons, inside, searches, workers
+        robot, ready, body, requested, feet_names, plan, problems, origin, polygons, inside, searches, workers
     )
     solutions = search.run(slice(None), as_is=posture is None, restarts=0)
     again = np.flatnonzero(solutions.report[:, STATUS] != REACHED)
@@ -294,7 +293,7 @@ def whole_body(
     if rule is not None:
         _search_without_overlap(search, solutions, reference_rows, rule)
     if not enforce:
-        solutions.x[:] = tables.unwound(solutions.x, pull)
+        solutions.x[:] = ready.unwound(solutions.x, pull)
     return _result(search, solutions, reference_rows, batch, notes + more, rule)
 
 
@@ -342,7 +341,7 @@ class _Search:
 
     robot: RobotModel
     ready: PreparedRobot
-    tables: BodyTables
+    body: Body
     targets: list[BodyTarget]
     standing: tuple[str, ...]
     plan: Plan
@@ -367,7 +366,7 @@ class _Search:
         `targets` selects targets, None for all, an empty list for the support polygon alone; `as_is` keeps a reference
         that meets all targets. With a `start` (rows, variables) in place of the reference, the posture does not pull.
         """
-        plan, body, problems = self.plan._replace(as_is=as_is), self.tables.body, self.problems
+        plan, body, problems = self.plan._replace(as_is=as_is), self.body, self.problems
         if start is not None:
             plan = plan._replace(posture=0.0)
         if targets is not None:
@@ -399,21 +398,21 @@ class _Search:
     def random(self, count: int) -> Floats:
         """Return random values of the moving variables, shape (count, moving)."""
         q = self.robot.random(np.random.default_rng(0), count)
-        return q[:, self.tables.order[: self.tables.body.moving]]
+        return q[:, self.ready.order[: self.body.moving]]
 
 
 def _clearance(search: _Search, q: Floats, reference: Floats, rule: CollisionRule) -> Clearance:
     """Return the clearance of poses q (n, nq) that a search from references (n, nq) found."""
-    return search.robot.link_shapes.clearance_from(q, reference, rule, search.tables.order.tolist())
+    return search.robot.link_shapes.clearance_from(q, reference, rule, search.ready.order.tolist())
 
 
 def _search_without_overlap(search: _Search, solutions: Solutions, reference: Floats, rule: CollisionRule) -> None:
     """Replace poses in which links overlap, by searches from starts farther and farther from these poses."""
-    moving = search.tables.body.moving
+    moving = search.body.moving
 
     def distances(x: Floats, rows: Integers) -> Floats:
         q = reference[rows]
-        q[:, search.tables.order] = x
+        q[:, search.ready.order] = x
         return _clearance(search, q, reference[rows], rule).distance
 
     best = distances(solutions.x, np.arange(len(solutions.x)))
@@ -442,7 +441,7 @@ def _result(
     notes: tuple[str, ...],
     rule: CollisionRule | None,
 ) -> WholeBodyResult:
-    robot, tables, body = search.robot, search.tables, search.tables.body
+    robot, ready, body = search.robot, search.ready, search.body
     status = solutions.report[:, STATUS]
     residuals = {target.name: solutions.residuals[:, k, :2].copy() for k, target in enumerate(search.targets)}
     if search.plan.support > 0.0:
@@ -463,7 +462,7 @@ def _result(
         beyond[failed] = _beyond(search, failed, worst)
         reasons[failed] = _failure_reasons(search, failed, worst, beyond, solutions)
     q = reference.copy()
-    q[:, tables.order] = solutions.x
+    q[:, ready.order] = solutions.x
     torso = solutions.T_world_torso.copy()
     torso[:, :3, 3] += search.origin
     if robot.base == "floating":
@@ -499,7 +498,7 @@ def _result(
         com=com.reshape(*batch, 3),
         margin=margins.reshape(batch),
         at_limits=(near <= _AT_LIMIT).reshape(*batch, body.moving),
-        joints=tables.names[: body.moving],
+        joints=ready.names[: body.moving],
         iterations=solutions.report[:, STEPS].astype(np.int64).reshape(batch),
         starts=np.where(stands, solutions.report[:, START].astype(np.int64) + 1, 1 + search.restarts).reshape(batch),
         standing=search.standing,
@@ -516,7 +515,7 @@ def _beyond(search: _Search, failed: Integers, worst: Integers) -> Floats:
         rows = failed[mine]
         if index < len(search.targets):
             target, given = search.targets[index], problems.targets[rows, index]
-            beyond[mine] = target_beyond(search.tables.body, target, search.standing, problems.feet[rows], given)
+            beyond[mine] = target_beyond(search.body, target, search.standing, problems.feet[rows], given)
         else:
             below = polygons if len(polygons) > 1 else polygons * len(worst)
             beyond[mine] = [margin_beyond(below[row], search.margin) for row in rows]
@@ -541,12 +540,7 @@ def _crossing(search: _Search, solutions: Solutions, stands: NDArray[np.bool_]) 
     """Return a note, as in `legs`, if ankles are on swapped sides of the torso."""
     if search.plan.stance != BOTH:
         return ()
-    ankles = (search.problems.feet @ search.tables.ankles)[..., 0]
+    ankles = (search.problems.feet @ search.ready.ankles)[..., 0]
     left = (solutions.T_world_torso[:, :, 1] * (ankles[:, 0] - ankles[:, 1])).sum(axis=-1)
     crossed = stands & (left < 0.0).reshape(stands.shape)
     return crossing_in_words(crossed, "poses") if crossed.any() else ()
-
-
-def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
-    """Return configurations with unit quaternions, inside the limits if these are enforced, and notes."""
-    return inside_limits(robot, given, what) if enforce else (with_unit_quaternion(robot, given, what), ())

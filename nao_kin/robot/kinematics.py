@@ -26,7 +26,7 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.warn import TURN
-from nao_kin._kernels.cache import has_numba, note_slowness
+from nao_kin._kernels.cache import compiles, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.build import FrameIds, ModelNumbers, address, only_links
 from nao_kin.robot.configurations import ConfigurationSpace
@@ -407,7 +407,7 @@ class Answers:
         if question.kind in ("com", "com_jacobian"):
             self._kinematics.check_mass()
         count, out = math.prod(batch), output.out
-        if (threads is None and count < CROSSOVER) or not has_numba():
+        if (threads is None and count < CROSSOVER) or not compiles():
             slow = count >= CROSSOVER
             started = time.thread_time() if slow else 0.0  # a call into the system, as long as a single answer
             q = self._checks.posed(arrays[0])

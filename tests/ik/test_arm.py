@@ -244,18 +244,6 @@ def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel
     assert nk.ik.arm(nao, "L", T[0]).count == 0
 
 
-@pytest.mark.full
-def test_a_place_is_answered_by_the_reference_that_is_there_with_joints_at_their_limits(nao: nk.NaoModel) -> None:
-    rng = np.random.default_rng(3)
-    columns = [nao.joint_names.index(name) for name in nao.chains["LArm"] if not name.endswith("Hand")]
-    q = nao.random(rng, 500)
-    at = rng.integers(0, 3, (500, len(columns)))
-    q[:, columns] = np.where(at == 0, nao.lower[columns], np.where(at == 1, nao.upper[columns], q[:, columns]))
-    found = nk.ik.arm(nao, "L", nao.position(q, "LArm"), near=q)
-    assert found.success.all()
-    np.testing.assert_allclose(found.q[:, columns], q[:, columns], atol=1e-6)
-
-
 @for_all("version", ["v3.2", "v6"])
 @for_all("inside", [1e-9, 1e-3])
 def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) -> None:
@@ -325,18 +313,6 @@ def test_a_message_says_what_is_in_the_way(nao: nk.NaoModel) -> None:
     assert "needs" in str(behind.message)
     millimetres = nk.ik.arm(nao, "L", [150.0, 98.0, 100.0])
     assert "targets are in metres" in str(millimetres.message)
-
-
-@for_all("side", SIDES)
-def test_one_target_and_a_batch_of_it_give_the_same(nao: nk.NaoModel, side: str) -> None:
-    T = nao.fk(nao.random(5, (2, 3)), side + "Arm")
-    T[1, :, :3, 3] += 0.01
-    many = nk.ik.arm(nao, side, T)
-    assert many.q.shape == (2, 3, 25)
-    for index in np.ndindex(2, 3):
-        one = nk.ik.arm(nao, side, T[index])
-        assert one.reason == many.reason[index]  # type: ignore[index]
-        np.testing.assert_allclose(one.q, many.q[index], rtol=0, atol=1e-9)
 
 
 def test_any_frame_on_the_hand_may_be_asked_for(nao: nk.NaoModel) -> None:

@@ -216,15 +216,6 @@ def test_one_offset_leaves_the_closed_forms_of_its_limb(joint: str, offset: floa
         CHECKS[function](robot, samples(robot, 5, 6))
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("function", CHECKS)
-@pytest.mark.parametrize("offset", OFFSETS)
-@pytest.mark.parametrize("joint", JOINTS)
-def test_one_offset_leaves_every_solver(joint: str, offset: float, function: str) -> None:
-    robot = calibrated(joint, offset)
-    CHECKS[function](robot, samples(robot, 6, 20))
-
-
 # --- The same solutions as those of the robot without offsets, minus the offsets.
 
 

@@ -20,7 +20,7 @@ import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Reason, follow_branches as branch_choice, follow_limbs as limb_paths
-from nao_kin.ik.targets import inside_limits
+from nao_kin.ik.targets import checked_reference
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
 
@@ -572,7 +572,7 @@ def test_a_single_sample_is_solved_as_by_itself(nao: nk.NaoModel) -> None:
 def test_a_reference_beyond_a_coupled_limit_goes_to_the_nearest_point(nao: nk.NaoModel) -> None:
     """As everywhere in inverse kinematics; `clamp` would keep the yaw of the head, on which its pitch depends."""
     reference = nao.configuration({"HeadYaw": 1.0, "HeadPitch": 0.5}, limits="ignore")
-    nearest, notes = inside_limits(nao, reference)
+    nearest, notes = checked_reference(nao, reference, True)
     assert np.abs(nearest - nao.clamp(reference)).max() > 0.01
     T = swinging(nao, "LLeg", 3)
     found = nk.ik.follow(nao, {"LLeg": T}, near=reference)

@@ -11,7 +11,7 @@ from loops import for_all
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason
-from nao_kin.rotations import davenport_angles, exp, matrix_from_quat, rot_y
+from nao_kin.rotations import exp, matrix_from_quat, rot_y
 
 SIDES = ("L", "R")
 JOINTS = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
@@ -45,20 +45,6 @@ def test_without_limits_there_are_eight_branches(nao: nk.NaoModel, side: str) ->
     pairs = np.array(list(itertools.combinations(range(8), 2)))
     apart = np.abs(found.branches[:, pairs[:, 0]] - found.branches[:, pairs[:, 1]]).max(axis=-1)
     assert apart.min() > 1e-4
-
-
-@for_all("side", SIDES)
-def test_one_target_and_a_batch_of_it_give_the_same(nao: nk.NaoModel, side: str) -> None:
-    T = nao.fk(nao.random(5, (3, 4)), side + "Leg")
-    for limits in ("enforce", "ignore"):
-        many = nk.ik.leg(nao, side, T, limits=limits)
-        assert many.q.shape == (3, 4, 25)
-        assert np.shape(many.success) == (3, 4)
-        for index in np.ndindex(3, 4):
-            one = nk.ik.leg(nao, side, T[index], limits=limits)
-            assert one.success is True
-            np.testing.assert_allclose(one.q, many.q[index], rtol=0, atol=1e-13)
-            np.testing.assert_allclose(one.solutions, many.solutions[index][: one.count], rtol=0, atol=1e-13)
 
 
 @pytest.mark.full
@@ -228,18 +214,6 @@ def test_the_member_about_the_ankle_axis_is_inside_the_limits_and_nearest(nao: n
             assert np.linalg.norm(rival - inside) > away - 1e-6
 
 
-def test_the_hip_triple_is_that_of_davenport_angles(nao: nk.NaoModel) -> None:
-    for side, sign in (("L", -1.0), ("R", 1.0)):
-        q = nao.random(4, 50)
-        found = nk.ik.leg(nao, side, nao.fk(q, side + "Leg"))
-        values = found.branches[:, 0]
-        R_torso_thigh = nao.rotation(found.q, "LThigh" if side == "L" else "RThigh")
-        axis = [0.0, math.sqrt(0.5), sign * math.sqrt(0.5)]
-        angles = davenport_angles(R_torso_thigh, axis, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-        gaps = [np.abs(triple - values[:, :3]).max(axis=-1) for triple in (angles.angles, angles.other)]
-        assert np.minimum(*gaps).max() < 1e-12
-
-
 @for_all("beyond", [1.01e-6, 1e-3, 1.0])
 @for_all("side", SIDES)
 def test_out_of_reach_is_said_with_the_distance(nao: nk.NaoModel, side: str, beyond: float) -> None:
@@ -340,16 +314,6 @@ def test_a_reference_outside_a_coupled_limit_goes_to_the_nearest_point_of_the_pl
         assert nearest - 2e-3 < away <= nearest + 1e-9
         clipped = nao.clamp(reference)[[pitch, roll]]
         assert away <= np.linalg.norm(clipped - at)
-
-
-def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.posture("StandInit"), "LLeg")
-    reference = nao.posture("StandInit")
-    reference[nao.joint_names.index("HeadYaw")] = 3.0
-    found = nk.ik.leg(nao, "L", T, near=reference)
-    assert found.notes == ("near projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
-    assert nao.within_limits(found.q).all()
-    assert nk.ik.leg(nao, "L", T, near=reference, limits="ignore").q[0] == 3.0
 
 
 def test_any_frame_on_the_foot_may_be_asked_for(nao: nk.NaoModel) -> None:

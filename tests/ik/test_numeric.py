@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +16,10 @@ from scipy.spatial import cKDTree
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik.least_squares import FrameMotion, Goal, Scratch, errors_at, scratch_sizes
+from nao_kin.ik.least_squares import FrameMotion, Goal, errors_at, new_scratch
 from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.targets import rigid_poses
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
@@ -163,20 +161,10 @@ def test_a_pose_is_solved_alike_alone_and_in_a_batch_and_again(nao: nk.NaoModel)
         np.testing.assert_allclose(alone.q, batch.q.reshape(12, 25)[k], atol=1e-6)
 
 
-def test_pink_makes_the_steps_where_it_is_installed(nao: nk.NaoModel) -> None:
-    for module in ("pink", "qpsolvers", "quadprog"):
-        pytest.importorskip(module)
-    for frame in ("Head", "LLeg"):
-        T = nao.fk(nao.random(5, 8), frame)
-        found = numeric(nao, frame, T, near=nao.posture("StandInit"), solver="pink", tolerance=1e-6)
-        check_reached(nao, frame, T, found, 1e-6)
-    assert not hasattr(nao.model, "configuration_limit")
-
-
-def test_without_pink_the_extra_is_named(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pink", None)
-    with pytest.raises(MissingExtra, match=r"nao-kin\[pink\]"):
-        numeric(nao, "LLeg", np.eye(4), solver="pink")
+def pose_errors(poses: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    R = targets[:, :3, :3]
+    away = np.einsum("nji,nj->ni", R, targets[:, :3, 3] - poses[:, :3, 3])
+    return np.concatenate([away, nk.rotations.log(poses[:, :3, :3].swapaxes(-1, -2) @ R)], axis=-1)
 
 
 # --- weights --------------------------------------------------------------------------------------------------------
@@ -492,7 +480,7 @@ def test_an_empty_batch_has_an_empty_answer(nao: nk.NaoModel, shape: tuple[int, 
 
 def _errors(motion: FrameMotion, weights: Floats, target: Floats, values: Floats) -> tuple[Floats, Floats, float]:
     """Errors, their derivative and half their square, as the search computes them of a target in the base."""
-    scratch = Scratch(*(np.zeros(size) for size in scratch_sizes(1, len(motion.chain.place), len(values), 0)))
+    scratch = new_scratch(1, len(motion.chain.place), len(values), 0)
     goal = Goal(weights, 1e-8, 1)
     cost = errors_at(motion.chain, goal, target.reshape(16), values, scratch, scratch.e, scratch.J)
     return scratch.e, scratch.J.reshape(6, len(values)), cost
@@ -608,7 +596,6 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"T": _poses({(1, 2, 0, 0): 1.1})}, NotARotation, r"\[1, 2\]"),
         ({"T": _poses({(1, 0, 3, 3): 2.0})}, BadArgument, r"\[1, 0\]"),
         ({"T": _poses({(0, 1, 0, 3): np.nan})}, NotFinite, r"\[0, 1, 0, 3\]"),
-        ({"solver": ["pink"]}, UnknownName, "pink"),
         ({"T": np.zeros(7)}, WrongShape, r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions, got \(7,\)$"),
         ({"T": np.zeros((3, 4))}, WrongShape, r"got \(3, 4\)$"),
         ({"T": [0.1, np.nan, 0.1]}, NotFinite, r"T.*\[1\]"),
@@ -618,7 +605,6 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"near": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
         ({"near": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
         ({"limits": "clamp"}, UnknownName, r"\(valid: enforce, ignore\); with .enforce., the result's `best`"),
-        ({"solver": "trac-ik"}, UnknownName, "pink"),
         ({"weights": (1.0, -1.0)}, BadArgument, "weights"),
         ({"weights": (0.0, 0.0)}, BadArgument, "weights"),
         ({"weights": (1.0, 1.0, 1.0)}, BadArgument, "weights"),

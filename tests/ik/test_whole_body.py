@@ -26,7 +26,7 @@ from nao_kin.ik.body_errors import Plan, errors_at, new_state, place_all, stand_
 from nao_kin.ik.body_targets import BodyTarget, feet_beyond, margin_beyond, prepared, target_beyond
 from nao_kin.ik.limit_regions import TABLE, limit_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
-from nao_kin.ik.targets import inside_limits
+from nao_kin.ik.targets import checked_reference
 from nao_kin.robot import SupportPolygon
 
 Floats = NDArray[np.float64]
@@ -356,24 +356,24 @@ def test_feet_that_may_be_stood_on_somehow_are_not_called_out_of_reach(nao: nk.N
 
 @pytest.mark.parametrize("both", [False, True], ids=["one foot", "both feet"])
 def test_no_pose_is_beyond_the_stretched_robot(nao: nk.NaoModel, both: bool) -> None:
-    body = prepared(nao).tables[True]
+    ready = prepared(nao)
     poses = standing_poses(nao, 200, both=both)
     sides = ("L", "R") if both else ("L",)
     for frame in ("LArm", "RLeg", "CameraTop", "torso", "LHandFinger13", "LThigh"):
-        row, T = body.frame(nao, frame)
+        row, T = ready.frame(nao, frame)
         target = BodyTarget(frame, row, T, np.eye(4), np.ones(6))
         places = poses.pose(nao, frame)
-        assert not target_beyond(body.body, target, sides, poses.feet, places).any()
+        assert not target_beyond(ready.body, target, sides, poses.feet, places).any()
         places[:, 0, 3] += 2.0
-        assert (target_beyond(body.body, target, sides, poses.feet, places) > 0.5).all()
+        assert (target_beyond(ready.body, target, sides, poses.feet, places) > 0.5).all()
         on_a_plane = replace(target, weights=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]))
         places[:, :3, :3] = np.eye(3)
-        assert not target_beyond(body.body, on_a_plane, sides, poses.feet, places).any()
-    assert not feet_beyond(body.body, poses.feet).any()
+        assert not target_beyond(ready.body, on_a_plane, sides, poses.feet, places).any()
+    assert not feet_beyond(ready.body, poses.feet).any()
     com = np.tile(np.eye(4), (200, 1, 1))
     com[:, :3, 3] = np.einsum("nij,nj->ni", poses.torso[:, :3, :3], nao.com(poses.q)) + poses.torso[:, :3, 3]
     target = BodyTarget("com", -1, np.eye(4), np.eye(4), np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
-    assert not target_beyond(body.body, target, sides, poses.feet, com).any()
+    assert not target_beyond(ready.body, target, sides, poses.feet, com).any()
     square = SupportPolygon.around([[0, 0], [2, 0], [2, 1], [0, 1]])
     assert margin_beyond(square, 0.5) == 0.0
     assert margin_beyond(square, 0.7) == pytest.approx(0.2)
@@ -419,7 +419,7 @@ def test_a_coupled_limit_is_left_by_the_shortest_way(nao: nk.NaoModel) -> None:
     """Compare for the head, whose pitch depends on its yaw: `clamp` keeps the yaw, the nearest point has another."""
     _, feet = crouching(nao)
     head = nao.configuration({"HeadYaw": 1.0, "HeadPitch": 0.5}, limits="ignore")
-    nearest, _ = inside_limits(nao, head)
+    nearest, _ = checked_reference(nao, head, True)
     assert np.abs(nearest - nao.clamp(head)).max() > 0.01
     found = whole_body(nao, {}, feet=feet, posture=head)
     (note,) = found.notes
@@ -537,23 +537,23 @@ def test_what_is_no_array_is_refused_by_name(nao: nk.NaoModel) -> None:
 
 
 def test_places_and_centres_of_mass_are_those_of_the_model(nao: nk.NaoModel) -> None:
-    tables = prepared(nao).tables[True]
+    ready = prepared(nao)
     for q in nao.random(0, 5):
-        x, rows = q[tables.order], len(tables.body.parent)
+        x, rows = q[ready.order], len(ready.body.parent)
         R, p = np.empty((rows, 3, 3)), np.empty((rows, 3))
-        place_all(tables.body, x, np.eye(4), R, p)
+        place_all(ready.body, x, np.eye(4), R, p)
         for frame in ("LArm", "RLeg", "CameraBottom", "LHandFinger13", "torso"):
-            row, T = tables.frame(nao, frame)
+            row, T = ready.frame(nao, frame)
             np.testing.assert_allclose(R[row] @ T[:3, 3] + p[row], nao.fk(q, frame)[:3, 3], atol=1e-14)
             np.testing.assert_allclose(R[row] @ T[:3, :3], nao.fk(q, frame)[:3, :3], atol=1e-14)
 
 
 @pytest.mark.parametrize("stance", ["L", "R"])
 def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> None:
-    tables, rng = prepared(nao).tables[True], np.random.default_rng(5)
-    body, side = tables.body, "LR".index(stance)
+    ready, rng = prepared(nao), np.random.default_rng(5)
+    body, side = ready.body, "LR".index(stance)
     names = "LArm", "RLeg" if stance == "L" else "LLeg", "RArm", "CameraTop", "torso"
-    rows, frames = zip(*(tables.frame(nao, name) for name in names), (-1, np.eye(4)), strict=True)
+    rows, frames = zip(*(ready.frame(nao, name) for name in names), (-1, np.eye(4)), strict=True)
     aims, weights = np.array([0, 0, 0, 1, 0, 0]), rng.uniform(0.3, 1.0, (6, 6))
     weights[2, 2:4], weights[5, 3:] = 0.0, 0.0
     plan = Plan(np.array(rows), aims, weights, 1.0, 0.0, side, False, 1e-8, 1)
@@ -563,7 +563,7 @@ def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> N
 
     def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         q = np.empty(25)
-        q[tables.order] = x
+        q[ready.order] = x
         state = new_state(body, 25, 6)
         state.x[:], state.T[:] = x, np.linalg.inv(nao.fk(q, f"{stance}Leg"))
         errors_at(body, plan, np.array(frames), targets, state)
@@ -572,7 +572,7 @@ def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> N
         return state.e, state.J, state.com, state.com_J
 
     for q in nao.random(rng, 3):
-        x = q[tables.order]
+        x = q[ready.order]
         _, J, _, com_J = at(x)
         for k in range(body.moving):
             step = np.zeros(25)
@@ -584,14 +584,14 @@ def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> N
 
 def test_the_torso_goes_where_both_hips_agree(nao: nk.NaoModel) -> None:
     ready, (q, feet) = prepared(nao), crouching(nao)
-    tables, rng = ready.tables[True], np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     T = np.array([feet["L"], feet["R"]])
     for _ in range(5):
-        x = (q + 0.1 * rng.normal(size=25))[tables.order]
+        x = (q + 0.1 * rng.normal(size=25))[ready.order]
         torso = np.empty((4, 4))
-        assert stand_on_both(tables.body, ready.second_leg, T, x, torso)
+        assert stand_on_both(ready.body, ready.second_leg, T, x, torso)
         moved = np.empty(25)
-        moved[tables.order] = x
+        moved[ready.order] = x
         np.testing.assert_allclose(torso @ nao.fk(moved, FEET), T, atol=1e-12)
 
 
@@ -629,10 +629,10 @@ def test_rows_that_contradict_each_other_are_noticed() -> None:
 
 def test_rows_of_limits_hold_for_the_steps_that_end_inside(nao: nk.NaoModel) -> None:
     """On the edges of the coupled tables, farther from their bends than a step is long, and at bends that jut out."""
-    tables, rng, longest = prepared(nao).tables[True], np.random.default_rng(3), 1e-3
-    limits, moving, count = tables.body.limits, tables.body.moving, 0
+    ready, rng, longest = prepared(nao), np.random.default_rng(3), 1e-3
+    limits, moving, count = ready.body.limits, ready.body.moving, 0
     A, b = np.zeros((200, moving + 1)), np.zeros(200)
-    middle = 0.5 * (nao.lower + nao.upper)[tables.order]
+    middle = 0.5 * (nao.lower + nao.upper)[ready.order]
     for of, joint, first, end in limits.tables.reshape(-1, TABLE):
         at, *bounds = (part[first:end] for part in (limits.at, limits.low, limits.high))
         places = [(value, side) for value in at for side in range(2)]
@@ -652,7 +652,7 @@ def test_rows_of_limits_hold_for_the_steps_that_end_inside(nao: nk.NaoModel) -> 
                 step[[joint, of]] = 0.99 * longest * rng.uniform(-1.0, 1.0, 2)
                 holds = (A[:rows, :moving] @ step[:moving] >= b[:rows] - 1e-12).all()
                 q = np.empty(len(x))
-                q[tables.order] = x + step
+                q[ready.order] = x + step
                 excess = sum(violation.excess for violation in nao.limit_violations(q))
                 assert outside(limits, x + step) == pytest.approx(excess, abs=1e-8)
                 assert holds == (outside(limits, x + step) <= 1e-12)

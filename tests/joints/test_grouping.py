@@ -234,12 +234,6 @@ def test_parallel_axes_are_not_merged_even_on_one_line(tmp_path, rule) -> None:
         assert set(shape(group_joints(robot, rule=rule)).values()) == {"revolute"}
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_skew_axes_are_not_merged(tmp_path, rule) -> None:
-    robot = made_up(tmp_path, J("a", Z), J("b", X, xyz=(0, 0.1, 0)), J("c", Y, xyz=(0, 0, 0.1)))
-    assert len(group_joints(robot, rule=rule)) == 3
-
-
 def test_axes_that_meet_away_from_their_centres_are_concurrent_only(tmp_path) -> None:
     robot = made_up(tmp_path, J("a", Z, xyz=(0.4, 0.5, 0.6)), J("b", X, xyz=(0.3, 0, 0.2)), J("c", Z, xyz=(-0.3, 0, 0)))
     assert len(group_joints(robot)) == 3

@@ -14,7 +14,6 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.joints.grouping import RULES
-from nao_kin.robot.nao import VERSIONS
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 BATCHES = [(), (1,), (0,), (2, 3)]
@@ -109,16 +108,6 @@ def test_the_mass_matrix_is_the_naos_seen_through_the_velocity_matrix(version, r
 
 
 @for_all("rule", RULES)
-def test_gravity_asks_the_same_torques(rule) -> None:
-    typed = typed_nao("v6", rule)
-    for q in wide(typed.robot, 10):
-        model, q_typed = typed.model, typed.from_q(q)
-        torques = pin.computeGeneralizedGravity(typed.robot.model, typed.robot.model.createData(), q)
-        typed_torques = pin.computeGeneralizedGravity(model, model.createData(), q_typed)
-        assert np.allclose(typed.velocity_matrix(q).T @ typed_torques, torques, rtol=0, atol=1e-14)
-
-
-@for_all("rule", RULES)
 def test_the_velocity_matrix_is_the_derivative_of_the_typed_configuration(rule) -> None:
     typed, rng, h = typed_nao("v6", rule), np.random.default_rng(3), 1e-6
     for q in wide(typed.robot, 20):
@@ -159,12 +148,6 @@ def test_only_the_links_inside_balls_need_coordinates_beside_the_fifteen_joints(
     assert extra < set(typed.carriers)
     assert typed.nv - len(extra) == 26
     assert typed.nv - len(extra) - len(typed.groups.mimics) == typed.robot.nv == 25
-
-
-def test_carriers_are_the_inner_joints_of_merged_ones(each_nao) -> None:
-    typed = MultiDofModel(each_nao)
-    inner = [part for joint in typed.pairs for part in joint.joints[:-1]]
-    assert sorted(typed.carriers) == sorted(inner)
 
 
 def test_the_universal_coordinates_are_the_angles_and_the_quaternion_is_the_rotation(nao) -> None:
@@ -222,15 +205,6 @@ def test_masses_and_frames_are_the_robots(each_nao) -> None:
     assert added == [joint.name for joint in typed.pairs if len(joint.joints) > 1]
 
 
-def test_joints_stand_in_the_depth_first_order_that_pinocchio_wants() -> None:
-    for version in VERSIONS:
-        for rule in RULES:
-            model = typed_nao(version, rule).model
-            for index in range(1, model.njoints):
-                subtree = list(model.subtrees[index])
-                assert subtree == list(range(index, index + len(subtree)))
-
-
 # --- the model's own methods ------------------------------------------------------------------------------------------
 
 
@@ -253,13 +227,6 @@ def test_methods_take_every_batch_shape_and_agree_with_the_robot(nao, batch) -> 
     back = typed.to_q(q_typed)
     assert back.shape == q.shape
     assert np.allclose(back, q, rtol=0, atol=1e-14)
-
-
-def test_every_frame_name_of_the_robot_is_known(nao) -> None:
-    q = nao.random(3)
-    typed = typed_nao("v6", "concurrent")
-    names = nao.frame_names
-    assert np.allclose(typed.fk(typed.from_q(q), names), nao.fk(q, names), rtol=0, atol=1e-14)
 
 
 def test_lists_are_taken_and_results_are_fresh(nao) -> None:
@@ -297,17 +264,6 @@ def test_other_robots_keep_their_frames_velocities_and_centre_of_mass(name, base
         E = typed.velocity_matrix(row)
         M = E.T @ composite_mass_matrix(typed.model, typed.from_q(row)) @ E
         assert np.allclose(M, mass_matrix(robot.model, row), rtol=0, atol=1e-11)
-
-
-def test_a_floating_nao_is_carried_by_its_base() -> None:
-    nao = nk.load_nao("v6", base="floating")
-    typed = MultiDofModel(nao)
-    q = wide(nao, 50)
-    assert max(worst_differences(nao, typed, q)) < 1e-13
-    assert np.array_equal(typed.from_q(q)[:, :7], q[:, :7])
-    assert np.allclose(typed.to_q(typed.from_q(q), near=q), q, rtol=0, atol=1e-12)
-    with pytest.raises(BadArgument, match="unit quaternion"):
-        typed.from_q(np.zeros(32))
 
 
 CHAINS = {

@@ -86,18 +86,6 @@ def test_one_target_and_a_batch_get_the_same_bits_of_a_kernel_in_memory(nao: nk.
                 assert one.describe() == many.describe((i,))
 
 
-@pytest.mark.parametrize("limbs", ["legs", "arms by pose"])
-def test_a_kernel_reads_the_numbers_of_a_limb_from_arrays(limbs: str) -> None:
-    """Numba takes 3 µs in each call to read a hundred floats from tuples: a third of a call of `fk`."""
-    (types,) = nk._kernels.KERNELS[f"ik kernel, {limbs}"].ready().signatures  # type: ignore[attr-defined]
-    assert [str(kind) for kind in types] == [
-        *["array(float64, 1d, C)"] * 2,
-        *["array(float64, 2d, C)"] * 2,
-        "bool",
-        "array(float64, 2d, C)",
-    ]
-
-
 @pytest.mark.full
 def test_kernels_that_several_processes_compiled_work_in_one(tmp_path: Path) -> None:
     """A process that loads kernels from the disk takes functions of the same symbol for one function."""
@@ -192,18 +180,6 @@ def test_every_module_that_makes_a_kernel_is_imported_to_make_all_ready() -> Non
     code = f"import sys, nao_kin as nk; nk.warm_up([]); print(*{makers} - sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout == "\n"
-
-
-def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
-    q = nao.random(1, (3, 2))
-    T = nao.fk(q, "LLeg")
-    references = nao.random(2, (3, 1))
-    found = nk.ik.leg(nao, "L", T, near=references)
-    assert found.q.shape == (3, 2, 25)
-    np.testing.assert_array_equal(found.q[:, 0, :2], references[:, 0, :2])
-    for index in np.ndindex(3, 2):
-        one = nk.ik.leg(nao, "L", T[index], near=references[index[0], 0])
-        np.testing.assert_array_equal(one.q, found.q[index])
 
 
 def test_a_loop_of_single_targets_loads_the_kernel(

@@ -199,7 +199,6 @@ ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
     "calibration": lambda robot, folder: nk.calibration.calibrate(robot, [], joints=["HeadYaw"]),
     "photos": lambda robot, folder: nk.calibration.from_photos(robot, folder, "log.csv", board=(9, 6), square=0.03),
     "symbolic": lambda robot, folder: nk.joints.dh_table(robot, "LArm").symbolic(),
-    "pink": lambda robot, folder: nk.ik.numeric(robot, "LArm", np.eye(4), solver="pink"),
 }
 
 
