@@ -551,6 +551,9 @@ def plot(
     if balance:
         _draw_margins(grid.flat[len(names)], motion.balance(robot, fill=fill))
     for index, axes in enumerate(grid.flat):
+        axes.grid(alpha=0.3)
+        axes.tick_params(labelsize=8)
+        axes.margins(x=0.01)
         if index >= count:
             axes.set_visible(False)
         elif index + columns >= count:
@@ -567,9 +570,6 @@ def _draw_margins(axes: Any, found: DynamicBalance) -> None:
         axes.axvspan(found.times[run.start], found.times[run.stop - 1], color=_OUTSIDE, alpha=0.25, linewidth=1.0)
     axes.set_title("balance: margin [mm]", fontsize=9)
     axes.legend(fontsize=7, loc="best", frameon=False)
-    axes.grid(alpha=0.3)
-    axes.tick_params(labelsize=8)
-    axes.margins(x=0.01)
 
 
 def _draw(axes: Any, t: Any, values: Any, bounds: Sequence[float], bad: Sequence[Any]) -> None:
@@ -583,6 +583,3 @@ def _draw(axes: Any, t: Any, values: Any, bounds: Sequence[float], bad: Sequence
             axes.axhline(bound, color=_LIMIT, linewidth=0.9, linestyle="--")
     for row in bad:
         axes.axvspan(row.start, row.end, color=_OUTSIDE, alpha=0.25, linewidth=1.0)
-    axes.grid(alpha=0.3)
-    axes.tick_params(labelsize=8)
-    axes.margins(x=0.01)

@@ -12,34 +12,13 @@ from loops import EACH_VERSION
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import make_physical
 from nao_kin.export.variants import Variant, align_axes, keep_frames, name_frames
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint, read_urdf
 
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
-
-
-@pytest.mark.parametrize("frames", ["all", "effectors", "none"])
-@pytest.mark.parametrize("version", EACH_VERSION)
-def test_links_that_stay_move_as_before(version: str, frames: str) -> None:
-    nao = nk.load_nao(version)
-    q = nao.random(np.random.default_rng(1), 20)
-    tree, _ = Variant(frames=frames).tree_of(nao)
-    robot = nk.RobotModel(tree)
-    np.testing.assert_allclose(robot.fk(q, tree.links), nao.fk(q, tree.links), atol=1e-14)
-    np.testing.assert_allclose(robot.com(q), nao.com(q), atol=1e-14)
-    assert robot.mass == pytest.approx(nao.mass, abs=1e-14)
-
-
-@pytest.mark.parametrize("version", EACH_VERSION)
-def test_physical_inertias_keep_mass_and_centre_of_mass(version: str) -> None:
-    nao = nk.load_nao(version)
-    q = nao.random(np.random.default_rng(2), 50)
-    robot = nk.RobotModel(make_physical(nao.tree)[0])
-    assert robot.mass == pytest.approx(nao.mass, abs=1e-12)
-    np.testing.assert_allclose(robot.com(q), nao.com(q), atol=1e-12)
 
 
 @pytest.mark.parametrize("frames", ["all", "none"])
@@ -175,11 +154,6 @@ def test_an_axis_almost_aligned_is_turned_as_exactly(
     assert len(changes) == (0 if axis == (0.0, 0.0, -1.0) else 1)
     assert len({*tree.links, *(joint.name for joint in tree.joints)}) == len(tree.links) + len(tree.joints)
     np.testing.assert_allclose(other.fk(q, ["a_l", "a_axis_l"]), robot.fk(q, ["a_l", "a_axis_l"]), atol=1e-14)
-
-
-def test_another_choice_of_axes_is_refused() -> None:
-    with pytest.raises(UnknownName, match="axes"):
-        Variant(axes="straight").tree_of(nk.load_nao())
 
 
 def test_exports_take_the_variant_that_is_asked_for(nao: nk.NaoModel, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from nao_kin.errors import BadInputFile
-from nao_kin.motion import FORMATS, Motion, read_motion, write_motion
+from nao_kin.motion import FORMATS, Motion, read_motion
 
 DATA = Path(__file__).parents[1] / "data" / "motions"
 FORMAT_OF = {
@@ -134,18 +134,3 @@ def test_bytes_changed_at_random(path: Path, name: str, seed: int) -> None:
 def test_other_formats_files_are_refused_by_name_or_read(path: Path, format: str) -> None:
     for name in FORMAT_OF:
         _reads_or_refuses(path, _content(name), format)
-
-
-def test_a_failing_write_is_a_whole_file_or_none(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    target = path.with_name("whole.npz")
-    write_motion(Motion([0.0], ["HeadYaw"], [[0.5]]), target)
-    before = target.read_bytes()
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.replace", full)
-    with pytest.raises(Exception, match="No space left on device"):
-        write_motion(Motion([0.0], ["HeadYaw"], [[0.25]]), target, overwrite=True)
-    assert target.read_bytes() == before
-    assert sorted(entry.name for entry in target.parent.iterdir() if entry.name != "broken") == ["whole.npz"]
