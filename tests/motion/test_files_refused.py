@@ -12,26 +12,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_motion_files import _refused
 
 import nao_kin as nk
 from nao_kin import load_nao
 from nao_kin.errors import BadInputFile, BadModel
 from nao_kin.motion import Motion, read_motion, write_motion
 from nao_kin.stream.tables import read_log
-
-
-def _motion(tmp_path: Path, text: str | bytes, name: str, **options: Any) -> Motion:
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return read_motion(path, **options)
-
-
-def _refused(tmp_path: Path, text: str | bytes, name: str, **options: Any) -> BadInputFile:
-    with pytest.raises(BadInputFile) as error:
-        _motion(tmp_path, text, name, **options)
-    assert "\n" not in str(error.value)
-    assert str(error.value).startswith(str(tmp_path / name))
-    return error.value
 
 
 class _Evil:

@@ -98,7 +98,8 @@ class AtVelocity(WalkPlan):
         """Return a step towards the place of the body's moving target at the end of the step."""
         if self._stopped:
             return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
-        advance = steps.arc(self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period)
+        side = walker.side or steps.first_side(self._velocity)
+        advance = steps.arc(self._velocity * steps.period(self._gait[side]))
         # A delay of more than one step is dropped, so that it does not accumulate.
         late = np.clip(steps.seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
         self._target = steps.composed(steps.composed(walker.body, late), advance)
@@ -123,7 +124,7 @@ class ByFootsteps(WalkPlan):
         support = walker.feet[steps.other(side)]
         end = steps.composed(support, relative)
         walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
-        height = steps.DEFAULT.step_height
+        height = steps.DEFAULT["StepHeight"]
         return steps.Footstep(side, support.copy(), walker.feet[side].copy(), end, height, period)
 
     def stop(self) -> None:
@@ -253,7 +254,7 @@ class Locomotion(Service):
 
     def moveInit(self) -> Call:
         """Bring the torso over the feet, level and at walking height; returns at the end."""
-        return self._start("moveInit", ToTargets([], steps.Gait()))
+        return self._start("moveInit", ToTargets([], steps.gait_of([])))
 
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
         """Walk to a pose relative to the robot; returns when it stands.
@@ -282,10 +283,10 @@ class Locomotion(Service):
         for what, share in zip(("x", "y", "theta"), shares.tolist(), strict=True):
             if abs(share) > 1.0:
                 raise BadArgument(f"{what} must be from -1 to 1, got {share:g}")
-        foot = gait.left
+        foot = gait["L"]
         # When the robot walks sideways or turns, every second step only brings the feet together.
-        reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
-        self._start("move", AtVelocity(shares * reach / foot.period, gait))
+        reach = np.array([foot["MaxStepX"], 0.5 * (foot["MaxStepY"] - _STANCE), 0.5 * foot["MaxStepTheta"]])
+        self._start("move", AtVelocity(shares * reach / steps.period(foot), gait))
 
     def stopMove(self) -> Call | bool:
         """Put the feet side by side; returns True when the robot stands."""
@@ -339,7 +340,7 @@ class Locomotion(Service):
             raise BadArgument(f"footSteps must have as many entries as legName, {len(legs)}, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
-        durations = steps.DEFAULT.period / shares
+        durations = steps.period(steps.DEFAULT) / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
@@ -426,7 +427,7 @@ class Locomotion(Service):
     def _make_steps(
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clears: bool
     ) -> Call:
-        shortest, changed = steps.DEFAULT.period, []
+        shortest, changed = steps.period(steps.DEFAULT), []
         plan = ByFootsteps([])
         for leg, wanted, duration in zip(legs, poses, durations.tolist(), strict=True):
             made, period = steps.bounded(wanted, leg[0], steps.HIGHEST), max(duration, shortest)
