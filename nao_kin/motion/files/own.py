@@ -43,15 +43,9 @@ _ADVICE = '"units": {"time": "s"} in the file says otherwise'
 
 def _read_json(source: MotionSource) -> Motion:
     """Read the motion in a JSON file."""
-    document = source.json
-    if not isinstance(document, dict):
-        raise source.error(f"expected an object with joint_names, times and keys, got {described(document)}")
-    source.fields(document, _FIELDS, "field")
+    document = source.fields(source.json, _FIELDS, "field")
     if document.get("format", TITLE) != TITLE:
         raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", in_json("format"))
-    for name in ("joint_names", "times", "keys"):
-        if name not in document:
-            raise source.error(f"no {name!r}; expected joint_names, times and keys")
     joints = source.list_at("joint_names")
     if not joints:
         raise source.error("no joints", in_json("joint_names"))
@@ -142,12 +136,7 @@ def _interpolation(source: MotionSource) -> Interpolation:
 
 def _unit(source: MotionSource, quantity: str) -> str | None:
     """Return the unit that the file states for a quantity, or None."""
-    units = source.json.get("units", {})
-    if not isinstance(units, dict):
-        raise source.error(f"expected an object, got {described(units)}", in_json("units"))
-    for name in units:
-        if name not in _UNITS:
-            raise source.error(f"unknown quantity; expected {' or '.join(_UNITS)}", in_json("units", name))
+    units = source.fields(source.json.get("units", {}), tuple(_UNITS), "quantity", "units")
     if quantity not in units:
         return None
     given = units[quantity]
