@@ -14,7 +14,6 @@ from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation, Slerp
 
 import nao_kin as nk
-from nao_kin.export.gltf import Glb
 from nao_kin.export.variants import Variant
 
 # x forward, y left, z up of the robot → x, y up, z of glTF.
@@ -350,17 +349,3 @@ def test_no_folder_of_this_machine_is_in_the_file(written: nk.export.Exported) -
     assert "/home" not in content
     assert str(Path(__file__).resolve().parents[2]) not in content
     assert ".obj" not in content
-
-
-def test_numbers_begin_where_a_number_may() -> None:
-    text = b'{"asset":{"version":"2.0"}}  '[:28]
-    content = struct.pack("<4sII", b"glTF", 2, 12 + 8 + 28 + 8 + 3) + struct.pack("<I4s", 28, b"JSON") + text
-    glb = Glb(content + struct.pack("<I4s", 3, b"BIN\0") + b"abc")
-    for index, rows in enumerate((np.arange(3.0), np.ones((2, 3)), np.zeros((5, 4)))):
-        assert glb.add_numbers(rows, bounds=index == 0) == index
-    again = Glb(glb.content())
-    starts = [view["byteOffset"] for view in again.tree["bufferViews"]]
-    assert starts == [4, 16, 40]
-    assert bytes(again.binary[:4]) == b"abc\0"
-    assert [row["type"] for row in again.tree["accessors"]] == ["SCALAR", "VEC3", "VEC4"]
-    assert (again.tree["accessors"][0]["min"], again.tree["accessors"][0]["max"]) == ([0.0], [2.0])
