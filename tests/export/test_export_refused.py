@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -76,14 +77,20 @@ def test_what_is_there_is_replaced_by_force_only(tmp_path: Path, format: str) ->
     assert {file: file.read_bytes() for file in done.files} == before
 
 
-@pytest.mark.parametrize("format", ["mjcf", "sdf", "ros2"])
+FORCED: dict[str, Callable[[nk.RobotModel, Path], nk.export.Exported]] = {
+    "mjcf": lambda robot, folder: nk.export.mjcf(robot, folder, overwrite=True),
+    "sdf": lambda robot, folder: nk.export.sdf(robot, folder, overwrite=True),
+    "ros2": lambda robot, folder: nk.export.ros2(robot, folder, package="p1", samples=1, overwrite=True),
+}
+
+
+@pytest.mark.parametrize("format", FORCED)
 def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path, format: str) -> None:
-    options = {"package": "p1", "samples": 1} if format == "ros2" else {}
-    robot, folder = made_up(tmp_path, J("a")), tmp_path / "x.glb"
-    done = _write(robot, folder, format, **options)
+    robot, folder = made_up(tmp_path, J("a")), tmp_path / "x"
+    done = FORCED[format](robot, folder)
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(BadArgument, match=r"notes\.txt"):
-        _write(robot, folder, format, overwrite=True, **options)
+        FORCED[format](robot, folder)
     assert all(file.is_file() for file in done.files)
 
 

@@ -166,5 +166,12 @@ def test_exports_take_the_variant_that_is_asked_for(nao: nk.NaoModel, tmp_path: 
         {link: row for link, row in read_urdf(path).inertials.items() if row.mass} for path in (urdf, own)
     )
     assert written == expected
-    path = nk.export.srdf(nao, tmp_path / "a.srdf", coupling="independent", samples=1).path
-    assert '<passive_joint name="RHipYawPitch"' not in path.read_text(encoding="utf-8")
+    path = tmp_path / "a.srdf"
+    nk.export.srdf(nao, path, base="planar", names="ros", frames="effectors", coupling="independent", samples=1)
+    text = path.read_text(encoding="utf-8")
+    assert '<passive_joint name="RHipYawPitch"' not in text
+    assert 'type="planar"' in text
+    assert '<robot name="NaoH25V60">' in text
+    done = nk.export.urdf(nao, tmp_path / "c.urdf", typed=True, coupling="independent", meshes="none")
+    assert done.path.read_text().count('type="spherical"') == 2
+    assert "mimic" not in nk.export.sdf(nao, tmp_path / "nao", coupling="independent", meshes="none").path.read_text()
