@@ -7,7 +7,7 @@ import inspect
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 from nao_kin._core.text import abbreviated, nearest_names, quoted
 from nao_kin._kernels.cache import compiles, warm_up
@@ -75,7 +75,7 @@ class Service:
         try:
             with self.nao.monitor:
                 self.nao.check_open()
-                answer = function(*_values(function, self.takes[name], given))
+                answer = function(*_values(self.takes[name], given))
                 if isinstance(answer, Call):
                     self.nao.await_answer(answer)
                 return answer
@@ -167,21 +167,16 @@ def _offered(kind: type[Service]) -> dict[str, inspect.Signature]:
     """Return the methods that a service offers to scripts, and what they take after `self`."""
     methods = {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_") and name not in _INTERNAL}
     bound = {name: functools.partial(method, None) for name, method in methods.items() if callable(method)}
-    return {name: inspect.signature(method) for name, method in bound.items()}
+    return {name: inspect.signature(method, eval_str=True) for name, method in bound.items()}
 
 
-@functools.cache
-def _readers(function: Callable[..., Any]) -> dict[str, Callable[[Any, str], Any]]:
-    """Return the functions that read the arguments of a method, by the names of the arguments with a kind."""
-    hints = get_type_hints(function, include_extras=True)
-    return {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
-
-
-def _values(function: Callable[..., Any], takes: inspect.Signature, given: tuple[Any, ...]) -> list[Any]:
-    """Return the values of the arguments that a script gave."""
-    readers = _readers(getattr(function, "__func__", function))
-    names = (*takes.parameters, *[""] * len(given))
-    return [readers[name](value, name) if name in readers else value for name, value in zip(names, given, strict=False)]
+def _values(takes: inspect.Signature, given: tuple[Any, ...]) -> list[Any]:
+    """Return the values of the arguments that a script gave, read by the kinds of the parameters."""
+    values = list(given)
+    for index, (parameter, value) in enumerate(zip(takes.parameters.values(), given, strict=False)):
+        for read in getattr(parameter.annotation, "__metadata__", ()):
+            values[index] = read(value, parameter.name)
+    return values
 
 
 def stored(what: str, read: Callable[[Any, str], Any], initially: Any) -> SetterAndGetter:
