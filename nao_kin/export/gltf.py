@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -172,51 +170,23 @@ def linear(rgba: Rgba) -> list[float]:
     return [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in rgb] + [opacity]
 
 
-# --- The container of a binary glTF: its JSON, its block of numbers, and numbers added to that.
+# --- The numbers of an animation, added to a glTF document.
 #
-# Source: Khronos, glTF 2.0 specification, "GLB File Format Specification" and "Accessors".
+# Source: Khronos, glTF 2.0 specification, "Accessors".
 
-_MAGIC, _VERSION = 0x46546C67, 2
-_JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _FLOAT = 5126
 _KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
-class Glb:
-    """A binary glTF in memory: `tree` is its JSON, `binary` its block of numbers; changes to both are written."""
-
-    def __init__(self, content: bytes) -> None:
-        """Read a file of one block of JSON and at most one of numbers."""
-        length, _ = struct.unpack_from("<II", content, 12)
-        self.tree: dict[str, Any] = json.loads(content[20 : 20 + length])
-        self.binary = bytearray(content[28 + length :])
-
-    def add_numbers(self, values: Floats, *, bounds: bool = False) -> int:
-        """Add rows (n,), (n, 3) or (n, 4) as float32, with `bounds` for times of an animation; return the accessor."""
-        rows = np.ascontiguousarray(values, dtype="<f4")
-        self.binary += bytes(-len(self.binary) % 4)
-        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": rows.nbytes}
-        self.binary += rows.tobytes()
-        views, accessors = self.tree.setdefault("bufferViews", []), self.tree.setdefault("accessors", [])
-        views.append(view)
-        kind = _KINDS[1 if rows.ndim == 1 else rows.shape[1]]
-        accessor = {"bufferView": len(views) - 1, "componentType": _FLOAT, "count": len(rows), "type": kind}
-        if bounds:
-            accessor |= {"min": [float(rows.min())], "max": [float(rows.max())]}
-        accessors.append(accessor)
-        return len(accessors) - 1
-
-    def content(self) -> bytes:
-        """Return the content of the file."""
-        self.binary += bytes(-len(self.binary) % 4)
-        if self.binary:
-            self.tree["buffers"] = [{"byteLength": len(self.binary)}]
-        text = json.dumps(self.tree, separators=(",", ":"), allow_nan=False).encode()
-        text += b" " * (-len(text) % 4)
-        blocks = struct.pack("<II", len(text), _JSON) + text
-        if self.binary:
-            blocks += struct.pack("<II", len(self.binary), _BINARY) + bytes(self.binary)
-        return struct.pack("<III", _MAGIC, _VERSION, 12 + len(blocks)) + blocks
+def _add_numbers(document: Any, buffers: Any, values: Floats, *, bounds: bool = False) -> int:
+    """Add rows (n,), (n, 3) or (n, 4) as float32, with `bounds` for times of an animation; return the accessor."""
+    rows = np.ascontiguousarray(values, dtype="<f4")
+    kind, index = _KINDS[1 if rows.ndim == 1 else rows.shape[1]], len(document["accessors"])
+    accessor = {"bufferView": len(buffers), "componentType": _FLOAT, "count": len(rows), "type": kind}
+    if bounds:
+        accessor |= {"min": [float(rows.min())], "max": [float(rows.max())]}
+    document["accessors"][f"motion {index}"], buffers[f"motion {index}"] = accessor, rows.tobytes()
+    return index
 
 
 # --- The export.
@@ -272,16 +242,23 @@ def gltf(
     # The pose of the root, which no motion moves.
     base = moving.q[0, :7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_IDENTITY])
     nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, base)
-    glb, paints, notes = _scene(tree, nodes)
-    _place(glb, nodes)
-    for row in glb.tree.get("materials", ()):
-        factors = row["pbrMetallicRoughness"]
-        if row.get("name") in paints and not any(factors["baseColorFactor"][:3]):
-            factors["baseColorFactor"] = linear(paints[row["name"]])
-    if motion is not None:
-        _animate(glb, nodes, moving, values)
-    glb.tree["asset"]["generator"] = "nao_kin, trimesh"
-    return target.write({"": glb.content()}, notes)
+    scene, paints, notes = _scene(tree, nodes)
+
+    def finish(buffers: Any, document: Any) -> None:
+        _place(document, nodes)
+        for row in document["materials"]:
+            factors = row["pbrMetallicRoughness"]
+            if row.get("name") in paints and not any(factors["baseColorFactor"][:3]):
+                factors["baseColorFactor"] = linear(paints[row["name"]])
+        if motion is not None:
+            _animate(document, buffers, nodes, moving, values)
+        document["asset"]["generator"] = "nao_kin, trimesh"
+
+    import trimesh.exchange.gltf
+
+    writer: Any = trimesh.exchange.gltf  # not typed
+    content = writer.export_glb(scene, include_normals=True, buffer_postprocessor=finish)
+    return target.write({"": content}, notes)
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:
@@ -297,23 +274,20 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
     return known.configurations(robot, rate=float(fps))
 
 
-def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Glb, dict[str, Rgba], tuple[str, ...]]:
-    """Return the scene as written by trimesh, its colours, and missing shapes; `_place` writes the poses of nodes."""
+def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Any, dict[str, Rgba], tuple[str, ...]]:
+    """Return the trimesh.Scene, its colours, and missing shapes; `_place` writes the poses of nodes."""
     import trimesh
-    import trimesh.exchange.gltf
 
     taken = {node.name for node in nodes}
     scene: Any = trimesh.Scene(base_frame=with_underscores("world", taken))
     for node in nodes:
         scene.graph.update(frame_to=node.name, frame_from=node.parent or scene.graph.base_frame, matrix=np.eye(4))
-    paints, notes = _add_looks(scene, tree, taken)
-    writer: Any = trimesh.exchange.gltf  # not typed
-    return Glb(writer.export_glb(scene, include_normals=True)), paints, notes
+    return scene, *_add_looks(scene, tree, taken)
 
 
-def _place(glb: Glb, nodes: tuple[Node, ...]) -> None:
+def _place(document: Any, nodes: tuple[Node, ...]) -> None:
     """Write position and rotation of every node of the robot instead of a matrix, so that an animation can move it."""
-    by_name = {row["name"]: row for row in glb.tree["nodes"]}
+    by_name = {row["name"]: row for row in document["nodes"]}
     for node in nodes:
         row = by_name[node.name]
         row.pop("matrix", None)
@@ -326,17 +300,20 @@ def _place(glb: Glb, nodes: tuple[Node, ...]) -> None:
             row["extras"] = extras
 
 
-def _animate(glb: Glb, nodes: tuple[Node, ...], moving: Trajectory, values: dict[str, Floats]) -> None:
-    places = {row["name"]: index for index, row in enumerate(glb.tree["nodes"])}
+def _animate(
+    document: Any, buffers: Any, nodes: tuple[Node, ...], moving: Trajectory, values: dict[str, Floats]
+) -> None:
+    places = {row["name"]: index for index, row in enumerate(document["nodes"])}
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
-    times = glb.add_numbers(moving.times, bounds=True)
+    times = _add_numbers(document, buffers, moving.times, bounds=True)
     for node in nodes:
         if node.joint is not None and np.ptp(values[node.joint.name]) > 0.0:
             positions, quaternions = motion_of(node.joint, values[node.joint.name])
             slides = node.joint.kind == "prismatic"
             path, rows = ("translation", positions) if slides else ("rotation", quaternions)
-            samplers.append({"input": times, "output": glb.add_numbers(rows), "interpolation": "LINEAR"})
+            output = _add_numbers(document, buffers, rows)
+            samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
             channels.append({"sampler": len(samplers) - 1, "target": {"node": places[node.name], "path": path}})
     if channels:
-        glb.tree["animations"] = [{"name": "motion", "samplers": samplers, "channels": channels}]
+        document["animations"] = [{"name": "motion", "samplers": samplers, "channels": channels}]

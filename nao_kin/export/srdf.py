@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -14,7 +14,7 @@ from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.export.inertia import hosts
 from nao_kin.export.pipeline import UTF_8, Destination, Exported, xml_text
-from nao_kin.export.variants import Variant, joint_values, link_of, name_frames, named_semantics, new_names
+from nao_kin.export.variants import Variant, joint_values, link_of, name_frames, new_names
 from nao_kin.robot import LinkShapes, RobotModel
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
@@ -227,10 +227,11 @@ def srdf_document(
     own, _ = Variant(chosen.frames, coupling=chosen.coupling).tree_of(robot)
     tree = own if chosen.names == "naoqi" else name_frames(own, robot.semantics)[0]
     body = _as_written(robot, own)
-    plan = Planning(tree, named_semantics(robot.semantics, chosen.names))
+    new = new_names(robot.semantics, chosen.names)
+    effectors = tuple(new.get(name, name) for name in robot.semantics.end_effectors)
+    plan = Planning(tree, replace(robot.semantics, end_effectors=effectors))
     contacts = LinkShapes.exact(body)
     reasons = contacts.found_disabled(count, _SEED)
-    new = new_names(robot.semantics, chosen.names)
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
     states = {name: joint_values(robot, robot.posture(name), chosen.names) for name in robot.posture_names}
     root = _robot(tree, states, plan, unchecked, attached)

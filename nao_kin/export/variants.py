@@ -15,7 +15,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import IDENTITY, body_of, composed, hosts, make_physical, moved, pseudo_inertia
 from nao_kin.joints import MultiDofJoint, group_joints
 from nao_kin.robot import RobotModel
-from nao_kin.robot.semantics import FRAME_FIELDS, Semantics
+from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import rotation_between
 
@@ -203,18 +203,6 @@ def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
 def new_names(semantics: Semantics, names: str) -> Mapping[str, str]:
     """Return old → new name of the links and joints that the choice `names` renames."""
     return semantics.ros_names if names == "ros" else {}
-
-
-def named_semantics(semantics: Semantics, names: str) -> Semantics:
-    """Return the semantics with the names of a choice, to go with the tree of `name_frames`."""
-    new = new_names(semantics, names)
-    frames: dict[str, Any] = {
-        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
-    }
-    views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
-    outlines = {new.get(sole, sole): corners for sole, corners in semantics.outlines.items()}
-    pairs = tuple((new.get(a, a), new.get(b, b), why) for a, b, why in semantics.disabled_collisions)
-    return replace(semantics, **frames, fields_of_view=views, outlines=outlines, disabled_collisions=pairs)
 
 
 def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:

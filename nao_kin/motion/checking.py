@@ -24,7 +24,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
-from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
+from nao_kin.motion.curves import Excess, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import HOLD, REST, Motion, check_joints, checked_names, checked_rate
 from nao_kin.robot import CollisionRule, RobotModel
@@ -186,12 +186,11 @@ class MotionReport:
         joints: joints that the motion names.
         start: time of the first key [s].
         end: time of the last key [s].
-        violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst. Each has a `kind`
-            ("limit", "coupled limit", "speed", "motor", "collision" or "balance"), a `joint` (a link for "collision",
-            the soles for "balance"), the interval from `start` to `end` [s], the `time` of the largest excess [s], the
-            `value` then, the bounds `lower` and `upper`, their `unit`, and for all but "limit" and "speed" the other
-            joint or link `of` (the edge for "balance"), and its value `of_value`; `describe()` says it in words.
-        left_out: number of the violations that are left out.
+        violations: by kind, joint and time. Each has a `kind` ("limit", "coupled limit", "speed", "motor", "collision"
+            or "balance"), a `joint` (a link for "collision", the soles for "balance"), the interval from `start` to
+            `end` [s], the `time` of the largest excess [s], the `value` then, the bounds `lower` and `upper`, their
+            `unit`, and for all but "limit" and "speed" the other joint or link `of` (the edge for "balance"), and its
+            value `of_value`; `describe()` says it in words.
         sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all violations
             were found in closed form.
         collisions_sampled: samples per second of collisions; None if they were not checked.
@@ -207,7 +206,6 @@ class MotionReport:
     start: float
     end: float
     violations: tuple[MotionViolation, ...]
-    left_out: int
     sampled: float | None
     collisions_sampled: float | None = None
     accepted: tuple[MotionViolation, ...] = ()
@@ -248,8 +246,6 @@ class MotionReport:
             lines += [f"{kind}: {violation.describe(degrees=degrees)}" for violation in group[:_MAX_LISTED]]
             if len(group) > _MAX_LISTED:
                 lines.append(f"{kind}: {group[0].joint}: and {len(group) - _MAX_LISTED} more intervals")
-        if self.left_out:
-            lines.append(f"and {self.left_out} smaller ones")
         if self.sampled is not None:
             lines.append(f"coupled limits and shared motors were sampled {self.sampled:g} times per second")
         if self.collisions_sampled is not None:
@@ -278,7 +274,6 @@ class MotionReport:
             "end": self.end,
             "sampled": self.sampled,
             "collisions_sampled": self.collisions_sampled,
-            "left_out": self.left_out,
             "violations": [violation.as_dict() for violation in self.violations],
             "accepted": [violation.as_dict() for violation in self.accepted],
             "balance": [part.as_dict() for part in self.balance],
@@ -301,10 +296,6 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
 # Tolerance as a share of a speed limit, because times are differences of rounded numbers.
 SPEED_TOLERANCE = 1e-9
 _RATE = 1000.0
-_MOST_COLLISIONS = 1000
-
-# Violations, and the number of omitted ones.
-_Found = tuple[list[MotionViolation], int]
 
 
 def check(
@@ -346,27 +337,23 @@ def check(
     choice(limits, ("enforce", "measured"), "limits")
     rate = checked_rate(rate)
     curves, rule = JointCurves(motion, fill, robot, rate), CollisionRule.of(collisions)
-    findings = [
+    motors = robot.joints_by_motor(motion.joint_names).values()
+    intervals, tips = _balance(motion.balance(robot, fill=fill)) if balance else ([], [])
+    findings: Iterable[list[MotionViolation]] = (
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
-        *(
-            _disagreement(robot, first, joint, curves)
-            for first, *others in robot.joints_by_motor(motion.joint_names).values()
-            for joint in others
-        ),
-        *([_collisions(robot, motion, fill, rate, rule)] if rule is not None else []),
-    ]
-    intervals, tips = _balance(motion.balance(robot, fill=fill)) if balance else ([], [])
-    findings.append((tips, 0))
-    rows = [(row, limits == "measured" and _is_noise(row)) for found, _ in findings for row in found]
+        *(_disagreement(robot, first, joint, curves) for first, *others in motors for joint in others),
+        [] if rule is None else _collisions(robot, motion, fill, rate, rule),
+        tips,
+    )
+    rows = [(row, limits == "measured" and _is_noise(row)) for found in findings for row in found]
     return MotionReport(
         robot=robot.name,
         joints=motion.joint_names,
         start=motion.start,
         end=motion.end,
         violations=tuple(row for row, accepted in rows if not accepted),
-        left_out=sum(left_out for _, left_out in findings),
         sampled=rate if curves.sampled else None,
         collisions_sampled=None if rule is None else rate,
         accepted=tuple(row for row, accepted in rows if accepted),
@@ -378,7 +365,9 @@ def _is_noise(row: MotionViolation) -> bool:
     return row.kind in ("limit", "coupled limit") and row.excess <= MEASURED_TOLERANCES.get(row.unit, 0.0)
 
 
-def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float, rule: CollisionRule) -> _Found:
+def _collisions(
+    robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float, rule: CollisionRule
+) -> list[MotionViolation]:
     """Return the intervals of samples in which links overlap, each with the links that overlap most."""
     moves = motion.configurations(robot, rate=rate, fill=fill)
     times = moves.times
@@ -390,8 +379,7 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
         start, end, at = (float(times[k]) for k in (part.start, part.stop - 1, worst))
         value = float(clearance.distance[worst])
         rows.append(MotionViolation("collision", one, start, end, at, value, 0.0, math.inf, "m", other))
-    kept = sorted(sorted(rows, key=lambda row: row.value)[:_MOST_COLLISIONS], key=lambda row: row.start)
-    return kept, len(rows) - len(kept)
+    return rows
 
 
 # −1 stands for no edge.
@@ -423,28 +411,26 @@ def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionV
     return intervals, tips
 
 
-def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
+def _limits(robot: RobotModel, joint: str, curve: Segments) -> list[MotionViolation]:
     lower, upper, _ = robot.joints.limits(joint)
-    excess = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
-    unit = robot.unit(joint)
-    return [MotionViolation("limit", joint, *row, lower, upper, unit) for row in excess.rows], excess.left_out
+    rows = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
+    return [MotionViolation("limit", joint, *row, lower, upper, robot.unit(joint)) for row in rows]
 
 
-def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
+def _speeds(robot: RobotModel, joint: str, curve: Segments) -> list[MotionViolation]:
     *_, limit = robot.joints.limits(joint)
-    excess = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
-    unit = f"{robot.unit(joint)}/s"
-    return [MotionViolation("speed", joint, *row, -limit, limit, unit) for row in excess.rows], excess.left_out
+    rows = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
+    return [MotionViolation("speed", joint, *row, -limit, limit, f"{robot.unit(joint)}/s") for row in rows]
 
 
-def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: JointCurves) -> _Found:
+def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: JointCurves) -> list[MotionViolation]:
     """Return where a joint is outside the range that depends on another joint."""
     if table.joint not in motion.joint_names and table.of not in motion.joint_names:
-        return [], 0
+        return []
     joint, of = curves[table.joint], curves[table.of]
     times = curves.common_times(table.joint, table.of, bends=bends(of, table))
     unit = robot.unit(table.joint)
-    rows, left_out = list[MotionViolation](), 0
+    rows = list[MotionViolation]()
     for bound, sign in ((table.upper, 1.0), (table.lower, -1.0)):
         slopes = np.concatenate([[0.0], np.diff(bound) / np.diff(table.at), [0.0]])
         # On each interval the bound is linear in the other joint's value.
@@ -452,14 +438,12 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
         slope = slopes[np.searchsorted(table.at, middle)]
         at_ends = np.interp(curves.values(table.of, times), table.at, bound)
         over = combination(joint, of, times, slope, curves.values(table.joint, times) - at_ends)
-        excess = excesses(over, "value", 0.0, sign, LIMIT_TOLERANCE)
-        left_out += excess.left_out
-        for row in excess.rows:
+        for row in excesses(over, "value", 0.0, sign, LIMIT_TOLERANCE):
             value, of_value = curves.values_at(row.time, table.joint, table.of)
             lower, upper = (float(end) for end in table.range(np.array(of_value)))
             numbers = *row[:3], value, lower, upper
             rows.append(MotionViolation("coupled limit", table.joint, *numbers, unit, table.of, of_value))
-    return sorted(rows, key=lambda row: row.start), left_out
+    return sorted(rows, key=lambda row: row.start)
 
 
 def bends(of: Segments, table: CoupledLimit) -> Floats:
@@ -470,29 +454,26 @@ def bends(of: Segments, table: CoupledLimit) -> Floats:
     return np.concatenate([np.zeros(0), *times])
 
 
-def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves) -> _Found:
+def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves) -> list[MotionViolation]:
     """Return where a joint differs from the value that follows from another joint of its motor."""
     mimic, reference = robot.mimics[joint], robot.mimics.get(first)
     follows = mimic if reference is None else mimic.through(reference.inverted(first))
-    factor = follows.multiplier
     times = curves.common_times(first, joint)
     miss = curves.values(joint, times) - follows.value(curves.values(first, times))
-    difference = combination(curves[joint], curves[first], times, np.full(len(times) - 1, factor), miss)
-    excess = _both_sides(difference, "value", 0.0, 0.0, COUPLING_TOLERANCE)
+    difference = combination(curves[joint], curves[first], times, np.full(len(times) - 1, follows.multiplier), miss)
     rows = []
-    for row in excess.rows:
+    for row in _both_sides(difference, "value", 0.0, 0.0, COUPLING_TOLERANCE):
         value, other = curves.values_at(row.time, joint, first)
         expected = float(follows.value(other))
         numbers = *row[:3], value, expected, expected
         rows.append(MotionViolation("motor", joint, *numbers, robot.unit(joint), first, other))
-    return rows, excess.left_out
+    return rows
 
 
-def _both_sides(curve: Segments, quantity: Quantity, lower: float, upper: float, tolerance: float) -> Excesses:
+def _both_sides(curve: Segments, quantity: Quantity, lower: float, upper: float, tolerance: float) -> list[Excess]:
     above = excesses(curve, quantity, upper, 1.0, tolerance)
     below = excesses(curve, quantity, lower, -1.0, tolerance)
-    rows = sorted([*above.rows, *below.rows], key=lambda row: row.start)
-    return Excesses(rows, above.left_out + below.left_out)
+    return sorted([*above, *below], key=lambda row: row.start)
 
 
 # --- Diagrams of motions: every joint over time, between its limits.
@@ -570,6 +551,9 @@ def plot(
     if balance:
         _draw_margins(grid.flat[len(names)], motion.balance(robot, fill=fill))
     for index, axes in enumerate(grid.flat):
+        axes.grid(alpha=0.3)
+        axes.tick_params(labelsize=8)
+        axes.margins(x=0.01)
         if index >= count:
             axes.set_visible(False)
         elif index + columns >= count:
@@ -586,9 +570,6 @@ def _draw_margins(axes: Any, found: DynamicBalance) -> None:
         axes.axvspan(found.times[run.start], found.times[run.stop - 1], color=_OUTSIDE, alpha=0.25, linewidth=1.0)
     axes.set_title("balance: margin [mm]", fontsize=9)
     axes.legend(fontsize=7, loc="best", frameon=False)
-    axes.grid(alpha=0.3)
-    axes.tick_params(labelsize=8)
-    axes.margins(x=0.01)
 
 
 def _draw(axes: Any, t: Any, values: Any, bounds: Sequence[float], bad: Sequence[Any]) -> None:
@@ -602,6 +583,3 @@ def _draw(axes: Any, t: Any, values: Any, bounds: Sequence[float], bad: Sequence
             axes.axhline(bound, color=_LIMIT, linewidth=0.9, linestyle="--")
     for row in bad:
         axes.axvspan(row.start, row.end, color=_OUTSIDE, alpha=0.25, linewidth=1.0)
-    axes.grid(alpha=0.3)
-    axes.tick_params(labelsize=8)
-    axes.margins(x=0.01)

@@ -27,8 +27,6 @@ class JointCurves:
     def __getitem__(self, joint: str) -> Segments:
         """Return the curve of a joint, from the first key of the motion to the last."""
         if joint not in self._cache:
-            # Few curves are requested twice, and those of long motions are large.
-            self._cache = dict(list(self._cache.items())[-1:])
             self._cache[joint] = self._curve(joint)
         return self._cache[joint]
 
@@ -59,9 +57,7 @@ class JointCurves:
         motion = self._motion
         if joint in motion.joint_names:
             column = motion.joint_names.index(joint)
-            times, keys = motion.times[column], motion.keys[column]
-            handles = None if motion.handles is None else motion.handles[column]
-            curve = segments(motion.interpolation, times, keys, handles)
+            times, keys, curve = motion.times[column], motion.keys[column], motion.segments[column]
         else:
             times, keys = np.array([motion.start]), self._fill[[self._robot.joint_names.index(joint)]]
             curve = segments("linear", times, keys, None)
@@ -109,9 +105,6 @@ def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
 # Halvings of a piece, which locate a crossing up to rounding.
 _HALVINGS = 54
 
-# A longer list of intervals helps no reader.
-_MAX_INTERVALS = 1000
-
 Quantity = Literal["value", "speed"]
 
 
@@ -147,14 +140,6 @@ class Excess(NamedTuple):
     value: float  # of the quantity at that time
 
 
-@dataclass(frozen=True)
-class Excesses:
-    """The time intervals in which a quantity is above a bound."""
-
-    rows: list[Excess]  # in order of time; the worst if there are more than 1 000
-    left_out: int  # number of the omitted ones
-
-
 def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Pieces:
     """Return the monotone pieces of some segments, given in ascending order.
 
@@ -181,17 +166,17 @@ def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Piec
     return Pieces(curve, quantity, segment, ends, times, values)
 
 
-def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tolerance: float) -> Excesses:
-    """Return the time intervals with sign · quantity > sign · bound + tolerance, in segments in order of time."""
+def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tolerance: float) -> list[Excess]:
+    """Return the time intervals, in order, with sign · quantity > sign · bound + tolerance."""
     if not np.isfinite(bound):
-        return Excesses([], 0)
+        return []
     chosen = np.flatnonzero(_may_exceed(curve, quantity, bound, sign, tolerance))
     pieces = pieces_of(curve, quantity, chosen)
     over = sign * (pieces.values - bound)
     outside = over > tolerance
     touched = np.flatnonzero(outside.any(axis=1))
     if not len(touched):
-        return Excesses([], 0)
+        return []
     over, outside = over[touched], outside[touched]
     # An interval continues in the next piece if both are outside at their common end.
     neighbours = (np.diff(touched) == 1) & (np.diff(pieces.segment[touched]) <= 1)
@@ -199,9 +184,6 @@ def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tol
     first = np.flatnonzero(np.concatenate([[True], ~continues]))
     last = np.concatenate([first[1:], [len(touched)]]) - 1
     peaks = over.max(axis=1)
-    worst = np.maximum.reduceat(peaks, first)
-    largest = np.sort(np.argsort(-worst, kind="stable")[:_MAX_INTERVALS])
-    first, last = first[largest], last[largest]
     times = pieces.times[touched]
     start, end = times[first, 0], times[last, 1]
     for moments, piece, side in ((start, first, 0), (end, last, 1)):
@@ -213,7 +195,7 @@ def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tol
         side = int(np.argmax(over[place]))
         value = float(pieces.values[touched[place], side])
         rows.append(Excess(float(start[row]), float(end[row]), float(times[place, side]), value))
-    return Excesses(rows, len(worst) - len(rows))
+    return rows
 
 
 def _quantity(curve: Segments, quantity: Quantity, segment: NDArray[Any], u: Floats) -> Floats:

@@ -30,7 +30,7 @@ def reverse(motion: Motion) -> Motion:
         >>> nk.motion.reverse(turn).sample([0.0, 1.0]).tolist()
         [[0.5], [0.0]]
     """
-    times = _each(motion.times, lambda column: (motion.start + motion.end) - column[::-1])
+    times = [(motion.start + motion.end) - column[::-1] for column in motion.times]
     keys = [column[::-1] for column in motion.keys]
     # Handles before and after a key are exchanged, and offsets in time change their sign.
     handles = [offsets[::-1, ::-1] * (-1.0, 1.0) for offsets in motion.handles or ()]
@@ -84,7 +84,7 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
         scaled = motion.start + (times - motion.start) * factor
         return shaped(warp(np.array(times)) if callable(warp) else scaled, times.shape, "warped times")
 
-    times = _each(motion.times, moved)
+    times = [moved(column) for column in motion.times]
     handles = [np.array(offsets) for offsets in motion.handles or ()]
     for column, new, offsets in zip(motion.times, times, handles, strict=False):
         # The outermost handles have no effect, and beyond the keys the function may be undefined.
@@ -259,14 +259,6 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
         else:
             columns.append(before[name] if name in before else after[name])
     return Motion(grid, names, np.stack(columns, axis=-1))
-
-
-def _each(columns: Sequence[Floats], change: Callable[[Floats], Floats]) -> list[Floats]:
-    """Return the changed columns; joints that share a column still do."""
-    changed: list[Floats] = []
-    for index, column in enumerate(columns):
-        changed.append(changed[-1] if index and column is columns[index - 1] else change(column))
-    return changed
 
 
 def _number(value: object, what: str) -> float:

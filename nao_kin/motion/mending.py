@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, runs
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
@@ -97,15 +97,10 @@ class MendedMotion:
 def changes_of(kind: Kind, joint: str, times: Floats, miss: Floats, unit: str) -> list[Change]:
     """Return a change for each run of moved keys, with its largest amount."""
     size = np.abs(miss)
-    moved = np.flatnonzero(size > LIMIT_TOLERANCE)
-    if not len(moved):
-        return []
-    breaks = np.flatnonzero(np.diff(moved) > 1) + 1
-    changes = []
-    for group in np.split(moved, breaks):
-        largest = float(size[group].max())
-        changes.append(Change(kind, joint, float(times[group[0]]), float(times[group[-1]]), largest, unit))
-    return changes
+    return [
+        Change(kind, joint, float(times[run.start]), float(times[run.stop - 1]), float(size[run].max()), unit)
+        for run in runs(size > LIMIT_TOLERANCE)
+    ]
 
 
 def made_linear(robot: RobotModel, motion: Motion) -> tuple[Motion, Change]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, is_several, shaped
 from nao_kin._core.guesses import Guessing
@@ -161,62 +161,6 @@ def _rows(values: Any, what: str) -> list[Any]:
 
 def _is_single(value: Any) -> bool:
     return value.ndim == 0 if isinstance(value, np.ndarray) else not isinstance(value, Iterable)
-
-
-# --- Joints with keys at the same times, sampled together, row by row instead of joint by joint.
-
-# Times of a chunk, small enough for the processor's cache.
-_CHUNK = 1024
-# Coefficients that may be stored: 64 MB.
-_MAX_COEFFICIENTS = 8_000_000
-
-
-class SharedTimes:
-    """The curves of all joints as polynomials c₀ + x (c₁ + x (c₂ + x c₃)) in the share x of a segment's time."""
-
-    def __init__(self, times: Floats, keys: Sequence[Floats], segments: Sequence[Segments], *, straight: bool) -> None:
-        """Compute the coefficients from key times (k,), k ≥ 2, and the keys (k,) and segments of each joint."""
-        self._times, self._last = times, np.array([column[-1] for column in keys])
-        self._curve = segments[0]  # of all joints, the times are the same
-        first = np.stack([curve.first for curve in segments], axis=-1)
-        p, q, d = np.moveaxis(np.stack([curve.controls for curve in segments], axis=-1), 1, 0)
-        # For each segment a row with the coefficients of all joints.
-        rows = [first, d] if straight else [first, 3.0 * p, 3.0 * (q - 2.0 * p), d - 3.0 * (q - p)]
-        self._coefficients = [np.ascontiguousarray(row) for row in rows]
-
-    def sample(self, t: Floats) -> Floats:
-        """Return values (n, joints) at times (n,)."""
-        result = np.empty((len(t), len(self._last)))
-        for rows, segment, x in self._chunks(t, result):
-            for coefficients in self._coefficients[-2::-1]:
-                rows *= x
-                rows += coefficients[segment]
-        # Exactly the keys: a sum would be rounded.
-        result[t >= self._times[-1]] = self._last
-        return result
-
-    def speed(self, t: Floats) -> Floats:
-        """Return speeds (n, joints) at times (n,)."""
-        result = np.empty((len(t), len(self._last)))
-        for rows, segment, x in self._chunks(t, result):
-            rows *= len(self._coefficients) - 1
-            for power in range(len(self._coefficients) - 2, 0, -1):
-                rows *= x
-                rows += power * self._coefficients[power][segment]
-            rows /= (self._times[segment + 1] - self._times[segment])[:, None]
-        result[(t < self._times[0]) | (t > self._times[-1])] = 0.0
-        return result
-
-    def _chunks(self, t: Floats, result: Floats) -> Iterator[tuple[Floats, NDArray[np.intp], Floats]]:
-        """Yield rows of the result, filled with the last coefficients, their segments, and the shares x in these."""
-        for start in range(0, len(t), _CHUNK):
-            part = slice(start, start + _CHUNK)
-            segment = self._curve.at(t[part])
-            rows = result[part]
-            np.take(self._coefficients[-1], segment, axis=0, out=rows)
-            start_time = self._times[segment]
-            share = np.clip((t[part] - start_time) / (self._times[segment + 1] - start_time), 0.0, 1.0)
-            yield rows, segment, share[:, None]
 
 
 # --- Configurations of a robot: sampling times, and values of the joints that a motion does not name.
@@ -517,24 +461,44 @@ class Motion(Guessing):
         return tuple(map(partial(segments, self.interpolation), self.times, self.keys, handles))
 
     @cached_property
-    def _shared(self) -> SharedTimes | None:
-        """All joints together, if they share their key times and are polynomials in time; otherwise None."""
-        times = self.times[0]
-        if len(times) < 2 or len(self.keys) < 2 or any(column is not times for column in self.times[1:]):
+    def _polynomials(self) -> list[Floats] | None:
+        """The curves of all joints as polynomials in the share of a segment's time, if their key times are the same.
+
+        The coefficients, in ascending order, have the shape (segments, joints); None if a curve is not a polynomial.
+        """
+        times, curves = self.times[0], self.segments
+        if len(times) < 2 or len(curves) < 2 or any(column is not times for column in self.times[1:]):
             return None
-        if 4 * sum(map(len, self.keys)) > _MAX_COEFFICIENTS:
+        if any(curve.lengths is not None for curve in curves):
             return None
-        if any(curve.lengths is not None for curve in self.segments):
-            return None
-        return SharedTimes(times, self.keys, self.segments, straight=self.interpolation == "linear")
+        first = np.stack([curve.first for curve in curves], axis=-1)
+        p, q, d = np.moveaxis(np.stack([curve.controls for curve in curves], axis=-1), 1, 0)
+        straight = self.interpolation == "linear"
+        return [first, d] if straight else [first, 3.0 * p, 3.0 * (q - 2.0 * p), d - 3.0 * (q - p)]
+
+    def _at_once(self, coefficients: list[Floats], t: Floats, *, speed: bool) -> Floats:
+        """Return the values or speeds (n, joints) of all joints at times (n,), by Horner's method."""
+        curve, times = self.segments[0], self.times[0]
+        segment = curve.at(t)
+        x = curve.parameter(segment, t)[:, None]
+        if speed:
+            coefficients = [power * column for power, column in enumerate(coefficients)][1:]
+        rows = coefficients[-1][segment]
+        for column in coefficients[-2::-1]:
+            rows *= x
+            rows += column[segment]
+        if speed:
+            rows /= curve.width[segment, None]
+            rows[(t < times[0]) | (t > times[-1])] = 0.0
+        else:
+            rows[t >= times[-1]] = [keys[-1] for keys in self.keys]  # exactly the keys: a sum would be rounded
+        return rows
 
     def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
         wanted = as_floats(t, (), "t")
         flat = np.clip(wanted.reshape(-1), self.start - 1.0, self.end + 1.0)  # outside, nothing moves
-        shared = self._shared
-        if shared is not None:
-            rows = shared.speed(flat) if speed else shared.sample(flat)
-            return rows.reshape(*wanted.shape, len(self.keys))
+        if self._polynomials is not None:
+            return self._at_once(self._polynomials, flat, speed=speed).reshape(*wanted.shape, len(self.keys))
         # Joint by joint in memory, as it is filled.
         result = np.empty((len(self.keys), len(flat)))
         column_times, place = None, np.zeros(0, dtype=np.intp)

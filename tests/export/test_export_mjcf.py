@@ -16,7 +16,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.errors import BadArgument, BadModel, MissingExtra, UnknownName
+from nao_kin.errors import BadArgument, BadModel, MissingExtra
 from nao_kin.robot.geometry import shapes_of
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Inertial, MeshFile, Origin, Sphere, UrdfTree, Visual
@@ -587,36 +587,6 @@ def test_a_foot_without_a_box_stands_on_what_it_has(tmp_path: Path) -> None:
 
 
 # --- bad input ----------------------------------------------------------------------------------------------------
-
-
-def test_a_folder_that_is_there_stays(nao: nk.NaoModel, tmp_path: Path) -> None:
-    (tmp_path / "there").mkdir()
-    (tmp_path / "there" / "mine.txt").write_text("mine")
-    for force in (False, True):
-        with pytest.raises(BadArgument, match="there"):
-            nk.export.mjcf(nao, tmp_path / "there", meshes="none", overwrite=force)
-    assert [file.name for file in tmp_path.rglob("*")] == ["there", "mine.txt"]
-    nk.export.mjcf(nao, tmp_path / "new", meshes="none")
-    nk.export.mjcf(nao, tmp_path / "new", meshes="none", overwrite=True)
-
-
-@pytest.mark.parametrize(
-    ("options", "error"),
-    [
-        ({"frames": "some"}, UnknownName),
-        ({"coupling": "loose"}, UnknownName),
-        ({"inertia": "guessed"}, UnknownName),
-        ({"meshes": "absolute"}, UnknownName),
-        ({"base": "flying"}, UnknownName),
-        ({"typed": "yes"}, BadArgument),
-    ],
-)
-def test_a_choice_that_there_is_not_writes_nothing(
-    nao: nk.NaoModel, tmp_path: Path, options: dict[str, Any], error: type[Exception]
-) -> None:
-    with pytest.raises(error):
-        nk.export.mjcf(nao, tmp_path / "nao", **options)
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_missing_mesh_is_named_and_nothing_is_written(tmp_path: Path) -> None:

@@ -148,3 +148,10 @@ def test_no_buffer_of_a_gltf_is_read_from_outside_of_the_package(given: Path) ->
     pytest.importorskip("mujoco")
     with pytest.raises(BadArgument, match="cannot read the mesh"):
         _exported(given, "meshes/a.gltf", "mjcf")
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.0254])
+def test_a_mesh_in_another_unit_than_the_metre_is_named(given: Path, unit: float) -> None:
+    (given / "meshes" / "a.dae").write_text(f'<COLLADA><asset><unit meter="{unit}"/></asset></COLLADA>')
+    notes = _exported(given, "meshes/a.dae", "urdf").changes
+    assert [note.split(":")[0] for note in notes] == ([] if unit == 1.0 else ["a.dae is in units of 0.0254 m"])

@@ -14,8 +14,6 @@ from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation, Slerp
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.gltf import Glb
 from nao_kin.export.variants import Variant
 
 # x forward, y left, z up of the robot → x, y up, z of glTF.
@@ -351,43 +349,3 @@ def test_no_folder_of_this_machine_is_in_the_file(written: nk.export.Exported) -
     assert "/home" not in content
     assert str(Path(__file__).resolve().parents[2]) not in content
     assert ".obj" not in content
-
-
-def test_numbers_begin_where_a_number_may() -> None:
-    text = b'{"asset":{"version":"2.0"}}  '[:28]
-    content = struct.pack("<4sII", b"glTF", 2, 12 + 8 + 28 + 8 + 3) + struct.pack("<I4s", 28, b"JSON") + text
-    glb = Glb(content + struct.pack("<I4s", 3, b"BIN\0") + b"abc")
-    for index, rows in enumerate((np.arange(3.0), np.ones((2, 3)), np.zeros((5, 4)))):
-        assert glb.add_numbers(rows, bounds=index == 0) == index
-    again = Glb(glb.content())
-    starts = [view["byteOffset"] for view in again.tree["bufferViews"]]
-    assert starts == [4, 16, 40]
-    assert bytes(again.binary[:4]) == b"abc\0"
-    assert [row["type"] for row in again.tree["accessors"]] == ["SCALAR", "VEC3", "VEC4"]
-    assert (again.tree["accessors"][0]["min"], again.tree["accessors"][0]["max"]) == ([0.0], [2.0])
-
-
-# --- bad input --------------------------------------------------------------------------------------------------------
-
-
-def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_path: Path) -> None:
-    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.3]])
-    path = tmp_path / "nao.glb"
-    with pytest.raises(BadArgument, match=r"end its name in \.glb, got '.*nao\.gltf'"):
-        nk.export.gltf(nao, str(tmp_path / "nao.gltf"))
-    with pytest.raises(UnknownName, match="unknown posture 'Standing'"):
-        nk.export.gltf(nao, path, posture="Standing")
-    with pytest.raises(UnknownName, match="unknown posture ''"):
-        nk.export.gltf(nao, path, posture="")
-    with pytest.raises(BadArgument, match="give a posture or a motion"):
-        nk.export.gltf(nao, path, posture="Stand", motion=motion)
-    for fps in (0, -1, float("nan"), 1e9):
-        with pytest.raises(BadArgument, match="fps must be a number above 0 and at most 1000"):
-            nk.export.gltf(nao, path, motion=motion, fps=fps)
-        with pytest.raises(BadArgument, match="fps must be a number above 0 and at most 1000"):
-            nk.export.gltf(nao, path, fps=fps)
-    with pytest.raises(UnknownName, match="unknown joint 'Tail'"):
-        nk.export.gltf(nao, path, motion=nk.Motion([0.0, 1.0], ["Tail"], [[0.0], [0.3]]))
-    with pytest.raises(nk.NaoKinError):
-        nk.export.gltf(nao, path, motion=tmp_path / "none.json")
-    assert list(tmp_path.iterdir()) == []

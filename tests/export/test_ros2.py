@@ -20,7 +20,6 @@ from made_up_robots import J, made_up
 from moveit_rules import violations
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.meshes import coloured
 from nao_kin.export.variants import Variant
 from nao_kin.robot.semantics import Posture, Semantics
@@ -334,53 +333,3 @@ def test_the_start_posture_of_any_robot_is_where_the_sliders_begin(tmp_path: Pat
     done = nk.export.ros2(robot, tmp_path / "p1", package="p1", samples=1)
     zeros = _yaml(done.path / "config" / "joint_state_publisher.yaml")["/**"]["ros__parameters"]["zeros"]
     assert zeros == {"a": 0.25}
-
-
-@pytest.mark.parametrize(
-    "name", ["Nao", "nao-description", "1nao", "nao__v6", "nao_", "_nao", "n", "näo", "nao v6", ""]
-)
-def test_names_that_ros_does_not_take_are_refused(nao: nk.NaoModel, tmp_path: Path, name: Any) -> None:
-    with pytest.raises(BadArgument, match="package must be two or more lower-case letters"):
-        nk.export.ros2(nao, tmp_path / "nao", package=name)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, tmp_path: Path) -> None:
-    for name, near in (("NAO-Description", "nao_description"), ("6nao", "robot_6nao"), ("__", "robot")):
-        with pytest.raises(BadArgument, match=f"nearest: {near}$"):
-            nk.export.ros2(nao, tmp_path / "nao", package=name)
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"maintainer": "Me"}, BadArgument, "maintainer must have the form 'Name <name@example.org>', got 'Me'"),
-        ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must have the form"),
-        ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
-        ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must have the form"),
-        ({"license": ""}, BadArgument, "license must be one line, an SPDX identifier, got ''"),
-        ({"license": "BSD\nMIT"}, BadArgument, "license must be one line"),
-        ({"names": "nao"}, UnknownName, "unknown choice of names 'nao'"),
-        ({"samples": 0}, BadArgument, "samples must be at least 1"),
-    ],
-)
-def test_bad_options_are_refused_and_nothing_is_written(
-    nao: nk.NaoModel, tmp_path: Path, options: dict[str, Any], error: type[Exception], message: str
-) -> None:
-    with pytest.raises(error, match=message):
-        nk.export.ros2(nao, tmp_path / "nao", package="nao", **options)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"))
-    folder = tmp_path / "p1"
-    done = nk.export.ros2(robot, folder, package="p1", samples=1)
-    with pytest.raises(BadArgument, match="already exists"):
-        nk.export.ros2(robot, folder, package="p1", samples=1)
-    nk.export.ros2(robot, folder, package="p1", samples=1, license="MIT", overwrite=True)
-    assert "MIT" in (folder / "package.xml").read_text(encoding="utf-8")
-    (folder / "notes.txt").write_text("mine", encoding="utf-8")
-    with pytest.raises(BadArgument, match="it contains 1 other files, first 'notes.txt'"):
-        nk.export.ros2(robot, folder, package="p1", samples=1, overwrite=True)
-    assert all(file.is_file() for file in done.files)

@@ -15,7 +15,7 @@ from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import realizable
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Inertial, Origin
@@ -280,20 +280,3 @@ def test_a_root_without_mass_weighs_a_gram_and_not_a_kilogram(tmp_path: Path) ->
     done = nk.export.sdf(nk.RobotModel(light, Semantics()), tmp_path / "m")
     assert "base has no mass: written as 0.001 kg" in done.changes
     assert _model(done).findtext("link/inertial/mass") == "0.001"
-
-
-def test_bad_options_are_refused_and_nothing_is_written(tmp_path: Path) -> None:
-    robot = nk.load_nao("v6")
-    for options, message in (
-        ({"meshes": "absolute"}, "unknown choice of meshes 'absolute'"),
-        ({"base": "planar"}, "unknown base 'planar'"),
-        ({"frames": "some"}, "unknown choice of frames"),
-        ({"coupling": "loose"}, "unknown coupling 'loose'"),
-    ):
-        with pytest.raises(UnknownName, match=message):
-            nk.export.sdf(robot, tmp_path / "m", **options)
-    assert list(tmp_path.iterdir()) == []
-    nk.export.sdf(robot, tmp_path / "m", meshes="none")
-    with pytest.raises(BadArgument, match="already exists"):
-        nk.export.sdf(robot, tmp_path / "m", meshes="none")
-    nk.export.sdf(robot, tmp_path / "m", meshes="none", overwrite=True)

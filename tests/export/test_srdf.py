@@ -20,7 +20,6 @@ from made_up_robots import J, made_up
 from moveit_rules import violations
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.srdf import Planning
 from nao_kin.export.variants import Variant
 from nao_kin.robot import LinkShapes, link_shapes
@@ -515,20 +514,3 @@ def test_the_virtual_joint_is_that_of_the_robot_or_as_asked_for(tmp_path: Path, 
     joint = ET.fromstring(srdf_document(robot, samples=1, base="planar").text).find("virtual_joint")
     assert joint is not None
     assert joint.get("type") == "planar"
-
-
-def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_path: Path) -> None:
-    path = tmp_path / "nao.srdf"
-    with pytest.raises(UnknownName, match="unknown base 'loose'"):
-        nk.export.srdf(nao, path, base="loose")
-    with pytest.raises(UnknownName, match="unknown choice of names 'nao'"):
-        nk.export.srdf(nao, path, names="nao")
-    with pytest.raises(UnknownName, match="unknown choice of frames 'some'"):
-        nk.export.srdf(nao, path, frames="some")
-    with pytest.raises(BadArgument, match="samples must be at least 1, got 0"):
-        nk.export.srdf(nao, path, samples=0)
-    with pytest.raises(BadArgument, match="no ROS names are known of this robot"):
-        nk.export.srdf(nk.load_robot("panda"), path, names="ros")
-    with pytest.raises(BadArgument, match="cannot write"):
-        nk.export.srdf(nao, tmp_path / "nowhere" / "nao.srdf", samples=1)
-    assert list(tmp_path.iterdir()) == []

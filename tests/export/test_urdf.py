@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
-import sys
-import time
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,9 +16,9 @@ from loops import for_all, full
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import make_physical, realizable
-from nao_kin.export.variants import Variant, named_semantics
+from nao_kin.export.variants import Variant
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.urdf.reader import read_urdf
 
@@ -268,25 +264,9 @@ def test_links_and_joints_are_named_and_connected_as_in_nao_description(version:
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
     tree, _ = Variant(names="ros", frames=frames).tree_of(nao)
-    named = set(named_semantics(nao.semantics, "ros").frames())
-    assert (named <= set(tree.links)) == (frames != "none")
-
-
-@for_all("version", VERSIONS)
-def test_pairs_that_need_no_check_have_ros_names_too(version: str) -> None:
-    nao = nk.load_nao(version)
-    tree, _ = Variant(names="ros").tree_of(nao)
-    named = named_semantics(nao.semantics, "ros").disabled_collisions
-    assert {link for row in named for link in row[:2]} <= set(tree.links)
     new = nao.semantics.ros_names
-    assert named == tuple((new.get(a, a), new.get(b, b), why) for a, b, why in nao.semantics.disabled_collisions)
-
-
-def test_a_robot_without_ros_names_has_none(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"))
-    with pytest.raises(BadArgument, match="made_up: no ROS names are known of this robot"):
-        nk.export.urdf(robot, tmp_path / "out.urdf", names="ros")
-    assert not (tmp_path / "out.urdf").exists()
+    named = {new.get(frame, frame) for frame in nao.semantics.frames()}
+    assert (named <= set(tree.links)) == (frames != "none")
 
 
 # Meshes.
@@ -324,13 +304,6 @@ def test_without_meshes_the_other_shapes_stay(tmp_path: Path) -> None:
     assert set(tree.collisions) == set(nao.tree.collisions)
 
 
-@pytest.mark.parametrize("meshes", ["", "package://", "package:///", "Relative", "package://a b"])
-def test_other_names_for_meshes_are_refused(meshes: Any, tmp_path: Path) -> None:
-    with pytest.raises(UnknownName, match="unknown choice of meshes"):
-        nk.export.urdf(nk.load_nao("v6"), tmp_path / "nao.urdf", meshes=meshes)
-    assert os.listdir(tmp_path) == []
-
-
 def test_materials_and_textures_go_with_their_meshes(tmp_path: Path) -> None:
     (tmp_path / "in/m/t").mkdir(parents=True)
     (tmp_path / "in/m/a.obj").write_text("mtllib t/a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
@@ -363,18 +336,6 @@ def test_a_missing_mesh_is_named_and_nothing_is_written(meshes: str, tmp_path: P
 # Files.
 
 
-def test_a_file_that_is_there_is_replaced_by_force_only(tmp_path: Path) -> None:
-    nao, path = nk.load_nao("v6"), tmp_path / "nao.urdf"
-    nk.export.urdf(nao, path)
-    before = path.read_bytes()
-    with pytest.raises(BadArgument, match=r"nao.urdf already exists; overwrite=True \(--force\) replaces it"):
-        nk.export.urdf(nao, path, frames="none")
-    assert path.read_bytes() == before
-    nk.export.urdf(nao, path, frames="none", overwrite=True)
-    assert path.read_bytes() != before
-    nk.export.urdf(nk.load_nao("v6"), tmp_path / "second.urdf")  # the meshes are there, and the same
-
-
 def test_a_mesh_of_somebody_else_is_replaced_by_force_only(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes/torso_white.obj").write_text("mine")
@@ -384,30 +345,6 @@ def test_a_mesh_of_somebody_else_is_replaced_by_force_only(tmp_path: Path) -> No
     assert os.listdir(tmp_path / "meshes") == ["torso_white.obj"]
     nk.export.urdf(nk.load_nao("v6"), tmp_path / "nao.urdf", overwrite=True)
     assert (tmp_path / "meshes/torso_white.obj").read_text() != "mine"
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_an_export_that_is_ended_leaves_nothing(number: int, tmp_path: Path) -> None:
-    program = (
-        "import os, sys, time; from nao_kin._core.process import end_on_signals; end_on_signals()\n"
-        "import nao_kin as nk; nao = nk.load_nao('v6')\n"
-        "def slow(descriptor):\n"
-        "    print('.', flush=True); time.sleep(0.2)\n"
-        "os.fsync = slow; nk.export.urdf(nao, sys.argv[1])\n"
-    )
-    process = subprocess.Popen(
-        [sys.executable, "-c", program, str(tmp_path / "nao.urdf")], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    for _ in range(3):
-        process.stdout.readline()
-    assert os.listdir(tmp_path) != []
-    process.send_signal(number)
-    assert process.wait(10) == 128 + number
-    time.sleep(0.1)
-    process.stdout.close()
-    assert os.listdir(tmp_path) == []
 
 
 def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -492,17 +429,3 @@ def test_romeo_comes_back_as_it_was(variant: dict[str, str], tmp_path: Path) -> 
     assert robot.mass == pytest.approx(romeo.mass, abs=1e-12)
     _same_robot(robot, tmp_path / "romeo.urdf", meshes="none")
     assert pin.buildModelFromUrdf(str(tmp_path / "romeo.urdf")).nq > romeo.nq
-
-
-def test_what_is_no_choice_is_refused(tmp_path: Path) -> None:
-    nao = nk.load_nao("v6")
-    for option in CHOICES:
-        with pytest.raises(UnknownName, match="unknown c"):
-            nk.export.urdf(nao, tmp_path / "x", **{option: "nonsense"})
-    with pytest.raises(BadArgument, match="typed must be True or False, got 'yes'"):
-        nk.export.urdf(nao, tmp_path / "x", typed="yes")  # type: ignore[arg-type]
-    with pytest.raises(UnknownName, match=r"unknown format 'urfd' \(nearest: urdf"):
-        nk.export.write(nao, tmp_path / "x", "urfd")
-    with pytest.raises(UnknownName, match=r"'frame' \(nearest: frames"):
-        nk.export.write(nao, tmp_path / "x", "urdf", frame="none")
-    assert os.listdir(tmp_path) == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +61,14 @@ def test_masses_are_lumped_as_the_notes_say(each_nao) -> None:
     assert neck.startswith(f"{each_nao.model.inertias[each_nao.model.getJointId('HeadYaw')].mass:.6g} kg")
     assert "centre of mass" in neck
     assert MultiDofModel(each_nao).notes == ()
+
+
+def test_a_link_without_mass_between_the_axes_is_not_noted(tmp_path) -> None:
+    tree = made_up(tmp_path, J("a", axis=Z), J("b", axis=X), J("c", axis=Y)).tree
+    light = replace(tree.inertials["b_l"], mass=1e-9)
+    robot = nk.RobotModel(replace(tree, inertials={"b_l": light, "c_l": tree.inertials["c_l"]}))
+    (note,) = MultiDofModel(robot, intermediate="drop").notes
+    assert note.startswith("1e-09 kg carried by b")
 
 
 def test_the_way_back_goes_by_limits_and_reference(nao) -> None:

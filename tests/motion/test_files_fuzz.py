@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from nao_kin.errors import BadInputFile
-from nao_kin.motion import FORMATS, Motion, read_motion, write_motion
+from nao_kin.motion import FORMATS, Motion, read_motion
 
 DATA = Path(__file__).parents[1] / "data" / "motions"
 FORMAT_OF = {
@@ -36,25 +36,7 @@ FORMAT_OF = {
 }
 # What a broken program, a wrong unit or an enemy might write.
 WORDS = ["NaN", "nan", "inf", "-1", "0", "1e999", "9" * 400, "null", "true", '"x"', "[]", "{}", "", "*", ",", "'", '"']
-WORDS += [
-    "[",
-    "]",
-    "(",
-    ")",
-    "<",
-    ">",
-    "&x;",
-    "<!DOCTYPE a>",
-    "\\",
-    "\x00",
-    "\n",
-    "\ufeff",
-    "٣",
-    "1_0",
-    "0x1",
-    "1.",
-    ".5",
-]
+WORDS += [*"[]()<>\\\x00\n\ufeff٣", "&x;", "<!DOCTYPE a>", "1_0", "0x1", "1.", ".5"]
 
 
 def _content(name: str) -> bytes:
@@ -91,15 +73,6 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("fuzz") / "broken"
 
 
-@pytest.mark.parametrize("name", FORMAT_OF)
-def test_every_format_reads_its_own_file(path: Path, name: str) -> None:
-    path.write_bytes(_content(name))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        timeline = 1 if name in ("timelines.xar", "bezier_export.txt", "blocks.cfg", "library.xap") else None
-        assert read_motion(path, format=FORMAT_OF[name], timeline=timeline)
-
-
 def test_every_format_is_broken_here() -> None:
     assert set(FORMAT_OF.values()) == set(FORMATS)
 
@@ -134,18 +107,3 @@ def test_bytes_changed_at_random(path: Path, name: str, seed: int) -> None:
 def test_other_formats_files_are_refused_by_name_or_read(path: Path, format: str) -> None:
     for name in FORMAT_OF:
         _reads_or_refuses(path, _content(name), format)
-
-
-def test_a_failing_write_is_a_whole_file_or_none(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    target = path.with_name("whole.npz")
-    write_motion(Motion([0.0], ["HeadYaw"], [[0.5]]), target)
-    before = target.read_bytes()
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.replace", full)
-    with pytest.raises(Exception, match="No space left on device"):
-        write_motion(Motion([0.0], ["HeadYaw"], [[0.25]]), target, overwrite=True)
-    assert target.read_bytes() == before
-    assert sorted(entry.name for entry in target.parent.iterdir() if entry.name != "broken") == ["whole.npz"]

@@ -11,20 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from loops import full
+from test_motion_files import DATA, LOSSLESS, _column
 
 from nao_kin import load_nao
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.motion import FORMATS, Motion, MotionFileWarning, read_motion, resample, time_warp, write_motion
 from nao_kin.robot.nao import BODY_ORDER
-
-DATA = Path(__file__).parents[1] / "data" / "motions"
-LOSSLESS = ["csv", "json", "npz", "python", "naoqi"]
-
-
-def _column(motion: Motion, joint: str) -> tuple[list[float], list[float]]:
-    index = motion.joint_names.index(joint)
-    return motion.times[index].tolist(), motion.keys[index].tolist()
 
 
 def _same(one: Motion, two: Motion, tolerance: float = 1e-12) -> bool:
@@ -41,8 +33,6 @@ def _same(one: Motion, two: Motion, tolerance: float = 1e-12) -> bool:
     return True
 
 
-# Files of more than one motion.
-SEVERAL = ("timelines.xar", "bezier_export.txt", "blocks.cfg", "library.xap")
 WRITTEN = [name for name, known in FORMATS.items() if known.write is not None]
 
 
@@ -79,16 +69,6 @@ def test_a_linear_motion_comes_back(whole_body: Motion, tmp_path: Path, name: st
     assert _same(again, whole_body)
     if name in LOSSLESS:
         assert again == whole_body
-
-
-@pytest.mark.parametrize("file", sorted(path.name for path in DATA.iterdir() if path.name != "frames.json"))
-@pytest.mark.parametrize("name", ["json", "npz"])
-def test_every_file_goes_through_the_lossless_formats_unchanged(tmp_path: Path, file: str, name: str) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        motion = read_motion(DATA / file, timeline=1 if file in SEVERAL else None)
-    write_motion(motion, tmp_path / "a", format=name)
-    assert read_motion(tmp_path / "a") == motion
 
 
 @pytest.mark.filterwarnings("ignore:NAOqi refuses keys at 0 s")
@@ -307,36 +287,12 @@ def test_a_file_has_a_row_for_each_configuration(tmp_path: Path, rate: float) ->
     assert np.diff(trajectory.times).min() > 1e-6 / rate
 
 
-def test_files_and_configurations_have_one_bound(tmp_path: Path) -> None:
-    motion = Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [1.0]])
-    for rate, words in ((5e6, "more than 4000000"), (1e300, "more than 4000000")):
-        with pytest.raises(BadArgument, match=words):
-            write_motion(motion, tmp_path / "a.csv", rate=rate)
-        with pytest.raises(BadArgument, match=words):
-            motion.configurations(load_nao(), rate=rate)
-
-
 def test_a_format_that_is_only_read_is_not_written(whole_body: Motion, tmp_path: Path) -> None:
     assert sorted(set(FORMATS) - set(WRITTEN)) == ["bhuman", "naodevils", "xap"]
     for name, options in (("a.kfm", {}), ("a.cfg", {}), ("a.xap", {}), ("a.json", {"format": "bhuman"})):
         with pytest.raises(BadArgument, match="files are only read; write one of: csv"):
             write_motion(whole_body, tmp_path / name, **options)
         assert not (tmp_path / name).exists()
-
-
-@pytest.mark.filterwarnings("ignore:NAOqi refuses keys at 0 s")
-@pytest.mark.parametrize("name", [WRITTEN[0], *full(*WRITTEN[1:])])
-def test_a_hundred_thousand_keys_come_back(tmp_path: Path, name: str) -> None:
-    rows = 3847
-    keys = np.random.default_rng(0).uniform(-0.5, 0.5, (rows, 26)).round(4)
-    keys[:, 14] = keys[:, 8]
-    motion = Motion(np.arange(rows) / 100, BODY_ORDER, keys)
-    path = tmp_path / f"a{FORMATS[name].suffixes[0]}"
-    write_motion(motion, path, format=name)
-    again = read_motion(path)
-    assert sum(map(len, again.keys)) >= 25 * rows
-    column = again.joint_names.index("RHand")
-    assert np.allclose(again.keys[column], keys[:, 25], atol=1e-12)
 
 
 def test_a_joint_of_webots_is_free_outside_its_own_keys_when_sampled_too(tmp_path: Path) -> None:

@@ -24,7 +24,6 @@ from nao_kin.robot.nao import BODY_ORDER
 
 DATA = Path(__file__).parents[1] / "data" / "motions"
 LOSSLESS = ["csv", "json", "npz", "python", "naoqi"]
-CURVED = ["json", "npz", "python", "naoqi"]
 
 
 def _motion(tmp_path: Path, text: str | bytes, name: str, **options: Any) -> Motion:
@@ -381,10 +380,6 @@ def test_simplified_export_of_python_2_is_read_and_not_run() -> None:
     assert motion.interpolation == "linear"
 
 
-def test_python_export_is_recognised_in_a_text_file() -> None:
-    assert read_motion(DATA / "simplified_export.txt").joint_names == ("HeadPitch", "RHand", "LHipYawPitch")
-
-
 def test_bezier_export_has_handles_and_straight_ones_too() -> None:
     motion = read_motion(DATA / "bezier_export.txt", timeline="up")
     assert motion.interpolation == "bezier"
@@ -467,11 +462,6 @@ def test_xar_says_once_that_keys_of_several_joints_are_not_played(tmp_path: Path
         motion = read_motion(tmp_path / "a.xar")
     assert [len(keys) for keys in motion.keys] == [1, 1]
     assert len(said) == 1
-
-
-def test_xar_with_several_timelines_lists_them() -> None:
-    with pytest.raises(BadInputFile, match=r"2 timelines; choose one .* 1: Dance/wave, 2: Dance/bow"):
-        read_motion(DATA / "timelines.xar")
 
 
 def test_automatic_handles_end_at_most_at_the_value_of_the_neighbour() -> None:

@@ -102,6 +102,9 @@ def test_the_balance_of_a_motion_is_that_of_the_joints_it_does_not_name(nao: nk.
     heights = [nk.world.balance(nao, nao.posture(name)).com[2] for name in ("Crouch", "StandZero")]
     assert found.com[0, 2] == pytest.approx(heights[0], abs=1e-3)
     assert abs(heights[0] - heights[1]) > 0.01
+    later = nk.Motion([3.0, 3.5, 4.0], ["HeadPitch"], [[0.0], [0.3], [0.0]]).balance(nao, fill="Crouch")
+    np.testing.assert_allclose(later.times, found.times + 3.0)
+    np.testing.assert_allclose(later.margin, found.margin, atol=1e-9)
     pytest.importorskip("matplotlib")
     drawn = nk.motion.plot(nao, nod, balance=True, fill="Crouch").axes[-1].get_lines()
     assert any(np.allclose(np.nanmin(line.get_ydata()), 1e3 * np.nanmin(found.margin), atol=1e-6) for line in drawn)

@@ -52,30 +52,24 @@ def _random_pose(rng: np.random.Generator, shape: tuple[int, ...] = ()) -> np.nd
 # --- names ------------------------------------------------------------------------------------------------------------
 
 
-def test_body_is_the_26_names_that_a_robot_prints(nao: nk.NaoModel) -> None:
-    assert list(naoqi.joint_names(nao, "Body")) == BODY
-    assert naoqi.joint_names(nao, "JointActuators") == naoqi.joint_names(nao, "Body")
-
-
-def test_joints_and_actuators_are_body_without_hands_and_the_hands(nao: nk.NaoModel) -> None:
-    assert list(naoqi.joint_names(nao, "Joints")) == [name for name in BODY if not name.endswith("Hand")]
-    assert naoqi.joint_names(nao, "Actuators") == ("LHand", "RHand")
-
-
-def test_chains_make_up_the_body_in_its_order(nao: nk.NaoModel) -> None:
+@pytest.mark.parametrize(
+    ("names", "joints"),
+    [
+        ("Body", BODY),
+        ("JointActuators", BODY),
+        (("Head", "LArm", "LLeg", "RLeg", "RArm"), BODY),
+        ("Joints", [name for name in BODY if not name.endswith("Hand")]),
+        ("Actuators", ["LHand", "RHand"]),
+        ("LArm", BODY[2:8]),
+        ("Legs", BODY[8:20]),
+        ("Arms", BODY[2:8] + BODY[20:]),
+        (["RHand", "Head", "HeadYaw"], ["RHand", "HeadYaw", "HeadPitch", "HeadYaw"]),
+        ([], []),
+    ],
+)
+def test_names_stand_for_their_joints_in_naoqis_order(nao: nk.NaoModel, names: str, joints: list[str]) -> None:
+    assert list(naoqi.joint_names(nao, names)) == joints
     assert naoqi.chain_names(nao) == ("Head", "LArm", "LLeg", "RLeg", "RArm")
-    assert list(naoqi.joint_names(nao, naoqi.chain_names(nao))) == BODY
-    assert list(naoqi.joint_names(nao, "LArm")) == BODY[2:8]
-
-
-def test_pairs_of_limbs_are_left_then_right(nao: nk.NaoModel) -> None:
-    assert list(naoqi.joint_names(nao, "Legs")) == BODY[8:20]
-    assert list(naoqi.joint_names(nao, "Arms")) == BODY[2:8] + BODY[20:]
-
-
-def test_several_names_are_taken_one_after_the_other_even_twice(nao: nk.NaoModel) -> None:
-    assert naoqi.joint_names(nao, ["RHand", "Head", "HeadYaw"]) == ("RHand", "HeadYaw", "HeadPitch", "HeadYaw")
-    assert naoqi.joint_names(nao, []) == ()
 
 
 def test_an_unknown_name_is_answered_with_the_nearest(nao: nk.NaoModel) -> None:
@@ -160,16 +154,6 @@ def test_position6d_is_scipys_extrinsic_xyz() -> None:
     assert np.array_equal(six[:, :3], T[:, :3, 3])
     assert np.abs(six[:, 3:] - Rotation.from_matrix(T[:, :3, :3]).as_euler("xyz")).max() < 1e-12
     assert np.abs(naoqi.pose(six) - T).max() < 1e-14
-
-
-def test_position6d_is_the_formula_of_libalmath() -> None:
-    """wz = atan2(r21, r11), then wy and wx with it: altransformhelpers.cpp of aldebaran/libalmath."""
-    T = _random_pose(np.random.default_rng(2), (20,))
-    wz = np.arctan2(T[:, 1, 0], T[:, 0, 0])
-    s, c = np.sin(wz), np.cos(wz)
-    wy = np.arctan2(-T[:, 2, 0], c * T[:, 0, 0] + s * T[:, 1, 0])
-    wx = np.arctan2(s * T[:, 0, 2] - c * T[:, 1, 2], c * T[:, 1, 1] - s * T[:, 0, 1])
-    assert np.abs(naoqi.position6d(T)[:, 3:] - np.stack([wx, wy, wz], axis=-1)).max() < 1e-12
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

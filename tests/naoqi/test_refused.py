@@ -88,8 +88,7 @@ ALMOTION: list[tuple[str, tuple[Any, ...], str]] = [
     ("wbFootState", ("Fixed", "LArm"), "unknown support leg 'LArm'"),
     ("wbGoToBalance", ("LLeg", 0.0), "above 0 s"),
     ("wbEnableEffectorControl", ("LLeg", True), "unknown effector 'LLeg'"),
-    ("wbSetEffectorControl", ("Head", [0.0, 0.0]), "shape (..., 3)"),
-    ("wbSetEffectorControl", ("Head", [[0.0, 0.0, 0.0]]), "three numbers"),
+    ("wbSetEffectorControl", ("Head", [0.0, 0.0]), "shape (3,)"),
     ("wbSetEffectorControl", ("LArm", [0.0, 0.0, 0.0]), "LArm is not held"),
 ]
 OTHERS: list[tuple[str, str, tuple[Any, ...], str]] = [

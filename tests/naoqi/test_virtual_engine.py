@@ -53,7 +53,9 @@ def test_parts_of_a_tick_add_up(asleep: VirtualNao) -> None:
     assert asleep.clock.ticks == 4
 
 
-@pytest.mark.parametrize(("step", "error"), [(-0.01, BadArgument), (float("nan"), NotFinite), ("1", BadArgument)])
+@pytest.mark.parametrize(
+    ("step", "error"), [(-0.01, BadArgument), (1e30, BadArgument), (float("nan"), NotFinite), ("1", BadArgument)]
+)
 def test_no_other_step_is_taken(asleep: VirtualNao, step: object, error: type[Exception]) -> None:
     with pytest.raises(error, match="step"):
         asleep.step(step)  # type: ignore[arg-type]
@@ -474,7 +476,7 @@ def test_closing_answers_whoever_waits(nao: nk.NaoModel) -> None:
 
 
 def test_a_stepped_call_without_an_end_says_so(awake: VirtualNao, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nao_kin.naoqi.virtual.virtual_nao._MAX_SECONDS", 1.0)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.virtual_nao.MAX_SECONDS", 1.0)
     with pytest.raises(NaoqiError, match="no answer within 1 s"):
         awake.call("ALMemory", "getDataOnChange", "never")
     with pytest.raises(UnknownName, match="nearest: ALMotion"):

@@ -15,6 +15,7 @@ from scipy.linalg import expm
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.steps import (
+    DEFAULT,
     HIGHEST,
     LOWEST,
     NEAREST,
@@ -26,6 +27,7 @@ from nao_kin.naoqi.virtual.steps import (
     foot_beside,
     gait_of,
     move_config,
+    period,
     seen_from,
 )
 from nao_kin.naoqi.virtual.walk import AtVelocity, ToTargets, Walker, WalkPlan
@@ -33,8 +35,7 @@ from nao_kin.naoqi.virtual.walk import AtVelocity, ToTargets, Walker, WalkPlan
 LEGS = ["LLeg", "RLeg"]
 poses = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 STEPS = ("MaxStepX", "MaxStepY", "MaxStepTheta")
-ranges = zip(STEPS, LOWEST, HIGHEST, strict=False)
-configs = st.fixed_dictionaries({name: st.floats(least, most) for name, least, most in ranges})
+configs = st.fixed_dictionaries({name: st.floats(LOWEST[name], HIGHEST[name]) for name in STEPS})
 # Smaller steps reach every target, too, and take long.
 LEAST = {"MaxStepX": 0.01, "MaxStepY": 0.12, "MaxStepTheta": 0.02}
 
@@ -104,12 +105,12 @@ def test_the_foot_that_opens_goes_first(motion: tuple, side: str) -> None:
 
 @given(poses, st.sampled_from("LR"), configs)
 def test_steps_are_brought_into_what_a_foot_can_do(step: tuple, side: str, config: dict) -> None:
-    gait = gait_of(config).of(side)
+    gait = gait_of(config)[side]
     x, y, theta = bounded(step, side, gait)
     outwards = 1.0 if side == "L" else -1.0
-    assert abs(x) <= gait.max_step_x
-    assert NEAREST <= outwards * y <= gait.max_step_y
-    assert -0.12 <= outwards * theta <= gait.max_step_theta
+    assert abs(x) <= gait["MaxStepX"]
+    assert NEAREST <= outwards * y <= gait["MaxStepY"]
+    assert -0.12 <= outwards * theta <= gait["MaxStepTheta"]
 
 
 def _walked(plan: WalkPlan, gait: Gait, most: int = 3000) -> tuple[list[Any], Walker]:
@@ -119,7 +120,7 @@ def _walked(plan: WalkPlan, gait: Gait, most: int = 3000) -> tuple[list[Any], Wa
     steps = []
     while (step := plan.step(walker)) is not None and len(steps) < most:
         relative = seen_from(step.support, step.end)
-        assert np.abs(bounded(relative, step.side, gait.of(step.side)) - relative).max() < 1e-9
+        assert np.abs(bounded(relative, step.side, gait[step.side]) - relative).max() < 1e-9
         assert not steps or steps[-1].side != step.side
         walker.feet[step.side] = step.end
         steps.append(step)
@@ -149,17 +150,17 @@ def test_the_default_configuration_is_the_documented_one() -> None:
         ["TorsoWx", 0.0],
         ["TorsoWy", 0.0],
     ]
-    assert gait_of(move_config("Default")) == gait_of([]) == Gait()
-    assert Gait().left.period == pytest.approx(0.42)
-    assert gait_of([["Frequency", 0.0]]).left.period == pytest.approx(0.6)
+    assert gait_of(move_config("Default")) == gait_of([]) == {"L": DEFAULT, "R": DEFAULT}
+    assert period(DEFAULT) == pytest.approx(0.42)
+    assert period(gait_of([["Frequency", 0.0]])["L"]) == pytest.approx(0.6)
     # 9.5 cm/s, as the NAO is said to walk.
-    assert Gait().left.max_step_x / Gait().left.period == pytest.approx(0.0952, abs=1e-4)
+    assert DEFAULT["MaxStepX"] / period(DEFAULT) == pytest.approx(0.0952, abs=1e-4)
 
 
 def test_numbers_outside_of_their_range_are_brought_into_it_and_sides_kept_apart() -> None:
     gait = gait_of([["MaxStepX", 9.0], ["LeftStepHeight", 0.03], ["RightStepHeight", -1.0]])
-    assert gait.left.max_step_x == gait.right.max_step_x == 0.08
-    assert (gait.left.step_height, gait.right.step_height) == (0.03, 0.005)
+    assert gait["L"]["MaxStepX"] == gait["R"]["MaxStepX"] == 0.08
+    assert (gait["L"]["StepHeight"], gait["R"]["StepHeight"]) == (0.03, 0.005)
 
 
 def test_configurations_that_make_no_sense_are_refused() -> None:
@@ -294,7 +295,7 @@ def test_a_velocity_is_kept_and_changed_after_a_step(script: Walking, velocity: 
 
 @pytest.mark.parametrize("velocity", [(0.04, 0.0, 0.2), (-0.03, 0.01, 0.1), (0.05, 0.0, 0.0)])
 def test_a_walk_at_a_velocity_follows_the_arc(velocity: tuple) -> None:
-    plan, gait = AtVelocity(np.array(velocity), Gait()), Gait()
+    plan, gait = AtVelocity(np.array(velocity), gait_of([])), gait_of([])
     walker = Walker({side: foot_beside(np.zeros(3), side) for side in "LR"}, np.zeros(3))
     plan.begin(walker.body)
     x, y, turn = velocity
@@ -304,7 +305,7 @@ def test_a_walk_at_a_velocity_follows_the_arc(velocity: tuple) -> None:
         step = plan.step(walker)
         assert step is not None
         walker.feet[step.side] = step.end
-        time += gait.left.period
+        time += period(gait["L"])
         exact = expm(time * generator)
         assert walker.body == pytest.approx([exact[0, 2], exact[1, 2], turn * time], abs=1e-9)
 
@@ -451,7 +452,7 @@ def test_names_of_old_do_the_same(script: Walking) -> None:
 
 
 def test_a_velocity_that_stands_still_makes_no_step() -> None:
-    steps, _ = _walked(AtVelocity(np.zeros(3), Gait()), Gait())
+    steps, _ = _walked(AtVelocity(np.zeros(3), gait_of([])), gait_of([]))
     assert steps == []
 
 

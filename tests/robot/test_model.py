@@ -431,6 +431,16 @@ def test_every_error_is_one_line_and_of_one_family(error: NaoKinError) -> None:
     assert len(str(pickle.loads(pickle.dumps(error))).splitlines()) == 1
 
 
+def test_a_place_in_a_file_is_named_by_what_is_known_of_it() -> None:
+    places = {
+        (0, 0): "a: why",
+        (3, 0): "a, line 3: why",
+        (0, 4): "a, column 4: why",
+        (3, 4): "a, line 3, column 4: why",
+    }
+    assert {place: str(errors.BadInputFile("a", "why", *place)) for place in places} == places
+
+
 # --- copies, pickles, threads -----------------------------------------------------------------------------------------
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,7 +18,7 @@ from nao_kin.motion.editing import resample
 from nao_kin.motion.files.choregraphe import XAP, XAR
 from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.key_frames import BHUMAN, NAODEVILS
-from nao_kin.motion.files.own import CSV, JSON, NPZ, write_csv_in_degrees
+from nao_kin.motion.files.own import CSV, JSON, NPZ, write_csv
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
 from nao_kin.motion.files.source import Format, MotionSource, file_name
@@ -176,7 +177,7 @@ def write_motion(
     if chosen.write is None:
         raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
     check_replaceable(path, overwrite=overwrite)
-    write = write_csv_in_degrees if flag(degrees, "degrees") and chosen is CSV else chosen.write
+    write = partial(write_csv, angle="deg") if flag(degrees, "degrees") and chosen is CSV else chosen.write
     write_bytes(path, write(motion if rate is None else resample(motion, rate), motion))
 
 

@@ -178,13 +178,11 @@ class ConfigStream:
     """A file of `name = value;  // comment` that is read as a configuration stream, with all its values in `fields`.
 
     A value is a number, with or without a unit after it (30deg), a word, a quoted text, a list [value, value] or an
-    object {name = value; name = value;}.
+    object {name = value; name = value;}. Of fields of one name, the last counts, as in Tools/Streams/SimpleMap.cpp.
     """
 
-    def __init__(self, source: MotionSource, *, last_counts: bool = False) -> None:
-        """Parse the file; of fields of one name, the last counts, or the second is an error."""
+    def __init__(self, source: MotionSource) -> None:
         self._source = source
-        self._last_counts = last_counts
         self._tokens = self._split(source.text)
         self._next = 0
         self.fields = self._fields("", 0)
@@ -264,9 +262,7 @@ class ConfigStream:
     def _fields(self, end: str, depth: int) -> Fields:
         fields = Fields()
         while self._tokens[self._next][:2] != ("mark", end):
-            _, name, at = self._take("a word", end)
-            if name in fields and not self._last_counts:
-                raise self._source.error(f"{quoted(name, MAX_SHOWN)} is given twice", self._place(at))
+            _, name, _ = self._take("a word", end)
             self._take("=")
             fields[name] = self._value(depth + 1)
             self._take(";")
@@ -459,7 +455,7 @@ _KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
 
 def _read_kfm(source: MotionSource) -> Motion:
     """Read the motion in a .kfm file; a .kmc file, which contains no joint values, is refused."""
-    stream = ConfigStream(source, last_counts=True)
+    stream = ConfigStream(source)
     if "phaseParameters" in stream.fields:
         raise source.error(
             "a kick of feet, arms and centre of mass (.kmc): its joint values depend on the running robot's balance "

@@ -18,7 +18,7 @@ from nao_kin._core.files import described, read_arrays
 from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, read_heading
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.motion.files.source import FilePosition, Format, MotionSource, in_json
+from nao_kin.motion.files.source import FilePosition, Format, MotionSource, has_field, in_json
 from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, units_per_second, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
@@ -41,23 +41,11 @@ _UNITS = {"time": tuple(TIME_UNITS), "angle": ("rad", "deg")}
 _ADVICE = '"units": {"time": "s"} in the file says otherwise'
 
 
-def _recognises_json(source: MotionSource) -> bool:
-    """Return whether the file is a JSON object with joint_names or the title of this format."""
-    value = source.json
-    return isinstance(value, dict) and ("joint_names" in value or value.get("format") == TITLE)
-
-
 def _read_json(source: MotionSource) -> Motion:
     """Read the motion in a JSON file."""
-    document = source.json
-    if not isinstance(document, dict):
-        raise source.error(f"expected an object with joint_names, times and keys, got {described(document)}")
-    source.fields(document, _FIELDS, "field")
+    document = source.fields(source.json, _FIELDS, "field")
     if document.get("format", TITLE) != TITLE:
         raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", in_json("format"))
-    for name in ("joint_names", "times", "keys"):
-        if name not in document:
-            raise source.error(f"no {name!r}; expected joint_names, times and keys")
     joints = source.list_at("joint_names")
     if not joints:
         raise source.error("no joints", in_json("joint_names"))
@@ -148,12 +136,7 @@ def _interpolation(source: MotionSource) -> Interpolation:
 
 def _unit(source: MotionSource, quantity: str) -> str | None:
     """Return the unit that the file states for a quantity, or None."""
-    units = source.json.get("units", {})
-    if not isinstance(units, dict):
-        raise source.error(f"expected an object, got {described(units)}", in_json("units"))
-    for name in units:
-        if name not in _UNITS:
-            raise source.error(f"unknown quantity; expected {' or '.join(_UNITS)}", in_json("units", name))
+    units = source.fields(source.json.get("units", {}), tuple(_UNITS), "quantity", "units")
     if quantity not in units:
         return None
     given = units[quantity]
@@ -187,6 +170,7 @@ def _write_json(motion: Motion, _: Motion) -> bytes:
     return ("{" + ",\n ".join(lines) + "}\n").encode()
 
 
+_recognises_json = has_field("joint_names", "format")
 JSON = Format(
     "json", (".json",), "names, times, keys and handles, without loss", _recognises_json, _read_json, _write_json
 )
@@ -256,12 +240,7 @@ def _read_csv(source: MotionSource) -> Motion:
     return motion_of(source, tracks, negative=True)
 
 
-def write_csv_in_degrees(motion: Motion, original: Motion) -> bytes:
-    """Do the same as `_write_csv`, in degrees."""
-    return _write_csv(motion, original, angle="deg")
-
-
-def _write_csv(motion: Motion, _: Motion, angle: str = "rad") -> bytes:
+def write_csv(motion: Motion, _: Motion, angle: str = "rad") -> bytes:
     """Write CSV in seconds and a unit of angles, hands as ratios; a cell is empty where a joint has no key."""
     warn_of_curves(motion, "CSV")
     times = motion.key_times
@@ -279,9 +258,7 @@ def _write_csv(motion: Motion, _: Motion, angle: str = "rad") -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-CSV = Format(
-    "csv", (".csv", ".tsv", ".txt"), "a table with units in its header", _recognises_csv, _read_csv, _write_csv
-)
+CSV = Format("csv", (".csv", ".tsv", ".txt"), "a table with units in its header", _recognises_csv, _read_csv, write_csv)
 
 
 # --- NumPy's npz: every motion without loss, fast to load.

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, finite_decimal
-from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin._core.headings import is_joint_state
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
@@ -162,9 +161,6 @@ class MotionSource:
         self, fields: Sequence[str], names: Sequence[str], place: FilePositionOf, hold: str | None = None
     ) -> list[float]:
         """Return the finite numbers in texts; the text `hold` gives NaN."""
-        numbers = plain_floats(fields) if self._has_plain_digits else None
-        if numbers:
-            return numbers
         numbers = []
         for index, (name, text) in enumerate(zip(names, map(str.strip, fields), strict=True)):
             number = math.nan if text == hold else finite_decimal(text)
@@ -173,11 +169,6 @@ class MotionSource:
                 raise self.error(reason if hold is None else f"{reason} or {hold}", place(index))
             numbers.append(number)
         return numbers
-
-    @cached_property
-    def _has_plain_digits(self) -> bool:
-        """Whether the text has ASCII digits only; `float` also accepts digits of other scripts, and underscores."""
-        return self.text.isascii() and "_" not in self.text
 
     def floats_at(self, what: str, *path: str | int) -> Floats:
         """Return the numbers of a list in the JSON text, which messages call `what`."""

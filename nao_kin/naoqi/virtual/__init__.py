@@ -14,13 +14,14 @@ ALMotion: `cartesian`, `whole_body` and `walk`). Its public methods are offered 
 arguments. The names of its internal methods begin with an underscore:
 
     class Tools(Service):
-        def getAngles(self, names, useSensors):
+        def getAngles(self, names, useSensors: Flag):
             columns = self.nao.joints.columns(self.joints(names))
             ...
 
 `self.nao` is the `Machine` that a `VirtualNao` owns: its robot, clock, joints, base, tasks, log and other services. A
-method runs with the lock held, on any thread, and therefore must not wait or sleep. The module `arguments` reads its
-arguments (`number`, `fraction`, `flag`, `one_each`, `list_each` …), and `self.joints` reads names of joints. Every
+method runs with the lock held, on any thread, and therefore must not wait or sleep. An annotation of the module
+`arguments` says how an argument is read and checked (`Number`, `Share`, `Flag`, `Text` …) before the method is called.
+Its functions read the others (`one_each`, `list_each` …), and `self.joints` reads names of joints. Every
 `NaoKinError` reaches the script as `Service::method`, a line break, a tab and the error's line. A method that takes
 time returns a `Call`: that of a task, or a new one. A second name of a method is an
 assignment in its class, `walkTo = moveTo`. `absent_methods.json` lists NAOqi's other methods.

@@ -1,14 +1,19 @@
-"""Read the arguments that scripts send over NAOqi: numbers, flags, names, and one entry or list for each joint."""
+"""Read the arguments that scripts send over NAOqi: numbers, flags, names, and one entry or list for each joint.
+
+A method of a service states the kinds of its arguments as annotations, such as `Share`; a kind is a type and the
+function that reads a value, given the argument's name.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_floats, choice as one_of
+from nao_kin._core.arrays import Floats, as_floats, choice as valid_name, shaped
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite
 
@@ -62,7 +67,12 @@ def text(value: object, what: str) -> str:
 
 def choice(value: object, what: str, valid: Sequence[str]) -> str:
     """Return one of the valid names."""
-    return one_of(text(value, what), valid, what)
+    return valid_name(text(value, what), valid, what)
+
+
+def one_of(what: str, valid: Sequence[str]) -> Callable[[object, str], str]:
+    """Return a function that reads one of the valid names, which messages call `what`."""
+    return lambda value, _: choice(value, what, valid)
 
 
 def is_list(value: object) -> bool:
@@ -89,10 +99,20 @@ def pairs(value: Any, what: str) -> list[tuple[str, Any]]:
 
 def three(value: Any, what: str) -> Floats:
     """Return three numbers, shape (3,)."""
-    vector = as_floats(value, (3,), what)
-    if vector.shape != (3,):
-        raise BadArgument(f"{what} must be three numbers, got {vector.size}")
-    return np.array(vector)
+    return np.array(shaped(value, (3,), what))
+
+
+# The kinds of arguments.
+Number = Annotated[float, number]
+Whole = Annotated[int, whole]
+Flag = Annotated[bool, flag]
+Text = Annotated[str, text]
+Fraction = Annotated[float, fraction]  # from 0 to 1
+Share = Annotated[float, partial(fraction, positive=True)]  # above 0, at most 1
+Duration = Annotated[float, duration]  # above 0 [s]
+Delay = Annotated[float, partial(duration, zero=True)]  # at least 0 [s]
+Point = Annotated[Floats, three]
+Entries = Annotated[list[Any], entries]
 
 
 def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:

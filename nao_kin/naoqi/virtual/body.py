@@ -258,7 +258,7 @@ class Base:
         """Stand on a foot, "LLeg" or "RLeg", put flat on the floor at its pose in a configuration."""
         T_world_foot = feet_frame((self.torso(q) @ self._robot.fk(q, foot))[None])
         T_world_foot[2, 3] = 0.0
-        self.plant(foot, T_world_foot)
+        self.support, self._T_world_sole = foot, T_world_foot
 
     def stand_up(self, foot: str, q: Floats) -> None:
         """Stand on a foot after a rest on the floor, with FRAME_ROBOT where the robot last stood."""
@@ -273,10 +273,6 @@ class Base:
         """Move the standing foot along the floor by the change of FRAME_ROBOT's pose in the world."""
         change[2, 3] = 0.0
         self._T_world_sole = change @ self._T_world_sole
-
-    def plant(self, foot: str, T_world_sole: Floats) -> None:
-        """Stand on a foot with its sole at a pose."""
-        self.support, self._T_world_sole = foot, np.array(T_world_sole)
 
     def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:
         """Rest on the floor with the vertical `up`, shape (3,), in the torso's frame."""

@@ -36,6 +36,7 @@ from nao_kin.naoqi.conventions import (
     transform_list,
 )
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Flag, Share, Text
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import ON_TIME, Approach, Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service
@@ -480,16 +481,16 @@ class CartesianControl(Service):
     - An unreachable target raises no error: the effector moves as near as it can, and the log says so.
     """
 
-    def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
+    def getPosition(self, name: Text, space: Any, useSensorValues: Flag) -> list[float]:
         """Position6D of an effector, joint, sensor or camera, from the sensors or the commands [m, rad]."""
         return [float(value) for value in position6d(self._pose(name, space, useSensorValues))]
 
-    def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
+    def getTransform(self, name: Text, space: Any, useSensorValues: Flag) -> list[float]:
         """The same pose as a 4 x 4 matrix, row by row, 16 numbers."""
         return [float(value) for value in transform_list(self._pose(name, space, useSensorValues))]
 
     def positionInterpolations(
-        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
+        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Flag = True
     ) -> Call:
         """Move effectors through positions at times; returns when the last is reached.
 
@@ -501,60 +502,63 @@ class CartesianControl(Service):
         return self._follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
 
     def positionInterpolation(
-        self, chainName: Any, space: Any, path: Any, axisMask: Any, durations: Any, isAbsolute: Any = True
+        self, chainName: Any, space: Any, path: Any, axisMask: Any, durations: Any, isAbsolute: Flag = True
     ) -> Call:
         """The same as positionInterpolations, for one effector."""
         return self._follow("positionInterpolation", chainName, space, path, axisMask, durations, isAbsolute)
 
     def transformInterpolations(
-        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
+        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Flag = True
     ) -> Call:
         """The same as positionInterpolations, with transforms."""
         return self._follow("transformInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
 
     def transformInterpolation(
-        self, chainName: Any, space: Any, path: Any, axisMask: Any, duration: Any, isAbsolute: Any = True
+        self, chainName: Any, space: Any, path: Any, axisMask: Any, duration: Any, isAbsolute: Flag = True
     ) -> Call:
         """The same as transformInterpolations, for one effector."""
         return self._follow("transformInterpolation", chainName, space, path, axisMask, duration, isAbsolute)
 
-    def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+    def setPositions(
+        self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Share, axisMask: Any
+    ) -> None:
         """Send effectors to positions at a fraction of the joints' maximum speeds, above 0; returns immediately.
 
         space, position and axisMask are one value for all effectors, or a list of one for each.
         """
         self._send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
 
-    def setPosition(self, chainName: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+    def setPosition(self, chainName: Any, space: Any, position: Any, fractionMaxSpeed: Share, axisMask: Any) -> None:
         """The same as setPositions, for one effector."""
         self._send("setPosition", chainName, space, position, fractionMaxSpeed, axisMask)
 
     def changePosition(
-        self, effectorName: Any, space: Any, positionChange: Any, fractionMaxSpeed: Any, axisMask: Any
+        self, effectorName: Any, space: Any, positionChange: Any, fractionMaxSpeed: Share, axisMask: Any
     ) -> None:
         """Change an effector's position from its commanded one; otherwise the same as setPosition."""
         self._send("changePosition", effectorName, space, positionChange, fractionMaxSpeed, axisMask)
 
     def setTransforms(
-        self, effectorNames: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any
+        self, effectorNames: Any, space: Any, transform: Any, fractionMaxSpeed: Share, axisMask: Any
     ) -> None:
         """The same as setPositions, with transforms."""
         self._send("setTransforms", effectorNames, space, transform, fractionMaxSpeed, axisMask)
 
-    def setTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+    def setTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Share, axisMask: Any) -> None:
         """The same as setTransforms, for one effector."""
         self._send("setTransform", chainName, space, transform, fractionMaxSpeed, axisMask)
 
-    def changeTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
+    def changeTransform(
+        self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Share, axisMask: Any
+    ) -> None:
         """Change an effector's transform from its commanded one; otherwise the same as setTransform."""
         self._send("changeTransform", chainName, space, transform, fractionMaxSpeed, axisMask)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _pose(self, name: Any, space: Any, use_sensors: Any) -> Floats:
-        q = self.nao.joints.q(sensor=arguments.flag(use_sensors, "useSensorValues"))
-        number = space_number(space)
-        return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
+    def _pose(self, name: str, space: Any, use_sensors: bool) -> Floats:
+        q = self.nao.joints.q(sensor=use_sensors)
+        return pose_in(self.nao.robot, q, name, space, torso_in_world=self.nao.base.torso(q))
 
     def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
@@ -584,23 +588,21 @@ class CartesianControl(Service):
         return tuple(EffectorRequest(*fields, relative) for fields in columns)
 
     def _follow(
-        self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
+        self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: bool
     ) -> Call:
         """Make effectors follow paths over time: the interpolation methods."""
-        relative = not arguments.flag(is_absolute, "isAbsolute")
-        requests = self._requests(name, names, spaces, paths, masks, times, relative=relative)
+        requests = self._requests(name, names, spaces, paths, masks, times, relative=not is_absolute)
         return self.nao.tasks.add(self._path_task(name, requests))
 
     def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
         return PathTask(name, self.nao, requests)
 
-    def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
+    def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: float, masks: Any) -> None:
         """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions etc."""
         requests = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
         for request in requests:
             if len(request.poses) != 1:
                 raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
-        share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
         hold_still(self.nao, requests)
         state = CartesianState(self.nao)
         q, T_world_torso = state.q, state.T_world_torso
@@ -620,6 +622,6 @@ class CartesianControl(Service):
         effectors = [request.effector for request in requests]
         joints = joints_of(self.nao.robot, effectors)
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
-        task = SynchronizedApproach(name, joints, targets, share)
+        task = SynchronizedApproach(name, joints, targets, fraction)
         task.keeps_feet = not set(effectors).isdisjoint(_FIRST)
         self.nao.tasks.add(task)

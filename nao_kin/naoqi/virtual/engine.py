@@ -107,6 +107,8 @@ TICKS_PER_SECOND = 100
 TICK = 1.0 / TICKS_PER_SECOND
 # Rounding that is ignored when times are converted to ticks [ticks].
 _ROUNDING = 1e-6
+# The longest step, and the robot time after which a stepped call counts as endless [s].
+MAX_SECONDS = 3600.0
 # The largest delay that is caught up, as after the machine was busy; the rest of a longer delay is dropped [s].
 _MAX_SECONDS_BEHIND = 1.0
 
@@ -166,8 +168,8 @@ class Clock:
     def step(self, seconds: float) -> int:
         """Return the number of ticks in some seconds of robot time; the fraction left is added to the next step."""
         dt = number(seconds, "a step")
-        if dt < 0.0:
-            raise BadArgument(f"a step must not be negative, got {dt:g} s")
+        if not 0.0 <= dt <= MAX_SECONDS:
+            raise BadArgument(f"a step must be from 0 to {MAX_SECONDS:g} s, got {dt:g} s")
         self._rest += dt * TICKS_PER_SECOND
         count = math.floor(self._rest + _ROUNDING)
         self._rest = max(0.0, self._rest - count)

@@ -8,11 +8,12 @@ import re
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import Any
+from typing import Annotated, Any
 
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Delay, Duration, Entries, Fraction, Text, one_of
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, stored
@@ -158,13 +159,11 @@ class ALLeds(Service):
 
     listLED = listLEDs
 
-    def createGroup(self, groupName: Any, ledNames: Any) -> None:
+    def createGroup(self, groupName: Text, ledNames: Entries) -> None:
         """Make a group of LEDs or groups."""
-        name = arguments.text(groupName, "groupName")
-        if name in self.colours or name in groups():
-            raise BadArgument(f"{name} already exists")
-        leds = arguments.entries(ledNames, "ledNames")
-        self._groups[name] = tuple(dict.fromkeys(part for each in leds for part in self._parts(each)))
+        if groupName in self.colours or groupName in groups():
+            raise BadArgument(f"{groupName} already exists")
+        self._groups[groupName] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
 
     # --- light ----------------------------------------------------------------------------------------------------
 
@@ -180,20 +179,17 @@ class ALLeds(Service):
         """Set an LED or group to its initial colours."""
         self._play([({led: _INITIAL[led] for led, _ in self._parts(name)}, 0.0)])
 
-    def setIntensity(self, name: Any, intensity: Any) -> None:
+    def setIntensity(self, name: Any, intensity: Fraction) -> None:
         """Set the brightness of an LED or group, from 0 to 1: white, or the channel at the end of its name."""
-        value = arguments.fraction(intensity, "intensity")
-        self._fade(self._parts(name), (value, value, value))
+        self._fade(self._parts(name), (intensity,) * 3)
 
     def getIntensity(self, name: Any) -> list[float]:
         """[r, g, b] of the first LED of an LED or group, from 0 to 1."""
         return list(self.colours[self._parts(name)[0][0]])
 
-    def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
+    def fade(self, name: Any, intensity: Fraction, duration: Delay) -> Call:
         """Fade an LED or group to a brightness in some seconds; returns at the end."""
-        parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
-        seconds = arguments.duration(duration, "duration", zero=True)
-        return self._fade(parts, (value, value, value), seconds)
+        return self._fade(self._parts(name), (intensity,) * 3, duration)
 
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
         """Fade an LED or group to a colour in some seconds; returns at the end.
@@ -204,35 +200,34 @@ class ALLeds(Service):
         if len(colour) not in (2, 4):
             count = len(colour) + 1
             raise BadArgument(f"takes name, rgb, seconds or name, red, green, blue, seconds, got {count} arguments")
-        channels = zip(colour, ("red", "green", "blue"), strict=False)
-        r, g, b = _colour(colour[0]) if len(colour) == 2 else [arguments.fraction(*channel) for channel in channels]
+        if len(colour) == 2:
+            r, g, b = _colour(colour[0], "rgb")
+        else:
+            r, g, b = map(arguments.fraction, colour, ("red", "green", "blue"))
         return self._fade(parts, (r, g, b), arguments.duration(colour[-1], "duration", zero=True))
 
-    def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
+    def fadeListRGB(self, name: Any, rgbList: Entries, timeList: Any) -> Call:
         """Fade an LED or group through colours at times from now; returns at the end."""
-        parts = self._parts(name)
-        colours = [_colour(value) for value in arguments.entries(rgbList, "rgbList")]
+        parts, colours = self._parts(name), [_colour(value, "rgb") for value in rgbList]
         times = arguments.list_each(timeList, ("LEDs",), "times")
         arguments.entries(times[0], "timeList", len(colours))
         arguments.check_times(times, ("LEDs",))
         frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
         return self._play(frames)
 
-    def rasta(self, duration: Any) -> Call:
+    def rasta(self, duration: Duration) -> Call:
         """Show green, yellow and red in the eyes for some seconds; returns at the end."""
         return self._cycle(("green", "yellow", "red"), duration)
 
-    def randomEyes(self, duration: Any) -> Call:
+    def randomEyes(self, duration: Duration) -> Call:
         """Show a fixed sequence of colours in the eyes for some seconds; returns at the end."""
         return self._cycle(("cyan", "magenta", "yellow", "blue", "green", "red"), duration)
 
-    def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
+    def rotateEyes(self, rgb: Any, timeForRotation: Duration, totalDuration: Delay) -> Call:
         """Rotate one lit LED in each eye for some seconds; returns at the end."""
-        colour = _colour(rgb)
-        turn = arguments.duration(timeForRotation, "timeForRotation")
-        total = arguments.duration(totalDuration, "totalDuration", zero=True)
-        count = min(math.ceil(total / turn * 8), _MAX_FRAMES)
-        return self._eyes(lambda i, led: colour if led == i % 8 else (0.0, 0.0, 0.0), count, turn / 8, total)
+        colour, step = _colour(rgb, "rgb"), timeForRotation / 8
+        count = min(math.ceil(totalDuration / timeForRotation * 8), _MAX_FRAMES)
+        return self._eyes(lambda i, led: colour if led == i % 8 else (0.0, 0.0, 0.0), count, step, totalDuration)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -268,9 +263,8 @@ class ALLeds(Service):
         """Fade LEDs to a colour; set it immediately for zero seconds."""
         return self._play([(self._with(parts, colour), seconds)])
 
-    def _cycle(self, names: tuple[str, ...], duration: Any) -> Call:
+    def _cycle(self, names: tuple[str, ...], seconds: float) -> Call:
         """Show one colour after the other in the eyes, four per second, and then the previous colours."""
-        seconds = arguments.duration(duration, "duration")
         count = min(math.ceil(seconds * 4), _MAX_FRAMES)
         return self._eyes(lambda i, _: _NAMED[names[i % len(names)]], count, seconds / count, seconds)
 
@@ -316,13 +310,13 @@ class ALLeds(Service):
         return call
 
 
-def _colour(value: Any) -> Colour:
+def _colour(value: Any, what: str) -> Colour:
     """Return a colour from 0x00RRGGBB or a name."""
     if isinstance(value, str):
         return _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
-    number = arguments.whole(value, "rgb")
+    number = arguments.whole(value, what)
     if not 0 <= number <= 0xFFFFFFFF:
-        raise BadArgument(f"rgb must be 0x00RRGGBB, got {number}")
+        raise BadArgument(f"{what} must be 0x00RRGGBB, got {number}")
     return ((number >> 16 & 0xFF) / 255.0, (number >> 8 & 0xFF) / 255.0, (number & 0xFF) / 255.0)
 
 
@@ -337,6 +331,7 @@ def _mixed(one: Colour, other: Colour, share: float) -> Colour:
 BEFORE_SPEAKING = 0.3
 CHARACTERS_PER_SECOND = 14.0
 _LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "Chinese")
+_language = one_of("language", _LANGUAGES)
 _PAUSE = re.compile(r"\\pau=(\d{1,6})\\")
 _TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\([^)]*\)")
 
@@ -370,13 +365,10 @@ class ALTextToSpeech(Service):
         self._parameters = {"pitchShift": 1.0} | dict.fromkeys(zero, 0.0)
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
 
-    def say(self, stringToSay: Any, language: Any = None) -> Call:
+    def say(self, stringToSay: Text, language: Annotated[str, _language] = "") -> Call:
         """Say a text after the previous ones; returns at its end."""
-        if language is not None:
-            arguments.choice(language, "language", _LANGUAGES)
-        words = arguments.text(stringToSay, "stringToSay")
         call = Call(lambda: self._cancel(call))
-        self._queue.append((words, call))
+        self._queue.append((stringToSay, call))
         if self._timer is None:
             self._next()
         return call
@@ -391,9 +383,7 @@ class ALTextToSpeech(Service):
             self.nao.monitor.later(call.finish)
         self._tell("")
 
-    setLanguage, getLanguage = stored(
-        "language", lambda value, what: arguments.choice(value, what, _LANGUAGES), "English"
-    )
+    setLanguage, getLanguage = stored("language", _language, "English")
     setVoice, getVoice = stored("voice", arguments.text, "naoenu")
     setVolume, getVolume = stored("volume", arguments.fraction, 1.0)
 

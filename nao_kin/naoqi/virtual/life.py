@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Flag, Text, one_of
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, stored
 
-_STATES = ("solitary", "interactive", "disabled", "safeguard")
 _ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
+Ability = Annotated[str, one_of("ability", _ABILITIES)]
+LifeState = Annotated[str, one_of("state", ("solitary", "interactive", "disabled", "safeguard"))]
 
 
 class ALAutonomousLife(Service):
@@ -33,17 +35,16 @@ class ALAutonomousLife(Service):
         """One of "solitary", "interactive", "safeguard" and, initially, "disabled"."""
         return self._state
 
-    def setState(self, state: Any) -> Call | None:
+    def setState(self, state: LifeState) -> Call | None:
         """Change the state; with "disabled", returns when the robot is at rest."""
-        wanted = arguments.choice(state, "state", _STATES)
-        before, self._state = self._state, wanted
-        self.nao.log.change("life", wanted)
-        self.nao.announce("AutonomousLife/State", wanted)
+        before, self._state = self._state, state
+        self.nao.log.change("life", state)
+        self.nao.announce("AutonomousLife/State", state)
         motion = self.nao.services["ALMotion"]
-        if wanted == "disabled" and before != "disabled":
+        if state == "disabled" and before != "disabled":
             answer: Call = motion.invoke("rest")
             return answer
-        if wanted in ("solitary", "interactive") and before == "disabled":
+        if state in ("solitary", "interactive") and before == "disabled":
             motion.invoke("wakeUp")
         return None
 
@@ -51,14 +52,13 @@ class ALAutonomousLife(Service):
         """[name, enabled, running] of each ability; none runs."""
         return [[ability, enabled, False] for ability, enabled in self._enabled.items()]
 
-    def setAutonomousAbilityEnabled(self, autonomousAbility: Any, enabled: Any) -> None:
+    def setAutonomousAbilityEnabled(self, autonomousAbility: Ability, enabled: Flag) -> None:
         """Stored; no ability does anything here."""
-        ability = arguments.choice(autonomousAbility, "ability", _ABILITIES)
-        self._enabled[ability] = arguments.flag(enabled, "enabled")
+        self._enabled[autonomousAbility] = enabled
 
-    def getAutonomousAbilityEnabled(self, autonomousAbility: Any) -> bool:
+    def getAutonomousAbilityEnabled(self, autonomousAbility: Ability) -> bool:
         """The stored value; initially True."""
-        return self._enabled[arguments.choice(autonomousAbility, "ability", _ABILITIES)]
+        return self._enabled[autonomousAbility]
 
     setRobotOffsetFromFloor, getRobotOffsetFromFloor = stored("offset from the floor", arguments.number, 0.0)
 
@@ -81,9 +81,9 @@ class ALSystem(Service):
         """The robot's name; initially "nao"."""
         return self._name
 
-    def setRobotName(self, name: Any) -> bool:
+    def setRobotName(self, name: Text) -> bool:
         """Name the robot."""
-        self._name = arguments.text(name, "name")
+        self._name = name
         return True
 
     def systemInfo(self) -> list[list[str]]:
@@ -141,35 +141,32 @@ class ALPreferenceManager(Service):
         super().__init__(nao)
         self._domains: dict[str, dict[str, Any]] = {}
 
-    def getValue(self, domain: Any, setting: Any) -> Any:
+    def getValue(self, domain: Text, setting: Text) -> Any:
         """The value of a setting; None for an unknown one."""
-        return self._domain(domain).get(arguments.text(setting, "setting"))
+        return self._domains.get(domain, {}).get(setting)
 
-    def setValue(self, domain: Any, setting: Any, value: Any) -> None:
+    def setValue(self, domain: Text, setting: Text, value: Any) -> None:
         """Store a value."""
-        self._domains[domain] = self._domain(domain) | {arguments.text(setting, "setting"): value}
+        self._domains.setdefault(domain, {})[setting] = value
 
-    def getValueList(self, domain: Any) -> list[list[Any]]:
+    def getValueList(self, domain: Text) -> list[list[Any]]:
         """[setting, value] of a domain."""
-        return [[name, value] for name, value in self._domain(domain).items()]
+        return [[name, value] for name, value in self._domains.get(domain, {}).items()]
 
     def getDomainList(self) -> list[str]:
         """All domains, in alphabetical order."""
         return sorted(self._domains)
 
-    def removeValue(self, domain: Any, setting: Any) -> None:
+    def removeValue(self, domain: Text, setting: Text) -> None:
         """Forget a value."""
-        values, name = self._domain(domain), arguments.text(setting, "setting")
-        if name not in values:
-            raise UnknownName("setting", name, tuple(values))
-        del values[name]
+        values = self._domains.get(domain, {})
+        if setting not in values:
+            raise UnknownName("setting", setting, tuple(values))
+        del values[setting]
 
-    def removeDomainValues(self, domain: Any) -> None:
+    def removeDomainValues(self, domain: Text) -> None:
         """Forget all values of a domain."""
-        self._domains.pop(arguments.text(domain, "domain"), None)
-
-    def _domain(self, domain: Any) -> dict[str, Any]:
-        return self._domains.get(arguments.text(domain, "domain"), {})
+        self._domains.pop(domain, None)
 
 
 # --- The autonomous abilities, which scripts switch off first: stored, without effect.
@@ -190,7 +187,7 @@ class _Ability(Service):
 
     def isRunning(self, id: Any = None) -> bool:
         """False; with an id, whether this motion task is running or waiting."""
-        return False if id is None else super().isRunning(id)
+        return False if id is None else super().isRunning(arguments.whole(id, "id"))
 
 
 class ALBasicAwareness(_Ability):
@@ -218,7 +215,7 @@ class ALAutonomousMoves(Service):
 
     setExpressiveListeningEnabled, getExpressiveListeningEnabled = stored("switch of listening", arguments.flag, True)
     setBackgroundStrategy, getBackgroundStrategy = stored(
-        "strategy", lambda value, what: arguments.choice(value, what, ("none", "backToNeutral")), "backToNeutral"
+        "strategy", one_of("strategy", ("none", "backToNeutral")), "backToNeutral"
     )
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.conventions import position6d
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Entries, Text
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.expression import actuators as led_actuators
 from nao_kin.naoqi.virtual.machine import Machine
@@ -80,6 +81,14 @@ def constants(joints: Iterable[str]) -> dict[str, Any]:
 
 # --- ALMemory: values by key, and events.
 
+
+def _key(value: object, what: str) -> str:
+    if not arguments.text(value, what):
+        raise BadArgument(f"{what} must not be empty")
+    return str(value)
+
+
+Key = Annotated[str, _key]
 # A quantity of a joint → its device and sensor or actuator in keys.
 _QUANTITIES = {"sensor": "Position/Sensor", "command": "Position/Actuator", "stiffness": "Hardness/Actuator"}
 _GRAVITY = 9.81  # m/s²
@@ -129,106 +138,103 @@ class ALMemory(Service):
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
         self._times: dict[str, float] = {}  # robot time of each stored value
-        self.listening: dict[str, dict[int, Callable[[Any], object]]] = {}
+        # Event → number of a callback, or name of a service that subscribed → what to call with the value.
+        self.listening: dict[str, dict[int | str, Callable[[Any], object]]] = {}
         self.numbers = itertools.count(1)
-        self._modules: dict[str, dict[str, tuple[str, str]]] = {}
         self.module_called: Callable[[str, str, str, Any, str], object] | None = None
         self._own = self._own_keys()
 
     # --- values ---------------------------------------------------------------------------------------------------
 
-    def getData(self, key: Any, iDummy: Any = 0) -> Any:
+    def getData(self, key: Text, iDummy: Any = 0) -> Any:
         """The value of a key; an error for an unknown key. The second argument of old scripts is ignored."""
-        return self._value(arguments.text(key, "key"))
+        return self._value(key)
 
-    def getListData(self, keyList: Any) -> list[Any]:
+    def getListData(self, keyList: Entries) -> list[Any]:
         """The values of several keys at one moment; None for an unknown key."""
-        keys = [arguments.text(key, "key") for key in arguments.entries(keyList, "keyList")]
+        keys = [arguments.text(key, "key") for key in keyList]
         return [self._value(key) if key in self._values or key in self._own else None for key in keys]
 
-    def insertData(self, key: Any, data: Any) -> None:
+    def insertData(self, key: Key, data: Any) -> None:
         """Store a value under a key; only switches and sonars raise events."""
-        self._keep(_key(key), data)
+        self._keep(key, data)
 
     def insertListData(self, pairs: Any) -> None:
         """Store several values: a list of [key, value]."""
         for key, value in arguments.pairs(pairs, "pairs"):
-            self._keep(_key(key), value)
+            self._keep(_key(key, "key"), value)
 
-    def removeData(self, key: Any) -> None:
+    def removeData(self, key: Text) -> None:
         """Remove an inserted value, so that the robot's own is read again; an error for an unknown key."""
-        name = arguments.text(key, "key")
-        if name not in self._values:
-            raise self._unknown(name)
-        del self._values[name], self._times[name]
-        self._sense(name)
+        if key not in self._values:
+            raise self._unknown(key)
+        del self._values[key], self._times[key]
+        self._sense(key)
 
-    def getDataList(self, filter: Any = "") -> list[str]:
+    def getDataList(self, filter: Text = "") -> list[str]:
         """All keys that contain a text, in alphabetical order."""
-        part = arguments.text(filter, "filter")
-        return sorted(key for key in {*self._values, *self._own} if part in key)
+        return sorted(key for key in {*self._values, *self._own} if filter in key)
 
     def getDataListName(self) -> list[str]:
         """All keys, in alphabetical order."""
         return self.getDataList("")
 
-    def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
+    def getDataOnChange(self, key: Key, iDummy: Any = 0) -> Call:
         """Wait for the next event of this name, and return its value."""
-        wanted, waiting = Subscriber(self, _key(key)), Call()
+        wanted, waiting = Subscriber(self, key), Call()
         number = wanted.connect(waiting.finish)
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
         return waiting
 
-    def getTimestamp(self, key: Any) -> list[Any]:
+    def getTimestamp(self, key: Text) -> list[Any]:
         """[value, seconds, microseconds] of a key, in the robot's time; a value of the robot itself is of now."""
-        name = arguments.text(key, "key")
-        seconds, microseconds = divmod(round(1e6 * self._times.get(name, self.nao.clock.now)), 1_000_000)
-        return [self._value(name), seconds, microseconds]
+        seconds, microseconds = divmod(round(1e6 * self._times.get(key, self.nao.clock.now)), 1_000_000)
+        return [self._value(key), seconds, microseconds]
 
     # --- events ---------------------------------------------------------------------------------------------------
 
-    def declareEvent(self, eventName: Any, extractorName: Any = "") -> None:
+    def declareEvent(self, eventName: Key, extractorName: Any = "") -> None:
         """Add an event to the list of events before it is raised."""
-        self._events.add(_key(eventName))
+        self._events.add(eventName)
 
     def getEventList(self) -> list[str]:
         """Names of the declared or raised events, in alphabetical order."""
         return sorted(self._events)
 
-    def raiseEvent(self, name: Any, value: Any) -> None:
+    def raiseEvent(self, name: Key, value: Any) -> None:
         """Store a value under a key, and notify the subscribers."""
-        key = _key(name)
-        self._keep(key, value)
-        self._raise(key, value)
+        self._keep(name, value)
+        self._raise(name, value)
 
     raiseMicroEvent = raiseEvent
 
-    def subscriber(self, eventName: Any) -> Subscriber:
+    def subscriber(self, eventName: Key) -> Subscriber:
         """An object with a `signal` to connect to."""
-        return Subscriber(self, _key(eventName))
+        return Subscriber(self, eventName)
 
-    def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
+    def subscribeToEvent(self, name: Key, callbackModule: Text, callbackMethod: Text, *more: Any) -> None:
         """Call a method of a service with key, value and message whenever the event is raised.
 
         Four arguments are key, service, message and method; with three, the message is the service's name.
         """
         if len(more) > 1:
             raise BadArgument("takes an event, a service, optionally a message, and a method")
-        function = arguments.text(more[0] if more else callbackMethod, "callbackMethod")
-        note = arguments.text(callbackMethod if more else callbackModule, "message")
-        key = _key(name)
-        self._events.add(key)
-        self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
+        function = arguments.text(more[0], "callbackMethod") if more else callbackMethod
+        note = callbackMethod if more else callbackModule
+        self._events.add(name)
+        calling = partial(self._call_module, callbackModule, function, name, note)
+        self.listening.setdefault(name, {})[callbackModule] = calling
 
-    def unsubscribeToEvent(self, name: Any, callbackModule: Any) -> None:
+    def unsubscribeToEvent(self, name: Key, callbackModule: Text) -> None:
         """End the calls of a service at an event."""
-        module = arguments.text(callbackModule, "callbackModule")
-        if self._modules.get(_key(name), {}).pop(module, None) is None:
-            raise BadArgument(f"{module} has not subscribed to {name}")
+        if self.listening.get(name, {}).pop(callbackModule, None) is None:
+            raise BadArgument(f"{callbackModule} has not subscribed to {name}")
 
     unsubscribeToMicroEvent = unsubscribeToEvent
 
-    def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
+    def subscribeToMicroEvent(
+        self, name: Key, callbackModule: Text, callbackMessage: Text, callbackMethod: Text
+    ) -> None:
         """The same as subscribeToEvent with a message."""
         self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
 
@@ -257,9 +263,10 @@ class ALMemory(Service):
         self._events.add(key)
         for callback in self.listening.get(key, {}).values():
             self.nao.monitor.later(partial(callback, value))
+
+    def _call_module(self, module: str, function: str, key: str, message: str, value: Any) -> None:
         if self.module_called is not None:
-            for module, (function, message) in self._modules.get(key, {}).items():
-                self.nao.monitor.later(partial(self.module_called, module, function, key, value, message))
+            self.module_called(module, function, key, value, message)
 
     def _value(self, key: str) -> Any:
         if key in self._values:
@@ -312,13 +319,6 @@ class ALMemory(Service):
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""
         return self.nao.base.is_down(foot, self.nao.joints.q())
-
-
-def _key(key: object) -> str:
-    name = arguments.text(key, "key")
-    if not name:
-        raise BadArgument("key must not be empty")
-    return name
 
 
 # --- ALTouch and ALSonar, whose sensors are keys of ALMemory.
@@ -378,18 +378,16 @@ class ALSonar(Service):
         super().__init__(nao)
         self._subscribers: list[str] = []
 
-    def subscribe(self, name: Any, period: Any = 500, precision: Any = 0.0) -> None:
+    def subscribe(self, name: Text, period: Any = 500, precision: Any = 0.0) -> None:
         """Switch the sonars on; period and precision are ignored."""
-        subscriber = arguments.text(name, "name")
-        if subscriber not in self._subscribers:
-            self._subscribers.append(subscriber)
+        if name not in self._subscribers:
+            self._subscribers.append(name)
 
-    def unsubscribe(self, name: Any) -> None:
+    def unsubscribe(self, name: Text) -> None:
         """Switch the sonars off after the last subscriber has left."""
-        subscriber = arguments.text(name, "name")
-        if subscriber not in self._subscribers:
-            raise BadArgument(f"{subscriber} has not subscribed")
-        self._subscribers.remove(subscriber)
+        if name not in self._subscribers:
+            raise BadArgument(f"{name} has not subscribed")
+        self._subscribers.remove(name)
 
     def getSubscribersInfo(self) -> list[list[Any]]:
         """[name, period, precision] of each subscriber."""

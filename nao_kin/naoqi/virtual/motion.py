@@ -7,7 +7,7 @@ effectors (setPositions …), `whole_body` those that begin with wb, and `walk` 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi.conventions import ARMS, GROUPS, HANDS, LEGS, chain_names, joint_names, limits, torso_in
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Flag, Share, Text, Whole, one_of
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Approach, AtSpeed, HandMove, Interpolation, Machine, StiffnessRamp, through
@@ -29,6 +30,9 @@ from nao_kin.robot import SupportPolygon
 # --- ALMotion's joint control: angles read, set, and interpolated.
 
 
+Hand = Annotated[str, one_of("hand", HANDS)]
+
+
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
@@ -37,24 +41,23 @@ class JointControl(Service):
     joint at its own speed. The blocking methods return when the command is at its last key.
     """
 
-    def getAngles(self, names: Any, useSensors: Any) -> list[float]:
+    def getAngles(self, names: Any, useSensors: Flag) -> list[float]:
         """Measured or commanded angles of a joint, chain or group, or of a list of these [rad; 0 to 1 for hands]."""
         columns = self.nao.joints.columns(joint_names(self.nao.robot, names))
-        sensor = arguments.flag(useSensors, "useSensors")
-        return list(map(float, (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]))
+        return list(map(float, (self.nao.joints.sensor if useSensors else self.nao.joints.command)[columns]))
 
-    def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Any) -> None:
+    def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Share) -> None:
         """Send joints to angles at a fraction of their maximum speeds, above 0; returns immediately.
 
         angles is one angle for all joints, or a list of one angle for each [rad].
         """
         self._approach("setAngles", names, angles, fractionMaxSpeed)
 
-    def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: Any) -> None:
+    def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: Share) -> None:
         """Change the commanded angles; otherwise the same as setAngles."""
         self._approach("changeAngles", names, changes, fractionMaxSpeed)
 
-    def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
+    def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Flag) -> Call:
         """Move joints through angles at times; returns when the last angle is reached.
 
         angleLists is one angle, a list of one angle for each joint, or a list of one list for each joint; for one joint
@@ -63,23 +66,21 @@ class JointControl(Service):
         """
         joints = self.joints(names)
         angles, times = arguments.timed(angleLists, timeLists, joints, "angles")
-        absolute = arguments.flag(isAbsolute, "isAbsolute")
 
         def plan(start: Floats) -> Motion:
-            keys = angles if absolute else [row + first for row, first in zip(angles, start, strict=True)]
+            keys = angles if isAbsolute else [row + first for row, first in zip(angles, start, strict=True)]
             return through(joints, times, keys, start)
 
         return self.nao.tasks.add(Interpolation("angleInterpolation", joints, plan))
 
-    def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
+    def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Share) -> Call:
         """Move joints to angles, the slowest at a fraction of its maximum speed; returns at the end.
 
         targetAngles is one angle for all joints, or a list of one angle for each [rad].
         """
         joints = self.joints(names)
         targets = arguments.one_each(targetAngles, joints, "targetAngles")
-        fraction = arguments.fraction(maxSpeedFraction, "maxSpeedFraction", positive=True)
-        return self.nao.tasks.add(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
+        return self.nao.tasks.add(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, maxSpeedFraction))
 
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
@@ -101,25 +102,20 @@ class JointControl(Service):
         plan(np.array([row[0] for row in keys]))  # rejects handles outside their segments, before any joint moves
         return self.nao.tasks.add(Interpolation("angleInterpolationBezier", joints, plan))
 
-    def openHand(self, handName: Any) -> Call:
+    def openHand(self, handName: Hand) -> Call:
         """Open a hand at its maximum speed, and remove its stiffness."""
-        return self._hand("openHand", handName)
+        return self.nao.tasks.add(HandMove("openHand", self.nao, (handName,), np.ones(1), 1.0))
 
-    def closeHand(self, handName: Any) -> Call:
+    def closeHand(self, handName: Hand) -> Call:
         """Close a hand at its maximum speed, and remove its stiffness."""
-        return self._hand("closeHand", handName)
+        return self.nao.tasks.add(HandMove("closeHand", self.nao, (handName,), np.zeros(1), 1.0))
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _approach(self, name: str, names: Any, values: Any, fraction: Any) -> None:
+    def _approach(self, name: str, names: Any, values: Any, fraction: float) -> None:
         joints, relative = self.joints(names), name == "changeAngles"
         targets = arguments.one_each(values, joints, "changes" if relative else "angles")
-        share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
-        self.nao.tasks.add(Approach(name, joints, targets, share, relative=relative))
-
-    def _hand(self, name: str, hand: Any) -> Call:
-        chosen, opening = arguments.choice(hand, "hand", HANDS), np.array([float(name == "openHand")])
-        return self.nao.tasks.add(HandMove(name, self.nao, (chosen,), opening, 1.0))
+        self.nao.tasks.add(Approach(name, joints, targets, fraction, relative=relative))
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
@@ -258,9 +254,9 @@ class GeneralTools(Service):
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
-    def getBodyNames(self, name: Any) -> list[str]:
+    def getBodyNames(self, name: Text) -> list[str]:
         """Names of the joints of a chain or group; of all chains for "Chains"."""
-        if arguments.text(name, "name") == "Chains":
+        if name == "Chains":
             return list(chain_names(self.nao.robot))
         return list(joint_names(self.nao.robot, name))
 
@@ -297,25 +293,24 @@ class GeneralTools(Service):
         tasks = ", ".join(f"{task.name} ({task.id})" for task in self.nao.tasks.all) or "none"
         return "\n".join([*lines, f"Tasks: {tasks}", ""])
 
-    def getMass(self, pName: Any) -> float:
+    def getMass(self, pName: Text) -> float:
         """Mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [kg]."""
         return mass_and_com(self.nao.robot, self.nao.joints.q(), self._part(pName))[0]
 
-    def getCOM(self, pName: Any, pSpace: Any, pUseSensorValues: Any) -> list[float]:
+    def getCOM(self, pName: Text, pSpace: Any, pUseSensorValues: Flag) -> list[float]:
         """Centre of mass of a part, as in getMass, measured or commanded, in a space [m]."""
-        sensor = arguments.flag(pUseSensorValues, "pUseSensorValues")
-        q = self.nao.joints.q(sensor=sensor)
+        q = self.nao.joints.q(sensor=pUseSensorValues)
         _, com = mass_and_com(self.nao.robot, q, self._part(pName))
         T = torso_in(self.nao.robot, q, pSpace, torso_in_world=self.nao.base.torso(q))
         return [float(value) for value in T[:3, :3] @ com + T[:3, 3]]
 
-    def getSupportPolygon(self, frame: Any, useSensorValues: Any) -> list[list[float]]:
+    def getSupportPolygon(self, frame: Any, useSensorValues: Flag) -> list[list[float]]:
         """Corners [x, y] of the support polygon of the soles on the floor, counter-clockwise, in a space [m].
 
         The corners of a sole are its pressure sensors; empty if the robot does not stand on its feet.
         """
         robot, base = self.nao.robot, self.nao.base
-        q = self.nao.joints.q(sensor=arguments.flag(useSensorValues, "useSensorValues"))
+        q = self.nao.joints.q(sensor=useSensorValues)
         space = torso_in(robot, q, frame, torso_in_world=base.torso(q)) @ rigid_inverse(base.torso(q))
         down = () if base.support is None else [foot for foot in LEGS if base.is_down(foot, q)]
         if not down:
@@ -325,9 +320,9 @@ class GeneralTools(Service):
         # The corners are on the floor, z = 0.
         return [[float(value) for value in row] for row in corners @ space[:2, :2].T + space[:2, 3]]
 
-    def _part(self, name: Any) -> str:
+    def _part(self, name: str) -> str:
         parts = ("Torso", *WHOLE, *chain_names(self.nao.robot), *GROUPS, *self.nao.joints.names)
-        return arguments.choice(arguments.text(name, "pName"), "part", parts)
+        return arguments.choice(name, "part", parts)
 
     # --- tasks ----------------------------------------------------------------------------------------------------
 
@@ -339,10 +334,9 @@ class GeneralTools(Service):
         """True if no blocking task has reserved any of these joints."""
         return self.nao.tasks.booked().isdisjoint(self.joints(resourceNames, "resourceNames"))
 
-    def killTask(self, motionTaskID: Any) -> bool:
+    def killTask(self, motionTaskID: Whole) -> bool:
         """End a task before it is done; returns whether there was one with this id."""
-        number = arguments.whole(motionTaskID, "motionTaskID")
-        return self.nao.tasks.kill(lambda task: task.id == number)
+        return self.nao.tasks.kill(lambda task: task.id == motionTaskID)
 
     def killTasksUsingResources(self, resourceNames: Any) -> None:
         """End the blocking tasks that hold these joints or wait for them; as in NAOqi, reactive tasks continue."""
@@ -376,9 +370,8 @@ class GeneralTools(Service):
         "tangential security distance", arguments.duration, 0.1
     )
 
-    def isCollision(self, pChainName: Any) -> str:
+    def isCollision(self, pChainName: Annotated[str, one_of("chain", _ARMS)]) -> str:
         """Always "none": collisions are not detected here."""
-        arguments.choice(pChainName, "chain", _ARMS)
         return "none"
 
     def setBreathConfig(self, pConfig: Any) -> None:

@@ -6,7 +6,7 @@ import math
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.conventions import ARMS, FRAME_TORSO, HANDS, torso_in
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Number, Point, Share, Text, Whole, one_of
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.machine import AtSpeed, Interpolation, Machine
 from nao_kin.naoqi.virtual.service import Service
@@ -123,21 +124,19 @@ class ALRobotPosture(Service):
         knees = self.nao.joints.sensor[self.nao.joints.columns(("LKneePitch", "RKneePitch"))]
         return "Crouching" if float(knees.min()) > _BENT_KNEES else "Standing"
 
-    def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
+    def goToPosture(self, postureName: Text, maxSpeedFraction: Number) -> Call | bool:
         """Move to a posture at a fraction of the maximum speeds, above 0; a fraction above 1 counts as 1.
 
         Returns True if the posture is reached; False if it is unknown, the task was killed, or joints have no
         stiffness. The hands move too, but do not count: openHand and closeHand leave them without stiffness.
         """
-        wanted = arguments.text(postureName, "postureName")
-        given = arguments.number(maxSpeedFraction, "maxSpeedFraction")
-        share = arguments.fraction(min(given, 1.0), "maxSpeedFraction", positive=True)
-        if given > 1.0:
-            self.nao.log.write(f"goToPosture: maxSpeedFraction = {given:g} is clipped to 1")
-        if wanted not in self.nao.robot.posture_names:
-            self.nao.log.write(f"goToPosture: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
+        share = arguments.fraction(min(maxSpeedFraction, 1.0), "maxSpeedFraction", positive=True)
+        if maxSpeedFraction > 1.0:
+            self.nao.log.write(f"goToPosture: maxSpeedFraction = {maxSpeedFraction:g} is clipped to 1")
+        if postureName not in self.nao.robot.posture_names:
+            self.nao.log.write(f"goToPosture: {UnknownName('posture', postureName, self.nao.robot.posture_names)}")
             return False
-        return self.nao.tasks.add(GoToPosture("goToPosture", wanted, self.nao, share))
+        return self.nao.tasks.add(GoToPosture("goToPosture", postureName, self.nao, share))
 
     applyPosture = goToPosture  # in NAOqi, without path planning
 
@@ -145,9 +144,8 @@ class ALRobotPosture(Service):
         """End the movements to postures, running and waiting."""
         self.nao.tasks.kill(lambda task: isinstance(task, GoToPosture))
 
-    def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
+    def setMaxTryNumber(self, pMaxTryNumber: Whole) -> None:
         """Accepted without effect: a posture is reached at the first try here."""
-        arguments.whole(pMaxTryNumber, "pMaxTryNumber")
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
@@ -163,6 +161,7 @@ _HEAD = ("HeadYaw", "HeadPitch")
 _CAMERA = "CameraTop"
 _ARM = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 _TASKS = ("lookAt", "pointAt")
+SomeArm = Annotated[str, one_of("effector", (*ARMS, "Arms"))]
 
 
 class ALTracker(Service):
@@ -170,7 +169,7 @@ class ALTracker(Service):
 
     name = "ALTracker"
 
-    def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
+    def lookAt(self, pPosition: Point, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
         """Turn the head until a point [x, y, z] [m] is in the centre of the top camera's image, as far as limits allow.
 
         Without pFrame, as in old scripts, the point is in FRAME_TORSO. pUseWholeBody has no effect: only the head
@@ -188,25 +187,22 @@ class ALTracker(Service):
         angles = self.nao.robot.to_body(result.q)[self.nao.joints.columns(_HEAD)]
         return self.nao.tasks.add(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
-    def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
+    def pointAt(self, pEffector: SomeArm, pPosition: Point, pFrame: Any, pMaxSpeed: Share) -> Call:
         """Stretch an arm towards a point [x, y, z] [m], so that shoulder, hand and point are in line, if limits allow.
 
         pEffector is "LArm", "RArm", or "Arms" for the one on the point's side.
         """
-        effector = arguments.choice(pEffector, "effector", (*ARMS, "Arms"))
         point = self._in_torso(pPosition, pFrame)
-        share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
-        side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
+        side = pEffector[0] if pEffector != "Arms" else "L" if point[1] >= 0.0 else "R"
         joints = tuple(f"{side}{joint}" for joint in _ARM)
         targets = pointing(self.nao.robot, side, point)
-        return self.nao.tasks.add(AtSpeed("pointAt", self.nao, joints, targets, share))
+        return self.nao.tasks.add(AtSpeed("pointAt", self.nao, joints, targets, pMaxSpeed))
 
     def stopTracker(self) -> None:
         """End lookAt and pointAt."""
         self.nao.tasks.kill(lambda task: task.name in _TASKS)
 
-    def _in_torso(self, position: Any, frame: Any) -> Floats:
-        point = arguments.three(position, "pPosition")
+    def _in_torso(self, point: Floats, frame: Any) -> Floats:
         q = self.nao.joints.q()
         T_torso_frame = rigid_inverse(torso_in(self.nao.robot, q, frame, torso_in_world=self.nao.base.torso(q)))
         return np.asarray(T_torso_frame[:3, :3] @ point + T_torso_frame[:3, 3])
@@ -272,7 +268,7 @@ class ALBehaviorManager(Service):
         """Names of all behaviours that can be played; of several timelines in a file, each by its number: wave/1."""
         return sorted(name for file, path in self._files().items() for name in self._playable(file, path))
 
-    def isBehaviorInstalled(self, name: Any) -> bool:
+    def isBehaviorInstalled(self, name: Text) -> bool:
         """Whether there is such a behaviour and it can be played; if it cannot, the log says why."""
         try:
             self._motion(name)
@@ -281,32 +277,31 @@ class ALBehaviorManager(Service):
             return False
         return True
 
-    def runBehavior(self, name: Any) -> Call:
+    def runBehavior(self, name: Text) -> Call:
         """Play a behaviour; returns at its end."""
         return self._play("runBehavior", name)
 
-    def startBehavior(self, name: Any) -> None:
+    def startBehavior(self, name: Text) -> None:
         """Play a behaviour; returns immediately."""
         self._play("startBehavior", name)
 
-    def stopBehavior(self, name: Any) -> None:
+    def stopBehavior(self, name: Text) -> None:
         """End a behaviour; does nothing if it is not running."""
-        wanted = arguments.text(name, "name")
-        self.nao.tasks.kill(lambda task: isinstance(task, Playing) and task.behavior == wanted)
+        self.nao.tasks.kill(lambda task: isinstance(task, Playing) and task.behavior == name)
 
     def stopAllBehaviors(self) -> None:
         """End all behaviours."""
         self.nao.tasks.kill(lambda task: isinstance(task, Playing))
 
-    def isBehaviorRunning(self, name: Any) -> bool:
+    def isBehaviorRunning(self, name: Text) -> bool:
         """Whether a behaviour is running, or waits for its joints."""
-        return arguments.text(name, "name") in self.getRunningBehaviors()
+        return name in self.getRunningBehaviors()
 
     def getRunningBehaviors(self) -> list[str]:
         """Names of the running behaviours."""
         return sorted(task.behavior for task in self.nao.tasks.all if isinstance(task, Playing))
 
-    def preloadBehavior(self, name: Any) -> bool:
+    def preloadBehavior(self, name: Text) -> bool:
         """Without effect; returns whether there is such a behaviour."""
         return self.isBehaviorInstalled(name)
 
@@ -315,21 +310,21 @@ class ALBehaviorManager(Service):
     # The names before NAOqi 1.22.
     getBehaviorNames, isBehaviorPresent = getInstalledBehaviors, isBehaviorInstalled
 
-    def _play(self, task: str, name: Any) -> Call:
+    def _play(self, task: str, name: str) -> Call:
         """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
         if self.isBehaviorRunning(name):
             raise BadArgument(f"{name} is running already")
         return self.nao.tasks.add(Playing(task, name, self._motion(name)))
 
-    def _motion(self, name: Any) -> Motion:
+    def _motion(self, name: str) -> Motion:
         """Return the motion of a behaviour; raise an error for one that is unknown or cannot be played."""
-        wanted, files = arguments.text(name, "name"), self._files()
+        files = self._files()
         if self.nao.behaviors is None:
             raise BadArgument("no behaviours are installed; give nao-kin serve or run --behaviors FOLDER")
-        file = max((file for file in files if f"{wanted}/".startswith(f"{file}/")), key=len, default=None)
+        file = max((file for file in files if f"{name}/".startswith(f"{file}/")), key=len, default=None)
         if file is None:
-            raise UnknownName("behaviour", wanted, tuple(files))
-        return self._read(files[file], wanted[len(file) + 1 :], file)
+            raise UnknownName("behaviour", name, tuple(files))
+        return self._read(files[file], name[len(file) + 1 :], file)
 
     def _playable(self, name: str, path: Path) -> list[str]:
         """Return the names of the behaviours in a file: its own for a single timeline, or numbered ones."""
@@ -370,9 +365,9 @@ class ALAnimationPlayer(Service):
 
     name = "ALAnimationPlayer"
 
-    def run(self, path: Any) -> Call:
+    def run(self, path: Text) -> Call:
         """Play a behaviour; returns at its end. In its name, [robot] stands for Nao, [posture] for Stand or Sit."""
-        name = arguments.text(path, "path").replace("[robot]", "Nao")
+        name = path.replace("[robot]", "Nao")
         if "[posture]" in name:
             family = self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
             if family not in _POSTURES:

@@ -14,6 +14,7 @@ from nao_kin._kernels.cache import compiles, warm_up
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.naoqi.conventions import joint_names
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Delay, Whole
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine
 
@@ -28,8 +29,9 @@ class Service:
     """A service that scripts call by its `name`, such as "ALMotion".
 
     The methods of NAOqi's service that it lacks are `absent`. As qi does with a Python object, its public methods are
-    offered to scripts. They take NAOqi's positional arguments; default values replace overloads. They run with the lock
-    held (`nao.monitor`), so they must not wait or sleep: a method that takes time starts a task and returns its `Call`.
+    offered to scripts. They take NAOqi's positional arguments; annotations such as `arguments.Share` say how a value is
+    read, and default values replace overloads. They run with the lock held (`nao.monitor`), so they must not wait or
+    sleep: a method that takes time starts a task and returns its `Call`.
     Every `NaoKinError` becomes a `NaoqiError`.
     """
 
@@ -73,7 +75,7 @@ class Service:
         try:
             with self.nao.monitor:
                 self.nao.check_open()
-                answer = function(*given)
+                answer = function(*_values(self.takes[name], given))
                 if isinstance(answer, Call):
                     self.nao.await_answer(answer)
                 return answer
@@ -137,20 +139,17 @@ class Service:
         """The program that runs the service."""
         return "nao-kin"
 
-    def isRunning(self, id: Any) -> bool:
+    def isRunning(self, id: Whole) -> bool:
         """Whether a motion task, by its number in the task list, is running or waiting."""
-        return self.nao.tasks.find(arguments.whole(id, "id")) is not None
+        return self.nao.tasks.find(id) is not None
 
-    def stop(self, id: Any) -> None:
+    def stop(self, id: Whole) -> None:
         """End a motion task, by its number in the task list."""
-        number = arguments.whole(id, "id")
-        self.nao.tasks.kill(lambda task: task.id == number)
+        self.nao.tasks.kill(lambda task: task.id == id)
 
-    def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
+    def wait(self, id: Whole, timeoutPeriod: Delay = 0) -> Call | bool:
         """Wait until a motion task is over, at most some milliseconds (0: no limit); True if the time ran out first."""
-        task = self.nao.tasks.find(arguments.whole(id, "id"))
-        seconds = arguments.number(timeoutPeriod, "timeoutPeriod") / 1000.0
-        arguments.duration(seconds, "timeoutPeriod", zero=True)
+        task, seconds = self.nao.tasks.find(id), timeoutPeriod / 1000.0
         if task is None:
             return False
         waiting = Call()
@@ -168,7 +167,16 @@ def _offered(kind: type[Service]) -> dict[str, inspect.Signature]:
     """Return the methods that a service offers to scripts, and what they take after `self`."""
     methods = {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_") and name not in _INTERNAL}
     bound = {name: functools.partial(method, None) for name, method in methods.items() if callable(method)}
-    return {name: inspect.signature(method) for name, method in bound.items()}
+    return {name: inspect.signature(method, eval_str=True) for name, method in bound.items()}
+
+
+def _values(takes: inspect.Signature, given: tuple[Any, ...]) -> list[Any]:
+    """Return the values of the arguments that a script gave, read by the kinds of the parameters."""
+    values = list(given)
+    for index, (parameter, value) in enumerate(zip(takes.parameters.values(), given, strict=False)):
+        for read in getattr(parameter.annotation, "__metadata__", ()):
+            values[index] = read(value, parameter.name)
+    return values
 
 
 def stored(what: str, read: Callable[[Any, str], Any], initially: Any) -> SetterAndGetter:

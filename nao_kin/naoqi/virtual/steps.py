@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,35 +47,14 @@ _OTHER_NAMES = {"Frequency": "MaxStepFrequency"}
 _SHORTEST, _LONGEST = 0.42, 0.6
 
 
-class FootGait(NamedTuple):
-    """The move configuration of one foot, in the order of `PARAMETERS`."""
-
-    max_step_x: float
-    max_step_y: float
-    max_step_theta: float
-    frequency: float
-    step_height: float
-    torso_wx: float
-    torso_wy: float
-
-    @property
-    def period(self) -> float:
-        """The duration of a step [s]."""
-        return _LONGEST + (_SHORTEST - _LONGEST) * self.frequency
+FootGait = dict[str, float]  # the move configuration of one foot, by the names of `PARAMETERS`
+Gait = dict[str, FootGait]  # of both feet, by "L" and "R"
+DEFAULT, LOWEST, HIGHEST = (dict(zip(PARAMETERS, row, strict=True)) for row in zip(*PARAMETERS.values(), strict=True))
 
 
-DEFAULT, LOWEST, HIGHEST = (FootGait(*column) for column in zip(*PARAMETERS.values(), strict=True))
-
-
-class Gait(NamedTuple):
-    """The move configuration of both feet."""
-
-    left: FootGait = DEFAULT
-    right: FootGait = DEFAULT
-
-    def of(self, side: str) -> FootGait:
-        """The configuration of one foot, "L" or "R"."""
-        return self.left if side == "L" else self.right
+def period(gait: FootGait) -> float:
+    """Return the duration of a step [s]."""
+    return _LONGEST + (_SHORTEST - _LONGEST) * gait["MaxStepFrequency"]
 
 
 def gait_of(config: Any, report: Callable[[str], object] = lambda change: None) -> Gait:
@@ -83,7 +62,7 @@ def gait_of(config: Any, report: Callable[[str], object] = lambda change: None) 
 
     A name applies to both feet, or with the prefix "Left" or "Right" to one. Later pairs override earlier ones.
     """
-    values = {side: dict(zip(PARAMETERS, DEFAULT, strict=True)) for side in SIDES}
+    gait = {side: DEFAULT.copy() for side in SIDES}
     for name, given in [] if config is None else arguments.pairs(config, "a move configuration"):
         sides = [side for side, prefix in SIDES.items() if name.startswith(prefix)]
         plain = name.removeprefix(SIDES[sides[0]]) if sides else name
@@ -96,14 +75,14 @@ def gait_of(config: Any, report: Callable[[str], object] = lambda change: None) 
         if inside != value:
             report(f"{name} = {value:g} is clipped to {inside:g}")
         for side in sides or SIDES:
-            values[side][plain] = inside
-    return Gait(*(FootGait(*row.values()) for row in values.values()))
+            gait[side][plain] = inside
+    return gait
 
 
 def move_config(which: str) -> list[list[object]]:
     """Return NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
     gaits = {"Default": DEFAULT, "Min": LOWEST, "Max": HIGHEST}
-    return [list(row) for row in zip(PARAMETERS, gaits[choice(which, gaits, "move configuration")], strict=True)]
+    return [list(row) for row in gaits[choice(which, gaits, "move configuration")].items()]
 
 
 # --- Footsteps: poses on the floor, and steps along a path that a NAO's legs can make.
@@ -186,9 +165,9 @@ def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
     """
     x, y, theta = np.asarray(step, dtype=np.float64).tolist()
     outwards = 1.0 if side == "L" else -1.0
-    wide = min(max(outwards * y, NEAREST), gait.max_step_y)
-    turn = min(max(outwards * theta, -min(_TOES_INWARDS, gait.max_step_theta)), gait.max_step_theta)
-    return np.array([min(max(x, -gait.max_step_x), gait.max_step_x), outwards * wide, outwards * turn])
+    wide = min(max(outwards * y, NEAREST), gait["MaxStepY"])
+    turn = min(max(outwards * theta, -min(_TOES_INWARDS, gait["MaxStepTheta"])), gait["MaxStepTheta"])
+    return np.array([min(max(x, -gait["MaxStepX"]), gait["MaxStepX"]), outwards * wide, outwards * turn])
 
 
 def first_side(motion: ArrayLike) -> str:
@@ -208,7 +187,7 @@ def along(start: Floats, goal: Floats, share: Floats | float) -> Floats:
 
 def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Footstep, Floats]:
     """Return a foot's step that brings the body as far as possible towards a goal, and the body's pose after it."""
-    own = gait.of(side)
+    own = gait[side]
     support = feet[other(side)]
 
     def wanted_and_made(share: float) -> tuple[Floats, Floats]:
@@ -221,7 +200,7 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
 
     share = _largest(fits)
     end = composed(support, wanted_and_made(share)[1])
-    step = Footstep(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
+    step = Footstep(side, support.copy(), feet[side].copy(), end, own["StepHeight"], period(own))
     return step, along(body, goal, share)
 
 

@@ -14,16 +14,13 @@ from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual import expression, life, memory, motion, movements
-from nao_kin.naoqi.virtual.engine import TICK, Call, Event, NaoqiError
+from nao_kin.naoqi.virtual.engine import MAX_SECONDS, TICK, Call, Event, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import ABSENT, Service
 from nao_kin.robot import NaoModel, load_nao
 
 # The shortest pause of the thread, so that it does not wake up too often [s].
 _SHORTEST_SLEEP = 0.001
-# The robot time after which a stepped call counts as endless [s].
-_MAX_SECONDS = 3600.0
-
 
 SERVICES: tuple[type[Service], ...] = (
     motion.ALMotion,
@@ -161,10 +158,10 @@ class VirtualNao:
         """
         call = self.post(service, method, *arguments)
         if self.stepped:
-            end = self.clock.now + _MAX_SECONDS
+            end = self.clock.now + MAX_SECONDS
             while not call.done():
                 if self.clock.now > end:
-                    raise NaoqiError(service, method, f"no answer within {_MAX_SECONDS:g} s of robot time")
+                    raise NaoqiError(service, method, f"no answer within {MAX_SECONDS:g} s of robot time")
                 self.machine.tick()
         return call.result()
 
@@ -194,7 +191,7 @@ class VirtualNao:
         """Advance robot time by whole ticks of 10 ms; the remaining fraction of a tick is added to the next step.
 
         Raises:
-            BadArgument: the virtual NAO was not made with stepped=True.
+            BadArgument: the virtual NAO was not made with stepped=True, or a step is longer than an hour.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True) as nao:

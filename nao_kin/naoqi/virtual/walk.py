@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.conventions import ARMS, LEGS, joint_names, position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments, steps
+from nao_kin.naoqi.virtual.arguments import Flag, Fraction, Number, Text
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.machine import Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service
@@ -97,7 +98,8 @@ class AtVelocity(WalkPlan):
         """Return a step towards the place of the body's moving target at the end of the step."""
         if self._stopped:
             return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
-        advance = steps.arc(self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period)
+        side = walker.side or steps.first_side(self._velocity)
+        advance = steps.arc(self._velocity * steps.period(self._gait[side]))
         # A delay of more than one step is dropped, so that it does not accumulate.
         late = np.clip(steps.seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
         self._target = steps.composed(steps.composed(walker.body, late), advance)
@@ -122,7 +124,7 @@ class ByFootsteps(WalkPlan):
         support = walker.feet[steps.other(side)]
         end = steps.composed(support, relative)
         walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
-        height = steps.DEFAULT.step_height
+        height = steps.DEFAULT["StepHeight"]
         return steps.Footstep(side, support.copy(), walker.feet[side].copy(), end, height, period)
 
     def stop(self) -> None:
@@ -230,6 +232,7 @@ def body_of(nao: Machine, q: Floats) -> Floats:
 
 # --- The methods.
 
+SomeArms = Annotated[str, arguments.one_of("chain", (*ARMS, "Arms"))]
 # The distance between the feet side by side, from which MaxStepY is measured [m].
 _STANCE = 0.1
 
@@ -251,7 +254,7 @@ class Locomotion(Service):
 
     def moveInit(self) -> Call:
         """Bring the torso over the feet, level and at walking height; returns at the end."""
-        return self._start("moveInit", ToTargets([], steps.Gait()))
+        return self._start("moveInit", ToTargets([], steps.gait_of([])))
 
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
         """Walk to a pose relative to the robot; returns when it stands.
@@ -263,23 +266,27 @@ class Locomotion(Service):
         if arguments.is_list(x):
             targets, config = _poses(x), y
         else:
-            targets, config = [_motion(x, y, theta)], moveConfig
+            rows = (("x", x), ("y", y), ("theta", theta))
+            targets, config = [np.array([arguments.number(value, what) for what, value in rows])], moveConfig
         return self._start("moveTo", ToTargets(targets, self._gait("moveTo", config)))
 
-    def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
+    def move(self, x: Number, y: Number, theta: Number, moveConfig: Any = None) -> None:
         """Walk at a velocity [m/s, rad/s], positive forwards and to the left, until stopped; returns immediately."""
-        self._start("move", AtVelocity(_motion(x, y, theta), self._gait("move", moveConfig)))
+        self._start("move", AtVelocity(np.array([x, y, theta]), self._gait("move", moveConfig)))
 
-    def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
+    def moveToward(self, x: Number, y: Number, theta: Number, moveConfig: Any = None) -> None:
         """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left).
 
         Returns immediately. In the move configuration, the frequency may be called "Frequency".
         """
-        shares, gait = _motion(x, y, theta, 1.0), self._gait("moveToward", moveConfig)
-        foot = gait.left
+        shares, gait = np.array([x, y, theta]), self._gait("moveToward", moveConfig)
+        for what, share in zip(("x", "y", "theta"), shares.tolist(), strict=True):
+            if abs(share) > 1.0:
+                raise BadArgument(f"{what} must be from -1 to 1, got {share:g}")
+        foot = gait["L"]
         # When the robot walks sideways or turns, every second step only brings the feet together.
-        reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
-        self._start("move", AtVelocity(shares * reach / foot.period, gait))
+        reach = np.array([foot["MaxStepX"], 0.5 * (foot["MaxStepY"] - _STANCE), 0.5 * foot["MaxStepTheta"]])
+        self._start("move", AtVelocity(shares * reach / steps.period(foot), gait))
 
     def stopMove(self) -> Call | bool:
         """Put the feet side by side; returns True when the robot stands."""
@@ -304,7 +311,7 @@ class Locomotion(Service):
 
     # --- footsteps ------------------------------------------------------------------------------------------------
 
-    def setFootSteps(self, legName: Any, footSteps: Any, timeList: Any, clearExisting: Any) -> None:
+    def setFootSteps(self, legName: Any, footSteps: Any, timeList: Any, clearExisting: Flag) -> None:
         """Make given steps, and leave the feet as they are at the end; returns immediately.
 
         For each step, legName has "LLeg" or "RLeg", footSteps the pose [x, y, theta] of the foot relative to the other
@@ -322,7 +329,7 @@ class Locomotion(Service):
             raise BadArgument("timeList must ascend, from a time above 0 s")
         self._make_steps("setFootSteps", legs, poses, durations, clearExisting)
 
-    def setFootStepsWithSpeed(self, legName: Any, footSteps: Any, fractionMaxSpeed: Any, clearExisting: Any) -> Call:
+    def setFootStepsWithSpeed(self, legName: Any, footSteps: Any, fractionMaxSpeed: Any, clearExisting: Flag) -> Call:
         """Make given steps, each at a fraction of the highest frequency, above 0; returns at the end.
 
         Otherwise the same as setFootSteps.
@@ -333,7 +340,7 @@ class Locomotion(Service):
             raise BadArgument(f"footSteps must have as many entries as legName, {len(legs)}, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
-        durations = steps.DEFAULT.period / shares
+        durations = steps.period(steps.DEFAULT) / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
@@ -351,9 +358,9 @@ class Locomotion(Service):
 
     # --- position of the robot ------------------------------------------------------------------------------------
 
-    def getRobotPosition(self, useSensors: Any) -> list[float]:
+    def getRobotPosition(self, useSensors: Flag) -> list[float]:
         """FRAME_ROBOT in FRAME_WORLD, from the sensors or the commands: [x, y, theta] [m, rad]."""
-        return _pose(body_of(self.nao, self.nao.joints.q(sensor=arguments.flag(useSensors, "useSensors"))))
+        return _pose(body_of(self.nao, self.nao.joints.q(sensor=useSensors)))
 
     def getNextRobotPosition(self) -> list[float]:
         """FRAME_ROBOT in FRAME_WORLD after the current step."""
@@ -368,21 +375,19 @@ class Locomotion(Service):
         before, after = (steps.along(step.support, foot, 0.5) for foot in (step.start, step.end))
         return [float(value) for value in steps.seen_from(before, after) / duration]
 
-    def getMoveConfig(self, config: Any) -> list[list[Any]]:
+    def getMoveConfig(self, config: Text) -> list[list[Any]]:
         """The move configuration: "Default", "Min" or "Max"."""
-        return steps.move_config(arguments.text(config, "config"))
+        return steps.move_config(config)
 
     # --- arms -----------------------------------------------------------------------------------------------------
 
-    def setMoveArmsEnabled(self, leftArmEnabled: Any, rightArmEnabled: Any) -> None:
+    def setMoveArmsEnabled(self, leftArmEnabled: Flag, rightArmEnabled: Flag) -> None:
         """Stored; the arms do not swing here."""
-        left = arguments.flag(leftArmEnabled, "leftArmEnabled")
-        self._arms = left, arguments.flag(rightArmEnabled, "rightArmEnabled")
+        self._arms = leftArmEnabled, rightArmEnabled
 
-    def getMoveArmsEnabled(self, chainName: Any) -> bool:
+    def getMoveArmsEnabled(self, chainName: SomeArms) -> bool:
         """The stored value of "LArm" or "RArm", or whether both are enabled for "Arms"; initially True."""
-        arm = arguments.choice(chainName, "chain", (*ARMS, "Arms"))
-        return all(self._arms) if arm == "Arms" else self._arms[ARMS.index(arm)]
+        return all(self._arms) if chainName == "Arms" else self._arms[ARMS.index(chainName)]
 
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
 
@@ -390,10 +395,11 @@ class Locomotion(Service):
     waitUntilWalkIsFinished, walkIsActive = waitUntilMoveIsFinished, moveIsActive
     setWalkArmsEnabled, getFootGaitConfig = setMoveArmsEnabled, getMoveConfig
 
-    def setWalkTargetVelocity(self, x: Any, y: Any, theta: Any, frequency: Any, moveConfig: Any = None) -> None:
+    def setWalkTargetVelocity(
+        self, x: Number, y: Number, theta: Number, frequency: Fraction, moveConfig: Any = None
+    ) -> None:
         """The same as moveToward, with the frequency from 0 to 1."""
-        share = arguments.fraction(frequency, "frequency")
-        self.moveToward(x, y, theta, [*(moveConfig or []), ["MaxStepFrequency", share]])
+        self.moveToward(x, y, theta, [*(moveConfig or []), ["MaxStepFrequency", frequency]])
 
     def getWalkArmsEnabled(self) -> list[bool]:
         """The stored values of the left and of the right arm."""
@@ -419,10 +425,9 @@ class Locomotion(Service):
         return self.nao.tasks.add(Walk(name, self.nao, plan))
 
     def _make_steps(
-        self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any
+        self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clears: bool
     ) -> Call:
-        clears = arguments.flag(clear, "clearExisting")
-        shortest, changed = steps.DEFAULT.period, []
+        shortest, changed = steps.period(steps.DEFAULT), []
         plan = ByFootsteps([])
         for leg, wanted, duration in zip(legs, poses, durations.tolist(), strict=True):
             made, period = steps.bounded(wanted, leg[0], steps.HIGHEST), max(duration, shortest)
@@ -439,15 +444,6 @@ class Locomotion(Service):
             walk.plan.steps = [*([] if clears else walk.plan.steps), *plan.steps]
             return walk.follow()
         return self._start(name, plan)
-
-
-def _motion(x: Any, y: Any, theta: Any, largest: float = np.inf) -> Floats:
-    """Return x, y and theta, shape (3,), each at most `most` in magnitude."""
-    numbers = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
-    for what, number in numbers.items():
-        if abs(number) > largest:
-            raise BadArgument(f"{what} must be from {-largest:g} to {largest:g}, got {number:g}")
-    return np.array(list(numbers.values()))
 
 
 def _poses(value: Any) -> list[Floats]:

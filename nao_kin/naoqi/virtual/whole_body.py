@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from nao_kin import ik
 from nao_kin._core.arrays import LOWER, Floats, join_poses
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.conventions import ARMS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO, AxisMask, joint_names
-from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.arguments import Duration, Flag, Point, Share, one_of
 from nao_kin.naoqi.virtual.cartesian import (
     NOTEWORTHY,
     RADIAN,
@@ -34,8 +34,8 @@ from nao_kin.rotations import exp, log, matrix_from_rpy
 # Effector → pose (4, 4) or position (3,) in the world, and its weights, as in `nk.ik.whole_body`.
 Targets = dict[str, tuple[Floats, Any]]
 
-FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
-SUPPORTS: tuple[str, ...] = ("Legs", *LEGS)
+FootState = Annotated[str, one_of("foot state", ("Fixed", "Plane", "Free"))]
+Support = Annotated[str, one_of("support leg", ("Legs", *LEGS))]
 _SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 # The weight of a lifted foot that must keep its pose, relative to other targets.
 _HELD = 100.0
@@ -153,7 +153,7 @@ def _part(now: Floats, wanted: Floats, share: float) -> Floats:
 
 # --- The motion tasks of whole-body control: to balance, along paths, and effectors held in FRAME_ROBOT.
 
-HELD: tuple[str, ...] = ("Head", *ARMS)
+Held = Annotated[str, one_of("effector", ("Head", *ARMS))]
 # The speeds at which targets of held effectors move [m/s, rad/s].
 _PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
 # The shortest time of a movement at a fraction of the joints' speeds [s].
@@ -168,13 +168,12 @@ class GoToBalance(WholeBodyTask):
         nao: Machine,
         name: str,
         control: BalanceControl,
-        support: Any,
+        support: str,
         duration: float,
         fraction: float | None = None,
     ) -> None:
         super().__init__(nao, name, BalanceControl(enabled=True))
-        self._control, self._support = control, arguments.choice(support, "support leg", SUPPORTS)
-        self._feet = LEGS if self._support == "Legs" else (self._support,)
+        self._control, self._feet = control, LEGS if support == "Legs" else (support,)
         self._duration, self._fraction = duration, fraction
         nao.base.check_stands()
         self.value = False
@@ -309,7 +308,7 @@ def _towards(now: Floats, goal: Floats) -> Floats:
 # --- The methods.
 
 # The effectors that NAOqi accepts in wbEnableEffectorOptimization.
-_OPTIMIZED = ("All", "Arms", "Legs", "Head", *ARMS, *LEGS, "Torso", "Com")
+Optimized = Annotated[str, one_of("effector", ("All", "Arms", "Legs", "Head", *ARMS, *LEGS, "Torso", "Com"))]
 
 
 class WholeBodyControl(CartesianControl):
@@ -335,51 +334,45 @@ class WholeBodyControl(CartesianControl):
             return WholeBodyPathTask(name, self.nao, requests, self.balance)
         return super()._path_task(name, requests)
 
-    def wbEnable(self, isEnabled: Any) -> None:
+    def wbEnable(self, isEnabled: Flag) -> None:
         """Switch whole-body control on or off; switching it off removes all constraints."""
-        on = arguments.flag(isEnabled, "isEnabled")
-        if not on:
+        if not isEnabled:
             self.nao.tasks.kill(lambda task: isinstance(task, EffectorControl))
             self.balance = BalanceControl()
-        self.balance.enabled = on
+        self.balance.enabled = isEnabled
 
-    def wbFootState(self, stateName: Any, supportLeg: Any) -> None:
+    def wbFootState(self, stateName: FootState, supportLeg: Support) -> None:
         """Set the state of a foot: "Fixed", "Plane" or "Free" for "LLeg", "RLeg" or both ("Legs")."""
-        state = arguments.choice(stateName, "foot state", FOOT_STATES)
-        leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
         for foot in self.balance.feet:
-            if leg in (foot, "Legs"):
-                self.balance.feet[foot] = state
+            if supportLeg in (foot, "Legs"):
+                self.balance.feet[foot] = stateName
 
-    def wbEnableBalanceConstraint(self, isEnable: Any, supportLeg: Any) -> None:
+    def wbEnableBalanceConstraint(self, isEnable: Flag, supportLeg: Support) -> None:
         """Keep the centre of mass above "LLeg", "RLeg", or anywhere above both ("Legs"); False ends the constraint."""
-        leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
-        self.balance.support = leg if arguments.flag(isEnable, "isEnable") else None
+        self.balance.support = supportLeg if isEnable else None
 
-    def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
+    def wbGoToBalance(self, supportLeg: Support, duration: Duration) -> Call:
         """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it got there.
 
         The robot then stands on these feet: they become "Fixed". A foot in the air does not support the robot.
         """
-        seconds = arguments.duration(duration, "duration")
-        return self.nao.tasks.add(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, seconds))
+        return self.nao.tasks.add(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, duration))
 
-    def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
+    def wbGoToBalanceWithSpeed(self, supportLeg: Support, fractionMaxSpeed: Share) -> Call:
         """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
-        share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
-        task = GoToBalance(self.nao, "wbGoToBalanceWithSpeed", self.balance, supportLeg, _MIN_DURATION, share)
+        name = "wbGoToBalanceWithSpeed"
+        task = GoToBalance(self.nao, name, self.balance, supportLeg, _MIN_DURATION, fractionMaxSpeed)
         return self.nao.tasks.add(task)
 
-    def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
+    def wbEnableEffectorControl(self, effectorName: Held, isEnabled: Flag) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
 
         It switches whole-body control on.
         """
-        effector = arguments.choice(effectorName, "effector", HELD)
         control = self.nao.tasks.of(EffectorControl)
-        if not arguments.flag(isEnabled, "isEnabled"):
+        if not isEnabled:
             if control is not None:
-                control.goals.pop(effector, None)
+                control.goals.pop(effectorName, None)
                 if not control.goals:
                     control.call.cancel()
             return
@@ -389,22 +382,18 @@ class WholeBodyControl(CartesianControl):
         if control is None:
             control = EffectorControl(self.nao, self.balance)
             self.nao.tasks.add(control)
-        control.hold(self.nao, effector)
+        control.hold(self.nao, effectorName)
 
-    def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
+    def wbSetEffectorControl(self, effectorName: Held, targetCoordinate: Point) -> None:
         """Send a held effector to a target in FRAME_ROBOT; returns immediately.
 
         The target of an arm is the position of its hand, [x, y, z] [m]; that of the head is its rotation, [wx, wy, wz]
         [rad].
         """
-        effector = arguments.choice(effectorName, "effector", HELD)
-        target = arguments.three(targetCoordinate, "targetCoordinate")
         control = self.nao.tasks.of(EffectorControl)
-        if control is None or effector not in control.goals:
-            raise BadArgument(f"{effector} is not held: call wbEnableEffectorControl({effector!r}, True) first")
-        control.send(self.nao, effector, target)
+        if control is None or effectorName not in control.goals:
+            raise BadArgument(f"{effectorName} is not held: call wbEnableEffectorControl({effectorName!r}, True) first")
+        control.send(self.nao, effectorName, targetCoordinate)
 
-    def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:
+    def wbEnableEffectorOptimization(self, effectorName: Optimized, isActive: Flag) -> None:
         """Accepted without effect: an effector with a distant target moves as near as it can in any case."""
-        arguments.choice(effectorName, "effector", _OPTIMIZED)
-        arguments.flag(isActive, "isActive")
