@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 Kind = Literal["limit", "coupled limit", "speed", "motor", "collision", "balance"]
 # For each joint and kind a message lists this many intervals, those with the largest excess.
 _MAX_LISTED = 3
+# A smaller tilt about an edge of the soles is not named [rad].
+_STEADY = math.radians(0.1)
 
 
 def interval(start: float, end: float) -> str:
@@ -53,7 +55,7 @@ class MotionViolation:
     Attributes:
         kind: "limit": its own range. "coupled limit": the range that depends on another joint. "speed": its largest
             speed. "motor": the value that follows from another joint of its motor. "collision": the least distance
-            between its links. "balance": the least distance of the zero-moment point from the edge of the support.
+            between its links. "balance": how far the robot tilts about an edge of its soles.
         joint: name of the joint; of a link for "collision"; the soles on the floor for "balance".
         start: beginning of the interval [s].
         end: end of the interval [s].
@@ -63,10 +65,9 @@ class MotionViolation:
         upper: largest value allowed then.
         unit: unit of value, lower and upper.
         of: the other joint, for a coupled limit and a motor; the other link for "collision"; for "balance" the edge
-            over which the robot tips, "front", "left", "back" or "right", or "" if only an edge or a corner of a sole
+            over which the robot falls, "front", "left", "back" or "right", or "" if only an edge or a corner of a sole
             is on the floor; else None.
-        of_value: its value at that time; 0 for a link; for "balance" how many times as long the motion has to take,
-            infinite if the robot falls at any speed.
+        of_value: its value at that time; 0 for a link; for "balance" the least margin of the zero-moment point [m].
     """
 
     kind: Kind
@@ -101,14 +102,9 @@ class MotionViolation:
         if self.kind == "balance":
             if not self.of:
                 return f"{self.joint}: only an edge or a corner is on the floor ({interval(self.start, self.end)})"
-            outside = f"{self.excess * 1e3:.3g} mm outside" if self.excess < math.inf else "it leaves the floor"
-            at = (
-                "at any speed"
-                if self.of_value == math.inf
-                else f"not if it takes about {self.of_value:.3g} times as long"
-            )
-            tips = f"{self.joint}: tips over the {self.of} edge at {self.time:.6g} s, {outside}, {at}"
-            return f"{tips} ({interval(self.start, self.end)})"
+            outside = f"{-self.of_value * 1e3:.3g} mm outside" if self.of_value > -math.inf else "in the air"
+            why = f"its zero-moment point is {outside}, and it tilts by more than {math.degrees(self.upper):.3g}°"
+            return f"{self.joint}: falls over the {self.of} edge, {why} ({interval(self.start, self.end)})"
         turns = degrees and self.unit.startswith("rad")
         scale = math.degrees(1.0) if turns else 1.0
         unit = self.unit.replace("rad", "°") if turns else {"1": "", "1/s": "/s"}.get(self.unit, f" {self.unit}")
@@ -146,8 +142,7 @@ class BalanceInterval:
         time: when it is least [s].
         edge: the nearest edge then, as the robot sees it: "front", "left", "back" or "right"; "" if only an edge or a
             corner of the soles is on the floor, and both margins are −∞.
-        slower: how many times as long the motion has to take for the zero-moment point to stay inside in this interval;
-            below 1 it may be faster, infinite if the robot falls at any speed.
+        rocking: largest tilt about an edge of the soles [rad]; from 5° on the robot falls.
     """
 
     start: float
@@ -157,7 +152,7 @@ class BalanceInterval:
     margin: float
     time: float
     edge: str
-    slower: float
+    rocking: float
 
     def describe(self) -> str:
         """Return one line of text."""
@@ -169,12 +164,13 @@ class BalanceInterval:
             return f"{span}: only an edge or a corner of {soles} on the floor at {self.time:.6g} s"
         moving = f"{self.margin * 1e3:.3g} mm moving" if self.margin > -math.inf else "leaves the floor moving"
         margins = f"margin {self.com_margin * 1e3:.3g} mm at rest, {moving}"
-        return f"{span}: on {soles}, {margins} ({self.edge} edge at {self.time:.6g} s)"
+        rocks = f", rocks by {math.degrees(self.rocking):.2g}°" if self.rocking > _STEADY else ""
+        return f"{span}: on {soles}, {margins} ({self.edge} edge at {self.time:.6g} s){rocks}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields for JSON; what is not known is None, and so is an infinite factor."""
         row = {**vars(self), "soles": list(self.soles), "edge": self.edge or None}
-        return row | {name: finite_or_none(float(row[name])) for name in ("com_margin", "margin", "time", "slower")}
+        return row | {name: finite_or_none(float(row[name])) for name in ("com_margin", "margin", "time", "rocking")}
 
 
 @dataclass(frozen=True)
@@ -198,7 +194,7 @@ class MotionReport:
         balance: with `balance=True`, the intervals of the motion in which the same `soles` are on the floor (none if it
             does not stand on them), from `start` to `end` [s], with the least margin of the centre of mass at rest,
             `com_margin`, and of the zero-moment point, `margin` [m], the `time` of the latter, the nearest `edge` then,
-            and how many times as long, `slower`, the motion has to take for this point to stay inside.
+            and the largest tilt about an edge of the soles, `rocking` [rad].
     """
 
     robot: str
@@ -287,7 +283,7 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
     counts = Counter(violation.kind for violation in violations)
     words = {"limit": "outside limits", "coupled limit": "outside coupled limits"}
     words |= {"speed": "too fast", "motor": "of disagreeing joints", "collision": "with links that overlap"}
-    words |= {"balance": "in which it tips"}
+    words |= {"balance": "in which it falls"}
     return ", ".join(f"{count} {words[kind]}" for kind, count in counts.items())
 
 
@@ -323,7 +319,7 @@ def check(
         rate: samples per second.
         collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second: True,
             or a `nk.robot.CollisionRule`.
-        balance: also report where the robot tips, by `nk.world.dynamic_balance` at 100 samples per second; the robot
+        balance: also report where the robot falls, by `nk.world.dynamic_balance` at 100 samples per second; the robot
             stands still before and after the motion.
         limits: "enforce", or "measured" for a recorded motion: joints may be past their limits by the noise of sensors
             (5°, 0.02 of a hand's opening), and the report counts them as `accepted`.
@@ -338,14 +334,14 @@ def check(
     rate = checked_rate(rate)
     curves, rule = JointCurves(motion, fill, robot, rate), CollisionRule.of(collisions)
     motors = robot.joints_by_motor(motion.joint_names).values()
-    intervals, tips = _balance(motion.balance(robot, fill=fill)) if balance else ([], [])
+    intervals, falls = _balance(motion.balance(robot, fill=fill)) if balance else ([], [])
     findings: Iterable[list[MotionViolation]] = (
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_disagreement(robot, first, joint, curves) for first, *others in motors for joint in others),
         [] if rule is None else _collisions(robot, motion, fill, rate, rule),
-        tips,
+        falls,
     )
     rows = [(row, limits == "measured" and _is_noise(row)) for found in findings for row in found]
     return MotionReport(
@@ -387,11 +383,13 @@ _EDGES = (*EDGES, "")
 
 
 def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionViolation]]:
-    """Return the intervals in which the same soles are on the floor, and those in which the robot tips."""
+    """Return the intervals in which the same soles are on the floor, and those in which the robot falls."""
     on_floor, soles, moving = found.down.touching & found.stands[:, None], found.down.soles, slice(REST, -REST)
-    arrays: tuple[Any, ...] = found.times, on_floor, found.com_margin, found.margin, found.edge, found.slower
-    times, on_floor, com_margin, margin, edge, slower = (array[moving] for array in arrays)
-    intervals, tips = [], []
+    arrays: tuple[Any, ...] = found.times, on_floor, found.com_margin, found.margin, found.edge, found.rocking
+    times, on_floor, com_margin, margin, edge, rocking = (array[moving] for array in arrays)
+    # What the robot does when the motion has ended belongs to its last row.
+    rocking = np.append(rocking[:-1], found.rocking[-REST - 1 :].max())
+    intervals, falls = [], []
     changes = np.flatnonzero(np.diff(on_floor, axis=0).any(axis=1)) + 1
     for part in itertools.starmap(slice, itertools.pairwise([0, *changes.tolist(), len(times)])):
         names = tuple(name for name, down in zip(soles, on_floor[part.start], strict=True) if down)
@@ -401,14 +399,18 @@ def _balance(found: DynamicBalance) -> tuple[list[BalanceInterval], list[MotionV
             continue
         worst = part.start + int(margin[part].argmin())
         least = float(com_margin[part].min()), float(margin[worst]), float(times[worst])
-        intervals.append(BalanceInterval(*span, names, *least, _EDGES[edge[worst]], float(slower[part].max())))
-        for run in runs(margin[part] < 0.0):
-            own = slice(part.start + run.start, part.start + run.stop)
-            worst = own.start + int(margin[own].argmin())
-            at = float(times[own.start]), float(times[own.stop - 1]), float(times[worst]), float(margin[worst])
-            name, factor = " and ".join(names), float(slower[own].max())
-            tips.append(MotionViolation("balance", name, *at, 0.0, math.inf, "m", _EDGES[edge[worst]], factor))
-    return intervals, tips
+        intervals.append(BalanceInterval(*span, names, *least, _EDGES[edge[worst]], float(rocking[part].max())))
+    for run in runs(rocking > 0.0):
+        if rocking[run].max() > found.FALLS:
+            first = max(run.start - 1, 0)
+            worst, most = first + int(margin[first : run.stop].argmin()), run.start + int(rocking[run].argmax())
+            name = " and ".join(name for name, down in zip(soles, on_floor[worst], strict=True) if down)
+            at = float(times[run.start]), float(times[run.stop - 1]), float(times[most]), float(rocking[most])
+            margin_then = float(margin[worst])
+            falls.append(
+                MotionViolation("balance", name, *at, 0.0, found.FALLS, "rad", _EDGES[edge[worst]], margin_then)
+            )
+    return intervals, falls
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> list[MotionViolation]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, runs
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, eased, runs
 from nao_kin._core.sides import Hips, check_hips, joints_of_side
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
@@ -287,9 +288,11 @@ def _into_table(
 _SLACK = 1.0 + 1e-10
 
 
-# A motion that tips the robot is made longer by this share than needed, because joints do not follow a motion exactly
-# (docs/balance.md), and checked again up to so many times.
-_RESERVE, _TRIES = 1.1, 10
+# Where a motion tips the robot, its time is stretched by the share _MORE, less and less up to _EASE [s] before and
+# after, and this is done up to so many times, until it tilts by less than _MOST_TILT [rad]: joints do not follow a
+# motion exactly (docs/balance.md). The stretch is known at so many times a second.
+_MOST_TILT = math.radians(2.0)
+_TRIES, _MORE, _EASE, _GRID = 15, 0.15, 0.3, 100.0
 
 
 def slow_down(
@@ -312,13 +315,13 @@ def slow_down(
     Args:
         robot: has all the joints named.
         motion: the motion to change; its first key stays in place.
-        balance: then stretch the whole motion until the robot does not tip, as `check(balance=True)` finds it, and by
-            a tenth more. Braking for a part of the motion would tip it, too.
+        balance: then stretch time where the robot begins to tilt, and 0.3 s before and after, until it tilts by less
+            than 2°, as `check(balance=True)` finds it.
         fill: with `balance`, values of the joints that the motion does not name, as in `Motion.configurations`.
 
     Raises:
         BadArgument: a joint has to move but its speed limit is zero, or it moves in no time; with `balance`, the robot
-            tips at any speed.
+            falls also when it moves slowly.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -333,28 +336,36 @@ def slow_down(
 
 
 def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> MendedMotion:
-    """Return a motion that takes longer, until the robot does not tip."""
-    motion, total = mended.motion, 1.0
+    """Return a motion that takes longer where it tips the robot, until the robot does not fall."""
+    motion = mended.motion
+    times = np.linspace(motion.start, motion.end, math.ceil(_GRID * motion.duration) + 1)
+    now = times
     for _ in range(_TRIES):
         found = motion.balance(robot, fill=fill)
-        tips = found.margin < 0.0  # not where it is NaN
-        if not tips.any():
+        tilts = [run for run in runs(found.rocking > 0.0) if (found.rocking[run] > _MOST_TILT).any()]
+        if not tilts:
             break
-        falls = np.flatnonzero(found.slower == np.inf)
-        if len(falls):
-            worst = falls[found.com_margin[falls].argmin()]
-            outside = -1e3 * found.com_margin[worst]
-            where = f"its centre of mass is {outside:.3g} mm outside its support"
-            if outside == np.inf:
-                where = "only an edge or a corner of its soles is on the floor"
-            raise BadArgument(f"{robot.name} tips at any speed: at {found.times[worst]:.4g} s {where}")
-        factor = _RESERVE * max(1.0, float(found.slower[tips].max()))
-        motion, total = time_warp(motion, factor), total * factor
+        slower = np.zeros(len(times))
+        for run in tilts:
+            last = run.start + int((found.rocking[run] > _MOST_TILT).argmax())
+            first, last = found.times[run.start], found.times[last]
+            away = np.maximum(np.maximum(first - now, now - last), 0.0) / _EASE
+            slower = np.maximum(slower, eased(1.0 - np.minimum(away, 1.0)))
+        steps = np.diff(now) * (1.0 + _MORE * 0.5 * (slower[1:] + slower[:-1]))
+        later = now[0] + np.concatenate([[0.0], np.cumsum(steps)])
+        motion, now = time_warp(motion, partial(np.interp, xp=now, fp=later)), later
     else:
-        raise BadArgument(f"{robot.name} still tips if the motion takes {total:.3g} times as long")
-    if total == 1.0:
+        worst = int((found.rocking > _MOST_TILT).argmax())
+        outside = f": its centre of mass is {-1e3 * found.com_margin[worst]:.3g} mm outside its support"
+        why = outside if -math.inf < found.com_margin[worst] < 0.0 else ""
+        raise BadArgument(f"{robot.name} falls at {found.times[worst]:.4g} s, also when it moves slowly{why}")
+    if now is times:
         return mended
-    return MendedMotion(motion, (*mended.changes, Change("slower", "", motion.start, mended.motion.end, total, "")))
+    longer = np.flatnonzero(np.diff(now) > (1.0 + 1e-9) * np.diff(times))
+    start, end = longer[0], longer[-1] + 1
+    factor = float((now[end] - now[start]) / (times[end] - times[start]))
+    change = Change("slower", "", float(times[start]), float(times[end]), factor, "")
+    return MendedMotion(motion, (*mended.changes, change))
 
 
 def _within_speeds(robot: RobotModel, motion: Motion) -> MendedMotion:

@@ -105,7 +105,7 @@ def balance(
     com = robot.com(rows, reference=robot.tree.root)
     com = np.einsum("nij,nj->ni", T_world_base[:, :3, :3], com) + T_world_base[:, :3, 3]
     corners = feet.placed(T_world_soles)
-    points = np.where(_on_floor(down, feet, corners, tolerance)[..., None], corners[..., :2], np.nan)
+    points = np.where(on_floor(down, feet, corners, tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
         others = feet.others(robot, down.links.reshape(len(rows), len(robot.link_names)))
         if contacts is not None or forces is not None:
@@ -189,12 +189,12 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     return join_poses(rot_z(np.arctan2(ahead[..., 1], ahead[..., 0])), origin)
 
 
-def _on_floor(down: SetDown, feet: Feet, corners: Floats, tolerance: float) -> NDArray[np.bool_]:
+def on_floor(down: SetDown, feet: Feet, corners: Floats, tolerance: float) -> NDArray[np.bool_]:
     """Return which corners (n, k, 3) of soles are on the floor: all of a sole that touches with its whole outline."""
-    on_floor = down.corners_touching.reshape(len(corners), len(down.corner_soles))
+    touching = down.corners_touching.reshape(len(corners), len(down.corner_soles))
     some, whole = np.zeros((2, len(corners), len(feet.names)), dtype=np.bool_)
     for k in range(len(feet.names)):
-        own = on_floor[:, down.corner_soles == k]
+        own = touching[:, down.corner_soles == k]
         some[:, k], whole[:, k] = own.any(axis=1), own.all(axis=1)
     return np.asarray(whole[:, feet.owner] | some[:, feet.owner] & (corners[..., 2] <= tolerance))
 

@@ -1,30 +1,35 @@
-"""Balance of a moving robot: its zero-moment point, and over which edge and at which speeds it tips.
+"""Balance of a moving robot: its zero-moment point, how surely it is known, and whether the robot rocks or falls.
 
-A robot that plays a given motion on a rigid floor tips where its zero-moment point leaves the support polygon. The
-motion of the joints is taken as given: no motors, no slipping, no impacts.
+A robot that plays a given motion on a rigid floor begins to tip where its zero-moment point leaves the support polygon.
+The motion of the joints is taken as given: no motors, no slipping, no impacts.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, rigid_inverse
+from nao_kin._core.arrays import TOUCHING, Floats, as_floats, check_tolerance, rigid_inverse
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import Ints1
 from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel, SetDown
-from nao_kin.world.balance import balance
+from nao_kin.world.balance import balance, on_floor
+from nao_kin.world.momenta import momenta, momentum_jacobians
 from nao_kin.world.odometry import LegLog
+from nao_kin.world.rocking import Edges, rocking
 from nao_kin.world.sensors import GRAVITY
 
-# Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster.
-_OVER = 0.1
+# Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster. Of
+# noisy joint values they are means over more, up to _LONGEST, until the zero-moment point is known to _SURE [m].
+_OVER, _LONGEST, _SURE = 0.1, 0.4, 0.005
 # Times are even if their steps differ by this share and time [s]. A step is a gap if it takes longer than _OVER and
 # this many usual ones: across gaps nothing is interpolated.
 _EVEN, _GAP = (1e-3, 1e-6), 2.5
@@ -55,10 +60,10 @@ class DynamicBalance:
             positive inside, shape (n,) [m]: the margin of a robot that stands still.
         zmp: zero-moment point on the floor, shape (n, 2) [m].
         margin: its signed distance from the edge of the support polygon, positive inside, shape (n,) [m].
+        deviation: standard deviation of `margin` by the noise of the joint values, shape (n,) [m].
         edge: index in `EDGES` of the edge nearest to the zero-moment point, as the robot sees it, shape (n,).
-        slower: how many times as long the motion has to take for the zero-moment point to be on the edge, shape (n,);
-            below 1 it may be faster, infinite if the robot falls at any speed. Exact for smooth motions; where speeds
-            jump, as at the keys of a linear motion, it has to take longer.
+        rocking: tilt about an edge of the soles, with which a rigid robot follows the motion, shape (n,) [rad]; 0 where
+            it stands flat. The last sample has the largest tilt also of 1.5 s after the motion.
         notes: what was assumed about times, contacts and forces.
     """
 
@@ -68,14 +73,23 @@ class DynamicBalance:
     com_margin: Floats
     zmp: Floats
     margin: Floats
+    deviation: Floats
     edge: NDArray[np.intp]
-    slower: Floats
+    rocking: Floats
     notes: tuple[str, ...] = ()
+
+    # Of robots that tilt farther about an edge of their soles few come back [rad] (docs/balance.md).
+    FALLS: ClassVar[float] = math.radians(5.0)
 
     @property
     def stands(self) -> NDArray[np.bool_]:
         """In which samples the robot stands on its soles, shape (n,)."""
         return np.asarray(~np.isnan(self.margin))
+
+    @property
+    def falls(self) -> NDArray[np.bool_]:
+        """In which samples the robot tilts by more than `FALLS`, 5°, from which few robots come back, shape (n,)."""
+        return np.asarray(self.rocking > self.FALLS)
 
 
 def dynamic_balance(
@@ -86,6 +100,7 @@ def dynamic_balance(
     soles: Sequence[str] | str | None = None,
     contacts: ArrayLike | None = None,
     forces: ArrayLike | None = None,
+    joint_noise: float = 0.0,
 ) -> DynamicBalance:
     """Return the zero-moment point of a motion and its distance from the edge of the support polygon.
 
@@ -94,8 +109,7 @@ def dynamic_balance(
 
         x = c_x − (F_x c_z + L̇_y) / F_z,   y = c_y − (F_y c_z − L̇_x) / F_z.
 
-    If the motion takes s times as long, a and L̇ are divided by s²: the smallest s for which the point is inside all
-    edges is found in closed form. Accelerations are means over 0.1 s (a filter of Savitzky and Golay of third degree),
+    Accelerations are means over 0.1 s (a filter of Savitzky and Golay of third degree),
     because motors and gears do not follow the corners of a motion any faster. Samples at uneven times, as in a log or
     at the end of a sampled motion, are interpolated at even ones between them.
 
@@ -109,6 +123,9 @@ def dynamic_balance(
         soles: frames of the soles on the floor, as in `balance`.
         contacts: whether each sole touches the floor, shape (n, s), as far as they are not odd, as in `odometry`.
         forces: force on each sole or sensor, as `contacts`.
+        joint_noise: standard deviation of each measured joint value [rad or its unit], 0.0017 (0.1°) for a NAO. It is
+            independent from row to row, and accelerations are means over more than 0.1 s, up to 0.4 s, until it moves
+            the zero-moment point by 5 mm or less.
 
     Raises:
         BadArgument: times that go back, fewer than five samples without a gap, a robot without mass or soles.
@@ -131,13 +148,23 @@ def dynamic_balance(
     rest = balance(robot, rows, soles=soles, contacts=measured)
     support, acceleration, moment = _lasting(rest.down.touching), *np.full((2, len(rows), 3), np.nan)
     R_world_sole = (rest.down.T_world_base @ rigid_inverse(rest.T_sole_base[np.arange(len(rows)), support]))[:, :3, :3]
-    for part in _parts(moments, log.notes):
+    parts, covariance = _parts(moments, log.notes), np.zeros((len(rows), 2, 2))
+    check_tolerance(joint_noise, "joint_noise")
+    noise = None if joint_noise == 0.0 else _noise(robot, rows, rest.down, support, joint_noise)
+    for part in parts:
         even, step = _even(moments[part])
         q_even = _between(rows[part], moments[part], even)
+        window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, len(even) - 1 + len(even) % 2)
+        while noise is not None:
+            covariance[part] = _covariance(noise[part], rest.com[part, 2], window, step)
+            unsure = np.sqrt(np.median(covariance[part].trace(axis1=1, axis2=2)) / 2.0) > _SURE
+            if not unsure or window + 2 > min(len(even), _LONGEST / step + 1.0):
+                break
+            window += 2
         for sole in np.unique(support[part]):
             own = np.arange(len(rows))[part][support[part] == sole]
             T_sole_base = rigid_inverse(np.asarray(robot.fk(q_even, rest.down.soles[sole], reference=robot.tree.root)))
-            found = _rates(robot, q_even, T_sole_base, step, (moments[own] - even[0]) / step)
+            found = _rates(robot, q_even, T_sole_base, step, (moments[own] - even[0]) / step, window)
             for rates, of_sole in zip((acceleration, moment), found, strict=True):
                 rates[own] = np.einsum("nij,nj->ni", R_world_sole[own], of_sole)
     mass = robot.mass
@@ -155,14 +182,23 @@ def dynamic_balance(
     zmp[~stands | flies | lost] = np.nan
     moments_about = np.where(np.isfinite(distances), weight[:, None] * distances, np.inf)
     nearest = np.where(flies, moments_about.argmin(axis=1), nearest)
-    # The moment about an edge is that of the weight and a share 1 / s² of the rest: F_z d_zmp = m g d_com + rest.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        squares = 1.0 - weight[:, None] / (mass * GRAVITY) * distances / rest.distances
-    slower = np.where(rest.distances > 0.0, np.sqrt(np.maximum(squares, 0.0)), np.inf)
-    slower = np.where(np.isfinite(rest.distances), slower, 0.0).max(axis=1)
-    slower = np.maximum(slower, np.sqrt(np.maximum(-acceleration[:, 2] / GRAVITY, 0.0)))
     R_robot_world = rest.T_robot_base[:, :3, :3] @ rest.down.T_world_base[:, :3, :3].swapaxes(1, 2)
-    ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], _outwards(vertices, nearest))
+    rocks = np.full(len(rows), np.nan)
+    feet = Feet.of(robot, soles)
+    T_world_soles = rest.down.T_world_base[:, None] @ rigid_inverse(rest.T_sole_base)
+    placed = feet.placed(T_world_soles)
+    carrying, corners = on_floor(rest.down, feet, placed, TOUCHING), np.einsum("nij,nkj->nki", R_robot_world, placed)
+    turned = [np.einsum("nij,nj->ni", R_robot_world[:, :2, :2], vector) for vector in (rest.com[:, :2], lever)]
+    force = np.where(stands, weight, np.nan)
+    edges = Edges.of(corners, carrying, turned[0], force, turned[1])
+    for part in parts:
+        own = Edges(*(array[part] for array in edges))
+        rocks[part] = rocking(moments[part], own, force[part], rest.com[part, 2], mass)
+    outwards = _outwards(vertices, nearest)
+    with np.errstate(invalid="ignore"):
+        outwards = outwards / np.linalg.norm(outwards, axis=1, keepdims=True)
+    deviation = np.sqrt(np.einsum("ni,nij,nj->n", outwards, covariance, outwards))
+    ahead, left = np.einsum("nij,nj->in", R_robot_world[:, :2, :2], outwards)
     quarter = np.round(np.nan_to_num(np.arctan2(left, ahead)) / (0.5 * np.pi)).astype(np.intp) % 4
     return DynamicBalance(
         times=moments,
@@ -171,8 +207,9 @@ def dynamic_balance(
         com_margin=np.where(stands, np.where(lost, -np.inf, rest.margin), np.nan),
         zmp=zmp,
         margin=np.where(stands, np.where(flies | lost, -np.inf, margin), np.nan),
+        deviation=np.where(stands, deviation, np.nan),
         edge=np.where(stands & ~lost, quarter, -1),
-        slower=np.where(stands, np.where(lost, np.inf, slower), np.nan),
+        rocking=rocks,
         notes=tuple(log.notes),
     )
 
@@ -231,7 +268,9 @@ def _lasting(touching: NDArray[np.bool_]) -> NDArray[np.intp]:
     return np.asarray(np.minimum(rows - before, after - rows).argmax(axis=1))
 
 
-def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float, at: Floats) -> tuple[Floats, Floats]:
+def _rates(
+    robot: RobotModel, rows: Floats, T_world_base: Floats, step: float, at: Floats, window: int
+) -> tuple[Floats, Floats]:
     """Return the acceleration of the centre of mass, and the rate of the angular momentum about it, shapes (m, 3).
 
     `at` are m places among the n rows, which are a step apart.
@@ -241,36 +280,10 @@ def _rates(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float, a
         # Differences in time need one row more on both sides.
         part = slice(max(first - 1, 0), min(first + _AT_ONCE + 1, n))
         kept = slice(first - part.start, first - part.start + _AT_ONCE)
-        blocks.append([array[kept] for array in _moments(robot, rows[part], T_world_base[part], step)])
+        blocks.append([array[kept] for array in momenta(robot, rows[part], T_world_base[part], step)])
     com, about_origin = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
     momentum = about_origin - robot.mass * np.cross(com, np.gradient(com, step, axis=0))
-    window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, n - 1 + n % 2)
     return _derivative(com, 2, window, step, at), _derivative(momentum, 1, window, step, at)
-
-
-def _moments(robot: RobotModel, rows: Floats, T_world_base: Floats, step: float) -> tuple[Floats, Floats]:
-    """Return the centre of mass, and the angular momentum about the origin, shapes (n, 3).
-
-    With the second moments J = Σ m p pᵀ of the points p = (x, y, z, 1) of a body, Ṫ J Tᵀ has the sums Σ m v_i p_j over
-    these points in the world. Their differences are the angular momentum about the origin.
-    """
-    joints, n = robot.joints, len(rows)
-    T_base_links = np.asarray(robot.fk(rows, (robot.tree.root, *joints.links), reference=robot.tree.root))
-    T = (T_world_base[:, None] @ T_base_links)[..., :3, :]
-    masses = np.append(joints.root_mass, joints.masses)
-    levers = np.vstack([joints.root_centre_of_mass, joints.centres_of_mass])
-    inertias = np.concatenate([joints.root_inertia[None], joints.inertias])
-    J = np.zeros((len(masses), 4, 4))
-    J[:, :3, :3] = 0.5 * np.trace(inertias, axis1=1, axis2=2)[:, None, None] * np.eye(3) - inertias
-    J += masses[:, None, None] * np.einsum("li,lj->lij", *[np.column_stack([levers, np.ones(len(levers))])] * 2)
-    moments = T @ J
-
-    def across(array: Floats) -> Floats:
-        return array.swapaxes(1, 2).reshape(n, 3, -1)
-
-    second = across(np.gradient(T, step, axis=0)) @ across(moments).swapaxes(1, 2)
-    about_origin = second[:, (2, 0, 1), (1, 2, 0)] - second[:, (1, 2, 0), (2, 0, 1)]
-    return moments[..., 3].sum(axis=1) / masses.sum(), about_origin
 
 
 def _derivative(values: Floats, order: int, window: int, step: float, at: Floats) -> Floats:
@@ -280,8 +293,7 @@ def _derivative(values: Floats, order: int, window: int, step: float, at: Floats
 
     Source: Savitzky and Golay, Smoothing and differentiation of data, 1964.
     """
-    half, degree = window // 2, min(3, window - 1)
-    fit = np.linalg.pinv(np.vander(np.arange(-half, half + 1), degree + 1, increasing=True))
+    half, fit = window // 2, _cubic(window)
     cubics = np.lib.stride_tricks.sliding_window_view(values, window, axis=0) @ fit.T
     middle = np.clip(np.round(at).astype(np.intp), half, len(values) - 1 - half)
     away, slopes = (at - middle)[:, None], cubics[middle - half]
@@ -289,6 +301,42 @@ def _derivative(values: Floats, order: int, window: int, step: float, at: Floats
         slopes = slopes[..., 1:] * np.arange(1, slopes.shape[-1])
     powers = away ** np.arange(slopes.shape[-1])
     return np.asarray((slopes * powers[:, None]).sum(axis=-1) / step**order)
+
+
+def _cubic(window: int) -> Floats:
+    """Return the coefficients of the cubic through a window of samples by their values, shape (degree + 1, window)."""
+    half = window // 2
+    return np.asarray(np.linalg.pinv(np.vander(np.arange(-half, half + 1), min(3, window - 1) + 1, increasing=True)))
+
+
+def _noise(robot: RobotModel, rows: Floats, down: SetDown, support: NDArray[np.intp], joint_noise: float) -> Floats:
+    """Return how the noise of each joint moves the centre of mass, and the lever of the angular momentum.
+
+    They are x and y of the one [m], and (L_y, −L_x)/(m g) of the other [m s²], shape (n, 2, 2, nv).
+    """
+    noise = np.empty((len(rows), 2, 2, robot.nv))
+    for sole in np.unique(support):
+        own = support == sole
+        of_centre, of_momentum = momentum_jacobians(robot, rows[own], down.T_world_base[own], down.soles[sole])
+        noise[own, 0] = joint_noise * of_centre[:, :2]
+        noise[own, 1] = joint_noise / (robot.mass * GRAVITY) * of_momentum[:, [1, 0]] * [[1.0], [-1.0]]
+    return noise
+
+
+def _covariance(noise: Floats, height: Floats, window: int, step: float) -> Floats:
+    """Return the covariance of the zero-moment point for noise (n, 2, 2, nv) that is independent from row to row.
+
+    The point is that of the weights of the rows in x − (height / g) x″ and in the lever's rate, shape (n, 2, 2).
+    """
+    fit = _cubic(window)
+    rate = np.convolve(fit[1], [-0.5, 0.0, 0.5]) / step**2  # of the lever, a mean rate of its integral
+    point = -np.multiply.outer(height / GRAVITY, np.pad(2.0 * fit[2], 1) / step**2)
+    point[:, window // 2 + 1] += 1.0
+    A, B = (point**2).sum(axis=1), rate @ rate
+    a, b = noise[:, 0], noise[:, 1]
+    mixed = a @ b.swapaxes(1, 2)
+    both = (point @ rate)[:, None, None] * (mixed + mixed.swapaxes(1, 2))
+    return np.asarray(A[:, None, None] * a @ a.swapaxes(1, 2) - both + B * b @ b.swapaxes(1, 2))
 
 
 def _outwards(vertices: Floats, edges: Ints1) -> Floats:

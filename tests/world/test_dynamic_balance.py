@@ -1,17 +1,18 @@
-"""The zero-moment point beside Pinocchio's centroidal momentum, a lever, edges and speeds; and motions that tip."""
+"""The zero-moment point beside Pinocchio's centroidal momentum; edges, tilts and noise; motions that tip."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.world.dynamic_balance import _derivative
+from nao_kin.world.momenta import momenta, momentum_jacobians
+from nao_kin.world.rocking import Edges, rocking
 
 STEP = 0.01
 TIMES = STEP * np.arange(200)
@@ -66,20 +67,103 @@ def test_a_robot_that_stands_still_has_its_zero_moment_point_below_its_centre_of
     found = nk.world.dynamic_balance(nao, TIMES[:20], q)
     np.testing.assert_allclose(found.zmp, found.com[:, :2], atol=1e-12)
     np.testing.assert_allclose(found.margin, nk.world.balance(nao, q[0]).margin, atol=1e-12)
-    assert np.all(found.slower < 1e-6)
+    assert np.all(found.rocking == 0.0)
+    assert np.all(found.deviation == 0.0)
 
 
-def test_at_the_given_speed_the_zero_moment_point_is_on_the_edge(nao: nk.NaoModel) -> None:
-    found = nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES, speed=1.3))
-    inner = slice(20, -20)  # the filter has one side only at the ends
-    row = 20 + int(found.slower[inner].argmax())
-    factor = found.slower[row]
-    longer = STEP * np.arange(math.ceil(200 * factor))
-    again = nk.world.dynamic_balance(nao, longer, swaying(nao, longer, speed=1.3 / factor))
-    near = round(row * factor)
-    assert np.abs(again.margin[near - 3 : near + 4]).min() < 2e-3
-    assert factor > 1.0
-    assert found.margin[row] < 0.0
+def pendulum(moment: float, seconds: float, arm: float, height: float) -> float:
+    """Return the largest tilt of a rigid pendulum that is tipped over an edge for some time, by SciPy."""
+    inertia = height**2 + arm**2
+
+    def rates(t: float, state: np.ndarray) -> list[float]:
+        return [state[1], (9.80665 * height * state[0] - (moment if t < seconds else 9.80665 * arm)) / inertia]
+
+    back = lambda _, state: state[1] + 1e-9  # noqa: E731
+    back.terminal, back.direction = True, -1.0  # type: ignore[attr-defined]
+    return float(solve_ivp(rates, (0.0, 3.0), [0.0, 0.0], events=back, max_step=1e-3).y[0].max())
+
+
+@pytest.mark.parametrize("seconds", [0.05, 0.1])
+def test_a_robot_rocks_as_a_pendulum_and_comes_back(seconds: float) -> None:
+    times, mass, height = 0.005 * np.arange(400), 5.0, 0.26
+    weight = np.full(400, mass * 9.80665)
+    arm, moment = np.full((400, 8), 0.05), np.full((400, 8), 0.05 * weight[0])
+    begins = (times > 0.0) & (times <= seconds + 1e-9)
+    moment[begins, 2] = -0.03 * weight[0]
+    never = np.full((400, 8), np.inf)
+    found = rocking(times, Edges(moment, arm, np.zeros((400, 8)), never), weight, np.full(400, height), mass)
+    assert found.max() == pytest.approx(pendulum(-0.03 * 9.80665, seconds, 0.05, height), rel=0.1)
+    assert found[-1] == 0.0
+    assert 0.005 < found.max() < 0.1
+    # Longer, it falls; and a foot that hovers beyond the edge catches it.
+    moment[times <= 0.6, 2] = -0.03 * weight[0]
+    falls = rocking(times, Edges(moment, arm, np.zeros((400, 8)), never), weight, np.full(400, height), mass)
+    assert falls[-1] == pytest.approx(0.5)
+    landing = np.where(np.arange(8) == 2, 0.03, never)
+    caught = rocking(times, Edges(moment, arm, np.full((400, 8), 0.1), landing), weight, np.full(400, height), mass)
+    assert 0.03 <= caught.max() < 0.06
+    # Rows in which nothing is known begin anew.
+    weight[60] = np.nan
+    gap = rocking(times, Edges(moment, arm, np.zeros((400, 8)), never), weight, np.full(400, height), mass)
+    assert np.isnan(gap[60])
+    assert gap[61] < 0.01 * gap[59]
+
+
+def test_a_brief_push_rocks_and_a_long_one_falls(nao: nk.NaoModel) -> None:
+    rocks, falls = (nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES, speed=s)) for s in (1.3, 2.5))
+    assert rocks.margin.min() < 0.0 < rocks.rocking.max() < rocks.FALLS
+    assert not rocks.falls.any()
+    assert falls.falls.any()
+    first = int((rocks.rocking > 0.0).argmax())
+    assert (rocks.margin[first - 2 : first + 1] < 0.0).any()
+
+
+def test_what_happens_after_the_motion_is_that_of_the_last_row(nao: nk.NaoModel) -> None:
+    # It stops with its centre of mass outside of the toes.
+    lean = -0.35 * np.minimum(TIMES[:60] / 0.5, 1.0)
+    found = nk.world.dynamic_balance(nao, TIMES[:60], nao.posture("Stand", LAnklePitch=lean, RAnklePitch=lean))
+    assert found.com_margin[-1] < 0.0
+    assert found.rocking[-2] < found.rocking[-1] == pytest.approx(0.5)
+
+
+def test_noise_of_the_joints_moves_the_zero_moment_point_as_told(nao: nk.NaoModel) -> None:
+    noise, rng = np.radians(0.1), np.random.default_rng(0)
+    times, q = 0.012 * np.arange(300), np.tile(nao.posture("Crouch"), (300, 1))
+    options = {"contacts": np.ones((300, 2)), "joint_noise": noise}
+    exact = nk.world.dynamic_balance(nao, times, q, **options)
+    found = nk.world.dynamic_balance(nao, times, q + rng.normal(0.0, noise, q.shape), **options)
+    z = (found.margin - exact.margin)[20:-20] / found.deviation[20:-20]
+    assert 0.7 < np.sqrt(np.mean(z**2)) < 1.3
+    assert 0.002 < found.deviation[150] <= 0.0055
+    # It is the sum of what each joint does alone in the middle row, by differences.
+    short, change, still = times[:61], 1e-4, q[:61]
+    options["contacts"] = np.ones((61, 2))
+    moved = [still + change * (np.arange(61) == 30)[:, None] * np.eye(nao.nq)[joint] for joint in range(nao.nq)]
+    margins = [nk.world.dynamic_balance(nao, short, rows, **options).margin - exact.margin[:61] for rows in moved]
+    alone = noise * np.linalg.norm(margins) / change
+    assert exact.deviation[30] == pytest.approx(alone, rel=0.05)
+    options["contacts"] = np.ones((300, 2))
+    without = nk.world.dynamic_balance(nao, times, q + rng.normal(0.0, noise, q.shape), contacts=options["contacts"])
+    assert np.std(without.margin[20:-20]) > 1.5 * found.deviation[150]
+    with pytest.raises(BadArgument, match="joint_noise"):
+        nk.world.dynamic_balance(nao, times, q, joint_noise=-1.0)
+
+
+@pytest.mark.parametrize("sole", ["LLeg", "RLeg", "Torso"])
+def test_jacobians_of_the_momenta_are_those_of_differences(nao: nk.NaoModel, sole: str) -> None:
+    q, h = nao.random(rng=1, n=1), 1e-6
+    of_centre, of_momentum = momentum_jacobians(nao, q, placed(nao, q, sole), sole)
+    np.testing.assert_allclose(of_centre[0], nao.com_jacobian(q[0], reference=sole), atol=1e-12)
+    for joint in range(nao.nv):
+        rows = q + h * np.array([-1.0, 0.0, 1.0])[:, None] * np.eye(nao.nq)[joint]
+        com, about_origin = momenta(nao, rows, placed(nao, rows, sole), h)
+        rate = (com[2] - com[0]) / (2.0 * h)
+        expected = about_origin[1] - nao.mass * np.cross(com[1], rate)
+        np.testing.assert_allclose(of_momentum[0, :, joint], expected, atol=1e-8)
+
+
+def placed(nao: nk.NaoModel, q: np.ndarray, sole: str) -> np.ndarray:
+    return np.linalg.inv(nao.fk(q, sole, reference=nao.tree.root))
 
 
 @pytest.mark.parametrize(("edge", "joint", "sign"), [("front", "Pitch", 1.0), ("back", "Pitch", -1.0)])
@@ -210,11 +294,6 @@ def test_where_the_floor_would_have_to_pull_the_margin_is_least(nao: nk.NaoModel
     assert found.stands.all()
     assert np.isnan(found.zmp[flies]).all()
     assert (found.edge >= 0).all()
-    factor = float(found.slower.max())
-    assert factor > 1.0
-    longer = STEP * np.arange(math.ceil(200 * factor * 1.02))
-    slow = stand + (0.5 + 0.5 * np.sin(16.0 * longer / factor / 1.02))[:, None] * (crouch - stand)
-    assert np.isfinite(nk.world.dynamic_balance(nao, longer, slow).margin).all()
 
 
 def test_forces_that_cannot_be_used_are_not(nao: nk.NaoModel) -> None:
