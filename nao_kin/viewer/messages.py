@@ -196,23 +196,14 @@ def hex_colour(rgba: Rgba) -> int:
 
 
 def set_animation(
-    clips: Mapping[str, list[dict[str, Any]]],
-    fps: float,
-    *,
-    play: bool = False,
-    loop: bool = False,
-    curves: Command | None = None,
+    clips: Mapping[str, list[dict[str, Any]]], fps: float, *, play: bool = False, loop: bool = False
 ) -> Command:
-    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip.
-
-    `curves` are for our page, which plays them instead of the track of the configurations.
-    """
+    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip."""
     animations = [
         {"path": path, "clip": {"fps": fps, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
     ]
     options = {"play": play, "repetitions": math.inf if loop else 1.0, "clampWhenFinished": True}
-    command = {"type": "set_animation", "path": "", "animations": animations, "options": options}
-    return command if curves is None else {**command, "curves": curves}
+    return {"type": "set_animation", "path": "", "animations": animations, "options": options}
 
 
 def track(name: str, kind: str, rows: Floats, times: Floats | None = None) -> dict[str, Any]:
@@ -345,6 +336,12 @@ KINDS: Mapping[str, Kind] = {
     # The leading robot.
     "robot": Kind({"model": "string"}),
     "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
+    # The configurations at some times, or a motion with its curves; the directions upwards are `fps` per second.
+    "clip": Kind(
+        {"times": "Float64Array", "q": "Float32Array | Float64Array", "handles": "Float64Array | null"}
+        | {"fps": "number", "ups": "Float32Array | null", "figure": "{ object: object; clip: object } | null"}
+        | {"play": "boolean", "loop": "boolean"}
+    ),
     "still": Kind({}),
     # The hulls of the leading robot's links: for each hull its link, number of points and radius, and the range of its
     # parts, or of itself; the points in the frames of the links [m]; and the pairs of hulls that are compared.
@@ -406,11 +403,8 @@ KINDS: Mapping[str, Kind] = {
     "version": Kind({"version": "string"}, is_kept=False),
     "complete": Kind({}, is_kept=False),
 }
-# The node of the figure beside a robot, and the key of the message that draws it.
-FIGURE = "figure"
 # Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {
     "clip": panel_message("still", {}),
-    FIGURE: packed({"type": "delete", "path": FIGURE}),
     **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},
 }

@@ -20,7 +20,8 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
     if (isOutdated(source, reports.source, reports.count, player.playback?.playing)) return;
     stance.display([...q], up, source !== "");
   },
-  still: (app) => app.stance.still(),
+  clip: (app, message) => app.player.load(message),
+  still: (app) => app.player.unload(),
   hulls: (app, message) => app.collisions.receive(message),
   shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),

@@ -181,7 +181,7 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
 
 def test_the_clip_scrubs_between_the_configurations(page: Page, nao: nk.NaoModel, clip: np.ndarray) -> None:
     assert page.tab.locator("#player").is_visible()
-    assert page.run("() => naoKin.viewer.animator.duration") == pytest.approx(1.0)
+    assert page.run("() => naoKin.player.duration") == pytest.approx(1.0)
     scrubber = page.tab.get_by_label("Time")
     middle = (clip[10] + clip[11]) / 2
     for seconds, expected in ((0.0, clip[0]), (0.5, clip[10]), (0.5, clip[10]), (0.525, middle), (1.0, clip[20])):
@@ -196,7 +196,7 @@ def test_the_clip_scrubs_between_the_configurations(page: Page, nao: nk.NaoModel
 def test_a_slider_takes_over_from_the_clip(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { naoKin.player.seek(0); naoKin.player.toggle(); }")
     page.slide("HeadYaw", 0.5)
-    assert not page.run("() => naoKin.viewer.animator.playing")
+    assert not page.run("() => naoKin.player.playback.playing")
     assert page.q[nao.joint_names.index("HeadYaw")] == pytest.approx(0.5)
 
 

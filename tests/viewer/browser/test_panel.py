@@ -712,7 +712,7 @@ def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
 
 
 def test_space_plays_and_pauses(page: Page) -> None:
-    playing = "() => naoKin.viewer.animator.playing"
+    playing = "() => naoKin.player.playback.playing"
     assert not page.run(playing)
     press(page, "Space")
     assert page.run(playing)
