@@ -131,8 +131,8 @@ def named_key(kind: str, name: str) -> str:
 class NamedMessages:
     """One message per name, and a list of the names, by which even a page that missed messages removes all others."""
 
-    def __init__(self, messages: RetainedMessages, kind: str, listing: str, field: str = "names") -> None:
-        self._messages, self._kind, self._listing, self._field = messages, kind, listing, field
+    def __init__(self, messages: RetainedMessages, kind: str, listing: str) -> None:
+        self._messages, self._kind, self._listing = messages, kind, listing
         self.names: dict[str, None] = {}
 
     def put(self, name: str, message: bytes) -> None:
@@ -150,7 +150,7 @@ class NamedMessages:
         self._list()
 
     def _list(self) -> None:
-        self._messages.put(self._listing, panel_message(self._listing, {self._field: list(self.names)}))
+        self._messages.put(self._listing, panel_message(self._listing, {"names": list(self.names)}))
 
 
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
@@ -278,7 +278,6 @@ class Kind:
     """A kind of message for the panel."""
 
     fields: Mapping[str, str]  # name → TypeScript type; a question mark after the name marks an optional field
-    is_kept: bool = True  # pages that open later get the newest one; others are sent once, to open pages
     blank: Mapping[str, Any] | None = None  # fields of the message that removes the drawing; None if there is none
 
 
@@ -384,7 +383,7 @@ KINDS: Mapping[str, Kind] = {
     "extras": Kind({"names": "string[]"}, blank={"names": []}),
     # Images of cameras, and numbers over time.
     "image": Kind({"camera": "string", "format": "string", "data": "Uint8Array"}),
-    "images": Kind({"cameras": "string[]"}, blank={"cameras": []}),
+    "images": Kind({"names": "string[]"}, blank={"names": []}),
     "plot": Kind(
         {"name": "string", "lines": "string[]", "run": "number", "first": "number", "margins": "boolean"}
         | {"times": "Float64Array", "values": "Float64Array"}
@@ -392,16 +391,13 @@ KINDS: Mapping[str, Kind] = {
     "plots": Kind({"names": "string[]"}, blank={"names": []}),
     # Pictures, and the connection.
     "camera": Kind({"camera": "string | number[]"}),
-    "capture": Kind(
-        {"id": "string", "camera": "string | number[]", "width": "number", "height": "number"}, is_kept=False
-    ),
+    "capture": Kind({"id": "string", "camera": "string | number[]", "width": "number", "height": "number"}),
     "film": Kind(
         {"id": "string", "camera": "string | number[]", "width": "number", "height": "number", "fps": "number"}
-        | {"form": '"webm" | "zip"'},
-        is_kept=False,
+        | {"form": '"webm" | "zip"'}
     ),
-    "version": Kind({"version": "string"}, is_kept=False),
-    "complete": Kind({}, is_kept=False),
+    "version": Kind({"version": "string"}),
+    "complete": Kind({}),
 }
 # Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {

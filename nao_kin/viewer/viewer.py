@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, as_floats, choice, flag
+from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
@@ -28,7 +28,7 @@ from nao_kin.viewer import overlays
 from nao_kin.viewer.access import Document, checked_names, checked_token, live_page, policy, static_page
 from nao_kin.viewer.browser import pictures
 from nao_kin.viewer.description import SceneRobot
-from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
+from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.messages import (
     BLANKS,
     NamedMessages,
@@ -50,6 +50,8 @@ from nao_kin.viewer.shown_scene import (
     Subscription,
     Target,
     Targets,
+    checked_pose,
+    pose_of_page,
     warn_outside,
 )
 
@@ -125,7 +127,7 @@ class Viewer(Guessing):
         self._camera_pose: Floats | None = None
         self._targets = Targets("targets", self._messages, self._lock, self._changes)
         self._controls = Controls("controls", self._messages, self._lock, self._changes)
-        self._images = NamedMessages(self._messages, "image", "images", "cameras")
+        self._images = NamedMessages(self._messages, "image", "images")
         self._streams = Streams(self._messages)
         self._send_robot(self._look)
         self._messages.scene_is_complete()
@@ -1208,7 +1210,7 @@ class Viewer(Guessing):
             self._controls.receive(answer.get("name"), answer.get("value"), _source_of(answer))
         elif answer.get("kind") == "camera":
             with suppress(NaoKinError, ValueError):
-                self._camera_pose = checked_pose(np.reshape(as_floats(answer.get("pose", ()), (16,), "pose"), (4, 4)).T)
+                self._camera_pose = pose_of_page(answer.get("pose", ()))
         elif answer.get("kind") in ("joints", "clip", "played"):
             self._receive_configuration(answer, _source_of(answer))
 

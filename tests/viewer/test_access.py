@@ -410,6 +410,7 @@ def test_the_command_line_serves_other_names_and_asks_for_a_token() -> None:
         (("run", "x.py", "--no-token"), "needs --view"),
         (("run", "x.py", "--view", "--page-host", ""), "--page-host is empty"),
         (("live", "tcp://127.0.0.1:1", "--host", " "), "--host is empty"),
+        (("view", "--html", "x.html", "--port", "7000"), "are for a live page"),
     ],
 )
 def test_options_without_a_page_that_they_could_be_for_are_refused(

@@ -73,7 +73,7 @@ export interface Received {
   };
   extras: { names: string[] };
   image: { camera: string; format: string; data: Uint8Array };
-  images: { cameras: string[] };
+  images: { names: string[] };
   plot: {
     name: string;
     lines: string[];
