@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -231,18 +229,6 @@ def test_the_output_of_fk_is_a_file_of_targets(capsys: pytest.CaptureFixture, tm
         assert lines[0].split(",") == list(nao.joint_names)
         found = np.array([line.split(",") for line in lines[1:]], dtype=float)
         np.testing.assert_allclose(nao.fk(found, "RLeg"), nao.fk(q, "RLeg"), atol=1e-8)
-
-
-@pytest.mark.full
-def test_targets_come_through_a_pipe(nao: nk.NaoModel) -> None:
-    program = [sys.executable, "-m", "nao_kin"]
-    poses = subprocess.run(
-        [*program, "fk", "--posture", "Sit", "--frame", "LLeg", "--csv"], capture_output=True, check=True
-    )
-    back = subprocess.run([*program, "ik", "LLeg", "-", "--csv"], input=poses.stdout, capture_output=True, check=True)
-    (row,) = back.stdout.decode().splitlines()[1:]
-    found = np.array(row.split(","), dtype=float)
-    np.testing.assert_allclose(nao.fk(found, "LLeg"), nao.fk(nao.posture("Sit"), "LLeg"), atol=1e-8)
 
 
 def test_json_and_npy_files_are_read_too(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:

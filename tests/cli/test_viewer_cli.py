@@ -221,21 +221,6 @@ def test_a_page_and_a_picture_that_are_there_are_replaced_only_by_force(
     assert (tmp_path / "--html").stat().st_size > 1_000_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--fps", "50"), "--fps needs FILE"),
-        (("--host", ""), "--host is empty"),
-        (("--host", "  "), "--host is empty"),
-        (("--html", "a.html", "--html", "b.html"), "--html is given twice; give it once"),
-    ],
-)
-def test_options_that_repeat_or_contradict_are_refused(
-    capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
-) -> None:
-    assert message in _refused(capsys, *arguments)
-
-
 @pytest.mark.full
 def test_a_picture_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     try:

@@ -144,19 +144,6 @@ def test_leaving_the_block_ends_the_server(nao: nk.NaoModel) -> None:
     viewer.close()
 
 
-def test_an_error_inside_the_block_ends_the_server(nao: nk.NaoModel) -> None:
-    viewer = Viewer(nao)
-
-    def fail() -> None:
-        with viewer:
-            assert _answers(viewer.url)
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fail()
-    assert _viewer_threads() == []
-
-
 def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao, port=free_port())
     url, alive = viewer.url, weakref.ref(viewer)
@@ -329,13 +316,6 @@ def test_what_comes_and_goes_without_a_page_is_not_remembered(viewer: Viewer) ->
         viewer.add_points(f"scan {number}", [[0.0, 0.0, 0.0]])
         viewer.remove(f"scan {number}")
     assert len(viewer._server._changed) == 0
-
-
-def test_two_viewers_at_once_have_two_addresses(nao: nk.NaoModel) -> None:
-    with Viewer(nao) as one, Viewer(nk.load_nao("v4")) as other:
-        assert one.url != other.url
-        assert _answers(one.url)
-        assert _answers(other.url)
 
 
 def test_a_port_asked_for_is_taken_or_refused(nao: nk.NaoModel) -> None:
@@ -617,18 +597,6 @@ def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
             answers.append(connection.recv(12))
         assert answers == [b"HTTP/1.1 101"] * 64 + [b"HTTP/1.1 503"]
     assert until(lambda: len(viewer._server._pages) == 0)
-
-
-def test_a_page_that_goes_away_is_forgotten(viewer: Viewer, nao: nk.NaoModel) -> None:
-    async def leave() -> None:
-        async with _client(viewer):
-            assert until(lambda: len(viewer._server._pages) == 1)
-
-    asyncio.run(leave())
-    assert until(lambda: len(viewer._server._pages) == 0)
-    for q in nao.random(1, 20):
-        viewer.display(q)
-    assert _answers(viewer.url)
 
 
 def test_waiting_ends_when_a_page_is_ready_or_the_time_is_over(viewer: Viewer) -> None:

@@ -112,21 +112,6 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
-@pytest.mark.parametrize("frame", ["LArm", "CameraTop", *full("LLeg", "RLeg")])
-def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
-    rng = np.random.default_rng(4)
-    start = on_screen(page, frame)
-    page.tab.mouse.move(*start)
-    page.tab.mouse.down()
-    lines = set()
-    for away in rng.uniform(-220, 220, (14, 2)):
-        page.tab.mouse.move(*(start + away), steps=2)
-        assert_consistent(page, nao)
-        lines.add(said(page))
-    page.tab.mouse.up()
-    assert any(re.search(r": \w+ stops at \S+°", line) for line in lines), lines
-
-
 def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
     page.slide("LHipYawPitch", -0.3)
     before = nao.fk(page.q, ("LLeg", "RLeg"))
@@ -334,21 +319,6 @@ def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk
     assert not orbited(on_screen(page, "LArm"))
 
 
-def test_a_handle_under_the_pointer_says_that_it_can_be_held(page: Page) -> None:
-    cursor = "() => document.getElementById('pane').style.cursor"
-    page.tab.mouse.move(90, 560)
-    assert page.run(cursor) == ""
-    page.tab.mouse.move(*on_screen(page, "LArm"))
-    assert page.run(cursor) == "grab"
-    page.tab.mouse.down()
-    assert page.run(cursor) == "grabbing"
-    page.tab.mouse.up()
-    assert page.run(cursor) == "grab"
-    page.tab.mouse.move(90, 560)
-    page.animation_frames(2)
-    assert page.run(cursor) == ""
-
-
 def test_a_finger_drags_a_hand_and_a_second_one_gives_both_to_the_camera(page: Page, nao: nk.NaoModel) -> None:
     session = page.tab.context.new_cdp_session(page.tab)
 
@@ -480,18 +450,6 @@ def test_an_arm_of_another_kind_is_dragged_by_its_hand_and_a_selected_link(brows
             page.tab.mouse.up()
 
 
-def test_a_robot_without_such_limbs_has_no_handles(browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "bare.urdf"
-    path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
-    with opened(browser, Viewer(nk.RobotModel.from_urdf(path)).save_html(tmp_path / "bare.html")) as page:
-        page.tab.locator(".view-menu > summary").click()
-        assert not page.tab.get_by_role("button", name="Handles", exact=True).is_visible()
-        page.tab.locator(".view-menu > summary").click()
-        page.tab.mouse.move(200, 200)
-        page.tab.mouse.down()
-        page.tab.mouse.up()
-
-
 def test_a_hand_that_is_dragged_into_the_trunk_is_told_while_it_is_held(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("Stand"))
     line = page.tab.locator(".body-state button")
@@ -546,19 +504,6 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         assert (0, "LThigh") in assert_drawn_where_they_differ(page, nao, found.solutions)
 
 
-def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
-        viewer.show_ghosts(nao.random(3, 2))
-        page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
-        viewer.show_ghosts(nao.random(3, 1))
-        page.tab.wait_for_function(
-            "() => document.getElementById('legend').innerText.split(/\\s+/).join() === 'ghosts,1'"
-        )
-        viewer.clear_ghosts()
-        page.tab.wait_for_function("() => naoKin.ghosts.group.children.length === 0")
-        assert not page.tab.locator("#legend").is_visible()
-
-
 @pytest.mark.full
 def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
@@ -584,25 +529,6 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
         page.tab.mouse.up()
         assert not legend.is_visible()
         assert page.run("() => naoKin.toggles.buttons.get('ghosts').hidden")
-
-
-@pytest.mark.full
-def test_one_ghost_is_to_compare_with_and_outlives_a_drag(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.display(nao.posture("StandInit"))
-    viewer.show_ghosts(nao.posture("StandZero"))
-    with opened(browser, viewer.save_html(tmp_path / "one.html"), SIZE) as page:
-        assert not page.tab.locator("#legend").is_visible()
-        drag(page, "RArm", (-10, -20))
-        page.tab.mouse.up()
-        copies = ghosts_of(page)
-        standing = nao.set_down(nao.posture("StandZero")).T_world_base
-        for link, T, visible in copies:
-            assert visible, link  # it is set down by itself, where no link is the robot's
-            expected = standing @ nao.fk(nao.posture("StandZero"), link)
-            assert np.abs(np.reshape(T, (4, 4)) - expected).max() < 1e-4
-        assert not page.switch("Ghosts")
-        assert not page.run("() => naoKin.ghosts.group.visible")
 
 
 @pytest.mark.full

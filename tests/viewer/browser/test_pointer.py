@@ -443,9 +443,6 @@ def all_of_the_pose(page: Page) -> None:
         more.click()
 
 
-POSE = ("x", "y", "z", "roll", "pitch", "yaw")
-
-
 def test_a_click_selects_the_frame_of_a_link_and_another_beside_the_robot_lets_it_go(page: Page) -> None:
     page.tab.mouse.click(*seen(page, "LThigh"))
     assert read(page) == "LThigh"
@@ -458,25 +455,6 @@ def test_a_click_selects_the_frame_of_a_link_and_another_beside_the_robot_lets_i
     page.tab.keyboard.press("Escape")
     assert page.run("() => naoKin.pick.selection.frame") is None
     assert read(page) == "LArm"  # its pose stays to be read
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("reference", ["torso", "LForeArm", "RLeg", "CameraTop"])
-def test_the_pose_is_that_of_forward_kinematics_in_any_frame(page: Page, nao: nk.NaoModel, reference: str) -> None:
-    page.set(nao.random(5))
-    page.tab.mouse.click(*seen(page, "Head"))
-    all_of_the_pose(page)
-    page.tab.get_by_label("Frame", exact=True).select_option("LHand")
-    page.tab.get_by_label("Reference frame").select_option(reference)
-    for q in nao.random(6, 3):
-        page.set(q)
-        T = nao.fk(q, "LHand", reference=reference)
-        assert numbers(page, *POSE) == pytest.approx([*T[:3, 3], *nk.rotations.rpy_from_matrix(T[:3, :3])], abs=1e-6)
-        quaternion = nk.rotations.quat_from_matrix(T[:3, :3])
-        assert numbers(page, "r0", "r1", "r2", "r3") == pytest.approx(quaternion, abs=1e-6)
-        axis, angle = nk.rotations.natural_invariants(T[:3, :3])
-        assert numbers(page, "angle", "e1", "e2", "e3") == pytest.approx([float(angle), *axis], abs=1e-6)
-    page.tab.get_by_label("Reference frame").select_option("torso")
 
 
 def test_over_the_floor_a_sole_of_a_standing_robot_is_at_height_zero(page: Page, nao: nk.NaoModel) -> None:
