@@ -126,14 +126,6 @@ def test_it_listens_on_this_machine_only_and_serves_the_page(viewer: Viewer) -> 
             assert knock.connect_ex((address, port)) != 0, address
 
 
-def test_other_paths_are_not_found_and_nothing_is_logged(viewer: Viewer, caplog: pytest.LogCaptureFixture) -> None:
-    for path in ("static/", "../../etc/passwd", "live/x", "favicon.ico"):
-        with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-            urllib.request.urlopen(viewer.url + path, timeout=PATIENCE)
-        refused.value.close()
-    assert caplog.records == []
-
-
 def test_leaving_the_block_ends_the_server(nao: nk.NaoModel) -> None:
     with Viewer(nao, port=free_port()) as viewer:
         url = viewer.url

@@ -320,41 +320,28 @@ def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk
 
 
 def test_a_finger_drags_a_hand_and_a_second_one_gives_both_to_the_camera(page: Page, nao: nk.NaoModel) -> None:
-    session = page.tab.context.new_cdp_session(page.tab)
-
-    def touch(kind: str, *points: Any) -> None:
-        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
     start = np.add(on_screen(page, "LArm"), (15, -8))  # a finger is no needle
     q, before = page.q, on_screen(page, "LArm")
-    touch("touchStart", start)
-    touch("touchMove", np.add(start, (6, -20)))
+    page.touch("touchStart", start)
+    page.touch("touchMove", np.add(start, (6, -20)))
     assert np.abs(on_screen(page, "LArm") - before - (6, -20)).max() < 0.2
     assert_consistent(page, nao)
-    touch("touchStart", np.add(start, (6, -20)), (90, 560))
+    page.touch("touchStart", np.add(start, (6, -20)), (90, 560))
     assert page.run("() => naoKin.drag.held") is None
     distance = page.run(DISTANCE)
-    touch("touchMove", np.add(start, (20, -60)), (60, 600))
-    touch("touchEnd")
+    page.touch("touchMove", np.add(start, (20, -60)), (60, 600))
+    page.touch("touchEnd")
     np.testing.assert_array_equal(page.q, q)
     assert page.run(DISTANCE) < 0.95 * distance
     assert not page.run("() => naoKin.panel.past.history.past.length")
     # The next finger drags again.
-    touch("touchStart", on_screen(page, "LArm"))
-    touch("touchMove", np.add(on_screen(page, "LArm"), (6, -20)))
-    touch("touchEnd")
+    page.touch("touchStart", on_screen(page, "LArm"))
+    page.touch("touchMove", np.add(on_screen(page, "LArm"), (6, -20)))
+    page.touch("touchEnd")
     assert np.abs(page.q - q).max() > 0.01
-    session.detach()
 
 
 def test_forty_pinches_over_the_robot_zoom_and_move_no_joint(phone: Page) -> None:
-    session = phone.tab.context.new_cdp_session(phone.tab)
-
-    def touch(kind: str, *points: Any) -> None:
-        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
     rng = np.random.default_rng(5)
     handles = phone.run("() => naoKin.drag.handles.map(({ limb }) => limb.frame)")
     q = phone.q
@@ -365,17 +352,16 @@ def test_forty_pinches_over_the_robot_zoom_and_move_no_joint(phone: Page) -> Non
         angle, spread, moved = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(40.0, 70.0), rng.uniform(0.0, 9.0)
         way = np.array([math.cos(angle), math.sin(angle)])
         second = np.clip(first + spread * way, (10.0, 90.0), (380.0, 330.0))
-        touch("touchStart", first)
-        touch("touchMove", first - moved * way)
-        touch("touchStart", first - moved * way, second)
+        phone.touch("touchStart", first)
+        phone.touch("touchMove", first - moved * way)
+        phone.touch("touchStart", first - moved * way, second)
         distance = phone.run(DISTANCE)
         for step in (8.0, 16.0, 24.0):
-            touch("touchMove", first - (moved + step) * way, second + step * way)
-        touch("touchEnd")
+            phone.touch("touchMove", first - (moved + step) * way, second + step * way)
+        phone.touch("touchEnd")
         assert phone.run(DISTANCE) < 0.9 * distance, number
         np.testing.assert_array_equal(phone.q, q)
         phone.run("() => naoKin.camera('three-quarter')")
-    session.detach()
 
 
 def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, nao: nk.NaoModel) -> None:

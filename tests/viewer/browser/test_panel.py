@@ -864,7 +864,6 @@ def test_targets_for_fingers_are_large_enough(request: pytest.FixtureRequest) ->
 
 def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(phone: Page) -> None:
     tab = phone.tab
-    session = tab.context.new_cdp_session(tab)
     slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
     thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 
@@ -873,11 +872,11 @@ def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(ph
         # There is room to scroll either way, and what the swipe before scrolled does not add up.
         tab.locator("#panel > .body").evaluate("(body) => body.scrollTo(0, 100)")
         box, before = slider.bounding_box(), state_of(tab)["q"]
-        start = (box["x"] + x, box["y"] + box["height"] / 2)
-        for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):
-            for share in shares:
-                points = [] if share is None else [dict(zip("xy", start + share * np.array(way), strict=True))]
-                session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        start = np.array([box["x"] + x, box["y"] + box["height"] / 2])
+        phone.touch("touchStart", start)
+        for share in np.linspace(0.1, 1.0, 8):
+            phone.touch("touchMove", start + share * np.array(way))
+        phone.touch("touchEnd")
         until(lambda: abs(way[1]) < 20 or abs(box["y"] - slider.bounding_box()["y"]) > 20, 60.0)
         last = math.inf
         while last != (last := slider.bounding_box()["y"]):

@@ -387,17 +387,11 @@ def test_escape_gives_back_what_was_before_the_drag(page: Page, nao: nk.NaoModel
 
 
 def test_a_finger_turns_the_camera_until_the_limb_is_selected_by_a_tap(page: Page, nao: nk.NaoModel) -> None:
-    session = page.tab.context.new_cdp_session(page.tab)
-
-    def touch(kind: str, *points: Any) -> None:
-        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
     def swipe(place: np.ndarray) -> None:
-        touch("touchStart", place)
+        page.touch("touchStart", place)
         for share in (0.3, 0.6, 1.0):
-            touch("touchMove", place + share * np.array((30, -6)))
-        touch("touchEnd")
+            page.touch("touchMove", place + share * np.array((30, -6)))
+        page.touch("touchEnd")
         page.animation_frames(2)
 
     place, before, view = seen(page, "LThigh"), page.q, np.array(page.run(CAMERA))
@@ -406,8 +400,8 @@ def test_a_finger_turns_the_camera_until_the_limb_is_selected_by_a_tap(page: Pag
     assert np.abs(np.array(page.run(CAMERA)) - view).max() > 1e-3
     look(page, "three-quarter")
     assert tip(page) == ""
-    touch("touchStart", place)
-    touch("touchEnd")
+    page.touch("touchStart", place)
+    page.touch("touchEnd")
     assert page.run("() => naoKin.pick.selection.frame") == "LThigh"
     assert tip(page).splitlines()[:2] == ["LThigh", "LHipPitch"]
     view = page.run(CAMERA)
@@ -418,7 +412,6 @@ def test_a_finger_turns_the_camera_until_the_limb_is_selected_by_a_tap(page: Pag
     before = page.q
     swipe(seen(page, "RTibia"))
     assert np.array_equal(page.q, before)
-    session.detach()
 
 
 # --- a frame is selected ---------------------------------------------------------------------------------------------

@@ -56,16 +56,6 @@ def _rests(nao: nk.NaoModel, q: np.ndarray, T: np.ndarray) -> bool:
     return bool((touching @ np.stack([np.cos(angles), np.sin(angles)])).max(axis=0).min() > 0.0)
 
 
-@pytest.mark.full
-def test_a_posture_that_is_displayed_rests_as_the_robot_does(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    for name in ("SitRelax", "LyingBack"):
-        viewer.display(nao.posture(name))
-        with opened(browser, viewer.save_html(tmp_path / f"{name}.html")) as page:
-            assert _degrees(_up(page), np.array(viewer.rest(name) or (0.0, 0.0, 1.0))) < 6.0, name
-            assert _rests(nao, nao.posture(name), _placement(page)), name
-
-
 def test_every_posture_is_set_down_balanced_on_the_floor(page: Page, nao: nk.NaoModel) -> None:
     for name in nao.posture_names:
         T = _set_down(page, nao.posture(name))
@@ -115,17 +105,6 @@ def test_near_and_far_from_postures_the_page_reads_as_the_library(page: Page, na
         polygon = found.vertices[k][np.isfinite(found.vertices[k, :, 0])]
         assert np.allclose(nk.robot.SupportPolygon.around(shown["hull"]).signed_distance(polygon), 0.0, atol=1e-6), k
         assert np.allclose(nk.robot.SupportPolygon(polygon).signed_distance(shown["hull"]), 0.0, atol=1e-6), k
-
-
-@pytest.mark.full
-def test_a_robot_on_the_floor_rests_wherever_its_joints_are(page: Page, nao: nk.NaoModel) -> None:
-    rested = 0
-    for q in nao.random(3, 60):
-        T = _set_down(page, q)
-        if page.run("() => naoKin.shown.standing.last.rests"):
-            assert _rests(nao, q, T)
-            rested += 1
-    assert rested > 10
 
 
 def test_a_robot_that_would_fall_stands_in_the_red(page: Page, nao: nk.NaoModel) -> None:
