@@ -19,7 +19,10 @@ def write_lecture(notebooks: Path, folder: Path) -> None:
     for path in sorted(notebooks.glob("*.ipynb")):
         cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
         title, _, first = _source(cells[0]).partition("\n")
-        note = f"To run it, download the notebook {{download}}`{path.name} <../../examples/notebooks/{path.name}>`."
+        files = " and ".join(
+            f"{{download}}`{file} <../../examples/notebooks/{file}>`" for file in (path.name, "figures.py")
+        )
+        note = f"To run it, download {files} into one folder."
         parts = [title, note, first.strip()]
         for number, cell in enumerate(cells[1:], start=1):
             pictures: list[tuple[str, bytes]] = []

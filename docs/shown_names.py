@@ -15,7 +15,7 @@ from sphinx.application import Sphinx
 import nao_kin as nk
 
 # Module → how programs write it.
-_WRITTEN = {f"nao_kin{name}": f"nk{name}" for name in ("", ".rotations.rank_one", ".viewer.figures")} | {
+_WRITTEN = {f"nao_kin{name}": f"nk{name}" for name in ("", ".rotations.rank_one")} | {
     room.__name__: f"nk.{name}" for name in nk.__all__ if isinstance(room := getattr(nk, name), ModuleType)
 }
 _NAME = re.compile(r"\b(nao_kin(?:\.\w+)*)\.(\w*)")

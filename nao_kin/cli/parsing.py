@@ -173,19 +173,6 @@ def _check(options: Mapping[str, _Option], given: Mapping[str, Any], needs: Need
 # typer carries its own copy of click; this is the base class of that copy's usage errors.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
-# Words that are often tried → what was meant.
-_MEANT = {
-    "help": "nao-kin --help",
-    "version": "nao-kin --version",
-    "forward": "nao-kin fk",
-    "inverse": "nao-kin ik",
-    "convert": "nao-kin motion convert",
-    "show": "nao-kin view",
-    "ik --frame": "FRAME is an argument, as in nao-kin ik LArm",
-    "ik --posture": "--near prefers solutions near a posture",
-    "reach --frame": "FRAME is an argument, as in nao-kin reach LArm",
-}
-
 
 def usage_message(error: Any) -> str:
     """Return the message of a usage error, with the nearest options for an unknown one."""
@@ -199,7 +186,7 @@ def usage_message(error: Any) -> str:
     if name.endswith("-completion"):  # what other programs with typer have
         shell = os.path.basename(os.environ.get("SHELL", ""))
         advice = f"to set up completion: {SETUP.get(shell, SETUP['bash'])}"
-    return f"no such option: {abbreviated(name)} ({_MEANT.get(f'{error.ctx.info_name} {name}', advice)})"
+    return f"no such option: {abbreviated(name)} ({advice})"
 
 
 class Group(TyperGroup):
@@ -208,8 +195,7 @@ class Group(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names; its options are made now, those of the others never."""
         if args[0] not in self.commands:
-            meant = _MEANT.get(args[0].lower())
-            near = nearest_names(args[0], self.commands) if meant is None else (meant,)
+            near = nearest_names(args[0], self.commands)
             advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
             raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
         name = " ".join([*ctx.command_path.split()[1:], args[0]])

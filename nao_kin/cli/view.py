@@ -122,6 +122,8 @@ def view(
     live = open_ or wait or not files
     if wait is False and not (open_ or files):
         raise BadArgument("--no-wait without --open shows nothing: add --open, --html, --png or --video")
+    if not live and page != LivePage():
+        raise BadArgument("--host, --port, --allow-host and --token are for a live page: add --wait or --open")
     written.check({"--html": html, "--png": png, "--video": video})
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps

@@ -10,16 +10,16 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, join_poses, shaped
+from nao_kin._core.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import check_rotation
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_transform, typed_array
 from nao_kin.viewer.panels import MAX_POINTS
+from nao_kin.viewer.shown_scene import checked_pose
 
 
 class ShownRobot:
@@ -142,13 +142,6 @@ class ShownRobot:
 
     def __repr__(self) -> str:
         return f"<ShownRobot {self.name}{'' if self._shown else ', removed'}>"
-
-
-def checked_pose(T: ArrayLike) -> Floats:
-    """Return `T` as a new pose, shape (4, 4)."""
-    array = shaped(T, (4, 4), "T")
-    check_rotation(array[:3, :3])
-    return join_poses(array[:3, :3], array[:3, 3])
 
 
 # --- Recordings.
@@ -278,12 +271,3 @@ class Recording:
                     indices.append(index)
             indices.append(len(self._times) - 1)
             self._times, self._rows = [self._times[i] for i in indices], [self._rows[i] for i in indices]
-
-    def __len__(self) -> int:
-        return len(self._times)
-
-    def __enter__(self) -> Recording:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.finish()

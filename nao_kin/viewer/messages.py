@@ -131,8 +131,8 @@ def named_key(kind: str, name: str) -> str:
 class NamedMessages:
     """One message per name, and a list of the names, by which even a page that missed messages removes all others."""
 
-    def __init__(self, messages: RetainedMessages, kind: str, listing: str, field: str = "names") -> None:
-        self._messages, self._kind, self._listing, self._field = messages, kind, listing, field
+    def __init__(self, messages: RetainedMessages, kind: str, listing: str) -> None:
+        self._messages, self._kind, self._listing = messages, kind, listing
         self.names: dict[str, None] = {}
 
     def put(self, name: str, message: bytes) -> None:
@@ -150,7 +150,7 @@ class NamedMessages:
         self._list()
 
     def _list(self) -> None:
-        self._messages.put(self._listing, panel_message(self._listing, {self._field: list(self.names)}))
+        self._messages.put(self._listing, panel_message(self._listing, {"names": list(self.names)}))
 
 
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
@@ -196,23 +196,14 @@ def hex_colour(rgba: Rgba) -> int:
 
 
 def set_animation(
-    clips: Mapping[str, list[dict[str, Any]]],
-    fps: float,
-    *,
-    play: bool = False,
-    loop: bool = False,
-    curves: Command | None = None,
+    clips: Mapping[str, list[dict[str, Any]]], fps: float, *, play: bool = False, loop: bool = False
 ) -> Command:
-    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip.
-
-    `curves` are for our page, which plays them instead of the track of the configurations.
-    """
+    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip."""
     animations = [
         {"path": path, "clip": {"fps": fps, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
     ]
     options = {"play": play, "repetitions": math.inf if loop else 1.0, "clampWhenFinished": True}
-    command = {"type": "set_animation", "path": "", "animations": animations, "options": options}
-    return command if curves is None else {**command, "curves": curves}
+    return {"type": "set_animation", "path": "", "animations": animations, "options": options}
 
 
 def track(name: str, kind: str, rows: Floats, times: Floats | None = None) -> dict[str, Any]:
@@ -287,7 +278,6 @@ class Kind:
     """A kind of message for the panel."""
 
     fields: Mapping[str, str]  # name → TypeScript type; a question mark after the name marks an optional field
-    is_kept: bool = True  # pages that open later get the newest one; others are sent once, to open pages
     blank: Mapping[str, Any] | None = None  # fields of the message that removes the drawing; None if there is none
 
 
@@ -345,6 +335,12 @@ KINDS: Mapping[str, Kind] = {
     # The leading robot.
     "robot": Kind({"model": "string"}),
     "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
+    # The configurations at some times, or a motion with its curves; the directions upwards are `fps` per second.
+    "clip": Kind(
+        {"times": "Float64Array", "q": "Float32Array | Float64Array", "handles": "Float64Array | null"}
+        | {"fps": "number", "ups": "Float32Array | null", "figure": "{ object: object; clip: object } | null"}
+        | {"play": "boolean", "loop": "boolean"}
+    ),
     "still": Kind({}),
     # The hulls of the leading robot's links: for each hull its link, number of points and radius, and the range of its
     # parts, or of itself; the points in the frames of the links [m]; and the pairs of hulls that are compared.
@@ -387,7 +383,7 @@ KINDS: Mapping[str, Kind] = {
     "extras": Kind({"names": "string[]"}, blank={"names": []}),
     # Images of cameras, and numbers over time.
     "image": Kind({"camera": "string", "format": "string", "data": "Uint8Array"}),
-    "images": Kind({"cameras": "string[]"}, blank={"cameras": []}),
+    "images": Kind({"names": "string[]"}, blank={"names": []}),
     "plot": Kind(
         {"name": "string", "lines": "string[]", "run": "number", "first": "number", "margins": "boolean"}
         | {"times": "Float64Array", "values": "Float64Array"}
@@ -395,22 +391,16 @@ KINDS: Mapping[str, Kind] = {
     "plots": Kind({"names": "string[]"}, blank={"names": []}),
     # Pictures, and the connection.
     "camera": Kind({"camera": "string | number[]"}),
-    "capture": Kind(
-        {"id": "string", "camera": "string | number[]", "width": "number", "height": "number"}, is_kept=False
-    ),
+    "capture": Kind({"id": "string", "camera": "string | number[]", "width": "number", "height": "number"}),
     "film": Kind(
         {"id": "string", "camera": "string | number[]", "width": "number", "height": "number", "fps": "number"}
-        | {"form": '"webm" | "zip"'},
-        is_kept=False,
+        | {"form": '"webm" | "zip"'}
     ),
-    "version": Kind({"version": "string"}, is_kept=False),
-    "complete": Kind({}, is_kept=False),
+    "version": Kind({"version": "string"}),
+    "complete": Kind({}),
 }
-# The node of the figure beside a robot, and the key of the message that draws it.
-FIGURE = "figure"
 # Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {
     "clip": panel_message("still", {}),
-    FIGURE: packed({"type": "delete", "path": FIGURE}),
     **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},
 }

@@ -35,8 +35,6 @@ from nao_kin.rotations import quat_from_matrix, quat_to_xyzw, quat_unwrap, rotat
 from nao_kin.viewer.cubics import cubics
 from nao_kin.viewer.meshes import Mesh, Shape, load_meshes, mesh_of
 from nao_kin.viewer.messages import (
-    FIGURE,
-    Command,
     RetainedMessages,
     geometry_document,
     hex_colour,
@@ -119,14 +117,14 @@ def clip(robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | Arra
     return array, rate
 
 
-def curves(robot: RobotModel, qs: ArrayLike | Motion, fill: str | ArrayLike) -> tuple[float, Command] | None:
-    """Return the duration of a motion [s] and its curves for a page; None for configurations, and without curves."""
+def curves(robot: RobotModel, qs: Floats | Motion, fps: float, fill: str | ArrayLike) -> dict[str, Any]:
+    """Return the times and configurations of a clip for a page, and the curves of a motion that has them."""
     found = cubics(qs, robot, fill) if isinstance(qs, Motion) else None
     if found is None:
-        return None
+        rows = clip(robot, qs, fps, fill)[0].astype(np.float32)
+        return {"times": typed_array(np.arange(len(rows)) / fps), "q": typed_array(rows.reshape(-1)), "handles": None}
     handles = None if found.handles is None else typed_array(found.handles.reshape(-1))
-    content = {"times": typed_array(found.times), "q": typed_array(found.q.reshape(-1)), "handles": handles}
-    return float(found.times[-1]), content
+    return {"times": typed_array(found.times), "q": typed_array(found.q.reshape(-1)), "handles": handles}
 
 
 def margins(
@@ -264,8 +262,8 @@ def label(text: str, place: ArrayLike) -> dict[str, Any]:
     return {"text": text, "positions": _floats(shaped(place, (3,), "place"))}
 
 
-def figure(bones: ArrayLike, count: int) -> tuple[Command, list[dict[str, Any]]]:
-    """Return the command that draws a figure of bones, and the tracks that move it through its `count` places.
+def figure(bones: ArrayLike, count: int, fps: float) -> dict[str, Any]:
+    """Return a figure of bones, and the clip that moves it through its `count` places, as three.js reads them.
 
     A bone is a rod of unit length along y, placed, turned and stretched, with balls at both ends. Where an end is
     unknown (NaN), the bone shrinks to nothing.
@@ -297,7 +295,7 @@ def figure(bones: ArrayLike, count: int) -> tuple[Command, list[dict[str, Any]]]
         "materials": [material],
         "object": {"type": "Group", "children": children},
     }
-    return {"type": "set_object", "path": FIGURE, "object": document}, tracks
+    return {"object": document, "clip": {"fps": fps, "name": "figure", "tracks": tracks}}
 
 
 def one_colour(colour: ArrayLike, what: str = "color") -> list[float]:

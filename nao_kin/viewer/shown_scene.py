@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, join_poses, shaped
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, WrongShape
@@ -353,7 +353,7 @@ class Targets(Listing[Target]):
         if target is None:
             return
         try:
-            T = checked_target(np.reshape(as_floats(matrix, (16,), "matrix"), (4, 4)).T, "T")  # type: ignore[arg-type]
+            T = pose_of_page(matrix)
             self.set(target, T[:3, 3].copy() if target._value.ndim == 1 else T, source)
         except (NaoKinError, ValueError):
             return
@@ -384,11 +384,19 @@ def checked_target(target: ArrayLike, what: str) -> Floats:
     array = as_floats(target, (), what)
     if array.shape not in ((3,), (4, 4)):
         raise WrongShape(what, "(3,) or (4, 4)", array.shape)
-    T = np.array(array)
-    if T.ndim == 2:
-        check_rotation(T[:3, :3])
-        T[3] = 0.0, 0.0, 0.0, 1.0
-    return T
+    return np.array(array) if array.ndim == 1 else checked_pose(array)
+
+
+def checked_pose(T: ArrayLike) -> Floats:
+    """Return `T` as a new pose, shape (4, 4)."""
+    array = shaped(T, (4, 4), "T")
+    check_rotation(array[:3, :3])
+    return join_poses(array[:3, :3], array[:3, 3])
+
+
+def pose_of_page(matrix: object) -> Floats:
+    """Return a pose that a page sent column by column; raise NaoKinError or ValueError for anything else."""
+    return checked_pose(np.reshape(as_floats(matrix, (16,), "matrix"), (4, 4)).T)  # type: ignore[arg-type]
 
 
 def _row(name: str, T: Floats) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, as_floats, choice, flag
+from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
@@ -27,18 +27,14 @@ from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.access import Document, checked_names, checked_token, live_page, policy, static_page
 from nao_kin.viewer.browser import pictures
-from nao_kin.viewer.description import ROBOT, SceneRobot
-from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
+from nao_kin.viewer.description import SceneRobot
+from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.messages import (
     BLANKS,
-    FIGURE,
     NamedMessages,
     RetainedMessages,
     by_columns,
-    packed,
     panel_message,
-    set_animation,
-    track,
     typed_array,
 )
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
@@ -54,6 +50,8 @@ from nao_kin.viewer.shown_scene import (
     Subscription,
     Target,
     Targets,
+    checked_pose,
+    pose_of_page,
     warn_outside,
 )
 
@@ -129,7 +127,7 @@ class Viewer(Guessing):
         self._camera_pose: Floats | None = None
         self._targets = Targets("targets", self._messages, self._lock, self._changes)
         self._controls = Controls("controls", self._messages, self._lock, self._changes)
-        self._images = NamedMessages(self._messages, "image", "images", "cameras")
+        self._images = NamedMessages(self._messages, "image", "images")
         self._streams = Streams(self._messages)
         self._send_robot(self._look)
         self._messages.scene_is_complete()
@@ -203,7 +201,7 @@ class Viewer(Guessing):
         balance: bool = False,
         figure: ArrayLike | None = None,
     ) -> None:
-        """Play a sequence of configurations, as a meshcat clip that the page can pause and scrub.
+        """Play a sequence of configurations, as a clip that the page can pause and scrub.
 
         Between two configurations every joint moves at constant speed, so that joints of one motor stay together. A
         motion is played along its own curves, at its own speed.
@@ -218,8 +216,8 @@ class Viewer(Guessing):
             up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
             balance: also plot the margins of the zero-moment point and of the centre of mass over time, as in
                 `nk.motion.check`; red where the robot tips.
-            figure: a stick figure that moves with them, such as a person: both ends of each bone in the world, shape
-                (n, bones, 2, 3) [m]; NaN for unknown ends.
+            figure: a stick figure that moves with them and leaves with the clip, such as a person: both ends of each
+                bone in the world, shape (n, bones, 2, 3) [m]; NaN for unknown ends.
 
         Raises:
             BadArgument: `balance` of a robot without soles.
@@ -235,28 +233,20 @@ class Viewer(Guessing):
         moving = qs if isinstance(qs, Motion) else array
         margins = overlays.margins(self.robot, moving, rate, fill) if flag(balance, "balance") else None
         warn_outside(self.robot, array, self._warned)
-        curves = overlays.curves(self.robot, qs, fill)
-        # meshcat counts the time of the curves.
-        rows = array if curves is None or curves[0] == 0.0 else array[[0, -1]]
-        times = None if rows is array or curves is None else np.array([0.0, curves[0] * rate])
-        tracks = [
-            track("joint_values", "number", rows, times),
-            *([] if ups is None else [track("up_values", "number", ups)]),
-        ]
-        moved = {ROBOT: tracks}
-        drawn = BLANKS[FIGURE]
-        if figure is not None:
-            command, moved[FIGURE] = overlays.figure(figure, len(array))
-            drawn = packed(command)
-        clip = set_animation(moved, rate, play=play, loop=loop, curves=None if curves is None else curves[1])
+        content = {
+            **overlays.curves(self.robot, moving, rate, fill),
+            "fps": rate,
+            "ups": None if ups is None else typed_array(ups.astype(np.float32).reshape(-1)),
+            "figure": None if figure is None else overlays.figure(figure, len(array), rate),
+            "play": play,
+            "loop": loop,
+        }
         self._streams.restart()
         self._streams.show_margins(margins)
         with self._lock:
             self._lead.release()
             self._show_joints(array[0], None if ups is None else ups[0].tolist())
-            if figure is not None or self._messages.get(FIGURE) is not None:
-                self._messages.put(FIGURE, drawn)
-            self._messages.put("clip", packed(clip))
+            self._messages.put("clip", panel_message("clip", content))
 
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.
@@ -1220,7 +1210,7 @@ class Viewer(Guessing):
             self._controls.receive(answer.get("name"), answer.get("value"), _source_of(answer))
         elif answer.get("kind") == "camera":
             with suppress(NaoKinError, ValueError):
-                self._camera_pose = checked_pose(np.reshape(as_floats(answer.get("pose", ()), (16,), "pose"), (4, 4)).T)
+                self._camera_pose = pose_of_page(answer.get("pose", ()))
         elif answer.get("kind") in ("joints", "clip", "played"):
             self._receive_configuration(answer, _source_of(answer))
 

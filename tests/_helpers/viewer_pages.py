@@ -290,6 +290,11 @@ class Page:
         menu.click()
         return on
 
+    def touch(self, kind: str, *points: Any) -> None:
+        """Send a touch event with one finger at each of the points."""
+        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
+        self._tab.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
     def animation_frames(self, count: int) -> None:
         """Wait for a number of steps of the page's animation loop."""
         self.run(

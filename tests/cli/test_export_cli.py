@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import os
 from functools import partial
@@ -41,12 +40,6 @@ def test_the_command_offers_every_option_of_every_format_with_its_help(capsys: p
     assert "Default: published; physical (mjcf, sdf). --typed urdf: write three joints with one centre" in help
 
 
-def test_every_format_takes_overwrite_and_has_a_default_for_each_option() -> None:
-    for name, function in nk.export.FORMATS.items():
-        assert inspect.signature(function).parameters["overwrite"].default is False, name
-        assert inspect.Parameter.empty not in nk.export.options(name).values(), name
-
-
 def test_the_file_is_named_and_the_changes_are_said(capsys: pytest.CaptureFixture) -> None:
     out, notes = said(capsys, "nao.urdf", "--format", "urdf", "--frames", "none", "--inertia", "physical")
     assert out == "nao.urdf\n"
@@ -74,13 +67,6 @@ def test_json_has_the_files_and_the_changes(capsys: pytest.CaptureFixture) -> No
     assert "LHipYawPitch is fixed at 0, together with its followers: RHipYawPitch" in notes
 
 
-def test_a_version_or_another_robot_is_exported(capsys: pytest.CaptureFixture) -> None:
-    said(capsys, "five.urdf", "--format", "urdf", "--nao", "v5", "--names", "ros", "--meshes", "package://nao")
-    assert read_urdf("five.urdf").name == "NaoH25V50"
-    said(capsys, "again.urdf", "--format", "urdf", "--urdf", "five.urdf", "--meshes", "none")
-    assert read_urdf("again.urdf").name == "NaoH25V50"
-
-
 def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
     assert run(["export", "-", "--format", "urdf", "--meshes", "none"]) == 0
     assert capfd.readouterr().out.startswith('<?xml version="1.0" encoding="utf-8"?>\n<robot name="nao_v6">')
@@ -91,13 +77,9 @@ def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
     [
         (["--format", "urfd"], "unknown format 'urfd' (nearest: urdf"),
         (["--format", "urdf", "--frames", "some"], "unknown choice of frames 'some' (valid: all, effectors, none)"),
-        (["--format", "urdf", "--frames", "non"], "unknown choice of frames 'non' (nearest: none)"),
         (["--format", "urdf", "--names", "rose"], "unknown choice of names 'rose' (nearest: ros)"),
-        (["--format", "urdf", "--coupling", "lock"], "unknown coupling 'lock' (nearest: locked)"),
         (["--format", "urdf", "--inertia", ""], "--inertia is empty"),
         (["--format", "urdf", "--meshes", "package:/x"], "unknown choice of meshes 'package:/x'"),
-        (["--format", "urdf", "--nao", "v7"], "unknown NAO version 'v7'"),
-        (["--format", "urdf", "--format", "urdf"], "--format is given twice"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_nothing_is_written(

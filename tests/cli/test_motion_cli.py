@@ -262,8 +262,6 @@ def test_without_matplotlib_the_extra_is_named(
     ("arguments", "words"),
     [
         (("check", "nowhere.json"), "cannot be read"),
-        (("check", "{nod}", "--posture", "Stood"), "unknown posture 'Stood' (nearest: Stand"),
-        (("check", "{nod}", "--rate", "0"), "rate must be a number above zero"),
         (("info", "{nod}", "--from", "gif"), "unknown motion format 'gif'"),
         (("info", "{plain}"), "time"),
         (("convert", "{nod}", "{folder}/x.gif"), "no motion format for"),
@@ -272,15 +270,12 @@ def test_without_matplotlib_the_extra_is_named(
         (("convert", "{nod}", "{folder}/x.csv", "--loop", "0"), "--loop must be at least 1, got 0"),
         (("convert", "{nod}", "{folder}/x.csv", "--loop", "2"), "would jump"),
         (("convert", "{nod}", "{folder}/x.csv", "--stretch", "-1"), "--stretch must be a positive number, got -1"),
-        (("convert", "{nod}", "{folder}/x.csv", "--hips", "both"), "expected one of average, left, right"),
         (("convert", "{nod}", "/dev/stdout", "--to", "csv", "--json"), "both write to standard output"),
         (("convert", "{nod}"), "as OUT or with --output"),
         (
             ("info", "{nod}", "--timeline", "3"),
             "--timeline chooses one of several, in files of xar, xap, python, bhuman",
         ),
-        (("convert", "{nod}", "{folder}/x.csv", "--rate", "1", "--rate", "2"), "--rate is given twice"),
-        (("draw",), "no such command 'draw' (see nao-kin motion --help)"),
     ],
 )
 def test_bad_input_is_one_line(
@@ -380,11 +375,9 @@ def test_a_file_in_degrees_is_read_so(capsys: pytest.CaptureFixture, tmp_path: P
     ("options", "words"),
     [
         (("{plain}", "--posture", "Stand"), "gives whole configurations; leave out --posture"),
-        (("nowhere.csv", "--posture", "Stand"), "gives whole configurations"),
         (("{nod}", "--joint", "HeadYaw=1"), "gives whole configurations; leave out --posture"),
         (("{plain}", "--rate", "10"), "gives whole configurations"),
         (("--hips", "left"), "--hips needs FILE"),
-        (("--rate", "10"), "--rate needs FILE"),
         (("{nod}", "--posture", "Stood"), "unknown posture 'Stood'"),
         (("{nod}", "--rate", "-1"), "rate must be a number above zero"),
         (("{nod}", "--hips", "both"), "expected one of average, left, right"),
@@ -422,34 +415,6 @@ def test_plain_configurations_are_no_motion(plain: str, tmp_path: Path, nod: str
 
 
 # --- the viewer -------------------------------------------------------------------------------------------------------
-
-
-def test_the_viewer_refuses_motions_that_the_robot_cannot_play(nao: nk.NaoModel) -> None:
-    with_motion = nk.Viewer(nao)
-    with_motion.animate(_nod(), 20.0, fill="Crouch", loop=False)
-    before = with_motion.static_html()
-    with pytest.raises(nk.errors.UnknownName):
-        with_motion.animate(nk.Motion([0.0], ["HeadJaw"], [[0.0]]))
-    with pytest.raises(nk.errors.BadArgument):
-        with_motion.animate(_nod(), 0.0)
-    assert with_motion.static_html() == before
-
-
-@pytest.mark.full
-def test_view_writes_a_page_that_plays_the_motion(
-    capsys: pytest.CaptureFixture, nod: str, tmp_path: Path, nao: nk.NaoModel
-) -> None:
-    for options, rate, fps in (
-        ((), 30.0, 30.0),
-        (("--rate", "10"), 10.0, 10.0),
-        (("--rate", "10", "--fps", "5"), 10.0, 5.0),
-    ):
-        page = tmp_path / "page.html"
-        assert run(["view", nod, "--posture", "Crouch", "--html", str(page), "--force", *options]) == 0
-        viewer = nk.Viewer(nao)
-        viewer.animate(_nod().configurations(nao, rate=rate, fill="Crouch").q, fps)
-        viewer.camera("three-quarter")
-        assert page.read_text(encoding="utf-8") == viewer.static_html()
 
 
 # --- Recordings of a robot.
@@ -545,18 +510,3 @@ def test_json_of_violations_and_changes_is_in_the_unit_that_it_names(
         assert other["unit"] == one["unit"].replace("rad", "deg")
         for name in ("value", "upper", "excess"):
             assert one[name] is None or other[name] == pytest.approx(factor * one[name])
-
-
-def test_a_motion_in_degrees_is_asked_about(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("deg.csv").write_text("time,HeadYaw,HeadPitch,LShoulderRoll\n0,0,0,10\n1,45.3,-10.5,20\n2,90.5,5,12\n")
-    Path("rad.csv").write_text("time,HeadYaw,HeadPitch,LShoulderRoll\n0,0,0,0.1\n1,2.5,-0.1,0.2\n")
-    for command, code, asked in (
-        (("deg.csv",), 1, True),
-        (("deg.csv", "--file-deg"), 0, False),
-        (("rad.csv",), 1, False),
-    ):
-        assert run(["motion", "check", *command]) == code
-        assert ("are these degrees" in capsys.readouterr().err) == asked

@@ -156,11 +156,6 @@ def test_a_control_of_the_same_name_replaces_the_old_one_in_its_place(viewer: nk
     assert calls == []
 
 
-def test_the_presses_of_a_button_cannot_be_set(viewer: nk.Viewer) -> None:
-    with pytest.raises(BadArgument, match="counts its presses"):
-        viewer.add_button("go").value = 3
-
-
 # --- targets that are grabbed, arrows and labels ----------------------------------------------------------------------
 
 

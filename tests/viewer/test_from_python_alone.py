@@ -94,7 +94,7 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
         for time in (50.0, 99.0):
             assert np.array_equal(taken.motion.sample(time), begin[-25:])
         clock[0] = 1000.0
-    assert len(taken) <= 21
+    assert len(taken.times) <= 21
     assert (taken.times[0], taken.times[-1]) == (0.0, 1000.0)
     assert np.array_equal(taken.q[0], begin)
     assert taken.q[-1, 0] == pytest.approx(0.699)
@@ -104,8 +104,8 @@ def test_a_recording_that_is_halved_keeps_where_the_robot_then_stays(nao: nk.Nao
     viewer = Viewer(nao)
     with viewer.record(fps=10.0) as taken:
         rows = 0
-        while len(taken) > rows:
-            rows = len(taken)
+        while len(taken.times) > rows:
+            rows = len(taken.times)
             clock[0] += 0.11
             viewer.display(nao.configuration({"HeadYaw": 0.02 * clock[0]}))
         assert rows == 19

@@ -14,7 +14,7 @@ import pytest
 import umsgpack
 from made_up_robots import J, made_up, with_shapes
 from meshcat.servers.zmqserver import start_zmq_server_as_subprocess
-from viewer_pages import made_of, read_png, until, visitor
+from viewer_pages import made_of, until, visitor
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
@@ -292,18 +292,6 @@ def test_a_robot_drawn_again_takes_the_place_of_the_first(scene: Scene, nao: nk.
 
 
 @pytest.mark.full
-def test_it_is_drawn_as_it_looks(scene: Scene, nao: nk.NaoModel) -> None:
-    scene.tab.evaluate("() => { window.draws = true; }")
-    MeshcatRobot(nao, scene.visualizer)
-    q = nao.posture("StandInit")
-    assert scene.shows(_nodes(nao), nao.fk(q))
-    before = read_png(scene.tab.screenshot())
-    scene.visualizer.delete()
-    assert until(lambda: np.abs(read_png(scene.tab.screenshot()) - before.astype(float)).max() > 50.0, 120.0)
-    scene.tab.evaluate("() => { window.draws = false; }")
-
-
-@pytest.mark.full
 def test_pinocchio_s_own_visualizer_takes_the_model_and_the_geometry(scene: Scene, nao: nk.NaoModel) -> None:
     from pinocchio.visualize import MeshcatVisualizer
 
@@ -333,16 +321,6 @@ class _Window:
 
     def send(self, command: Any) -> None:
         self.commands.append(umsgpack.unpackb(umsgpack.packb(command.lower())))
-
-
-def test_romeo_is_drawn_and_its_missing_meshes_are_noted(nao: nk.NaoModel) -> None:
-    romeo = nk.load_robot("romeo")
-    window = _Window()
-    shown = MeshcatRobot(romeo, meshcat.Visualizer(window=window), "romeo")
-    objects = [command for command in window.commands if command["type"] == "set_object"]
-    assert len(objects) >= 30
-    assert all(command["path"].startswith("/meshcat/romeo/robot/") for command in objects)
-    shown.display(romeo.posture("half_sitting"))
 
 
 def test_after_a_clip_every_joint_is_sent_again(nao: nk.NaoModel) -> None:

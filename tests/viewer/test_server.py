@@ -126,14 +126,6 @@ def test_it_listens_on_this_machine_only_and_serves_the_page(viewer: Viewer) -> 
             assert knock.connect_ex((address, port)) != 0, address
 
 
-def test_other_paths_are_not_found_and_nothing_is_logged(viewer: Viewer, caplog: pytest.LogCaptureFixture) -> None:
-    for path in ("static/", "../../etc/passwd", "live/x", "favicon.ico"):
-        with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-            urllib.request.urlopen(viewer.url + path, timeout=PATIENCE)
-        refused.value.close()
-    assert caplog.records == []
-
-
 def test_leaving_the_block_ends_the_server(nao: nk.NaoModel) -> None:
     with Viewer(nao, port=free_port()) as viewer:
         url = viewer.url
@@ -142,19 +134,6 @@ def test_leaving_the_block_ends_the_server(nao: nk.NaoModel) -> None:
     assert not _answers(url)
     assert _viewer_threads() == []
     viewer.close()
-
-
-def test_an_error_inside_the_block_ends_the_server(nao: nk.NaoModel) -> None:
-    viewer = Viewer(nao)
-
-    def fail() -> None:
-        with viewer:
-            assert _answers(viewer.url)
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fail()
-    assert _viewer_threads() == []
 
 
 def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
@@ -331,13 +310,6 @@ def test_what_comes_and_goes_without_a_page_is_not_remembered(viewer: Viewer) ->
     assert len(viewer._server._changed) == 0
 
 
-def test_two_viewers_at_once_have_two_addresses(nao: nk.NaoModel) -> None:
-    with Viewer(nao) as one, Viewer(nk.load_nao("v4")) as other:
-        assert one.url != other.url
-        assert _answers(one.url)
-        assert _answers(other.url)
-
-
 def test_a_port_asked_for_is_taken_or_refused(nao: nk.NaoModel) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -493,9 +465,8 @@ def test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page(viewer:
         '{"kind": "picture", "id": [1], "data": "x"}',
         '{"kind": "picture", "id": 12345, "data": "x"}',
         '{"kind": {"a": 1}}',
-        '{"kind": "joints", "q": [' + ", ".join(["1e300"] * 25) + "]}",
         '{"kind": "joints", "q": [' + ", ".join(["1" + "0" * 400] * 25) + "]}",
-        '{"kind": "joints", "q": [' + ", ".join(["0"] * 25) + '], "up": [1e300, 1e300, 1e300], "source": 1e999}',
+        '{"kind": "joints", "q": [' + ", ".join(["0"] * 25) + '], "up": [1e999, 0, 0], "source": 1e999}',
         '{"kind": "joints", "q": {"__proto__": 1}, "up": "<script>"}',
         '{"kind": "no such kind", "q": [' + ", ".join(["0"] * 25) + "]}",
         '{"__proto__": {"kind": "joints"}, "toString": 1}',
@@ -618,18 +589,6 @@ def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
             answers.append(connection.recv(12))
         assert answers == [b"HTTP/1.1 101"] * 64 + [b"HTTP/1.1 503"]
     assert until(lambda: len(viewer._server._pages) == 0)
-
-
-def test_a_page_that_goes_away_is_forgotten(viewer: Viewer, nao: nk.NaoModel) -> None:
-    async def leave() -> None:
-        async with _client(viewer):
-            assert until(lambda: len(viewer._server._pages) == 1)
-
-    asyncio.run(leave())
-    assert until(lambda: len(viewer._server._pages) == 0)
-    for q in nao.random(1, 20):
-        viewer.display(q)
-    assert _answers(viewer.url)
 
 
 def test_waiting_ends_when_a_page_is_ready_or_the_time_is_over(viewer: Viewer) -> None:

@@ -77,7 +77,7 @@ export class App extends EventTarget {
   toggles = new Toggles(this);
   stance = new Stance(this);
   streams = new Streams();
-  player = new Player(this, byId("player"), () => this.stance.followClip());
+  player = new Player(this, byId("player"));
   connection = new Connection(this);
   others = new OtherRobots(this);
   extras = new Extras(this);

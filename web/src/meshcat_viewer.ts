@@ -28,7 +28,6 @@ export function makeViewer(page: App) {
   let isAwake = false;
   viewer.animate = () => {
     isAwake = false;
-    viewer.animator.update();
     if (viewer.needs_render) viewer.render();
   };
   viewer.set_dirty = () => {
@@ -50,9 +49,8 @@ export function makeViewer(page: App) {
   canvas.addEventListener("webglcontextrestored", () => page.studio.restore());
   const handle = viewer.handle_command.bind(viewer);
   viewer.handle_command = (message) => {
-    if (message.type === "nao_kin") return page.receive(message);
-    handle(message);
-    if (message.type === "set_animation") page.player.load(message);
+    if (message.type === "nao_kin") page.receive(message);
+    else handle(message);
   };
   viewer.render = () => {
     page.stance.settle();
@@ -61,7 +59,6 @@ export function makeViewer(page: App) {
     if (!page.robot || viewer.renderer.getContext().isContextLost()) return;
     page.studio.draw();
     page.blank();
-    viewer.animator.after_render();
     page.labels?.draw();
     page.drawn += 1;
     page.reports.camera();

@@ -20,7 +20,8 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
     if (isOutdated(source, reports.source, reports.count, player.playback?.playing)) return;
     stance.display([...q], up, source !== "");
   },
-  still: (app) => app.stance.still(),
+  clip: (app, message) => app.player.load(message),
+  still: (app) => app.player.unload(),
   hulls: (app, message) => app.collisions.receive(message),
   shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),
@@ -43,7 +44,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   lights: (app, { lights }) => app.lights.show(lights),
   reach: (app, message) => app.reach.show(message),
   image: (app, message) => void app.eyes.setImage(message),
-  images: (app, { cameras }) => app.eyes.keepImages(cameras),
+  images: (app, { names }) => app.eyes.keepImages(names),
   plot: (app, message) => app.streams.add(message),
   plots: (app, { names }) => app.streams.keep(names),
   capture: (app, message) => void app.eyes.complete().then(() => sendPicture(app, message)),

@@ -9,6 +9,16 @@ export interface Received {
   model: { name: string; about: About };
   robot: { model: string };
   joints: { q: Float64Array; up: Vector | null; source: string };
+  clip: {
+    times: Float64Array;
+    q: Float32Array | Float64Array;
+    handles: Float64Array | null;
+    fps: number;
+    ups: Float32Array | null;
+    figure: { object: object; clip: object } | null;
+    play: boolean;
+    loop: boolean;
+  };
   still: object;
   hulls: {
     links: number[];
@@ -63,7 +73,7 @@ export interface Received {
   };
   extras: { names: string[] };
   image: { camera: string; format: string; data: Uint8Array };
-  images: { cameras: string[] };
+  images: { names: string[] };
   plot: {
     name: string;
     lines: string[];

@@ -130,7 +130,7 @@ export class Reports {
     const { waiting, begins } = this;
     this.waiting = null;
     // The robot may have been moved by something else in the meantime.
-    if (!waiting || (waiting.kind === "clip" && !this.page.stance.followsClip)) return;
+    if (!waiting) return;
     this.begins = false;
     this.send({ ...waiting, begins });
   }

@@ -1,5 +1,4 @@
 import type { App } from "./app.ts";
-import { ClipPlayback } from "./timeline/playback.ts";
 
 /** A configuration, and the vertical in the root's frame if it is given. */
 export interface Snapshot {
@@ -17,8 +16,6 @@ export class Stance {
   unreported = false;
   /** Whether the robot was last moved by a user, in this page or another. */
   movedByHand = false;
-  /** Whether the clip gives the vertical; false as soon as something else moves the robot. */
-  followsClip = false;
   /** The posture that was chosen last in this page. */
   chosen: { name: string; q: number[] } | null = null;
 
@@ -42,15 +39,15 @@ export class Stance {
    * @param report whether to report it to the program, because it comes from this page
    */
   set(q: number[], up: ArrayLike<number> | null = this.up, report: boolean = true) {
-    const { player } = this.page;
+    const { player, reports } = this.page;
     if (player.loaded) player.pause();
+    reports.waiting = null;
     this.put(q, up, report);
   }
 
   /** The same during playback, which continues. */
   put(q: number[], up: ArrayLike<number> | null, report: boolean) {
     this.q.splice(0, q.length, ...q);
-    this.followsClip = false;
     this.up = up;
     this.unreported = report;
     this.movedByHand ||= report;
@@ -73,19 +70,6 @@ export class Stance {
     if (this.movedByHand && !byHand) this.setDownAnew();
     this.set(q, up, false);
     this.movedByHand = byHand;
-  }
-
-  followClip() {
-    this.up = null;
-    this.followsClip = true;
-  }
-
-  // Remove the clip. meshcat's animator then restores the configuration before the clip, which is outdated, so the
-  // current one is set again.
-  still() {
-    const { q, up } = this.snapshot();
-    this.page.player.unload();
-    this.set(q, up, false);
   }
 
   /** @param column of q */
@@ -118,9 +102,6 @@ export class Stance {
     const { robot, player, shown, drag, studio, ghosts, balance, collisions, eyes, panel, reports } = this.page;
     if (!robot) return;
     player.refresh();
-    const q = this.followsClip && player.playback instanceof ClipPlayback && player.playback.q;
-    if (q) this.q.splice(0, q.length, ...q);
-    if (this.followsClip) this.up = Math.hypot(...robot.clipUp) > 1e-6 ? [...robot.clipUp] : null;
     const now = [...this.q, ...Array.from(this.up ?? [])];
     if (this.settled?.length === now.length && now.every((value, i) => value === this.settled?.[i])) return;
     this.settled = now;
@@ -132,7 +113,6 @@ export class Stance {
     collisions.refresh();
     eyes.drawGround();
     panel.refresh();
-    if (this.followsClip) reports.playing("clip", this.q);
     const own = this.unreported;
     if (own) reports.joints();
     this.unreported = false;

@@ -41,9 +41,7 @@ export interface MeshcatViewer {
     update(): void;
     addEventListener(type: string, listener: () => void): void;
   };
-  animator: Animator;
   scene_tree: {
-    children: Record<string, { object: Three.Object3D } | undefined>;
     find(path: string[]): { object: Three.Object3D };
     delete(path: string[]): void;
   };
@@ -56,20 +54,4 @@ export interface MeshcatViewer {
   set_3d_pane_size(): void;
   set_dirty(): void;
   set_property(path: string[], property: string, value: unknown): void;
-}
-
-/** The part of meshcat that plays clips. */
-interface Animator {
-  actions: Three.AnimationAction[];
-  mixer: Three.AnimationMixer;
-  duration: number;
-  playing: boolean;
-  time: number;
-  after_render(): void;
-  update(): void;
-  clear(): void;
-  display_progress(time: number): void;
-  pause(): void;
-  play(): void;
-  seek(time: number): void;
 }

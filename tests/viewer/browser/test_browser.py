@@ -87,59 +87,10 @@ def test_sliders_have_the_limits_of_the_joints_and_stand_where_they_stand(page: 
     assert chains == list(nao.chains)
 
 
-def test_both_hips_move_with_either_slider(page: Page, nao: nk.NaoModel) -> None:
-    for joint, other, value in (("LHipYawPitch", "RHipYawPitch", -0.4), ("RHipYawPitch", "LHipYawPitch", 0.2)):
-        page.set(nao.posture("StandInit"))
-        before = page.poses(("LLeg", "RLeg"))
-        page.slide(joint, value)
-        q = page.q
-        assert nao.angles(q)["LHipYawPitch"] == pytest.approx(value)
-        assert float(page.slider(other).input_value()) == pytest.approx(value)
-        after = page.poses(("LLeg", "RLeg"))
-        assert (np.abs(after - before).max(axis=(1, 2)) > 0.01).all()
-        assert np.abs(after - nao.fk(q, ["LLeg", "RLeg"])).max() < 1e-6
-
-
-def test_the_hand_slider_opens_the_fingers(page: Page, nao: nk.NaoModel) -> None:
-    fingers = tuple(name for name in nao.mimics if name.startswith("LHand"))
-    assert len(fingers) == 8
-    page.set(nao.configuration({"LHand": 0.0}))
-    closed = page.poses(fingers)
-    page.slide("LHand", 1.0)
-    q = nao.configuration({"LHand": 1.0})
-    assert np.abs(page.poses(fingers) - nao.fk(q, fingers)).max() < 1e-6
-    assert (np.abs(page.poses(fingers) - closed).max(axis=(1, 2)) > 0.1).all()
-
-
-def test_posture_buttons_take_the_robot_there(page: Page, nao: nk.NaoModel) -> None:
-    for name in nao.posture_names:
-        page.tab.get_by_role("button", name=name, exact=True).click()
-        assert np.array_equal(page.q, nao.posture(name))
-        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=3e-4)
-
-
 def _in_the_room(page: Page, frame: str) -> np.ndarray:
     """Return the pose of a frame relative to the floor, which is at z = 0."""
     placed = "naoKin.robot.root.matrix.clone().multiply(naoKin.robot.pose(naoKin.robot.frames.get(frame)))"
     return np.reshape(page.run(f"(frame) => (naoKin.settle(), {placed}.elements)", frame), (4, 4)).T
-
-
-def test_a_lifted_leg_leaves_the_robot_standing_on_the_other(page: Page, nao: nk.NaoModel) -> None:
-    for lifted, standing in (("L", "RLeg"), ("R", "LLeg")):
-        q = nao.configuration({f"{lifted}HipPitch": -0.9, f"{lifted}KneePitch": 1.5, f"{lifted}AnklePitch": -0.5})
-        page.set(q)
-        T = _in_the_room(page, standing)
-        assert T[2, 2] == pytest.approx(1.0, abs=1e-12)
-        assert abs(T[2, 3]) < 0.001
-
-
-@pytest.mark.full
-def test_the_vertical_may_be_given(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.display(nao.posture("StandZero"), up=[0.0, -2.0, 0.0])
-    with opened(browser, viewer.save_html(tmp_path / "side.html")) as page:
-        assert np.allclose(_in_the_room(page, "Torso")[2, :3], [0.0, -1.0, 0.0], atol=1e-12)
-        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoModel) -> None:
@@ -181,7 +132,7 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
 
 def test_the_clip_scrubs_between_the_configurations(page: Page, nao: nk.NaoModel, clip: np.ndarray) -> None:
     assert page.tab.locator("#player").is_visible()
-    assert page.run("() => naoKin.viewer.animator.duration") == pytest.approx(1.0)
+    assert page.run("() => naoKin.player.duration") == pytest.approx(1.0)
     scrubber = page.tab.get_by_label("Time")
     middle = (clip[10] + clip[11]) / 2
     for seconds, expected in ((0.0, clip[0]), (0.5, clip[10]), (0.5, clip[10]), (0.525, middle), (1.0, clip[20])):
@@ -196,7 +147,7 @@ def test_the_clip_scrubs_between_the_configurations(page: Page, nao: nk.NaoModel
 def test_a_slider_takes_over_from_the_clip(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { naoKin.player.seek(0); naoKin.player.toggle(); }")
     page.slide("HeadYaw", 0.5)
-    assert not page.run("() => naoKin.viewer.animator.playing")
+    assert not page.run("() => naoKin.player.playback.playing")
     assert page.q[nao.joint_names.index("HeadYaw")] == pytest.approx(0.5)
 
 
@@ -315,34 +266,6 @@ def test_a_robot_of_one_bare_link_makes_a_page(browser: Any, tmp_path: Path) -> 
 
 
 @pytest.mark.full
-def test_a_ghost_targets_and_colours_are_drawn(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    q, other = nao.posture("StandInit"), nao.posture("StandZero")
-    viewer.display(q)
-    viewer.show_ghosts(other)
-    viewer.show_targets({"point": [0.2, 0.1, 0.0], "pose": nao.fk(other, "LArm")})
-    viewer.color_links({"Head": 0.0, "LFoot": 10.0}, label="torque")
-    viewer.show_frames(["LArm"], size=0.05)
-    viewer.camera("front")
-    with opened(browser, viewer.save_html(tmp_path / "more.html")) as page:
-        names = [link["name"] for link in page.run("() => naoKin.robot.about.links")]
-        copies = page.run(
-            "() => naoKin.ghosts.copies.map(({ userData: u }) => [u.link, u.pose.clone().transpose().toArray()])"
-        )
-        poses = np.reshape([pose for _, pose in copies], (-1, 4, 4))
-        standing = nao.set_down(other).T_world_base @ nao.fk(other, [names[link] for link, _ in copies])
-        assert np.abs(poses - standing).max() < 1e-4  # it is set down by itself
-        assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
-        assert page.run("() => naoKin.targets.group.children.length") == 2
-        assert "torque" in page.tab.locator("#legend").inner_text()
-        head, foot = (names.index(name) for name in ("Head", "l_ankle"))  # LFoot has no shape: it is fixed to l_ankle
-        colours = "(link) => naoKin.robot.meshes.find((m) => m.link === link).mesh.material.color.toArray()"
-        (r, _, b), (r2, _, b2) = page.run(colours, head), page.run(colours, foot)
-        assert b > r
-        assert r2 > b2
-
-
-@pytest.mark.full
 def test_a_floating_base_moves_in_the_world(browser: Any, tmp_path: Path) -> None:
     nao = nk.load_nao(base="floating")
     q = nao.random(2)
@@ -422,16 +345,6 @@ def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> No
             assert [error for error in one.errors if "ERR_CONNECTION_REFUSED" not in error] == []
         finally:
             one.close()
-
-
-@pytest.mark.full
-def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer:
-        Page(browser, viewer.url).close()
-        for q in nao.random(1, 10):
-            viewer.display(q)
-        with opened(browser, viewer.url) as page:
-            assert np.array_equal(page.q, q)
 
 
 @pytest.mark.full

@@ -112,21 +112,6 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
-@pytest.mark.parametrize("frame", ["LArm", "CameraTop", *full("LLeg", "RLeg")])
-def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
-    rng = np.random.default_rng(4)
-    start = on_screen(page, frame)
-    page.tab.mouse.move(*start)
-    page.tab.mouse.down()
-    lines = set()
-    for away in rng.uniform(-220, 220, (14, 2)):
-        page.tab.mouse.move(*(start + away), steps=2)
-        assert_consistent(page, nao)
-        lines.add(said(page))
-    page.tab.mouse.up()
-    assert any(re.search(r": \w+ stops at \S+°", line) for line in lines), lines
-
-
 def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
     page.slide("LHipYawPitch", -0.3)
     before = nao.fk(page.q, ("LLeg", "RLeg"))
@@ -334,57 +319,29 @@ def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk
     assert not orbited(on_screen(page, "LArm"))
 
 
-def test_a_handle_under_the_pointer_says_that_it_can_be_held(page: Page) -> None:
-    cursor = "() => document.getElementById('pane').style.cursor"
-    page.tab.mouse.move(90, 560)
-    assert page.run(cursor) == ""
-    page.tab.mouse.move(*on_screen(page, "LArm"))
-    assert page.run(cursor) == "grab"
-    page.tab.mouse.down()
-    assert page.run(cursor) == "grabbing"
-    page.tab.mouse.up()
-    assert page.run(cursor) == "grab"
-    page.tab.mouse.move(90, 560)
-    page.animation_frames(2)
-    assert page.run(cursor) == ""
-
-
 def test_a_finger_drags_a_hand_and_a_second_one_gives_both_to_the_camera(page: Page, nao: nk.NaoModel) -> None:
-    session = page.tab.context.new_cdp_session(page.tab)
-
-    def touch(kind: str, *points: Any) -> None:
-        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
     start = np.add(on_screen(page, "LArm"), (15, -8))  # a finger is no needle
     q, before = page.q, on_screen(page, "LArm")
-    touch("touchStart", start)
-    touch("touchMove", np.add(start, (6, -20)))
+    page.touch("touchStart", start)
+    page.touch("touchMove", np.add(start, (6, -20)))
     assert np.abs(on_screen(page, "LArm") - before - (6, -20)).max() < 0.2
     assert_consistent(page, nao)
-    touch("touchStart", np.add(start, (6, -20)), (90, 560))
+    page.touch("touchStart", np.add(start, (6, -20)), (90, 560))
     assert page.run("() => naoKin.drag.held") is None
     distance = page.run(DISTANCE)
-    touch("touchMove", np.add(start, (20, -60)), (60, 600))
-    touch("touchEnd")
+    page.touch("touchMove", np.add(start, (20, -60)), (60, 600))
+    page.touch("touchEnd")
     np.testing.assert_array_equal(page.q, q)
     assert page.run(DISTANCE) < 0.95 * distance
     assert not page.run("() => naoKin.panel.past.history.past.length")
     # The next finger drags again.
-    touch("touchStart", on_screen(page, "LArm"))
-    touch("touchMove", np.add(on_screen(page, "LArm"), (6, -20)))
-    touch("touchEnd")
+    page.touch("touchStart", on_screen(page, "LArm"))
+    page.touch("touchMove", np.add(on_screen(page, "LArm"), (6, -20)))
+    page.touch("touchEnd")
     assert np.abs(page.q - q).max() > 0.01
-    session.detach()
 
 
 def test_forty_pinches_over_the_robot_zoom_and_move_no_joint(phone: Page) -> None:
-    session = phone.tab.context.new_cdp_session(phone.tab)
-
-    def touch(kind: str, *points: Any) -> None:
-        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
-
     rng = np.random.default_rng(5)
     handles = phone.run("() => naoKin.drag.handles.map(({ limb }) => limb.frame)")
     q = phone.q
@@ -395,17 +352,16 @@ def test_forty_pinches_over_the_robot_zoom_and_move_no_joint(phone: Page) -> Non
         angle, spread, moved = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(40.0, 70.0), rng.uniform(0.0, 9.0)
         way = np.array([math.cos(angle), math.sin(angle)])
         second = np.clip(first + spread * way, (10.0, 90.0), (380.0, 330.0))
-        touch("touchStart", first)
-        touch("touchMove", first - moved * way)
-        touch("touchStart", first - moved * way, second)
+        phone.touch("touchStart", first)
+        phone.touch("touchMove", first - moved * way)
+        phone.touch("touchStart", first - moved * way, second)
         distance = phone.run(DISTANCE)
         for step in (8.0, 16.0, 24.0):
-            touch("touchMove", first - (moved + step) * way, second + step * way)
-        touch("touchEnd")
+            phone.touch("touchMove", first - (moved + step) * way, second + step * way)
+        phone.touch("touchEnd")
         assert phone.run(DISTANCE) < 0.9 * distance, number
         np.testing.assert_array_equal(phone.q, q)
         phone.run("() => naoKin.camera('three-quarter')")
-    session.detach()
 
 
 def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, nao: nk.NaoModel) -> None:
@@ -480,18 +436,6 @@ def test_an_arm_of_another_kind_is_dragged_by_its_hand_and_a_selected_link(brows
             page.tab.mouse.up()
 
 
-def test_a_robot_without_such_limbs_has_no_handles(browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "bare.urdf"
-    path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
-    with opened(browser, Viewer(nk.RobotModel.from_urdf(path)).save_html(tmp_path / "bare.html")) as page:
-        page.tab.locator(".view-menu > summary").click()
-        assert not page.tab.get_by_role("button", name="Handles", exact=True).is_visible()
-        page.tab.locator(".view-menu > summary").click()
-        page.tab.mouse.move(200, 200)
-        page.tab.mouse.down()
-        page.tab.mouse.up()
-
-
 def test_a_hand_that_is_dragged_into_the_trunk_is_told_while_it_is_held(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("Stand"))
     line = page.tab.locator(".body-state button")
@@ -546,19 +490,6 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         assert (0, "LThigh") in assert_drawn_where_they_differ(page, nao, found.solutions)
 
 
-def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
-        viewer.show_ghosts(nao.random(3, 2))
-        page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
-        viewer.show_ghosts(nao.random(3, 1))
-        page.tab.wait_for_function(
-            "() => document.getElementById('legend').innerText.split(/\\s+/).join() === 'ghosts,1'"
-        )
-        viewer.clear_ghosts()
-        page.tab.wait_for_function("() => naoKin.ghosts.group.children.length === 0")
-        assert not page.tab.locator("#legend").is_visible()
-
-
 @pytest.mark.full
 def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
@@ -584,25 +515,6 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
         page.tab.mouse.up()
         assert not legend.is_visible()
         assert page.run("() => naoKin.toggles.buttons.get('ghosts').hidden")
-
-
-@pytest.mark.full
-def test_one_ghost_is_to_compare_with_and_outlives_a_drag(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
-    viewer = Viewer(nao)
-    viewer.display(nao.posture("StandInit"))
-    viewer.show_ghosts(nao.posture("StandZero"))
-    with opened(browser, viewer.save_html(tmp_path / "one.html"), SIZE) as page:
-        assert not page.tab.locator("#legend").is_visible()
-        drag(page, "RArm", (-10, -20))
-        page.tab.mouse.up()
-        copies = ghosts_of(page)
-        standing = nao.set_down(nao.posture("StandZero")).T_world_base
-        for link, T, visible in copies:
-            assert visible, link  # it is set down by itself, where no link is the robot's
-            expected = standing @ nao.fk(nao.posture("StandZero"), link)
-            assert np.abs(np.reshape(T, (4, 4)) - expected).max() < 1e-4
-        assert not page.switch("Ghosts")
-        assert not page.run("() => naoKin.ghosts.group.visible")
 
 
 @pytest.mark.full

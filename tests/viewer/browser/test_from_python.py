@@ -14,7 +14,7 @@ import trimesh
 from viewer_pages import Page, opened, until
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints import MultiDofModel
 from nao_kin.viewer import Viewer
 
@@ -273,19 +273,6 @@ def test_robots_are_named_hidden_and_looked_at_in_the_panel(
             assert np.ptp(np.array(corners)[:, 1]) > 1.0  # it fills the view
 
 
-def test_bad_configurations_of_other_robots_are_refused(nao: nk.NaoModel) -> None:
-    viewer, typed = Viewer(nao), MultiDofModel(nao)
-    other = viewer.add_robot(typed)
-    q_typed, turned = (typed.from_q(nao.configuration({"LHipYawPitch": value})) for value in (0.0, -0.4))
-    ball = typed.columns[next(pair.name for pair in typed.pairs if "LHipYawPitch" in pair.joints)]
-    q_typed[ball] = turned[ball]  # the other leg's hip, on the same motor, is not turned
-    for q, error in ((q_typed, DisagreeingJoints), (np.zeros(3), WrongShape), (np.zeros((1, typed.nq)), WrongShape)):
-        with pytest.raises(error):
-            other.display(q)
-    with pytest.raises(UnknownName):
-        other.color_links({"Heed": 1.0})
-
-
 # --- shapes -----------------------------------------------------------------------------------------------------------
 
 
@@ -427,39 +414,16 @@ def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, 
     live.show_frames([])
 
 
-def test_what_a_page_says_of_buttons_is_not_believed_blindly(page: Page, live: Viewer) -> None:
-    before = dict(live.shown)
-    for shown in (5, None, [], {"com": 1}, {"com": None}, {"x" * 1000: True}, {"": True}):
-        page.run("(shown) => naoKin.send({ kind: 'shown', shown, source: 1 })", shown)
-    page.run(
-        """() => {
-            for (let i = 0; i < 500; i++) naoKin.send({ kind: "shown", shown: { [`n${i}`]: true }, source: "" });
-        }"""
-    )
-    page.run("() => naoKin.send({ kind: 'clip', q: [1, 2] })")
-    page.slide("HeadYaw", -0.4)
-    assert until(lambda: live.q[0] == -0.4)
-    assert {name: live.shown[name] for name in before} == before
-    assert len(live.shown) <= 64
-
-
-def test_a_clip_plays_that_is_shown_right_after_a_configuration(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+def test_a_clip_plays_that_follows_a_configuration_or_another_clip(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    plays = "(end) => { const { playback } = naoKin.player; return playback?.duration === end && playback.playing; }"
     for _ in range(3):
         live.display(nao.posture("Stand"))
-        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
-        page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+        for fps in (0.1, 0.2):
+            live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=fps)
+            page.tab.wait_for_function(plays, arg=1.0 / fps)
         live.display(nao.posture("Sit"))
         page.tab.wait_for_function("() => !naoKin.player.loaded")
         page.tab.wait_for_function("(q) => q.every((x, i) => naoKin.q[i] === x)", arg=nao.posture("Sit").tolist())
-
-
-def test_a_clip_plays_that_takes_the_place_of_another(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
-    for fps in (0.1, 0.2):
-        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=fps)
-        page.tab.wait_for_function(
-            "(end) => { const { playback } = naoKin.player; return playback?.duration === end && playback.playing; }",
-            arg=1.0 / fps,
-        )
 
 
 @pytest.mark.full
@@ -522,4 +486,4 @@ def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk
     assert motion.start == 0.0
     assert motion.end == pytest.approx(taken.times[-1])
     assert np.allclose(motion.sample(0.2), nao.posture("StandInit"))  # it stood still until it moved
-    assert len(taken) == len(taken.times) < 30
+    assert len(taken.times) < 30

@@ -16,7 +16,6 @@ from loops import for_all, full
 from viewer_pages import Page, opened, until, visitor
 
 import nao_kin as nk
-from nao_kin.motion import mirror
 from nao_kin.stream.tables import read_log
 from nao_kin.viewer import Viewer
 
@@ -182,15 +181,6 @@ def test_a_number_that_is_only_looked_at_stays_as_exact_as_it_was(page: Page, na
     assert np.array_equal(page.q, q)
 
 
-def test_escape_gives_the_number_back(page: Page) -> None:
-    field(page, "HeadYaw").click()
-    page.tab.keyboard.type("77")
-    press(page, "Escape")
-    assert field(page, "HeadYaw").input_value() == "0.0"
-    press(page, "Tab")
-    assert page.q[0] == 0.0
-
-
 def test_what_is_no_number_says_so_and_changes_nothing(page: Page, nao: nk.NaoModel) -> None:
     field(page, "HeadYaw").click()
     page.tab.keyboard.type("left")
@@ -216,18 +206,7 @@ def test_a_number_beyond_a_limit_stops_there_and_says_so(page: Page, nao: nk.Nao
     assert note(page, "HeadYaw") == "the limit is 119.5°"
 
 
-@for_all(
-    ("key", "degrees"),
-    [
-        ("ArrowUp", 1.0),
-        ("ArrowDown", -1.0),
-        ("Shift+ArrowUp", 10.0),
-        ("Control+ArrowDown", -0.1),
-        ("Alt+ArrowUp", 0.1),
-        ("PageUp", 10.0),
-        ("PageDown", -10.0),
-    ],
-)
+@for_all(("key", "degrees"), [("Shift+ArrowUp", 10.0), ("Control+ArrowDown", -0.1), ("PageDown", -10.0)])
 def test_keys_step_sliders_and_numbers_alike(page: Page, nao: nk.NaoModel, key: str, degrees: float) -> None:
     column = nao.joint_names.index("LKneePitch")
     for control in (page.slider("LKneePitch"), field(page, "LKneePitch")):
@@ -377,18 +356,6 @@ def test_a_series_of_arrow_keys_on_a_slider_is_one_step(page: Page, nao: nk.NaoM
         assert page.q[:2] == pytest.approx([14 * STEP, pitch * STEP])
 
 
-def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> None:
-    placed = "() => (naoKin.settle(), naoKin.robot.placement().elements)"
-    standing = page.run(placed)
-    tool(page, "LyingBack").click()
-    lying = page.run(placed)
-    assert lying[2] > 0.9  # x of the trunk, ahead, points up
-    press(page, "Control+z")
-    assert page.run(placed) == pytest.approx(standing, abs=1e-9)
-    press(page, "Control+y")
-    assert page.run(placed) == pytest.approx(lying, abs=1e-9)
-
-
 def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
     page.tab.wait_for_function("() => naoKin.stance.up !== null")
@@ -467,32 +434,6 @@ def test_one_history_has_every_change_and_is_reached_from_everywhere(page: Page,
     assert tool(page, "Undo").get_attribute("aria-disabled") == "true"
 
 
-def test_reset_leads_to_where_the_page_began(page: Page, nao: nk.NaoModel) -> None:
-    start = page.run("() => naoKin.panel.start.q")
-    tool(page, "LyingBelly").click()
-    tool(page, "Reset to the beginning").click()
-    assert page.q.tolist() == start
-
-
-def test_the_mirror_is_that_of_motions(page: Page, nao: nk.NaoModel) -> None:
-    q = nao.random(8)
-    page.set(q)
-    tool(page, "Mirror left and right").click()
-    motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
-    expected = mirror(nao, motion).configurations(nao).q[0]
-    assert np.allclose(page.q, expected, rtol=0.0, atol=1e-12)
-    assert np.abs(page.poses(nao.link_names) - nao.fk(expected)).max() < 1e-6
-
-
-def test_random_configurations_keep_all_limits(page: Page, nao: nk.NaoModel) -> None:
-    seen = []
-    for _ in range(10):
-        tool(page, "Random within the limits").click()
-        seen.append(page.q)
-        assert not nao.limit_violations(page.q)
-    assert np.ptp(seen, axis=0).min() > 0.05
-
-
 def test_a_robot_without_sides_has_no_mirror_and_no_naoqi(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(
@@ -533,43 +474,16 @@ def test_copies_are_what_python_reads(page: Page, nao: nk.NaoModel, tmp_path: Pa
     assert np.array_equal(space["q"], q)
 
 
-class Recorder:
-    """A motion proxy that keeps what it is called with."""
-
-    def setAngles(self, names: list[str], angles: list[float], speed: float) -> None:
-        self.given = dict(zip(names, angles, strict=True))
-        self.names = names
-
-    def angleInterpolation(self, names: list[str], angles: list[float], times: float, absolute: bool) -> None:
-        assert absolute is True
-        self.setAngles(names, angles, times)
-
-
-@pytest.mark.parametrize("title", ["JSON", *full("CSV", "Python", "setAngles", "angleInterpolation")])
-def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel, title: str) -> None:
+def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel) -> None:
     q = nao.random(5)
     page.set(q)
-    copied(page, title)
+    copied(page, "JSON")
     page.set(nao.neutral())
     press(page, "ControlOrMeta+V")
-    assert said(page).startswith(f"{26 if title.startswith(('set', 'angle')) else 25} values from {title}")
+    assert said(page).startswith("25 values from JSON")
     assert np.array_equal(page.q, q)
     press(page, "Control+z")
     assert np.array_equal(page.q, nao.neutral())
-
-
-def test_the_button_pastes_too(page: Page) -> None:
-    page.run("() => navigator.clipboard.writeText('{\"HeadYaw\": 0.25}')")
-    tool(page, "Paste a configuration").click()
-    assert said(page) == "1 value from JSON"
-    assert page.q[0] == 0.25
-
-
-def test_a_paste_into_a_field_is_the_fields(page: Page, nao: nk.NaoModel) -> None:
-    page.run("() => navigator.clipboard.writeText('33')")
-    field(page, "HeadYaw").click()
-    press(page, "ControlOrMeta+V", "Enter")
-    assert page.q[0] == pytest.approx(math.radians(33.0))
 
 
 # --- links ------------------------------------------------------------------------------------------------------------
@@ -651,12 +565,8 @@ def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any
     ("text", "reason"),
     [
         ("chapter-2", "is not a state of this page"),
-        ("v=7&q=", "version"),
         ("v=1&q=HeadYow:1", "nearest: HeadYaw"),
-        ("v=1&q=HeadYaw:1e400", "expected a finite number"),
-        ("v=1&q=__proto__:1&show=%3Cimg%3E", "unknown joint"),
         ("v=1&show=%3Cimg%20src=x%3E", "unknown overlay"),
-        ("v=1&q=%E0%A4%A", "is not valid in a link"),
     ],
 )
 def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
@@ -712,7 +622,7 @@ def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
 
 
 def test_space_plays_and_pauses(page: Page) -> None:
-    playing = "() => naoKin.viewer.animator.playing"
+    playing = "() => naoKin.player.playback.playing"
     assert not page.run(playing)
     press(page, "Space")
     assert page.run(playing)
@@ -954,7 +864,6 @@ def test_targets_for_fingers_are_large_enough(request: pytest.FixtureRequest) ->
 
 def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(phone: Page) -> None:
     tab = phone.tab
-    session = tab.context.new_cdp_session(tab)
     slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
     thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 
@@ -963,11 +872,11 @@ def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(ph
         # There is room to scroll either way, and what the swipe before scrolled does not add up.
         tab.locator("#panel > .body").evaluate("(body) => body.scrollTo(0, 100)")
         box, before = slider.bounding_box(), state_of(tab)["q"]
-        start = (box["x"] + x, box["y"] + box["height"] / 2)
-        for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):
-            for share in shares:
-                points = [] if share is None else [dict(zip("xy", start + share * np.array(way), strict=True))]
-                session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        start = np.array([box["x"] + x, box["y"] + box["height"] / 2])
+        phone.touch("touchStart", start)
+        for share in np.linspace(0.1, 1.0, 8):
+            phone.touch("touchMove", start + share * np.array(way))
+        phone.touch("touchEnd")
         until(lambda: abs(way[1]) < 20 or abs(box["y"] - slider.bounding_box()["y"]) > 20, 60.0)
         last = math.inf
         while last != (last := slider.bounding_box()["y"]):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,8 +13,7 @@ import pytest
 from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NoBrowser, NotFinite
-from nao_kin.robot.semantics import Semantics
+from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 
 # Count what is drawn from now on: pictures at their best, and pictures of a movement.
@@ -297,18 +295,6 @@ def test_the_inset_shows_what_the_camera_sees(page: Page, nao: nk.NaoModel, name
     assert page.run("() => naoKin.eyes.camera.parent") is None
 
 
-def test_each_version_has_the_field_of_view_of_its_cameras() -> None:
-    for version, field in (("v3.2", (47.8, 36.8)), ("v5", (60.9, 47.6)), ("v6", (56.3, 43.7))):
-        fields = nk.load_nao(version).semantics.fields_of_view
-        assert np.allclose(np.degrees([fields["CameraTop"], fields["CameraBottom"]]), [field, field])
-
-
-@pytest.mark.parametrize("angles", [(1.0,), (0.0, 1.0), (1.0, math.pi)])
-def test_a_field_of_view_is_two_angles_below_half_a_turn(angles: Any) -> None:
-    with pytest.raises((BadArgument, NotFinite), match="field of view"):
-        Semantics(cameras=("camera",), fields_of_view={"camera": angles})
-
-
 def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(page: Page, nao: nk.NaoModel) -> None:
     page.switch("Camera view")
     counts = set()
@@ -396,24 +382,6 @@ def test_the_difference_to_a_ghost_is_read_in_numbers(page: Page, nao: nk.NaoMod
     assert card.locator("h3").inner_text().startswith("From Stand: 1 joint, ")
     more.click()
     assert not card.is_visible()
-
-
-def test_a_ghost_stands_on_the_floor_by_itself(page: Page, nao: nk.NaoModel) -> None:
-    other = nao.posture("Crouch")
-    page.run(
-        "(q) => naoKin.receive({ kind: 'ghosts', qs: Float64Array.from(q), count: 1, opacity: 0.4, first: null })",
-        other.tolist(),
-    )
-    lowest = """() => (naoKin.viewer.scene.updateMatrixWorld(true), Math.min(...naoKin.ghosts.copies.map((copy) => {
-        const box = copy.geometry.boundingBox.clone();
-        return box.applyMatrix4(naoKin.robot.fromWorld().multiply(copy.matrixWorld)).min.z; })))"""
-    for name in ("StandInit", "Sit"):
-        page.set(nao.posture(name))
-        poses = page.run("() => naoKin.ghosts.copies.map(({ userData: u }) => [u.link, u.pose.toArray()])")
-        T = np.reshape([pose for _, pose in poses], (-1, 4, 4)).swapaxes(1, 2)
-        links = [list(page.run("() => naoKin.robot.about.links.map(({ name }) => name)"))[link] for link, _ in poses]
-        assert np.abs(T - nao.set_down(other).T_world_base @ nao.fk(other, links)).max() < 1e-4
-        assert page.run(lowest) == pytest.approx(0.0, abs=2e-3)
 
 
 # --- links that overlap ------------------------------------------------------------------------------------------
@@ -547,23 +515,6 @@ def test_a_lost_graphics_card_is_told_and_comes_back_with_the_same_picture(drawn
     fast = drawn.picture().astype(float)
     drawn.run("() => { delete naoKin.studio.quality.next; }")
     assert np.abs(fast - before)[robot].mean() < 9.0
-
-
-def test_the_first_pictures_are_plain_and_the_next_one_is_complete(page: Page) -> None:
-    environments = page.run("""() => new Promise((done) => {
-        const { studio } = naoKin;
-        const found = [];
-        const draw = studio.draw.bind(studio);
-        studio.draw = () => {
-            draw();
-            found.push([studio.isPrepared, studio.floor.node.visible]);
-            if (found.length < 3) return;
-            delete studio.draw;
-            done(found);
-        };
-        studio.restore();
-    })""")
-    assert environments == [[False, True], [False, True], [True, True]]
 
 
 def test_the_picture_follows_the_resolution_of_the_screen(page: Page) -> None:

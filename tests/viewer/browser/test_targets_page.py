@@ -142,13 +142,11 @@ def test_a_pose_is_turned_by_its_rings_and_two_pages_agree(page: Visit, live: nk
     # A phone sees the same, and drags it with a finger.
     with opened(browser, live.url, PHONE, kind=Visit, has_touch=True, is_mobile=True) as phone:
         assert np.allclose(phone.matrix("grasp"), grasp.T, atol=1e-12)
-        session, start = phone.tab.context.new_cdp_session(phone.tab), phone.place("grasp")
-        for kind, points in (
-            ("touchStart", [start]), *(("touchMove", [start + step * np.array((3.0, -6.0))]) for step in range(1, 8)),
-            ("touchEnd", []),
-        ):  # fmt: skip
-            touches = [{"x": float(x), "y": float(y), "id": 0} for x, y in points]
-            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+        start = phone.place("grasp")
+        phone.touch("touchStart", start)
+        for step in range(1, 8):
+            phone.touch("touchMove", start + step * np.array((3.0, -6.0)))
+        phone.touch("touchEnd")
         assert until(lambda: np.linalg.norm(grasp.T[:3, 3] - T[:3, 3]) > 0.02)
         assert np.allclose(grasp.T[:3, :3], wanted[:3, :3], atol=1e-9)
         assert until(lambda: np.allclose(page.matrix("grasp"), phone.matrix("grasp"), atol=1e-12))

@@ -92,18 +92,6 @@ def test_each_light_is_the_shape_that_bears_its_name(page: Page, nao: nk.NaoMode
         assert np.allclose(box, [*vertices.min(axis=0), *vertices.max(axis=0)], atol=1e-6)
 
 
-def test_lights_that_are_not_named_any_more_have_their_own_look(page: Page) -> None:
-    _show(page, COLOURS)
-    _show(page, {"LeftEye0": (0.0, 1.0, 0.0)})
-    own, light, glows, _ = page.run(LOOK, "LeftEye1")
-    assert np.allclose(own, OWN, atol=0.002)
-    assert (light, glows) == ([0.0, 0.0, 0.0], False)
-    assert page.run(LOOK, "LeftEye0")[1] == pytest.approx([0.0, 1.0, 0.0], abs=1e-4)
-    _show(page, {})
-    looks = [page.run(LOOK, name) for name in COLOURS]
-    assert all(light == [0.0, 0.0, 0.0] and not glows for _, light, glows, _ in looks)
-
-
 def test_a_lit_light_outshines_the_colour_of_its_link_and_red(page: Page, nao: nk.NaoModel) -> None:
     head = "() => [{ link: naoKin.robot.about.links.findIndex(({ name }) => name === 'Head'), rgb: [1, 1, 0] }]"
     colour = "(links) => naoKin.receive({ kind: 'colours', links, label: '', low: '', high: '', stops: null })"
@@ -185,12 +173,3 @@ def test_a_glow_is_seen_from_where_its_light_is_seen(page: Page, nao: nk.NaoMode
     chest, eye = page.run(strength, False)
     assert 0.0 < chest == pytest.approx(eye / 2)
     assert page.run(strength, True) == [0.0, 0.0]
-
-
-def test_a_page_that_opens_later_has_lights_and_follows(browser: Any, viewer: Viewer) -> None:
-    with viewer:
-        viewer.show_lights({"Chest": (1.0, 0.0, 0.0)})
-        with opened(browser, viewer.url) as page:
-            assert page.run(LOOK, "Chest")[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-4)
-            viewer.show_lights({})
-            page.tab.wait_for_function("() => !naoKin.lights.shapes.get('Chest').mesh.userData.lit")

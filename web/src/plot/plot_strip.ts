@@ -6,7 +6,6 @@ import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
 import { unitOf } from "../values/units.ts";
 import { Plot } from "./plot.ts";
-import { ClipPlayback } from "../timeline/playback.ts";
 import { busiest, evenTimes, sampleTimes } from "../timeline/motion.ts";
 import type { Curves } from "./streams.ts";
 
@@ -116,7 +115,7 @@ export class PlotStrip {
     const begin = performance.now();
     const { motion, page } = this.player;
     const found = page.streams.curves(motion);
-    const playsClip = this.player.playback instanceof ClipPlayback;
+    const playsClip = this.player.playback !== null && this.player.playback === this.player.program;
     for (const [name, { margins }] of found) if (margins && !playsClip) found.delete(name);
     for (const [name, { plot }] of this.streams) {
       if (found.has(name)) continue;

@@ -57,10 +57,8 @@ export class Robot extends Skeleton {
   meshes: Shape[] = [];
   /** For each sole the links that move with it. */
   feet: number[][];
-  /** The configuration. There is only this one array, into which meshcat's clips and all other parts write. */
+  /** The configuration. There is only this one array, into which all other parts write. */
   q = [...this.about.neutral];
-  /** The vertical in the root's frame that a clip gives with the configurations, of any length; zeros if it gives none. */
-  clipUp = [0, 0, 0];
 
   /** @param share factor on the opacity of its shapes */
   constructor(root: THREE.Object3D, about: About, parts: Parts, share: number) {
@@ -75,7 +73,6 @@ export class Robot extends Skeleton {
     this.feet = about.soles.map(({ link }) =>
       [...carriers.keys()].filter((other) => carriers[other] === carriers[link]),
     );
-    Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
   }
 
   frameNode(name: string) {

@@ -65,7 +65,7 @@ export class OtherRobots {
    */
   box(links: number[]) {
     const box = this.page.robot.box(links);
-    const { figure } = this.page.viewer.scene_tree.children;
+    const { figure } = this.page.player;
     if (links.length === 0 && figure) box.expandByObject(figure.object);
     for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
       if (!visible) continue;

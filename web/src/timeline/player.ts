@@ -3,19 +3,11 @@ import type { App } from "../app.ts";
 import { div, element, iconButton, type IconName, select, toolbar } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
 import { Editor } from "./editor.ts";
-import type { Motion } from "./motion.ts";
+import type { Received } from "../received.ts";
+import { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
-import { ClipPlayback, MotionPlayback, type Curves } from "./playback.ts";
+import { Figure, MotionPlayback } from "./playback.ts";
 import { Recording } from "./recorder.ts";
-
-type Playback = ClipPlayback | MotionPlayback;
-
-/** The parts of meshcat's message with a clip that the player reads, and the curves that Python adds. */
-interface Clip {
-  animations?: { clip: { fps?: number } }[];
-  options: { repetitions: number };
-  curves?: Curves | null;
-}
 
 const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
 
@@ -34,11 +26,14 @@ export class Player extends EventTarget {
 
   looping = true;
   speed = 1;
+  /** The clip from Python, and its figure. */
+  program: MotionPlayback | null = null;
+  figure: Figure | null = null;
   /** The clip from Python, a recording, or a file. */
-  clip: Playback | null = null;
+  clip: MotionPlayback | null = null;
   keys: MotionPlayback | null = null;
   /** The one that is played: the clip or the key frames. */
-  playback: Playback | null = null;
+  playback: MotionPlayback | null = null;
   /** The state that the bar shows. */
   shownState: string | undefined = undefined;
   button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
@@ -53,11 +48,9 @@ export class Player extends EventTarget {
   sheets = div("sheets");
   tools = div("actions");
 
-  /** @param begin called before the clip takes over the robot's vertical */
   constructor(
     public page: App,
     public bar: HTMLElement,
-    readonly begin: () => void,
   ) {
     super();
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
@@ -100,27 +93,44 @@ export class Player extends EventTarget {
     return this.playback?.duration ?? 0;
   }
 
-  /** @param message of meshcat with a new clip */
-  load({ animations, options, curves }: Clip) {
-    if (this.page.viewer.animator.actions.length === 0) return this.unload();
-    this.keys?.pause();
-    // The animator already plays the new clip, so pausing the old one would pause the new one.
-    if (this.playback instanceof ClipPlayback) this.playback = null;
-    this.looping = !(options.repetitions <= 1);
-    this.setClip(new ClipPlayback(this.page.viewer, this.begin, animations?.[0]?.clip.fps ?? 30, curves ?? null));
+  /** Play a clip from Python instead of the one before. */
+  load({ times, q, handles, fps, ups, figure, play, loop }: Received["clip"]) {
+    this.unload();
+    const { reports, stance, viewer } = this.page;
+    const motion = new Motion(times, q, handles ? "bezier" : "linear", handles ?? []);
+    const directions =
+      ups &&
+      new Motion(
+        Array.from({ length: ups.length / 3 }, (_, i) => i / fps),
+        ups,
+      );
+    this.figure = figure && new Figure(figure, viewer.scene);
+    this.looping = loop;
+    this.program = new MotionPlayback(motion, (shown, time) => {
+      const up = directions?.at(time) ?? [];
+      stance.put(shown, Math.hypot(...up) > 1e-6 ? up : null, false);
+      this.figure?.show(time);
+      reports.playing("clip", shown);
+    });
+    this.setClip(this.program);
+    if (play) this.program.play();
+    else this.program.seek(0);
   }
 
   // Remove the clip from Python.
   unload() {
-    const { animator } = this.page.viewer;
-    if (animator.playing) animator.pause();
-    animator.clear();
-    if (this.clip instanceof ClipPlayback) this.clip = null;
-    if (this.playback instanceof ClipPlayback) this.change(this.keys);
+    const { program } = this;
+    this.program = null;
+    this.figure?.remove();
+    this.figure = null;
+    this.page.viewer.set_dirty();
+    if (!program) return;
+    if (this.clip === program) this.clip = null;
+    if (this.playback === program) this.change(this.keys);
   }
 
   /** @param clip the clip to play from now on, instead of key frames */
-  setClip(clip: Playback) {
+  setClip(clip: MotionPlayback) {
     this.clip = clip;
     this.editor.open(false);
     this.change(clip);
@@ -138,7 +148,7 @@ export class Player extends EventTarget {
     return new MotionPlayback(motion, (q) => this.show(q));
   }
 
-  change(playback: Playback | null) {
+  change(playback: MotionPlayback | null) {
     if (playback !== this.playback) this.playback?.pause();
     this.playback = playback;
     this.bar.classList.toggle("empty", !playback);

@@ -1,29 +1,20 @@
-"""Draw the figures of docs/inverse_kinematics.md and docs/inverse_kinematics_numeric.md.
-
-Example:
-    python scripts/draw_ik_figures.py  # writes ik_leg, ik_arm, ik_legs and ik_branches.svg into docs/images
-"""
+"""The figures of inverse kinematics and of screws, drawn with matplotlib."""
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
+import io
+import re
+from functools import partial
 from typing import Any
-
-import matplotlib
-
-matplotlib.use("svg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.patches import Arc, FancyArrowPatch, Polygon
-from numpy.typing import NDArray
 
 import nao_kin as nk
+from explanations.drawing import Floats
 
-Floats = NDArray[np.float64]
-
-FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
 STYLE = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -34,6 +25,7 @@ STYLE = {
 }
 INK, PALE, BODY, PLANE = "#30343b", "#9aa0a6", "#c9ced6", "#dce8f5"
 LEFT, RIGHT, CHOICE = "#1f6fb2", "#c4572e", "#3a8f4d"
+AXES = ("#c4572e", "#3a8f4d", "#1f6fb2")  # x, y, z
 YAW_PITCH, ROLL, PITCH = "#7b4fa3", "#c4572e", "#1f6fb2"
 # Corners of Romeo's sole about its frame [m].
 _SOLE = np.array([(0.16, 0.05, 0.0), (0.16, -0.05, 0.0), (-0.08, -0.05, 0.0), (-0.08, 0.05, 0.0)])
@@ -91,7 +83,7 @@ class View:
         self.axes.plot(*self.flat(point), "o", markersize=size, color=colour, zorder=8, **more)
 
 
-def draw_leg(nao: nk.NaoModel, path: Path) -> None:
+def draw_leg(nao: nk.NaoModel) -> Figure:
     """Draw the axes of a leg in space, and the triangle of hip, knee and ankle in its plane."""
     figure, (space, plane) = plt.subplots(1, 2, figsize=(7.6, 4.7), gridspec_kw={"width_ratios": [1.0, 1.0]})
     q = nao.configuration({"LHipRoll": 0.12, "LHipPitch": -0.75, "LKneePitch": 1.25, "LAnklePitch": -0.5})
@@ -122,9 +114,7 @@ def draw_leg(nao: nk.NaoModel, path: Path) -> None:
         view.dot(point)
     space.set_title("three axes in the hip, two in the ankle", color=INK, fontsize=9.5, pad=10)
     _draw_triangle(plane, *(float(np.linalg.norm(part)) for part in (hip - knee, knee - ankle)))
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    return figure
 
 
 def _draw_triangle(axes: Any, thigh: float, tibia: float) -> None:
@@ -169,7 +159,7 @@ def _draw_triangle(axes: Any, thigh: float, tibia: float) -> None:
     axes.margins(0.08)
 
 
-def draw_arm(nao: nk.NaoModel, path: Path) -> None:
+def draw_arm(nao: nk.NaoModel) -> Figure:
     """Draw the sphere of the elbow, and the elbow that the hand's pose requires."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     q = nao.configuration(
@@ -210,12 +200,10 @@ def draw_arm(nao: nk.NaoModel, path: Path) -> None:
     view.text(np.add(0.5 * (shoulder + elbow), (0.0, 0.0, 0.012)), "$|e|$", fontsize=11)
     view.text(np.add(hand, (0.0, -0.010, 0.004)), "hand at $p$,\nturned by $R$", ha="right")
     view.text(np.add(elbow, (0.0, -0.026, -0.024)), "elbow at $p - R\\,h$", ha="right")
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    return figure
 
 
-def draw_legs(nao: nk.NaoModel, path: Path) -> None:
+def draw_legs(nao: nk.NaoModel) -> Figure:
     """Draw the rotation of each foot over HipYawPitch, for hips that disagree."""
     q = nao.posture("StandInit")
     column = nao.joint_names.index("LHipYawPitch")
@@ -248,12 +236,10 @@ def draw_legs(nao: nk.NaoModel, path: Path) -> None:
     axes.legend(frameon=False, loc="upper left")
     axes.set_xlim(-1.3, 0.9)
     axes.margins(y=0.12)
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    return figure
 
 
-def draw_branches(path: Path) -> None:
+def draw_branches(_: nk.NaoModel) -> Figure:
     """Draw all branches of Romeo's left leg for one pose of the foot."""
     romeo = nk.load_robot("romeo")
     q = romeo.neutral()
@@ -286,9 +272,7 @@ def draw_branches(path: Path) -> None:
             view.dot(point)
         axes.margins(0.02)
         axes.set_title(f"{number}  {'inside' if inside else 'outside'}", color=CHOICE if inside else INK, fontsize=9)
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    return figure
 
 
 def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
@@ -310,19 +294,58 @@ def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, t
     return hips, (turns[0], turns[1])
 
 
-def main() -> None:
-    """Draw all figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
-    folder = parser.parse_args().folder
-    nao = nk.load_nao()
+def draw_frame(view: View, T: Floats, length: float, width: float) -> None:
+    """Draw three short axes."""
+    for axis, colour in zip(T[:3, :3].T, AXES, strict=True):
+        view.line([T[:3, 3], T[:3, 3] + length * axis], colour, width, zorder=6)
+
+
+def draw_screw(_: nk.NaoModel) -> Figure:
+    """Draw the axis, both paths of a body from one pose to another, and the foot of the perpendicular to the axis."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.2))
+    view = View(axes, -62.0, 24.0)
+    line = nk.lines.PluckerLine.from_point_direction([0, 0, 0], [0, 0, 1])
+    T_0 = nk.screws.pose(nk.rotations.matrix_from_rpy([0.5, 0.3, -0.4]), [1.0, -0.3, 0.0])
+    T_1 = nk.screws.Screw(line, 1.9, 0.8).pose @ T_0
+    shorter = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101))
+    longer = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101), longer=True)
+    view.line(longer[:, :3, 3], PALE, 1.3, linestyle=(0, (4, 3)), zorder=2)
+    view.line(shorter[:, :3, 3], YAW_PITCH, 2.0, zorder=4)
+    for T in shorter[::20]:
+        foot = line.closest_point(T[:3, 3])
+        view.line([foot, T[:3, 3]], BODY, 1.0, zorder=1)
+        draw_frame(view, T, 0.24, 2.0)
+    for T in longer[20:100:20]:
+        draw_frame(view, T, 0.16, 1.0)
+    feet = line.closest_point(np.stack([T_0[:3, 3], T_1[:3, 3]]))
+    view.axis(np.array([0.0, 0.0, 0.4]), np.array([0.0, 0.0, 1.0]), 0.9, INK, "axis")
+    view.line(feet, INK, 3.0, zorder=5)
+    view.text(0.5 * (feet[0] + feet[1]) + [-0.12, -0.06, 0.0], "slide", ha="right")
+    view.text(T_0[:3, 3] + [0.12, 0.0, -0.2], "$T_0$")
+    view.text(T_1[:3, 3] + [0.0, 0.0, 0.34], "$T_1$")
+    view.text(shorter[50, :3, 3] + [0.2, 0.1, -0.12], "angle θ", YAW_PITCH, ha="left")
+    view.text(longer[30, :3, 3] + [0.0, 0.0, -0.2], "the longer way, θ − 2π", ha="right")
+    return figure
+
+
+def _svg(name: str) -> str:
+    """Return a figure as SVG, without the version of matplotlib, and with the same identifiers whatever its digits."""
     with plt.rc_context(STYLE):
-        for name, draw in (("ik_leg", draw_leg), ("ik_arm", draw_arm), ("ik_legs", draw_legs)):
-            draw(nao, folder / f"{name}.svg")
-            print(folder / f"{name}.svg")
-        draw_branches(folder / "ik_branches.svg")
-        print(folder / "ik_branches.svg")
+        figure, content = _FIGURES[name](nk.load_nao()), io.StringIO()
+        figure.tight_layout()
+        figure.savefig(content, format="svg", metadata={"Date": None, "Creator": None})
+    plt.close(figure)
+    text = content.getvalue()
+    for number, identifier in enumerate(dict.fromkeys(re.findall(r'id="([pm][0-9a-f]{10})"', text))):
+        text = text.replace(identifier, f"{identifier[0]}_{number}")
+    return text
 
 
-if __name__ == "__main__":
-    main()
+_FIGURES = {
+    "ik_leg": draw_leg,
+    "ik_arm": draw_arm,
+    "ik_legs": draw_legs,
+    "ik_branches": draw_branches,
+    "screw": draw_screw,
+}
+FIGURES = {name: partial(_svg, name) for name in _FIGURES}

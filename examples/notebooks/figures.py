@@ -1,7 +1,7 @@
-"""Small figures of frames, rotations, lines and robots for texts, drawn in parallel projection with matplotlib.
+"""Small figures of frames, rotations, lines and robots for the notebooks beside this file, in parallel projection.
 
 Axes are red, green and blue for x, y and z, with letters at the tips and different brightness, so that they can be told
-apart in black and white. This module needs the extra `plot`.
+apart in black and white.
 """
 
 from __future__ import annotations
@@ -10,19 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import matplotlib.patheffects as effects
+import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import ArrayLike
+from matplotlib.patches import FancyArrowPatch, Polygon
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats
-from nao_kin._core.warn import need_extra
 from nao_kin.robot import RobotModel
+from nao_kin.rotations import matrix_from_natural
 from nao_kin.screws.lines import PluckerLine
-
-need_extra("drawing figures", "plot", "matplotlib.pyplot")
-
-import matplotlib.patheffects as effects  # noqa: E402 - after the check that the extra is installed
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.patches import FancyArrowPatch, Polygon  # noqa: E402
 
 X, Y, Z = np.eye(3)
 ORIGIN, AT_REST = np.zeros(3), np.eye(3)
@@ -100,7 +96,7 @@ class Scene:
         self.axes.set(xlim=(-width, width), ylim=(-self.size, self.size), aspect="equal", title=self.title)
         self.axes.axis("off")
 
-    def seen(self, points: ArrayLike) -> tuple[Floats, float]:
+    def seen(self, points: ArrayLike) -> tuple[NDArray[np.float64], float]:
         """Return points in the picture, and their mean nearness to the viewer."""
         picture = (np.asarray(points, dtype=float) - self.centre) @ self._to_picture.T
         return picture[..., :2], float(np.mean(picture[..., 2])) / self.size
@@ -182,9 +178,7 @@ class Scene:
     ) -> None:
         """Draw the path of the point `start` as it turns about an axis through `at`, with an arrow at its end."""
         e = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-        t = np.linspace(0.0, angle, 60)[:, None]
-        r = np.asarray(start, dtype=float)
-        points = np.cos(t) * r + np.sin(t) * np.cross(e, r) + (1 - np.cos(t)) * (e @ r) * e + at
+        points = matrix_from_natural(e, np.linspace(0.0, angle, 60)) @ np.asarray(start, dtype=float) + at
         self.path(points[:-4], colour, width=1.6)
         places, depth = self.seen(points)
         self._arrow(places[[-6, -1]], colour, 1.6, "-", 21 + depth)
@@ -223,7 +217,7 @@ class Scene:
         if text:
             self.label(ends[1], text, colour, ends[1] - ends[0])
 
-    def _arrow(self, places: Floats, colour: str, width: float, style: str, order: float) -> None:
+    def _arrow(self, places: NDArray[np.float64], colour: str, width: float, style: str, order: float) -> None:
         arrow = FancyArrowPatch(
             *places,
             arrowstyle="-|>",
