@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -445,12 +445,11 @@ KINDS: dict[str, tuple[Callable[[nk.NaoModel, np.random.Generator], Scene], int]
 }
 
 
-def scenes(nao: nk.NaoModel, count: int, seed: int = 0) -> Iterator[tuple[str, Truth]]:
-    """Yield kinds and truths of scenes; the first ones are one of each kind."""
+def scene(nao: nk.NaoModel, number: int, seed: int = 0) -> tuple[str, Truth]:
+    """Return kind and truth of a scene; the first ones are one of each kind."""
     names = [*KINDS, *(name for name, (_, share) in KINDS.items() for _ in range(share - 1))]
-    for k in range(count):
-        name = names[k % len(names)]
-        yield name, KINDS[name][0](nao, np.random.default_rng([seed, k])).truth()
+    name = names[number % len(names)]
+    return name, KINDS[name][0](nao, np.random.default_rng([seed, number])).truth()
 
 
 # --- The sensors.
@@ -567,7 +566,7 @@ def _angles(truth: Truth, specific: np.ndarray, times: np.ndarray) -> np.ndarray
     away = np.where(shaken[:, None], 0.0, (away + np.pi) % (2.0 * np.pi) - np.pi)
     part = 1.0 - np.exp(-float(np.median(np.diff(times))))
     slow, _ = lfilter([part], [1.0, part - 1.0], away, axis=0, zi=(1.0 - part) * away[None, :50].mean(axis=1))
-    return truth.roll_pitch + slow
+    return (truth.roll_pitch + slow + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def without(recording: Recording, nao: nk.NaoModel, rng: np.random.Generator) -> Recording:
