@@ -6,6 +6,7 @@ without systematic errors; 1 is right. The second table has what the robot does,
 Example:
     python scripts/simulate_logs.py --scenes 210             # some minutes; the tables of docs/real_data.md
     python scripts/simulate_logs.py --scenes 14 --write logs  # one of each kind, also as logs/*.npz
+    python scripts/simulate_logs.py --life scripts/explanations/robot_state.npz  # the log of a figure
 """
 
 from __future__ import annotations
@@ -78,15 +79,20 @@ def measured(
             if name == "all of these":
                 said.update((sensors, *pair) for pair in _pairs(found, log.truth))
         if folder is not None and name == "all of these":
-            np.savez_compressed(
-                folder / f"{scene:03d}_{kind.replace(' ', '_')}.npz",
-                **{part: getattr(log, part) for part in ("times", "q", "forces", "accelerometer", "gyro", "angles")},
-                T_world_base=log.truth.T,
-                loads=log.truth.loads,
-                centre_of_pressure=log.truth.centre_of_pressure,
-                doing=log.truth.doing,
-            )
+            _save(folder / f"{scene:03d}_{kind.replace(' ', '_')}.npz", log)
     return z, said
+
+
+def _save(path: Path, log: Any) -> None:
+    """Write a log and its truth; joints as steps of their encoders, 4096 in a turn."""
+    sensors = {name: np.float16(getattr(log, name)) for name in ("forces", "accelerometer", "gyro", "angles")}
+    steps = np.round(log.q * 4096.0 / (2.0 * np.pi)).astype(np.int16)
+    truth = {
+        "T_world_base": np.float32(log.truth.T.round(4)),
+        "loads": np.float16(log.truth.loads),
+        "doing": log.truth.doing,
+    }
+    np.savez_compressed(path, times=log.times.round(3), steps=steps, **sensors, **truth)
 
 
 def _normalised(nao: nk.NaoModel, found: nk.world.State, log: Any, rng: np.random.Generator) -> dict[str, list[float]]:
@@ -183,7 +189,12 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=210)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=Path, metavar="FOLDER", help="also write the logs, with all errors, as npz")
+    parser.add_argument("--life", type=Path, metavar="FILE", help="only write a log of 31 s, that of docs/real_data.md")
     given = parser.parse_args()
+    if given.life is not None:
+        nao = nk.load_nao()
+        _save(given.life, simulated.recorded(nao, simulated.life(nao), np.random.default_rng(0), delay=0.012))
+        return
     if given.write is not None:
         given.write.mkdir(parents=True, exist_ok=True)
     z: dict[tuple[str, str, str], list[float]] = {}

@@ -336,13 +336,12 @@ def _named(truth: Truth, other: np.ndarray, held: np.ndarray, nao: nk.NaoModel) 
 
 
 def life(nao: nk.NaoModel) -> Truth:
-    """Stand, walk, fall to the front, be put on the feet, be carried, fall to the left and on the back."""
-    scene, way = Scene(nao).hold(1.5), walk(nao, 10, 0.04, 0.005, 0.05)
-    scene.walk(way).hold(1.5)
+    """31 s: stand, walk, fall to the front, be put on the feet, be carried, fall to the left and on the back."""
+    scene = Scene(nao).hold(1.0).walk(walk(nao, 6, 0.04, 0.005, 0.05)).hold(1.0)
     for side in ("front", "left", "back"):
-        scene.push(SIDES[side], 80.0).hold(3.0).carry(2.0, posture="StandInit", x=0.2).hold(1.5)
+        scene.push(SIDES[side], 80.0).hold(1.5).carry(1.0, posture="StandInit", x=0.2).hold(1.0)
         if side == "front":
-            scene.carry(3.0, np.radians(8.0), 1.0, x=0.3).hold(1.5)
+            scene.carry(1.5, np.radians(8.0), 1.0, x=0.3).hold(1.0)
     return scene.truth()
 
 
@@ -497,7 +496,7 @@ def recorded(
 
     Args:
         nao: the robot.
-        truth: what happens, every 2 ms.
+        truth: what happens, every 2 ms or less often.
         rng: of all noise and biases.
         every, jitter: time between rows, and its deviation [s].
         encoder: noise of joint values [°]; they then have 4096 steps in a turn.
@@ -512,12 +511,11 @@ def recorded(
         angle: noise of AngleX and AngleY [°], which are a filter of the accelerometer, with its bias, and of a
             gyrometer without bias, with a time constant of 1 s.
     """
-    steps = np.full(round(truth.times[-1] / every), every) + rng.normal(
-        0.0, jitter or 1e-9, round(truth.times[-1] / every)
-    )
-    rows = np.round(np.cumsum(np.clip(steps, STEP, None)) / STEP).astype(int)
+    step, count = truth.times[1] - truth.times[0], int((truth.times[-1] - truth.times[0]) / every + 0.5)
+    steps = np.clip(every + rng.normal(0.0, jitter, count), step, None)
+    rows = np.append(0, np.round(np.cumsum(steps) / step).astype(int))
     rows = rows[rows < len(truth.times)]
-    late = np.maximum(rows - round(delay / STEP), 0)
+    late = np.maximum(rows - round(delay / step), 0)
     n, seen, tick = len(rows), truth.at(late), 2.0 * np.pi / 4096.0
     q = (
         truth.q[rows]
