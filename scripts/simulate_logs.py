@@ -211,7 +211,7 @@ def main() -> None:
         for errors in compared:
             values = [np.array(z.get((errors, sensors, number), [])) for number in NUMBERS]
             shown = (f"{np.sqrt(np.nanmean(v**2)):.2f}" if len(v) else "–" for v in values)
-            rows.append([sensors, errors, *shown])
+            rows.append([sensors if errors == compared[0] else "", errors, *shown])
     print(_table(["sensors", "errors", *NUMBERS], rows))
     for sensors in SENSORS:
         print(f"What it does, and what `state` says, % of rows; all errors; {sensors}:\n")
