@@ -289,7 +289,7 @@ def test_the_covariances_contain_the_errors(nao: nk.NaoModel, ahead: Truth) -> N
 
 def test_the_covariance_of_the_path_grows_with_its_steps_and_its_lever(nao: nk.NaoModel, life: Truth) -> None:
     """The closed sums are those of errors that are propagated step by step, by the derivative of the composed poses."""
-    rows = np.flatnonzero(life.doing == "walking")
+    rows = np.flatnonzero(life.doing == "walking")  # never at rest
     path = nk.world.odometry(nao, life.times[rows], life.q[rows], forces=life.loads[rows])
     pose = np.column_stack([path.pose[:, :2], np.unwrap(path.pose[:, 2])])
     P = np.zeros((3, 3))
