@@ -26,7 +26,7 @@ GRAVITY = 9.81
 LYING = ("front", "back", "left", "right")
 # Directions in which a robot is pushed to fall on a side, in its own axes.
 SIDES = {"front": (1.0, 0.0), "back": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
-_SERVO = 3.0
+_SERVO, _SETTLES = 3.0, 0.3  # factor; time before the first row, in which the feet begin to press [s]
 
 
 @dataclass(frozen=True)
@@ -136,6 +136,7 @@ class Scene:
             self._foot_of[model.geom_bodyid == foot] = k
         self._rows: list[tuple[Any, ...]] = []
         self.doing = "sitting" if posture.startswith("Sit") else "standing"
+        mujoco.mj_step(model, data, round(_SETTLES / STEP))
 
     @property
     def T(self) -> np.ndarray:

