@@ -85,7 +85,9 @@ def measured(
 
 def _save(path: Path, log: Any) -> None:
     """Write a log and its truth; joints as steps of their encoders, 4096 in a turn."""
-    sensors = {name: np.float16(getattr(log, name)) for name in ("forces", "accelerometer", "gyro", "angles")}
+    sensors: dict[str, Any] = {
+        name: np.float16(getattr(log, name)) for name in ("forces", "accelerometer", "gyro", "angles")
+    }
     steps = np.round(log.q * 4096.0 / (2.0 * np.pi)).astype(np.int16)
     truth = {
         "T_world_base": np.float32(log.truth.T.round(4)),
