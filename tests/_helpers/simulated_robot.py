@@ -37,7 +37,7 @@ class Truth:
         times: times of the n rows [s].
         q: joints as they are, shape (n, nq).
         T: pose of the torso, shape (n, 4, 4).
-        loads: force on each sole [kg], shape (n, 2).
+        loads: force on each sole along its normal [kg], shape (n, 2).
         pressure: centre of pressure of each sole in the world, shape (n, 2, 3) [m], NaN where it carries nothing.
         specific, rates: what an ideal accelerometer [m/s²] and gyrometer [rad/s] show, shapes (n, 3).
         play: which side of its gear each joint rests on, −1 to 1, shape (n, nq).
@@ -281,6 +281,9 @@ class Scene:
         )
         T = np.tile(np.eye(4), (len(R), 1, 1))
         T[:, :3, :3], T[:, :3, 3] = R.reshape(-1, 3, 3), place
+        # Sensors under a sole feel what presses along its normal: not what a foot on its edge carries.
+        normal = (T[:, None] @ self.nao.fk(joints, list(LEGS)))[..., 2, 2]
+        loads = pressed[:, :2, 0] / GRAVITY * np.maximum(normal, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             centre = pressed[:, :2, 1:] / pressed[:, :2, :1]
         address = [
@@ -291,7 +294,7 @@ class Scene:
             STEP * np.arange(len(R)),
             joints,
             T,
-            pressed[:, :2, 0] / GRAVITY,
+            loads,
             centre,
             specific,
             rates,
