@@ -7,33 +7,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import recorded_logs as logs
-from recorded_logs import Recording, Truth
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
 
-LEFT, RIGHT = slice(0, 4), slice(4, 8)
+pytest.importorskip("mujoco")
+import simulated_robot as simulated
+from simulated_robot import Recording, Truth
+
+LEFT = slice(0, 4)
 # What honest logs are told as well.
 USUAL = ("mean at rest", "no row counts as standing", "never stands upright")
 
 
 @pytest.fixture(scope="module")
 def walk(nao: nk.NaoModel) -> Truth:
-    return logs.walk(nao, 0.3, 0.05, 0.4)
+    scene = simulated.Scene(nao).hold(1.0).walk(simulated.walk(nao, 8, 0.04, 0.005, 0.05))
+    return scene.truth()
 
 
-def measured(nao: nk.NaoModel, truth: Truth, seed: int = 0, *, delay: int = 1) -> tuple[Recording, np.ndarray]:
-    """Rows of 12 ± 3 ms with encoders of 4096 steps, backlash and noise; and the share of the weight on each foot."""
-    rng = np.random.default_rng(seed)
-    log = logs.recorded(nao, truth, rng, delay=delay)
-    times = np.cumsum(np.clip(rng.normal(0.012, 0.003, int(log.times[-1] / 0.012)), 0.001, None))
-    times = times[times < log.times[-1]]
-    rows, tick = np.searchsorted(log.times, times), 2.0 * np.pi / 4096.0
-    q = np.column_stack([np.interp(times, log.times, column) for column in log.q.T])
-    q = tick * np.round((q + np.radians(0.25) * rng.choice([-1.0, 1.0], nao.nq)) / tick)
-    rest = (getattr(log, name)[rows] for name in ("forces", "accelerometer", "gyro", "angles"))
-    return Recording(times, q, *rest), truth.share[rows]
+def measured(nao: nk.NaoModel, truth: Truth, seed: int = 0, **errors: float) -> tuple[Recording, np.ndarray]:
+    """Rows of 12 ± 3 ms with noise, backlash and biases; and the share of the weight on each foot."""
+    log = simulated.recorded(nao, truth, np.random.default_rng(seed), jitter=0.003, **({"delay": 0.01} | errors))
+    return log, log.truth.share
 
 
 def found_in(nao: nk.NaoModel, log: Recording, **sensors: np.ndarray) -> nk.world.State:
@@ -72,7 +68,7 @@ LIES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str, str, bool]] = {
     ),
     "a foot is stuck": (lambda F: changed(F, LEFT, 0.66), "forces of LFoot/FSR/FrontLeft, LFoot", "always", True),
     "a foot is dead": (lambda F: changed(F, LEFT, F[:, LEFT] % 0.02), "forces of LLeg:", "contradiction", True),
-    "a foot is negative": (lambda F: changed(F, RIGHT, -F[:, RIGHT]), "forces of RFoot/FSR", "negative", True),
+    "a foot is negative": (lambda F: changed(F, LEFT, -F[:, LEFT]), "forces of LFoot/FSR", "negative", True),
     "the feet are exchanged": (lambda F: F[:, [4, 5, 6, 7, 0, 1, 2, 3]], "forces:", "exchanged", True),
     "nothing is known": (lambda F: np.full_like(F, np.nan), "forces:", "never known", True),
 }
@@ -93,8 +89,8 @@ def test_a_force_that_lies_is_not_believed(nao: nk.NaoModel, walk: Truth, lie: s
     ends, truth = (pose[-1, :2] - pose[0, :2] for pose in (found.odometry.pose, walk.T[:, :2, 3]))
     assert np.linalg.norm(ends - truth) < 0.02
     if not by_legs:
-        assert wrong_support(found, share) == wrong_support(honest, share) < 0.03
-        assert np.abs(found.forces - honest.forces).mean() < 0.15
+        assert max(wrong_support(found, share), wrong_support(honest, share)) < 0.07
+        assert np.abs(found.forces - honest.forces).mean() < 0.3
     path = nk.world.odometry(nao, log.times, log.q, forces=turn(log.forces))
     assert path.notes == found.odometry.notes
 
@@ -214,38 +210,26 @@ def test_a_spike_is_left_out_and_the_gyrometer_used(nao: nk.NaoModel, walk: Trut
 # --- Honest logs.
 
 
-def lifted_foot(nao: nk.NaoModel) -> Truth:
-    """10 s on the left foot, the right one 30 mm above the floor."""
-    q = nao.posture("StandInit")
-    T = nao.fk(q, "RLeg")
-    T[2, 3] += 0.03
-    q = nk.ik.leg(nao, "R", T, near=q, limits="ignore").q
-    return replace(logs.stand(nao, 1000, q, np.linalg.inv(nao.fk(q, "LLeg"))), share=np.tile([1.0, 0.0], (1000, 1)))
-
-
 def honest(nao: nk.NaoModel, walk: Truth) -> dict[str, Truth]:
-    stand = nao.posture("StandInit")
-    T = np.linalg.inv(nao.fk(stand, "LLeg"))
-    sitting = replace(logs.stand(nao, 800, nao.posture("Sit"), np.eye(4)), share=np.full((800, 2), 0.05))
+    lifted = simulated.Scene(nao).hold(1.5).carry(1.5).truth()
+    air = lifted.at(lifted.doing == "carried")
+    way = simulated.kick(nao)[: round(2.1 / simulated.STEP)]  # the right foot is 30 mm above the floor
     return {
         "walking": walk,
-        "standing": logs.stand(nao, 800, stand, T),
-        "lifted": logs.joined(logs.stand(nao, 150, stand, T), logs.lift(nao, stand, T)),
-        "always lifted": logs.joined(logs.lift(nao, stand, T, 5.0), logs.lift(nao, stand, T, 5.0)),
-        "walking in the air": replace(walk, share=0.0 * walk.share),
-        "one foot lifted": lifted_foot(nao),
-        "sitting": sitting,
+        "standing": simulated.Scene(nao).hold(3.0).truth(),
+        "lifted": lifted,
+        "always lifted": replace(air, times=air.times - air.times[0]),
+        "walking in the air": replace(walk, loads=0.0 * walk.loads),
+        "one foot lifted": simulated.Scene(nao).go(way[0], 0.5).play(way).hold(5.0).truth(),
+        "sitting": simulated.Scene(nao, "Sit").hold(3.0).truth(),
     }
 
 
 def test_nothing_is_odd_about_honest_logs(nao: nk.NaoModel, walk: Truth) -> None:
     said, count = [], 0
     for name, truth in honest(nao, walk).items():
-        for seed, delay, zeros in ((0, 0, 0.0), (1, 3, 0.0), (2, 1, 0.5)):
-            log, _ = measured(nao, truth, seed, delay=delay)
-            legs = [k for k, joint in enumerate(nao.joint_names) if joint[1:].startswith(("Hip", "Knee", "Ankle"))]
-            q = log.q.copy()
-            q[:, legs] += np.random.default_rng(seed).normal(0.0, np.radians(zeros), len(legs))
+        for seed, delay, zeros in ((0, 0.0, 0.0), (1, 0.03, 0.0), (2, 0.01, 0.5)):
+            log, _ = measured(nao, truth, seed, delay=delay, zeros=zeros)
             feet = log.forces.reshape(-1, 2, 4).sum(axis=2)
             for sensors in (
                 {"forces": log.forces, "accelerometer": log.accelerometer, "gyro": log.gyro},
@@ -253,7 +237,7 @@ def test_nothing_is_odd_about_honest_logs(nao: nk.NaoModel, walk: Truth) -> None
                 {"forces": feet * [0.75, 1.25], "angles": log.angles},
                 {"contacts": feet > 0.5, "angles": log.angles},
             ):
-                found = nk.world.state(nao, q, times=log.times, **sensors)
+                found = nk.world.state(nao, log.q, times=log.times, **sensors)
                 said += [(name, note) for note in found.notes if not any(usual in note for usual in USUAL)]
                 count += 1
     assert count == 84
