@@ -166,10 +166,7 @@ COLUMNS = option(
     "NAME=HEADING",
     "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
 )
-IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
+IGNORE_OTHER = flag("Skip columns of unknown names.")
 HIPS = option(None, "For two HipYawPitch joints that differ. Default of a motion: average.")
 MISSING = option("VALUE", "Values of joints without a column, empty cells and NaN: a posture, or a number.")
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
-CONTACTS = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor.")
-GYRO = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s].")
-FORCES = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor.")
