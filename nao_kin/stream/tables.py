@@ -54,6 +54,7 @@ _TURN = 2.0 * math.pi
 _FEW, _NEAR = 0.25, 0.1
 # Rows of a table that show the unit of its angles.
 _FEW_ROWS = 100
+_Error = Callable[[str, int], Exception]  # of a reason and the index of a column
 # Columns that are named if they are left out.
 _MAX_NAMED = 12
 
@@ -158,10 +159,7 @@ def read_log(
         lines = [0] * len(rows)
     else:
         table, rows, lines = read_csv(
-            name,
-            text.encode(),
-            lambda head: options.table(name, head.fields, robot, head),
-            "joint names and values",
+            name, text.encode(), lambda head: options.table(name, head.fields, robot, head), "joint names and values"
         )
         if not len(rows):
             raise BadInputFile(name, "a header and no configurations")
@@ -274,19 +272,16 @@ class TableOptions:
         return table if self.missing is None else replace(table, gaps=True)
 
     def _sensors(
-        self,
-        robot: RobotModel,
-        read_as: Sequence[str | None],
-        joints: set[str],
-        error: Callable[[str, int], Exception],
+        self, robot: RobotModel, read_as: Sequence[str | None], joints: set[str], error: _Error
     ) -> tuple[list[SensorColumns], list[int]]:
         """Return the columns of sensors, and the indices of those that are known but not read.
 
         Of sensors that say the same, the first kind with one column for each name is used.
         """
-        semantics, known = robot.semantics, [("forces", robot.semantics.force_sensors)]
-        known += [(kind, tuple(f"{sole}/{end}" for sole in semantics.soles)) for kind, end in _OF_SOLES]
-        known += INERTIAL.items()
+        sums, contacts = (
+            tuple(f"{sole}/{end}" for sole in robot.semantics.soles) for end in ("TotalWeight", "Contact")
+        )
+        known = [("forces", robot.semantics.force_sensors), ("forces", sums), ("contacts", contacts), *INERTIAL.items()]
         columns: dict[str, list[int]] = {sensor_name(name): [] for _, names in known for name in names}
         unused = list[int]()
         for place, text in enumerate(read_as):
@@ -309,14 +304,9 @@ class TableOptions:
                     one_of = f"expected one of {', '.join(expected)}"
                     raise error(f"unit {quoted(unit)} of {abbreviated(str(read_as[place]))}, {one_of}", place)
                 units.append("" if not expected else unit or (expected[1] if self.degrees else ""))
-            at = tuple(place for (place,) in places)
-            found[kind] = SensorColumns(kind, names, at, tuple(units))
+            found[kind] = SensorColumns(kind, names, tuple(place for (place,) in places), tuple(units))
         used = {place for one in found.values() for place in one.places}
         return list(found.values()), sorted([*unused, *(p for one in columns.values() for p in one if p not in used)])
-
-
-# Sensors of soles: forces and contacts, and the ends of their names after the name of the sole.
-_OF_SOLES = (("forces", "TotalWeight"), ("contacts", "Contact"))
 
 
 # Numbers in a row of a NAO's joints without names → the orders that they may have.
