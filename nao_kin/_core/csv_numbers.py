@@ -263,12 +263,8 @@ class TableColumns:
     @property
     def headings(self) -> tuple[str, ...]:
         """The name of each column to read, for messages."""
-        sensors = [name for one in self.sensors for name in one.headings] if self._with_sensors else []
-        return (*self.names, *sensors, *(["time"] if self.timed else []))
-
-    @property
-    def _with_sensors(self) -> bool:
-        return len(self.places) > len(self.names) + self.timed
+        read = self.sensors if len(self.places) > len(self.names) + self.timed else ()
+        return (*self.names, *(name for one in read for name in one.headings), *["time"] * self.timed)
 
     def with_sensors(self) -> TableColumns:
         """Return the columns to read with those of the sensors."""
