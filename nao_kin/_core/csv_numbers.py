@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from nao_kin._core.headings import (
     LONGEST_HEADING,
     TIME_UNITS,
     IsoTimes,
+    in_si_units,
     is_decimal,
     is_index,
     is_iso_time,
@@ -184,6 +185,15 @@ def plain_floats(fields: Sequence[str]) -> list[float] | None:
     return numbers if all(map(math.isfinite, numbers)) else None
 
 
+class SensorColumns(NamedTuple):
+    """The columns of one kind of sensors: their headings, indices in the file, and units, "" for any unit."""
+
+    kind: str
+    headings: tuple[str, ...]
+    places: tuple[int, ...]
+    units: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class TableColumns:
     """The columns to read from a table of joint values, and their meaning."""
@@ -197,6 +207,7 @@ class TableColumns:
     iso_times: IsoTimes | None = None  # None if the times are numbers
     assumed: tuple[bool, ...] = ()  # whether the heading of each name gives no unit
     notes: tuple[str, ...] = ()  # on columns that are left out
+    sensors: tuple[SensorColumns, ...] = ()  # read if `places` has them, between joints and times
     blanks: bool = False  # whether empty cells are NaN rather than errors
     gaps: bool = False  # whether empty cells of joints and the text NaN are NaN rather than errors
     delimiter: str = ","
@@ -252,7 +263,21 @@ class TableColumns:
     @property
     def headings(self) -> tuple[str, ...]:
         """The name of each column to read, for messages."""
-        return (*self.names, "time") if self.timed else self.names
+        read = self.sensors if len(self.places) > len(self.names) + self.timed else ()
+        return (*self.names, *(name for one in read for name in one.headings), *["time"] * self.timed)
+
+    def with_sensors(self) -> TableColumns:
+        """Return the columns to read with those of the sensors."""
+        count, more = len(self.names), [place for one in self.sensors for place in one.places]
+        return replace(self, places=(*self.places[:count], *more, *self.places[count:]))
+
+    def measured(self, rows: Floats) -> dict[str, Floats]:
+        """Return the values of each kind of sensors (n, k) in rows (n, places) [rad, rad/s or any unit]."""
+        found, at = dict[str, Floats](), len(self.names)
+        for one in self.sensors:
+            found[one.kind] = in_si_units(rows[:, at : at + len(one.places)], one.units)
+            at += len(one.places)
+        return found
 
     @property
     def in_degrees(self) -> bool:
@@ -285,20 +310,24 @@ class TableColumns:
         times = IsoTimes.of(texts)
         return self if times is None else replace(self, time_unit="s", iso_times=times)
 
+    def may_lack(self, at: int) -> bool:
+        """Return whether a column, by its index in `places`, may have no value: of a sensor, or with `gaps` a joint."""
+        return self.gaps if at < len(self.names) else at < len(self.headings) - self.timed
+
     def numbers(self, name: str, fields: Sequence[str], line: int) -> list[float]:
         """Return the decimal numbers of one record; raise `BadInputFile` with line and column of the first error."""
         values: list[float] = []
-        for place, heading in zip(self.places, self.headings, strict=True):
-            field = fields[place]
+        for at, (place, heading) in enumerate(zip(self.places, self.headings, strict=True)):
+            cell = fields[place]
             try:
                 is_time = self.timed and place == self.places[-1]
-                text = field.strip()
-                if (self.blanks and not text) or (self.gaps and not is_time and text.lower() in ("", "nan")):
+                text = cell.strip()
+                if (self.blanks and not text) or (self.may_lack(at) and text.lower() in ("", "nan")):
                     values.append(math.nan)
                 elif self.iso_times is not None and is_time:
-                    values.append(self.iso_times.seconds(field))
+                    values.append(self.iso_times.seconds(cell))
                 else:
-                    values.append(_finite(field, self.mark))
+                    values.append(_finite(cell, self.mark))
             except ValueError as error:
                 raise BadInputFile(name, f"{heading} {error}", line, place + 1) from None
         return values

@@ -46,12 +46,6 @@ INERTIAL = {
     "angles": ("AngleX", "AngleY"),
     "accelerometer": ("AccX", "AccY", "AccZ"),
 }
-# Other names of sensors → the name here: those of NAOqi's keys, and short ones of the force on a sole.
-_SENSOR_NAMES = {
-    **{f"Gyroscope{axis}": f"Gyro{axis}" for axis in "XYZ"},
-    **{f"Accelerometer{axis}": f"Acc{axis}" for axis in "XYZ"},
-    **{f"{side}Fsr": f"{side}Foot/FSR/TotalWeight" for side in "LR"},
-}
 # Units of times, and how many of each are in a second.
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
 # The same units as others write them: spelled out (OptiTrack), with another letter µ, and in names such as time_s.
@@ -72,8 +66,29 @@ _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)
 # A longer text is no heading; matching it would take the square of its length.
 LONGEST_HEADING = 200
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
-DEVICE = "Device/SubDeviceList/"
-_SENSOR = re.compile(rf"(?:{DEVICE})?(?:InertialSensor/)?(?P<name>.+?)(?:/Sensor/Value)?")
+# Names of sensors, of ALMemory, LoLA, ROS (Imu, nao_lola's messages) and rUNSWift, after the path to them.
+_PATH = r"(?:.*[/.]|InertialSensor_)?"
+_INERTIAL = re.compile(
+    rf"{_PATH}(?:(?P<Gyro>gyro(?:scope)?|angular_velocity)|(?P<Acc>acc(?:elerometer)?|linear_acceleration)"
+    r"|(?P<Angle>angles?))[/._]?(?P<axis>[xyz012])",
+    re.IGNORECASE,
+)
+_FORCE = re.compile(
+    rf"{_PATH}(?P<side>[lr])_?foot(?:[/_]fsr)?[/_](?P<end>front|rear|back)_?(?P<half>left|right)", re.IGNORECASE
+)
+_SOLE = re.compile(
+    rf"{_PATH}(?P<side>[lr])(?:fsr|(?:eft|ight)?_?foot(?:[/_]fsr)?[/_]?(?:total_?weight|(?P<contact>contact)))",
+    re.IGNORECASE,
+)
+# Values in lists of LoLA and in vectors of ROS, and columns beside those of sensors that are never read.
+_ENTRY = re.compile(r"(?P<list>.+)\[(?P<at>\d\d?|[xyz])\]")
+_LIST = re.compile(rf"{_PATH}(?P<list>position|fsr)s?", re.IGNORECASE)
+_UNREAD = re.compile(
+    rf"/.*|Device/SubDeviceList/.*|{_PATH}effectors/.*"
+    rf"|{_PATH}(?:stiffness|temperature|current|status|battery|sonar|touch|robotconfig)\[\d+\]"
+    rf"|{_PATH}(?:orientation[/._][xyzw]|\w+_covariance[\[/._]?\d\]?|header[/.\[].*)",
+    re.IGNORECASE,
+)
 _PLOTTED = re.compile(r"(?P<topic>.*)/(?P<joint>[^/]+)/position")
 # Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
@@ -125,12 +140,41 @@ def read_heading(text: str) -> Heading:
 
 
 def sensor_name(text: str) -> str:
-    """Return the name of the sensor, such as AngleX, GyroX, AccX or LFoot/FSR/FrontLeft, that a heading may name.
+    """Return the name of the sensor that a heading may name: AngleX, GyroX, AccX, LFoot/FSR/FrontLeft, LLeg/Contact.
 
-    A heading is this name, or a key of NAOqi's devices, with or without its beginning and its end.
+    Names of the two soles of a NAO, such as LFsr, become LLeg/TotalWeight; a name of no sensor remains.
     """
-    match = _SENSOR.fullmatch(read_heading(text).name)
-    return "" if match is None else _SENSOR_NAMES.get(match["name"], match["name"])
+    name = read_heading(text).name.removesuffix("/Sensor/Value")
+    if match := _INERTIAL.fullmatch(name):
+        kind = next(kind for kind in ("Gyro", "Acc", "Angle") if match[kind])
+        return kind + "XYZXYZ"["xyz012".index(match["axis"].lower())]
+    if match := _FORCE.fullmatch(name):
+        end = "Front" if match["end"].lower() == "front" else "Rear"
+        return f"{match['side'].upper()}Foot/FSR/{end}{match['half'].title()}"
+    if match := _SOLE.fullmatch(name):
+        return f"{match['side'].upper()}Leg/{'Contact' if match['contact'] else 'TotalWeight'}"
+    return name
+
+
+def entry_name(text: str, joints: Sequence[str], force_sensors: Sequence[str]) -> str:
+    """Return the joint or sensor of a value in a list of LoLA or a vector of ROS, such as FSR[3]; or the text itself.
+
+    `joints` and `force_sensors` are in the order of the lists.
+    """
+    match = None if "effectors" in text else _ENTRY.fullmatch(text.strip())
+    if match is None:
+        return text
+    of_list, at = _LIST.fullmatch(match["list"]), match["at"]
+    if of_list is not None:
+        names = joints if of_list["list"].lower() == "position" else force_sensors
+        return names[int(at)] if at.isdigit() and int(at) < len(names) else text
+    name = sensor_name(f"{match['list']}/{at}")
+    return text if "/" in name else name
+
+
+def is_never_read(text: str) -> bool:
+    """Return whether a heading that names no joint and no sensor is one of ROS, ALMemory or LoLA."""
+    return _UNREAD.fullmatch(text) is not None
 
 
 def resembles_time(text: str) -> bool:

@@ -28,15 +28,12 @@ _CHUNK = 8192
 @command(
     "balance",
     "Example: nao-kin balance --posture Crouch; nao-kin balance walk.csv --sole LLeg --json",
-    needs={"contacts": "file", "forces": "file"},
 )
 def balance(
     *,
     file: str | None = shared.CONFIGURATIONS,
     given: FileOptions,
     sole: list[str] | None = option("NAME", "A sole on the floor; repeatable. Default: what is lowest."),
-    contacts: str | None = shared.CONTACTS,
-    forces: str | None = shared.FORCES,
     gravity: str | None = option("X,Y,Z", "Direction of gravity in the root link. Default: normal to the soles."),
     outline: Literal["sole", "sensors"] = option(None, "Outline of a sole.", default="sole"),
     limits: LimitPolicy = shared.LIMITS,
@@ -50,9 +47,9 @@ def balance(
     whose contacts span no area has no margin.
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
-    read, measured = given.measured(file, contacts=contacts, forces=forces)
     model = robot.load()
-    q, times, many = read.configurations(model, file, limits=limits)
+    log = given.configurations(model, file, limits=limits)
+    measured, (q, times, many, _) = log.measured(model, sole, "contacts", "forces"), log
     from nao_kin.world import balance
 
     elsewhere = [name for name in sole or () if not _on_a_foot(model, name)]
@@ -171,7 +168,7 @@ def collisions(
     gives one row for each of its key times, or --rate rows per second. Exit code 1 if links overlap.
     """
     model, rule = robot.load(), accepted.rule
-    q, times, _ = given.configurations(model, file, limits=limits)
+    q, times, *_ = given.configurations(model, file, limits=limits)
     q = q[0] if file is None else q
     options: Any = {"tolerance": rule.tolerance, "allowed": rule.allowed, "exact": rule.exact}
     clearance = model.clearance(q, **options)

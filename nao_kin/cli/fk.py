@@ -202,7 +202,7 @@ def fk(
     from nao_kin.stream import PoseColumns
 
     model = robot.load()
-    q, times, many = given.configurations(model, next(iter(files), None), limits=limits)
+    q, times, many, _ = given.configurations(model, next(iter(files), None), limits=limits)
     frames, reference = wanted.frames(model), wanted.reference
     # Refuse unknown frames before anything is printed.
     model.frame_ids(frames if reference is None else [*frames, reference])

@@ -10,7 +10,6 @@ import numpy as np
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
-from nao_kin._core.headings import DEVICE, INERTIAL, read_heading, sensor_name
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
@@ -24,15 +23,13 @@ from nao_kin.cli.output import (
     print_written,
     units,
 )
-from nao_kin.cli.sources import FileOptions, headings_of
+from nao_kin.cli.sources import FileOptions
 from nao_kin.errors import BadInputFile
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
     from nao_kin.world import State
 
-# Columns that are named if they are left out.
-_MAX_NAMED = 12
 _ANGLES = ("roll", "pitch", "yaw")
 _COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
 _FILE = "CSV or JSON file of configurations with times, or a motion; - for standard input."
@@ -43,69 +40,24 @@ class LogOptions:
     """The options of a log with sensors."""
 
     sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot.")
-    contacts: str | None = shared.CONTACTS
-    forces: str | None = shared.FORCES
-    gyro: str | None = shared.GYRO
     limits: LimitPolicy = option(None, shared.OUTSIDE, default="ignore")
     longest_gap: float = option("S", "Largest time between two rows of a segment [s].", default=0.5)
 
     def read(
-        self, given: FileOptions, robot: RobotOptions, file: str, **sensors: str | None
+        self, given: FileOptions, robot: RobotOptions, file: str, *kinds: str
     ) -> tuple[RobotModel, Floats, Floats, dict[str, Any]]:
-        """Return the robot, q, times, and the other arguments of `odometry`, with those of more `sensors`."""
+        """Return the robot, q, times, and the other arguments of `odometry`, with sensors of more `kinds`."""
         model = robot.load()
-        columns = {"contacts": self.contacts, "forces": self.forces, "gyro": self.gyro, **sensors}
-        columns, others, notes = self._found(given, model, file, columns)
-        read, measured = given.skipping(others).measured(file, **columns)
-        try:
-            log = read.recording(model, file, self.sole, limits=self.limits)
-        except BadInputFile as error:
-            if "--ignore-other" not in error.reason:
-                raise
-            advice = "; options name the columns of sensors, as in --forces LFsr,RFsr --ignore-other"
-            raise BadInputFile(error.path, error.reason + advice, error.line, error.column) from None
+        log = given.recording(model, file, self.sole, limits=self.limits)
         if log.times is None:
             raise BadInputFile(file, "no column of times, which odometry needs")
-        print_note(*notes)
+        measured = log.measured(model, self.sole, "contacts", "forces", "gyro", *kinds)
         return model, log.q, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}
-
-    def _found(
-        self, given: FileOptions, model: RobotModel, file: str, typed: dict[str, str | None]
-    ) -> tuple[dict[str, str | None], list[str], list[str]]:
-        """Return the columns of sensors, by option, other columns of sensors to leave out, and notes on both.
-
-        They are those that are typed, or, if none is, those whose headings are the names of the robot's sensors, once
-        each. The angles of an inertial unit are preferred to its accelerometer, and force sensors to the sums on the
-        soles.
-        """
-        sensors = model.semantics.force_sensors
-        sums = tuple(dict.fromkeys(f"{name.rpartition('/')[0]}/TotalWeight" for name in sensors))
-        known = [("forces", sensors), ("forces", sums), *INERTIAL.items()]
-        by_name: dict[str, list[str]] = {}
-        for heading in headings_of(file):
-            name = sensor_name(heading)
-            is_known = heading.startswith(DEVICE) or any(name in names for _, names in known)
-            if is_known and heading not in (given.renamed or {}) and name not in (*model.joint_names, *model.mimics):
-                by_name.setdefault(name, []).append(heading)
-        found: dict[str, list[str]] = {}
-        for what, names in () if given.of_motion or any(typed.values()) else known:
-            second = (what == "accelerometer" and "angles" in found) or (names is sums and self.sole)
-            alone = all(len(by_name.get(name, ())) == 1 for name in names)
-            if names and alone and not second and what in typed.keys() - found:
-                found[what] = [by_name[name][0] for name in names]
-        columns = typed | {what: ",".join(names) for what, names in found.items()}
-        used = {read_heading(name.strip()).name for text in columns.values() for name in (text or "").split(",")}
-        others = [name for names in by_name.values() for name in names if read_heading(name).name not in used]
-        notes = [f"sensors by their names: {' '.join(f'--{what} {columns[what]}' for what in found)}"] if found else []
-        if others and not given.ignore_other:
-            more = f" and {len(others) - _MAX_NAMED} more" if len(others) > _MAX_NAMED else ""
-            notes.append(f"columns left out: {', '.join(others[:_MAX_NAMED])}{more}")
-        return columns, others, notes
 
 
 @command(
     "odometry",
-    "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr -o path.csv",
+    "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv -o path.csv",
     without=("joint",),
 )
 def odometry(
@@ -120,9 +72,9 @@ def odometry(
     """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
 
     The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of FILE gives a
-    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place. Without --contacts, --forces and --gyro,
-    columns of sensors are found by their headings, and a note names them. Rows in which the legs' joints have no
-    value, or no sole carries, have empty cells; after them, and after a gap, the path goes on from where it ended.
+    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place. Forces or contacts of the soles and a
+    gyrometer are used if FILE has them: a note names their columns. Rows in which the legs' joints have no value, or no
+    sole carries, have empty cells; after them, and after a gap, the path goes on from where it ended.
     """
     written.check({"--output": output}, kind="csv")
     from nao_kin.rotations import rpy_from_matrix
@@ -155,17 +107,13 @@ def odometry(
 
 @command(
     "state",
-    "Example: nao-kin state log.csv -o state.csv; nao-kin state log.csv --forces LFsr,RFsr --angles AngleX,AngleY",
+    "Example: nao-kin state log.csv -o state.csv; nao-kin state log.csv --columns AngleX= --json",
     without=("joint",),
 )
 def state(
     *,
     file: str = argument("FILE", _FILE),
     sensors: LogOptions,
-    angles: str | None = option("HEADINGS", "Columns of FILE, with commas: roll and pitch of the torso [rad]."),
-    accelerometer: str | None = option(
-        "HEADINGS", "Columns of FILE, with commas: x, y and z of the accelerometer, in any unit and of either sign."
-    ),
     output: str | None = option("FILE", "Write the rows here: .csv, .npz, .parquet, .arrow or .feather."),
     given: FileOptions,
     written: OutputOptions,
@@ -175,14 +123,14 @@ def state(
 
     A row has the posture, contact, support and segment, the pose of the root link with standard deviations, velocity
     (ahead, to the left, of the heading), the centre of pressure in the world, and the force and the centre of pressure
-    of each sole. What is not known is empty or NaN. Without an option for sensors, their columns are found by their
-    headings, and a note names them.
+    of each sole. What is not known is empty or NaN. Sensors of the feet and of the inertial unit are found by the names
+    of their columns, in ALMemory, LoLA and ROS; a note says which are used.
     """
     written.check({"--output": output})
     write = None if output is None else column_writer(output)
     from nao_kin.world import state as found
 
-    model, q, times, options = sensors.read(given, robot, file, angles=angles, accelerometer=accelerometer)
+    model, q, times, options = sensors.read(given, robot, file, "angles", "accelerometer")
     result = found(model, q, times=times, **options)
     print_note(*result.notes)
     if write is not None:

@@ -116,14 +116,14 @@ class OutputOptions:
 class RobotOptions:
     """The options that name a robot."""
 
-    nao: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
+    nao: str | None = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6. Default: that of --offsets, or v6.")
     urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
     robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
     package_dir: list[str] | None = option("DIR", "Search this folder for packages of --urdf; repeatable.")
     xacro: bool = flag(
         "Expand the file of --urdf as xacro, which runs code in it; files named .xacro are always expanded."
     )
-    offsets: str | None = option("FILE", "Calibrated joints and frames of the robot, from a TOML file.")
+    offsets: str | None = option("FILE", "What was measured of the robot: TOML, or files of B-Human and HULKs.")
     needs: ClassVar[Needs] = {"package_dir": "urdf", "xacro": "urdf"}
 
     def load(self) -> RobotModel:
@@ -138,7 +138,8 @@ class RobotOptions:
             robot = RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
         else:
             is_nao = self.robot is None or self.robot.lower() == "nao"
-            robot = load_nao(self.nao) if is_nao else load_robot(str(self.robot))
+            version = self.nao or (offsets or {}).get("version")
+            robot = load_nao(version) if is_nao else load_robot(str(self.robot))
         if offsets is None:
             return robot
         try:
@@ -166,10 +167,7 @@ COLUMNS = option(
     "NAME=HEADING",
     "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
 )
-IGNORE_OTHER = flag("Skip columns that are neither a joint nor a time.")
+IGNORE_OTHER = flag("Skip columns of unknown names.")
 HIPS = option(None, "For two HipYawPitch joints that differ. Default of a motion: average.")
 MISSING = option("VALUE", "Values of joints without a column, empty cells and NaN: a posture, or a number.")
 CONFIGURATIONS = argument("FILE", "CSV or JSON file of configurations, or a motion; - for standard input.", None)
-CONTACTS = option("HEADINGS", "Columns of FILE, with commas: whether each sole touches the floor.")
-GYRO = option("HEADINGS", "Columns of FILE, with commas: angular velocity about x, y and z [rad/s].")
-FORCES = option("HEADINGS", "Columns of FILE, with commas: the force on each sole, or on each sensor.")

@@ -6,8 +6,7 @@ import io
 import itertools
 import math
 import sys
-import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -15,9 +14,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from nao_kin._core.arrays import Floats, choice, finite_decimal
-from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
-from nao_kin._core.files import opened, read_bounded, read_table_text
-from nao_kin._core.headings import SENSOR_UNITS, in_si_units, read_heading
+from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
+from nao_kin._core.files import read_bounded, read_table_text
 from nao_kin._core.sides import Hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli import options as shared
@@ -27,9 +25,7 @@ from nao_kin.errors import (
     BadArgument,
     BadInputFile,
     CouplingViolated,
-    NaoKinError,
     OutsideLimits,
-    UnknownName,
 )
 
 if TYPE_CHECKING:
@@ -145,9 +141,9 @@ class OverlapOptions:
 
 
 def read_columns(
-    file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]], *, gaps: bool = False
+    file: str, what: str, chosen: Callable[[list[str], int], Sequence[str]]
 ) -> tuple[tuple[str, ...], Floats]:
-    """Return some headings of a CSV file with `what`, and the numbers (n, k) below them; with `gaps`, also NaN.
+    """Return some headings of a CSV file with `what`, and the numbers (n, k) below them.
 
     `chosen` returns them, given all headings and their line.
     """
@@ -158,54 +154,10 @@ def read_columns(
     def columns(head: CsvHead) -> TableColumns:
         names = [field.strip() for field in head.fields]
         wanted = tuple(chosen(names, head.line))
-        return TableColumns(wanted, (), tuple(map(names.index, wanted)), all=len(names), gaps=gaps)
+        return TableColumns(wanted, (), tuple(map(names.index, wanted)), all=len(names))
 
     table, rows, _ = read_csv(file, text.encode(), columns, what)
     return table.names, rows
-
-
-def _sensors(file: str, wanted: dict[str, list[str]], degrees: bool) -> tuple[tuple[str, ...], list[Floats]]:
-    """Return the headings of columns of a CSV file, named with or without their units, and numbers (n, k) of each kind.
-
-    The units of a kind are those of `SENSOR_UNITS`; numbers of other kinds are in any unit, and not converted.
-    """
-    given: list[str] = []
-
-    def chosen(names: list[str], line: int) -> list[str]:
-        headings = {read_heading(name).name: name for name in names} | {name: name for name in names}
-        for kind, columns in wanted.items():
-            units = SENSOR_UNITS.get(kind, ())
-            for column in columns:
-                if column not in headings:
-                    raise UnknownName("column", column, names)
-                unit = read_heading(headings[column]).unit
-                if units and unit not in (None, *units):
-                    reason = f"unit {quoted(unit)} of {abbreviated(column)}, expected one of {', '.join(units)}"
-                    raise BadInputFile(file, reason, line, names.index(headings[column]) + 1)
-                given.append("" if not units else unit or (units[1] if degrees else ""))
-        return [headings[column] for columns in wanted.values() for column in columns]
-
-    first = next(iter(wanted.values()))[0]
-    headings, rows = read_columns(file, f"the column {quoted(first)}", chosen, gaps=True)
-    ends = np.cumsum([len(columns) for columns in wanted.values()])[:-1]
-    return headings, np.split(in_si_units(rows, given), ends, axis=1)
-
-
-# Bytes of a file that contain its header.
-_BEGINNING = 1 << 16
-
-
-def headings_of(file: str) -> list[str]:
-    """Return the headings of a CSV file; none for another file, and standard input."""
-    if file == "-" or not Path(file).is_file() or Path(file).suffix.lower() == ".json":
-        return []
-    try:
-        with opened(file) as content:
-            beginning = content.read(_BEGINNING)
-        head = csv_head(file, beginning.removeprefix(b"\xef\xbb\xbf"), "a header", at_end=len(beginning) < _BEGINNING)
-    except (NaoKinError, OSError, ValueError, EOFError, zlib.error):
-        return []
-    return [field.strip() for field in head.fields]
 
 
 def frame_names(model: RobotModel, given: list[str] | None) -> list[str]:
@@ -274,11 +226,20 @@ def recorded(
 
 
 class Input(NamedTuple):
-    """Configurations (n, nq), their times (n,) [s] if they have any, and whether they are a list."""
+    """Configurations (n, nq), their times (n,) [s] if they have any, whether they are a list, and sensors by name."""
 
     q: Floats
     times: Floats | None
     many: bool
+    sensors: dict[str, Floats]
+
+    def measured(self, model: RobotModel, sole: list[str] | None, *kinds: str) -> dict[str, Any]:
+        """Return the sensors of some kinds, but with --sole none that are columns for each of the robot's soles."""
+        found = {kind: self.sensors[kind] for kind in kinds if kind in self.sensors}
+        apart = [kind for kind in found if kind == "contacts" or found[kind].shape[1] == len(model.semantics.soles)]
+        if sole and apart:
+            print_note(f"{apart[0]} of each sole are not used with --sole")
+        return {kind: found[kind] for kind in found if not (sole and kind in apart)}
 
 
 @dataclass(frozen=True)
@@ -305,12 +266,12 @@ class FileOptions(JointOptions):
         --rate unless that is given.
         """
         if file is None:
-            return Input(self.configuration(model, limits=limits)[None], None, False)
+            return Input(self.configuration(model, limits=limits)[None], None, False, {})
         path, hips = self.motion(model, file, limits=limits, sampling=sampling)
         if path is not None:
-            return Input(path.q, path.times, True)
+            return Input(path.q, path.times, True, {})
         log = self.log(model, file, limits=limits, hips=hips)
-        return Input(log.q, log.times, log.many)
+        return Input(log.q, log.times, log.many, log.sensors)
 
     def recording(self, model: RobotModel, file: str, soles: Sequence[str] | None, *, limits: LimitPolicy) -> Input:
         """Return the configurations of a log of the joints that move a robot's soles.
@@ -326,11 +287,11 @@ class FileOptions(JointOptions):
         chains = [serial_chain(model, model.tree.root, sole) for sole in soles or model.semantics.soles]
         needed = {joint for chain in chains for joint in chain.coordinates}
         if self.missing is None and not needed <= model.joints_by_motor(table.names).keys():
-            if not self.columns:
+            if not (self.columns or table.sensors):
                 return self.configurations(model, file, limits=limits)
             whole = self  # the error says which joints are missing
         log = whole.log(model, file, limits=limits, hips=self.hips or "average")
-        return Input(np.where(log.gaps, np.nan, log.q), log.times, True)
+        return Input(np.where(log.gaps, np.nan, log.q), log.times, True, log.sensors)
 
     @property
     def of_motion(self) -> bool:
@@ -382,26 +343,6 @@ class FileOptions(JointOptions):
     def value_of_missing(self) -> str | float | None:
         """The posture or the number of --missing."""
         return posture_or_number(self.missing)
-
-    def measured(self, file: str | None, **named: str | None) -> tuple[FileOptions, dict[str, Any]]:
-        """Return the options to read the joints, and numbers in other columns, whose headings are given with commas.
-
-        Each array has the shape (n, columns), with NaN for empty cells; `named` are options without their hyphens.
-        Headings may be named without their units.
-        """
-        headings = {
-            what: [name.strip() for name in text.split(",")] for what, text in named.items() if text is not None
-        }
-        if not headings:
-            return self, {}
-        if file == "-":
-            raise BadArgument(f"--{next(iter(headings))} reads FILE twice; name a file instead of -")
-        used, arrays = _sensors(str(file), headings, self.file_deg)
-        return self.skipping(used), dict(zip(headings, arrays, strict=True))
-
-    def skipping(self, headings: Iterable[str]) -> FileOptions:
-        """Return the options that leave out more columns."""
-        return replace(self, columns=[*(self.columns or ()), *(f"{name}=" for name in dict.fromkeys(headings))])
 
     def log(self, model: RobotModel, file: str, *, limits: LimitPolicy = "ignore", hips: Hips | None = None) -> Any:
         """Return the whole configurations in a file, as `nao_kin.stream.read_log` does, and print its notes."""

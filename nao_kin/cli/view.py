@@ -128,7 +128,7 @@ def view(
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
     model = robot.load()
-    q, _, many = given.configurations(model, file, limits="ignore", sampling=speed)
+    q, _, many, _ = given.configurations(model, file, limits="ignore", sampling=speed)
     if (balance or video is not None) and not many:
         raise BadArgument(f"--balance and --video are for a motion, and {file} has one configuration")
     speed = given.rate if fps is None and given.rate is not None else speed

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import TOUCHING, Floats, shaped
+from nao_kin._core.arrays import TOUCHING, Floats, choice, shaped
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import OtherRobotWarning
+from nao_kin.errors import BadArgument, OtherRobotWarning
 from nao_kin.robot.build import Base
 from nao_kin.robot.chains import mirror_image, mirrored
 from nao_kin.robot.collisions import Clearance, CollisionRule, Contact, Obstacle
@@ -23,7 +24,7 @@ from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
 from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.link_shapes import LinkShapes
 from nao_kin.robot.offsets import with_offsets
-from nao_kin.robot.semantics import Mimic, Semantics
+from nao_kin.robot.semantics import INERTIAL_UNIT, Mimic, Semantics
 from nao_kin.robot.semantics_files import camera_of, find_semantics, pose_of_body
 from nao_kin.robot.support_polygon import SupportPolygon, support_polygon
 from nao_kin.robot.urdf import Collision, UrdfTree, Visual, read_mjcf, read_robot, read_urdf
@@ -212,9 +213,13 @@ class RobotModel(KinematicRobot):
         joints: Mapping[str, ArrayLike] | None = None,
         frames: Mapping[str, ArrayLike] | None = None,
         *,
+        cameras: Mapping[str, ArrayLike] | None = None,
+        sensors: Mapping[str, ArrayLike] | None = None,
+        version: str | None = None,
+        body_id: str | None = None,
         found_for: str | None = None,
     ) -> _Robot:
-        """Return the same robot with calibrated joints and frames.
+        """Return the same robot with calibrated joints and frames, and with measured lenses and sensors.
 
         The offsets are in the tree of the new robot, and so in its Pinocchio model, batch kernels, inverse kinematics
         and exports. Closed forms whose geometry no longer holds are refused with the reason; `nk.ik.numeric` takes any
@@ -222,18 +227,25 @@ class RobotModel(KinematicRobot):
 
         Args:
             joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the
-                reported value: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an offset of
-                LHipYawPitch turns the left leg alone, and RHipYawPitch has its own offset. The limits of the reported
-                values do not change.
+                reported value: `new.fk(q) == old.fk(q + δ)`. A joint that follows one of these, and is not named, has
+                its share: an offset of LHipYawPitch turns both legs, as their one motor does, unless RHipYawPitch has
+                an offset of its own. The limits of the reported values do not change.
             frames: name of a frame that is fixed to a link, such as a camera or hand → its true pose in the old frame,
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
                 The offset of a camera's optical frame is in the axes of that frame, and moves the whole camera.
+            cameras: camera → its measured lens: width and height of its images, fx, fy, cx, cy, and coefficients of the
+                distortion, 0, 4, 5 or 8 [pixel]. `nk.world.camera` returns the camera with this lens.
+            sensors: errors of the inertial unit and of force sensors, as `Semantics.sensors` has them, which
+                `nk.world.state` and `odometry` correct.
+            version: version of the NAO that this was measured on; for another robot it is refused.
+            body_id: the body's serial number, for the notes.
             found_for: name of the robot that the offsets were found for, as files of `nk.calibration` say it. If this
                 robot has another name, a warning says so; it may be the same robot with your own URDF.
 
         Raises:
-            BadArgument: a frame that a joint moves, a value that is not a pose, or an angle of more than half a turn. A
+            BadArgument: another version, a frame that a joint moves, a value that is not a pose, an angle of more than
+                half a turn. A
                 warning names offsets of more than 0.2 rad or 0.1 m, which no calibration finds.
 
         Examples:
@@ -243,13 +255,31 @@ class RobotModel(KinematicRobot):
             >>> np.allclose(mine.fk(q, "Head"), nao.fk(nao.configuration({"HeadYaw": 0.31}), "Head"))
             True
         """
+        semantics, joints, cameras, sensors = self.semantics, dict(joints or {}), cameras or {}, sensors or {}
+        if version not in (None, semantics.version):
+            raise BadArgument(f"this was measured on a NAO {version}, and this robot is {self.name}")
         if found_for is not None and found_for != self.name:
             warn_caller(f"these offsets were found for {found_for}, and this robot is {self.name}", OtherRobotWarning)
-        given = {} if joints is None else joints, {} if frames is None else frames
-        tree = with_offsets(self.tree, *given, self.semantics.cameras)
-        notes = (*self.load_notes, *tree.notes[len(self.tree.notes) :])
+        shared = {
+            name: np.multiply(mimic.multiplier, joints[mimic.joint])
+            for name, mimic in self.mimics.items()
+            if mimic.joint in joints and name not in joints
+        }
+        tree = with_offsets(self.tree, joints | shared, frames or {}, semantics.cameras)
+        notes = [*self.load_notes, *tree.notes[len(self.tree.notes) :]]
+        if shared:
+            notes.append(f"{', '.join(shared)}: the offset of the motor that moves them, too")
+        for name in cameras:
+            choice(name, semantics.cameras, f"camera of {self.name}")
+            notes.append(f"camera {name}: a measured lens")
+        for name, values in sensors.items():
+            choice(name, (*INERTIAL_UNIT, *semantics.force_sensors), f"sensor of {self.name}")
+            notes.append(f"{name}: {', '.join(f'{value:g}' for value in np.ravel(values).tolist())}")
+        notes += [f"body {body_id}"] if body_id else []
+        own: dict[str, Any] = {"lenses": {**semantics.lenses, **cameras}, "sensors": {**semantics.sensors, **sensors}}
+        own = {"tree": tree, "semantics": replace(semantics, **own), "load_notes": tuple(notes), "numbers": None}
         robot = type(self).__new__(type(self))
-        robot.__setstate__({**self.__getstate__(), "tree": tree, "load_notes": notes, "numbers": None})
+        robot.__setstate__({**self.__getstate__(), **own})
         return robot
 
     def body_frame(self, frame: str) -> str:

@@ -1,4 +1,4 @@
-"""Offsets of calibrated joints and frames, applied to the tree of a robot."""
+"""What was measured of one robot, in one file: offsets, applied to its tree, lenses, and errors of sensors."""
 
 from __future__ import annotations
 
@@ -17,12 +17,24 @@ from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import nearest_names, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, NaoKinWarning, UnknownName
+from nao_kin.robot.semantics import INERTIAL_UNIT
 from nao_kin.robot.semantics_files import camera_of
+from nao_kin.robot.team_files import read_team_file
 from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import angle_between, matrix_from_rpy, rpy_from_matrix
 from nao_kin.screws import pose_of
 
-_KINDS = ("joints", "frames")
+# The tables of a file, and what their numbers are.
+_KINDS = {
+    "joints": "rad, or m",
+    "frames": "dx, dy, dz [m], roll, pitch, yaw [rad]",
+    "cameras": "lenses [pixels], distortion k1, k2, p1, p2[, k3[, k4, k5, k6]]",
+    "inertial_unit": "mounting: roll, pitch [rad]; gyro_bias [rad/s]; accelerometer_bias [m/s²]",
+    "foot_sensors": "zero [kg], gain",
+}
+# The entries of a file that are texts, and the members of a lens.
+_TEXTS = ("version", "body_id")
+_LENS = ("fx", "fy", "cx", "cy")
 # The table of a file that says where its offsets are from.
 _ABOUT = "calibration"
 # Decimal places of millimetres and degrees in notes: smaller values are rounding errors.
@@ -99,29 +111,48 @@ def _warn_of_large(offsets: Sequence[tuple[str, str, float]]) -> None:
 
 
 def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
-    """Return the arguments of `RobotModel.with_offsets` from a mapping with "joints" and "frames", or from a TOML file.
+    """Return the arguments of `RobotModel.with_offsets` from a mapping, or from the file of one robot.
 
-    The file has a table `joints` of numbers, and a table `frames` of six numbers or four rows of four each. A table
-    `calibration` may say where they are from; its `robot` is the argument `found_for`.
+    A TOML file has any of these tables: `joints` of numbers; `frames` of six numbers or four rows of four each;
+    `cameras` of lenses {resolution, fx, fy, cx, cy, distortion}; `inertial_unit` with `mounting`, `gyro_bias` and
+    `accelerometer_bias`; `foot_sensors` of [zero, gain]; and the texts `version` and `body_id`. A table `calibration`
+    may say where they are from; its `robot` is the argument `found_for`. Calibrations in files of B-Human
+    (jointCalibration.cfg, cameraCalibration.cfg) and HULKs (JSON of bodies and heads) are recognised and converted.
 
     Examples:
-        >>> nk.robot.read_offsets({"joints": {"LKneePitch": 0.01}})
-        {'joints': {'LKneePitch': 0.01}}
+        >>> nk.robot.read_offsets({"joints": {"LKneePitch": 0.01}, "version": "v5"})
+        {'joints': {'LKneePitch': 0.01}, 'version': 'v5'}
     """
-    document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
-    for kind, table in document.items():
-        if kind in (*_KINDS, _ABOUT) and isinstance(table, Mapping):
-            continue
-        if isinstance(offsets, Mapping) and kind == "found_for":
-            continue
-        fault = f"{kind} must be a table of names and offsets, got {quoted(table)}"
-        if kind not in (*_KINDS, _ABOUT):
-            near = ", ".join(nearest_names(str(kind), (*_KINDS, _ABOUT)) or _KINDS)
-            fault = f"unknown entry {quoted(kind)} (nearest: {near})"
-        given = isinstance(offsets, Mapping)
-        raise BadArgument(f"offsets: {fault}") if given else BadInputFile(str(offsets), fault)
+    given = isinstance(offsets, Mapping)
+    document = dict(offsets) if given else read_team_file(offsets) or read_toml(offsets)  # type: ignore[arg-type]
+    known = (*_KINDS, *_TEXTS, _ABOUT)
+    try:
+        for kind, table in document.items():
+            if kind in _TEXTS or (given and kind in ("found_for", "sensors")):
+                continue
+            if kind not in known:
+                near = ", ".join(nearest_names(str(kind), known) or _KINDS)
+                raise BadArgument(f"unknown entry {quoted(kind)} (nearest: {near})")
+            if not isinstance(table, Mapping):
+                raise BadArgument(f"{kind} must be a table of names and offsets, got {quoted(table)}")
+        if "cameras" in document:
+            document["cameras"] = {name: _lens(name, row) for name, row in document["cameras"].items()}
+    except BadArgument as error:
+        raise BadArgument(f"offsets: {error}") if given else BadInputFile(str(offsets), str(error)) from None
     about = document.pop(_ABOUT, {})
-    return document | ({"found_for": str(about["robot"])} if "robot" in about else {})
+    sensors = {**document.pop("inertial_unit", {}), **document.pop("foot_sensors", {})}
+    document |= {"found_for": str(about["robot"])} if "robot" in about else {}
+    return document | ({"sensors": sensors} if sensors else {})
+
+
+def _lens(camera: str, row: Any) -> list[float]:
+    """Return a lens in a table as the numbers that `with_offsets` takes."""
+    if not isinstance(row, Mapping):
+        return list(row)
+    if odd := row.keys() ^ {"resolution", "distortion", *_LENS}:
+        what = "resolution, fx, fy, cx, cy and distortion"
+        raise BadArgument(f"the lens of {camera} must have {what}; see {quoted(sorted(odd)[0])}")
+    return [*row["resolution"], *(row[name] for name in _LENS), *row["distortion"]]
 
 
 def write_offsets(
@@ -132,13 +163,14 @@ def write_offsets(
     remarks: Mapping[str, str] | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write offsets of joints and frames, as `read_offsets` returns them, to a TOML file; return its path.
+    """Write what was measured of a robot, as `read_offsets` takes and returns it, to a TOML file; return its path.
 
     Args:
         path: the file.
-        offsets: "joints" and "frames".
+        offsets: "joints", "frames", "cameras", "sensors", "version" and "body_id".
         about: the table `calibration` of the file, with the name of the "robot".
-        remarks: joint or frame → a comment at its line; a name without an offset has a line with the comment alone.
+        remarks: joint or frame → a comment at its line, and "lens of CameraTop" for that of a lens; a name without an
+            offset has a line with the comment alone.
         overwrite: replace the file if it exists.
 
     Examples:
@@ -146,20 +178,32 @@ def write_offsets(
         >>> nk.robot.read_offsets(path)["joints"]
         {'LKneePitch': 0.01}
     """
-    lines, tables = [], read_offsets(offsets)
-    remarks = dict(remarks or {})
-    if about:
-        lines += _table(_ABOUT, about)
-    for kind in _KINDS:
-        lines.append(f"[{kind}]  # {'rad, or m' if kind == 'joints' else 'dx, dy, dz [m], roll, pitch, yaw [rad]'}")
-        for name, value in tables.get(kind, {}).items():
+    tables, remarks = read_offsets(offsets), dict(remarks or {})
+    sensors = tables.get("sensors", {})
+    tables["inertial_unit"] = {name: sensors[name] for name in INERTIAL_UNIT if name in sensors}
+    tables["foot_sensors"] = {name: row for name, row in sensors.items() if name not in INERTIAL_UNIT}
+    lines = [f"{name} = {_toml(tables[name])}" for name in _TEXTS if name in tables]
+    lines += [*([""] if lines else []), *(_table(_ABOUT, about) if about else [])]
+    for kind, what in _KINDS.items():
+        rows, of = tables.get(kind, {}), "lens of " if kind == "cameras" else ""
+        if not rows and kind not in ("joints", "frames"):
+            continue
+        lines.append(f"[{kind}]  # {what}")
+        for name, value in rows.items():
             numbers = as_floats(value, (), f"the offset of {name}").tolist()
-            remark = f"  # {remarks.pop(name)}" if name in remarks else ""
-            lines.append(f"{_toml(name)} = {_toml(numbers)}{remark}")
+            remark = f"  # {remarks.pop(of + name)}" if of + name in remarks else ""
+            lines.append(f"{_toml(name)} = {_lens_text(numbers) if kind == 'cameras' else _toml(numbers)}{remark}")
         if kind == "joints":
-            alone = [name for name in remarks if name not in tables.get("frames", {})]
-            lines += [*(f"# {name}: {remarks[name]}" for name in alone), ""]
-    return write_document(path, "\n".join([*lines, ""]).encode(), overwrite=overwrite)[0]
+            with_line = {*tables.get("frames", {}), *(f"lens of {name}" for name in tables.get("cameras", {}))}
+            lines += [f"# {name}: {remark}" for name, remark in remarks.items() if name not in with_line]
+        lines.append("")
+    return write_document(path, "\n".join(lines).encode(), overwrite=overwrite)[0]
+
+
+def _lens_text(numbers: list[float]) -> str:
+    width, height, *rest = numbers
+    named = {"resolution": [int(width), int(height)], **dict(zip(_LENS, rest, strict=False)), "distortion": rest[4:]}
+    return f"{{ {', '.join(f'{name} = {_toml(value)}' for name, value in named.items())} }}"
 
 
 def _table(title: str, table: Mapping[str, Any]) -> list[str]:

@@ -5,14 +5,14 @@ Body names. Names may be followed by a unit in brackets, or be keys of NAOqi's d
 CSV has the names in its header and one configuration a line, separated by commas, semicolons or tabs; lines above the
 header that begin with # are skipped. JSON has one object name → value, or a list of such objects, or one on each line.
 ROS messages of joint states, which name the joints in every row, are read in JSON, as `rostopic echo -p` prints them in
-CSV, and as `_core.headings` reads what `topic echo` prints.
+CSV, and as `_core.headings` reads what `topic echo` prints. Columns of the sensors in feet and trunk are found by name.
 """
 
 from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,20 +21,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import COUPLING_TOLERANCE, UNIT_TOLERANCE, Floats, LimitPolicy, flag, limit_policy
-from nao_kin._core.csv_numbers import CsvHead, Records, TableColumns, csv_head, read_csv
+from nao_kin._core.csv_numbers import CsvHead, Records, SensorColumns, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
 from nao_kin._core.headings import (
+    INERTIAL,
     JOINT_UNITS,
+    SENSOR_UNITS,
     TIME_UNITS,
+    entry_name,
     guessed_time_unit,
     in_si_units,
     is_decimal,
     is_iso_time,
     is_joint_state,
+    is_never_read,
     joint_state_values,
     printed_messages,
     read_heading,
     resembles_time,
+    sensor_name,
 )
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
@@ -49,18 +54,23 @@ _TURN = 2.0 * math.pi
 _FEW, _NEAR = 0.25, 0.1
 # Rows of a table that show the unit of its angles.
 _FEW_ROWS = 100
+_Error = Callable[[str, int], Exception]  # of a reason and the index of a column
+# Columns that are named if they are left out.
+_MAX_NAMED = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """Configurations in a file, and their times.
+    """Configurations in a file, their times, and what sensors measured.
 
     Attributes:
         q: configurations, shape (n, nq).
         times: times of the rows, shape (n,) [s]; None without times. Dates and times count from the first row.
         many: whether the file contains a list; False for one JSON object.
-        notes: assumptions about the file.
+        notes: assumptions about the file, which columns are those of sensors, and which are left out.
         gaps: which joints have a column but no value in a row, so that `missing` gave it, shape (n, nq).
+        sensors: arguments of `nk.world.state` that the file has, by name: "contacts" or "forces", "gyro", "angles" or
+            "accelerometer", shapes (n, k), NaN for empty cells.
     """
 
     q: Floats
@@ -68,6 +78,7 @@ class Log:
     many: bool
     notes: tuple[str, ...]
     gaps: NDArray[np.bool_]
+    sensors: dict[str, Floats]
 
 
 def read_log(
@@ -81,8 +92,11 @@ def read_log(
     hips: Hips | None = None,
     missing: str | float | None = None,
 ) -> Log:
-    """Return the configurations in a file, and their times if it has a column of them.
+    """Return the configurations in a file, and the times and the values of sensors if it has columns of them.
 
+    Sensors are found by their names in ALMemory, LoLA, ROS and PlotJuggler, and notes say which columns are used:
+    the forces on the soles, rather than their sums, rather than contacts; the gyrometer; and the angles of the inertial
+    unit, rather than its accelerometer. `nk.world.state(robot, log.q, times=log.times, **log.sensors)` takes them.
     `nk.motion.read_motion` reads a table of times and only some of the joints.
 
     Args:
@@ -91,10 +105,11 @@ def read_log(
             also one on each line, in CSV of PlotJuggler, or as `rostopic echo` and `ros2 topic echo` print them.
         limits: "enforce" refuses joints outside their limits, "clamp" moves them to the limit, "ignore" accepts them,
             "measured" accepts them up to what sensors show, 5° or 0.02 of a ratio, with a warning.
-        degrees: turning joints are in degrees if the file does not give their unit.
-        columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
-            "time [ms]"; None leaves the column out, and a joint in it is at zero.
-        ignore_other: leave out columns that name no joint and no time.
+        degrees: turning joints, angles and gyrometers are in degrees if the file does not give their unit.
+        columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]",
+            "time [ms]", "GyroX", "LLeg/TotalWeight" or "LLeg/Contact"; None leaves the column out, and a joint in it is
+            at zero.
+        ignore_other: leave out columns of unknown names.
         hips: value of a motor whose two joints differ: "average", or "left" or "right" for the joint of that side; None
             refuses them.
         missing: values of joints without a column, and for empty cells, NaN and null, moved to the nearest limit: those
@@ -102,8 +117,10 @@ def read_log(
 
     Returns:
         The configurations `q`, shape (n, nq), and the `times` of the rows, shape (n,) [s], or None; `many`, False for a
-        JSON file with one object instead of a list; `notes`, assumptions about the file; and `gaps`, shape (n, nq), the
-        joints that have a column, but whose value in a row is that of `missing`. Times without a unit are
+        JSON file with one object instead of a list; `notes`, assumptions about the file; `gaps`, shape (n, nq), the
+        joints that have a column, but whose value in a row is that of `missing`; and `sensors`, by the names of the
+        arguments of `nk.world.state`, each of shape (n, k) [rad, rad/s; forces and acceleration in the file's unit].
+        Times without a unit are
         in seconds, or in another unit if the first ones then are times since 1970. Dates and times as in ISO 8601, such
         as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first row.
 
@@ -121,6 +138,8 @@ def read_log(
         >>> log = nk.stream.read_log(nao, "log.csv", columns={"ms": "time [ms]"}, limits="ignore")
         >>> log.times.tolist(), round(float(log.q[0, 0]), 4)
         ([0.02], 0.0087)
+
+    Source of the names: doc.aldebaran.com/2-1, actuator_sensor_names; ros-sports/nao_lola; sensor_msgs/Imu.
     """
     limits = limit_policy(limits)
     if hips is not None:
@@ -131,7 +150,7 @@ def read_log(
     large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
     advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
     text, is_json = read_table_text(name, "joint names and values", advice)
-    options = TableOptions(degrees, columns, ignore_other, missing)
+    options = TableOptions(degrees, columns, ignore_other, missing, sensors=True)
     many = True
     lines: Sequence[int]
     messages = printed_messages(name, text)
@@ -159,12 +178,11 @@ def read_log(
         where = f"configuration {row}: " if many and not lines[row] else ""
         reason = f"{where}{reason}{limits_advice(robot, table, raw[row])}"
         raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
-    gaps, notes = joints.gaps(raw), [*table.notes, joints.unit_note(raw)]
-    if not table.timed:
-        return Log(q, None, many, tuple(filter(None, notes)), gaps)
-    times = rows[:, -1]
-    unit, note = guessed_time_unit(times) if table.time_unit is None else (table.time_unit, "")
-    return Log(q, times / TIME_UNITS[unit], many, tuple(filter(None, [*notes, note])), gaps)
+    gaps, notes, times = joints.gaps(raw), [*table.notes, joints.unit_note(raw)], None
+    if table.timed:
+        unit, note = guessed_time_unit(rows[:, -1]) if table.time_unit is None else (table.time_unit, "")
+        times, notes = rows[:, -1] / TIME_UNITS[unit], [*notes, note]
+    return Log(q, times, many, tuple(filter(None, notes)), gaps, table.measured(rows))
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
@@ -179,12 +197,14 @@ class TableOptions:
         columns: heading in the file → heading to read it as; None leaves it out.
         ignore_other: leave out columns of other names.
         missing: values of joints without a column and of empty cells, a posture or a number; None refuses them.
+        sensors: read columns of sensors, too.
     """
 
     degrees: bool = False
     columns: Mapping[str, str | None] | None = None
     ignore_other: bool = False
     missing: str | float | None = None
+    sensors: bool = False
 
     def __post_init__(self) -> None:
         flag(self.degrees, "degrees")
@@ -205,30 +225,42 @@ class TableOptions:
         for heading in columns:
             if heading not in given:
                 raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, given)))
-        renamed = {**(head.read_as if head else {}), **columns}
+        read_as = [({**(head.read_as if head else {}), **columns}).get(text, text) for text in given]
+        lola = sorted((joint for joint in BODY_ORDER if joint in robot.joint_names), key=lambda joint: "Hand" in joint)
+        read_as = [text and entry_name(text, lola, robot.semantics.force_sensors) for text in read_as]
 
         def error(reason: str, place: int) -> BadInputFile:
             return BadInputFile(name, where + reason, line, place + 1 if line else 0)
 
+        sensors, unused = self._sensors(robot, read_as, known, error)
+
         def units_of(text: str, joint: str, place: int) -> Sequence[str]:
             if joint in known:
                 return JOINT_UNITS.get(robot.unit(joint), (robot.unit(joint),))
-            if not self.ignore_other:
+            if not (self.ignore_other or place in unused or any(place in one.places for one in sensors)):
                 raise error(_unknown(robot, text), place)
             others.append(given[place])
             return ()
 
-        read_as = [renamed.get(heading, heading) for heading in given]
         if head is not None and not any(read_heading(text).name in known for text in read_as if text is not None):
             _check_header(name, head, known)
         table, times = TableColumns.of(read_as, known, units_of, error, degrees=self.degrees, given=given)
         if len(times) > 1:
             both = " and ".join(quoted(given[place], MAX_SHOWN) for place in times[:2])
             raise error(f"two columns of times, {both}; columns= (--columns) leaves one out", times[1])
+        notes = list[str]()
+        if sensors:
+            found = "; ".join(f"{one.kind} {', '.join(given[place] for place in one.places)}" for one in sensors)
+            notes.append(f"columns of sensors, by their names: {found}")
+        if unused and not self.ignore_other:
+            more = f" and {len(unused) - _MAX_NAMED} more" if len(unused) > _MAX_NAMED else ""
+            notes.append(f"columns left out: {', '.join(given[place] for place in unused[:_MAX_NAMED])}{more}")
         like_times = [quoted(other, MAX_SHOWN) for other in others if not times and resembles_time(other)]
         if like_times:
             advice = "columns= (--columns) reads a column of times, as in {'clock': 'time [s]'} (clock='time [s]')"
-            table = replace(table, notes=(f"no times are read, and {', '.join(like_times[:3])} left out; {advice}",))
+            notes.append(f"no times are read, and {', '.join(like_times[:3])} left out; {advice}")
+        table = replace(table, notes=tuple(notes), sensors=tuple(sensors))
+        table = table.with_sensors() if self.sensors else table
         left_out = [read_heading(heading).name for heading, read in columns.items() if read is None]
         named = {*table.names, *left_out} & known
         determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in named}
@@ -238,6 +270,43 @@ class TableOptions:
             advice = "" if self.missing is not None else "; missing= (--missing) gives their values"
             raise BadInputFile(name, f"{where}missing joints: {shown}{advice}", line)
         return table if self.missing is None else replace(table, gaps=True)
+
+    def _sensors(
+        self, robot: RobotModel, read_as: Sequence[str | None], joints: set[str], error: _Error
+    ) -> tuple[list[SensorColumns], list[int]]:
+        """Return the columns of sensors, and the indices of those that are known but not read.
+
+        Of sensors that say the same, the first kind with one column for each name is used.
+        """
+        sums, contacts = (
+            tuple(f"{sole}/{end}" for sole in robot.semantics.soles) for end in ("TotalWeight", "Contact")
+        )
+        known = [("forces", robot.semantics.force_sensors), ("forces", sums), ("contacts", contacts), *INERTIAL.items()]
+        columns: dict[str, list[int]] = {sensor_name(name): [] for _, names in known for name in names}
+        unused = list[int]()
+        for place, text in enumerate(read_as):
+            if text is None or read_heading(text).name in joints or read_heading(text).is_time:
+                continue
+            if (name := sensor_name(text)) in columns:
+                columns[name].append(place)
+            elif is_never_read(text) or name == "AngleZ":
+                unused.append(place)
+        found = dict[str, SensorColumns]()
+        for kind, names in known:
+            places = [columns[sensor_name(name)] for name in names]
+            instead = {"contacts": "forces", "accelerometer": "angles"}.get(kind, kind)
+            if not names or any(len(one) != 1 for one in places) or found.keys() & {kind, instead}:
+                continue
+            units, expected = list[str](), SENSOR_UNITS.get(kind, ())
+            for (place,) in places:
+                unit = read_heading(str(read_as[place])).unit
+                if self.sensors and expected and unit not in (None, *expected):
+                    one_of = f"expected one of {', '.join(expected)}"
+                    raise error(f"unit {quoted(unit)} of {abbreviated(str(read_as[place]))}, {one_of}", place)
+                units.append("" if not expected else unit or (expected[1] if self.degrees else ""))
+            found[kind] = SensorColumns(kind, names, tuple(place for (place,) in places), tuple(units))
+        used = {place for one in found.values() for place in one.places}
+        return list(found.values()), sorted([*unused, *(p for one in columns.values() for p in one if p not in used)])
 
 
 # Numbers in a row of a NAO's joints without names → the orders that they may have.
@@ -371,6 +440,7 @@ def _from_json(name: str, document: Any, robot: RobotModel, options: TableOption
                 entry = joint_state_values(entry)
             except ValueError as error:
                 raise BadInputFile(name, f"{where}{error}") from None
+        entry = dict(_flattened(entry, {*robot.joint_names, *robot.mimics}))
         if not names:
             names = list(entry)
             table = options.table(name, names, robot, where=where)
@@ -389,12 +459,22 @@ def _from_json(name: str, document: Any, robot: RobotModel, options: TableOption
             except ValueError as error:
                 raise BadInputFile(name, f"{where}time {error}") from None
         for place, (value, heading) in enumerate(zip(row, table.headings, strict=True)):
-            if table.gaps and place < len(table.names) and (value is None or value != value):
+            if table.may_lack(place) and (value is None or value != value):
                 row[place] = math.nan
             elif not is_finite_number(value):
                 raise BadInputFile(name, f"{where}{heading} is {described(value)}, expected a finite number")
         rows.append(row)
     return table, np.array(rows, dtype=np.float64), many
+
+
+def _flattened(entry: Mapping[str, Any], joints: set[str]) -> Iterator[tuple[str, Any]]:
+    """Yield the entries of an object; those of lists and objects in it as Gyroscope[0], angular_velocity[x]."""
+    for key, value in entry.items():
+        inner = dict(enumerate(value)) if isinstance(value, list) else value
+        if isinstance(inner, dict) and key not in joints:
+            yield from ((f"{key}[{at}]", one) for at, one in inner.items())
+        else:
+            yield key, value
 
 
 # --- Rows of joint values as configurations, and the errors of bad rows.

@@ -21,7 +21,7 @@ from nao_kin.robot import Feet, RobotModel, serial_chain
 from nao_kin.rotations import log, rot_z
 from nao_kin.screws import rigid_poses
 from nao_kin.world.balance import feet_frame
-from nao_kin.world.sensors import Ground, Mask, Rows, Sensor, bridged
+from nao_kin.world.sensors import Ground, Mask, Rows, Sensor, bridged, corrected
 
 # Values of a sensor, and in which rows they are known.
 Measured = tuple[Floats, Mask]
@@ -141,7 +141,7 @@ def odometry(
     A sensor is not used if it is never known, never changes although the robot moves, is beyond its unit, or
     contradicts the legs: where these put one sole at least 10 mm below the other, it carries, and the other does not.
     The other sensors of a sole count for one that is not used; without any, the legs decide for all soles. `notes` says
-    so.
+    so. Errors of sensors that the robot's file states (`nk.robot.read_offsets`) are corrected.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -169,6 +169,7 @@ def odometry(
         >>> found.T_world_base[[0, -1], 2, 3].round(3).tolist()
         [0.32, 0.227]
     """
+    gyro = corrected(robot, "gyro", gyro)
     log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
     stands = None if valid is None else log.rows.merged(shaped(valid, (len(log.rows.own),), "valid")) != 0.0
     return log.rows.expanded(log.followed(log.gyro(gyro), start, stands))
@@ -259,6 +260,7 @@ class LegLog:
         check_tolerance(longest_gap, "longest_gap")
         notes = list(rows.notes)
         T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, feet.names, reference=robot.tree.root)))
+        forces = corrected(robot, "forces", forces)
         ground = Ground.of(robot, feet, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
         known = known & ground.known
         return LegLog(feet, rows, configurations, T_base_soles, ground, known, float(longest_gap), notes)

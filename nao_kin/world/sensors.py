@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import LOWER, TOUCHING, Floats, as_numbers, shaped
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
+from nao_kin.rotations import matrix_from_rpy, rpy_from_matrix
 
 Mask = NDArray[np.bool_]
 Result = TypeVar("Result")
@@ -78,6 +79,27 @@ class Rows(NamedTuple):
         arrays = {field.name: getattr(found, field.name) for field in fields(found)}  # type: ignore[arg-type]
         rows = {name: array[self.own] for name, array in arrays.items() if isinstance(array, np.ndarray)}
         return replace(found, **rows)  # type: ignore[type-var]
+
+
+def corrected(robot: RobotModel, what: str, given: ArrayLike | None) -> Any:
+    """Return what a sensor reports, by the name of an argument of `state`, without the errors that the robot states.
+
+    With R = Ry(pitch) Rx(roll) of the root link in the axes of the inertial unit, a vector v in these is Rᵀ (v − bias)
+    in those of the root link, and an orientation R_unit is R_unit R. A force is gain · (value − zero).
+    """
+    known, sensors = robot.semantics.sensors, robot.semantics.force_sensors
+    width = {"forces": len(sensors), "angles": 2}.get(what, 3)
+    if given is None or not known or np.shape(given)[-1:] != (width,):  # another shape is refused later
+        return given
+    values = as_numbers(given, what)
+    if what == "forces":
+        zeros, gains = np.transpose([known.get(name, (0.0, 1.0)) for name in sensors])
+        return (values - zeros) * gains
+    R = matrix_from_rpy([*known.get("mounting", (0.0, 0.0)), 0.0])
+    if what != "angles":
+        return (values - np.array(known.get(f"{what}_bias", (0.0, 0.0, 0.0)))) @ R
+    R_unit = matrix_from_rpy(np.nan_to_num(np.concatenate([values, 0.0 * values[..., :1]], axis=-1)))
+    return np.where(np.isfinite(values), rpy_from_matrix(R_unit @ R)[..., :2], np.nan)
 
 
 def bridged(values: Floats, moments: Floats, longest_gap: float) -> tuple[Floats, Mask]:

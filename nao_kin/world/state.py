@@ -20,7 +20,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy, rot_z
 from nao_kin.world.odometry import LegLog, Measured, Odometry
-from nao_kin.world.sensors import Ground, Mask, debounced, sole_heights
+from nao_kin.world.sensors import Ground, Mask, corrected, debounced, sole_heights
 
 # Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
 # and from which it lies in any case. Between a standing robot that bends (up to 60° in Aldebaran's animations) and one
@@ -170,7 +170,8 @@ def state(
     weight, and found after 0.1 s. Without contacts and forces, a robot is in contact where it is upright and flat.
 
     NaN is accepted, and odd sensors are not used, as in `odometry`; so is an inertial unit whose vertical is more than
-    45° from the normals of the soles while these carry the robot.
+    45° from the normals of the soles while these carry the robot. Errors of sensors that the robot's file states
+    (`nk.robot.read_offsets`) are corrected.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -206,6 +207,8 @@ def state(
     Source: AngleX, AngleY and the axes: doc.aldebaran.com/2-8, inertial_naov6; signs of V6: docs.ros.org,
     nao_sensor_msgs; the negative accelerometer: B-Human's NaoProvider.cpp (d89d603), which changes LoLA's sign.
     """
+    angles, gyro = corrected(robot, "angles", angles), corrected(robot, "gyro", gyro)
+    accelerometer = corrected(robot, "accelerometer", accelerometer)
     log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
     ground, T_base_soles, rows = log.ground, log.T_base_soles, np.arange(len(log.moments))
     support = ground.supports(rows, T_base_soles)

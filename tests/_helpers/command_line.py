@@ -15,6 +15,13 @@ def said(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     return str(out)
 
 
+def said_with_notes(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> tuple[str, str]:
+    """Return the output of a command, and its notes on standard error."""
+    assert run([command, *arguments]) == 0
+    out, err = capsys.readouterr()
+    return str(out), str(err)
+
+
 def refused(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     """Return the single error line of a command that refuses its input."""
     return refused_line(capsys, command, *arguments)

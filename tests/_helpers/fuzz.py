@@ -130,8 +130,8 @@ COMMANDS = """
     motion check walk.csv
     motion convert timelines.xar out.csv --timeline 1
     motion info library.xap --timeline 1
-    odometry log.csv --forces LFsr,RFsr --ignore-other
-    state log.csv --forces LFsr,RFsr --ignore-other
+    odometry log.csv
+    state log.csv
     view walk.csv --html out.html
 """
 

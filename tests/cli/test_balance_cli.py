@@ -82,10 +82,16 @@ def test_contacts_and_forces_are_columns_of_the_file(
     header = ",".join(["time", *nao.joint_names, "left", "right"])
     np.savetxt(path, np.column_stack([[0.0, 0.1], q, 20.0 * contacts]), delimiter=",", header=header, comments="")
     wanted = nk.world.balance(nao, q, contacts=contacts)
-    for option in ("--contacts", "--forces"):
-        out = said(capsys, str(path), option, "left,right", "--limits", "ignore", "--json")
+    words = (str(path), "--limits", "ignore", "--json")
+    for end in ("TotalWeight", "Contact"):
+        names = [word for name in ("left", "right") for word in ("--columns", f"{name}={name[0].upper()}Leg/{end}")]
+        out, err = command_line.said_with_notes("balance", capsys, *words, *names)
         rows = json.loads(out)["configurations"]
         assert [row["margin"] for row in rows] == pytest.approx(wanted.margin.tolist(), abs=1e-9)
         assert [row["soles"] for row in rows] == [["LLeg", "RLeg"], ["RLeg"]]
-    assert "unknown column 'letf'" in refused(capsys, str(path), "--contacts", "letf,right")
-    assert "--forces needs FILE" in refused(capsys, "--posture", "Stand", "--forces", "left,right")
+        assert "left, right" in err
+        # A sole that is named is on the floor, whatever was measured.
+        out, err = command_line.said_with_notes("balance", capsys, *words, *names, "--sole", "RLeg")
+        assert [row["soles"] for row in json.loads(out)["configurations"]] == [["RLeg"], ["RLeg"]]
+        assert "of each sole are not used with --sole" in err
+    assert "unknown joint 'left'" in refused(capsys, str(path))

@@ -19,7 +19,9 @@ MEASURED = ("left", "right", "gx", "gy", "gz")
 
 said = partial(command_line.said, "odometry")
 refused = partial(command_line.refused, "odometry")
+with_notes = partial(command_line.said_with_notes, "odometry")
 said_of_state = partial(command_line.said, "state")
+state_with_notes = partial(command_line.said_with_notes, "state")
 state_refused = partial(command_line.refused, "state")
 
 
@@ -86,18 +88,26 @@ def test_a_posture_gives_the_joints_that_a_motion_does_not_name(
     assert said(capsys, file, "--rate", "10") != said(capsys, file, "--rate", "10", "--posture", "Crouch")
 
 
+def columns(**names: str) -> list[str]:
+    """Return the words that say what columns of other names are."""
+    return [word for name, heading in names.items() for word in ("--columns", f"{name}={heading}")]
+
+
 def test_forces_contacts_and_gyrometer_are_columns_of_the_log(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     times, q, measured = walk(nao)
     path = log(tmp_path / "log.csv", nao)
     feet, gyro = measured[:, :2], measured[:, 2:]
-    assert_is(
-        said(capsys, path, "--forces", "left,right", "--ignore-other"), nk.world.odometry(nao, times, q, forces=feet)
-    )
-    for order, columns in (("left, right", feet), ("right,left", feet[:, ::-1])):
-        wanted = nk.world.odometry(nao, times, q, contacts=columns, gyro=gyro)
-        assert_is(said(capsys, path, "--contacts", order, "--gyro", "gx,gy,gz"), wanted)
+    out, err = with_notes(capsys, path, *columns(left="LFsr", right="RFsr"), "--ignore-other")
+    assert_is(out, nk.world.odometry(nao, times, q, forces=feet))
+    assert "columns of sensors, by their names: forces left, right\n" in err
+    turning = columns(gx="GyroX", gy="GyroY", gz="GyroZ")
+    for names, given in ((("left", "right"), feet), (("right", "left"), feet[:, ::-1])):
+        soles = dict(zip(names, ("LLeg/Contact", "RLeg/Contact"), strict=True))
+        out, err = with_notes(capsys, path, *columns(**soles), *turning)
+        assert_is(out, nk.world.odometry(nao, times, q, contacts=given, gyro=gyro))
+        assert f"contacts {', '.join(names)}" in err
 
 
 def test_the_trajectory_is_written_to_a_file(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
@@ -115,16 +125,12 @@ def test_the_trajectory_is_written_to_a_file(capsys: pytest.CaptureFixture, tmp_
 
 def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
     path = log(tmp_path / "log.csv", nao)
-    assert "unknown column 'lef'" in refused(capsys, path, "--forces", "lef,right")
-    assert "not both" in refused(capsys, path, "--forces", "left,right", "--contacts", "left,right", "--ignore-other")
-    assert "name a file instead of -" in refused(capsys, "-", "--gyro", "gx,gy,gz")
+    assert "unknown joint 'left'" in refused(capsys, path)
+    assert "unknown column of" in refused(capsys, path, "--columns", "lef=LFsr")
     assert "LFot" in refused(capsys, path, "--sole", "LFot", "--ignore-other")
     untimed = tmp_path / "untimed.csv"
     untimed.write_text(",".join(nao.joint_names) + "\n" + ",".join(["0.0"] * 25) + "\n")
     assert "no column of times" in refused(capsys, str(untimed))
-    asked = json.dumps([1, 2])
-    (tmp_path / "log.json").write_text(asked)
-    assert "is JSON" in refused(capsys, str(tmp_path / "log.json"), "--gyro", "gx,gy,gz")
     assert "Example: nao-kin odometry" in said(capsys, "--help")
 
 
@@ -147,10 +153,6 @@ def sensor_log(path: Path, nao: nk.NaoModel, joints: list[str], *, empty: int | 
     return str(path), {"q": q, "times": times, "forces": forces, "angles": angles, "gyro": gyro}
 
 
-OPTIONS = ("--forces", "LFsr,RFsr", "--gyro", "GyroX,GyroY,GyroZ", "--ignore-other")
-ALL = (*OPTIONS[:-1], "--angles", "AngleX,AngleY [deg]")
-
-
 def legs_of(nao: nk.NaoModel) -> list[str]:
     return [name for name in nao.joint_names if any(part in name for part in ("Hip", "Knee", "Ankle"))]
 
@@ -160,15 +162,15 @@ def test_a_log_of_the_legs_is_enough_and_of_the_head_needs_the_others(
 ) -> None:
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
     wanted = nk.world.odometry(nao, given["times"], given["q"], forces=given["forces"], gyro=given["gyro"])
-    assert_is(said(capsys, path, *OPTIONS), wanted)
-    assert_is(said(capsys, path, *OPTIONS, "--missing", "Stand"), wanted)
+    assert_is(with_notes(capsys, path)[0], wanted)
+    assert_is(with_notes(capsys, path, "--missing", "Stand")[0], wanted)
     head, given = sensor_log(tmp_path / "head.csv", nao, ["HeadYaw"])
-    says = refused(capsys, head, *OPTIONS)
+    says = refused(capsys, head)
     assert "missing joints: HeadPitch, LHipYawPitch" in says
     assert "(--missing) gives their values" in says
     q = np.tile(nao.posture("StandInit"), (60, 1))
     still = nk.world.odometry(nao, given["times"], q, forces=given["forces"], gyro=given["gyro"])
-    assert_is(said(capsys, head, *OPTIONS, "--missing", "StandInit"), still)
+    assert_is(with_notes(capsys, head, "--missing", "StandInit")[0], still)
 
 
 def test_a_row_without_a_value_of_a_leg_has_no_pose(
@@ -176,15 +178,16 @@ def test_a_row_without_a_value_of_a_leg_has_no_pose(
 ) -> None:
     path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao), empty=20)
     for missing in ((), ("--missing", "Crouch")):
-        lines = said(capsys, path, *OPTIONS, *missing).splitlines()
+        lines = with_notes(capsys, path, *missing)[0].splitlines()
         assert [k for k, line in enumerate(lines[1:]) if line.endswith(",,,,,,,")] == [20]
-        document = json.loads(said(capsys, path, *OPTIONS, *missing, "--json"))
+        document = json.loads(with_notes(capsys, path, *missing, "--json")[0])
         assert document["segments"] == 1
         assert document["rows"][20]["x"] is None
         assert document["rows"][20]["support"] is None
-    gaps = json.loads(said(capsys, path, *OPTIONS, "--json", "--longest-gap", "0.03"))
+    gaps = json.loads(with_notes(capsys, path, "--json", "--longest-gap", "0.03")[0])
     assert gaps["segments"] == 2
-    assert "longest_gap must be a number" in refused(capsys, path, *OPTIONS, "--longest-gap", "-1")
+    assert command_line.run(["odometry", path, "--longest-gap", "-1"]) == 2
+    assert "longest_gap must be a number" in capsys.readouterr().err
 
 
 def test_the_state_is_summed_up_and_written_in_every_format(
@@ -193,17 +196,17 @@ def test_the_state_is_summed_up_and_written_in_every_format(
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao), empty=20)
     given["q"][20, nao.joint_names.index("LKneePitch")] = np.nan
     wanted = nk.world.state(nao, given.pop("q"), **given)
-    summary = json.loads(said_of_state(capsys, path, *ALL, "--json"))
+    summary = json.loads(state_with_notes(capsys, path, "--json")[0])
     assert summary["seconds"] == pytest.approx(wanted.seconds)
     assert summary["steps"] == wanted.odometry.steps.sum() > 0
     assert summary["distance"] == pytest.approx(wanted.odometry.distance, abs=1e-12)
     assert (summary["segments"], summary["rows"], summary["valid_rows"]) == (1, 60, 59)
-    table = said_of_state(capsys, path, *ALL)
+    table, _ = state_with_notes(capsys, path)
     assert "standing" in table
     assert f"{wanted.odometry.distance:.3f} m" in table
     files = {ending: tmp_path / f"state{ending}" for ending in (".csv", ".npz", ".parquet", ".feather")}
     for out in files.values():
-        assert said_of_state(capsys, path, *ALL, "-o", str(out)).startswith(f"{out}\n")
+        assert state_with_notes(capsys, path, "-o", str(out))[0].startswith(f"{out}\n")
     archive = np.load(files[".npz"])
     assert archive["posture"].tolist() == wanted.posture.tolist()
     assert archive["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
@@ -226,7 +229,7 @@ def test_the_state_is_summed_up_and_written_in_every_format(
         columns = read(files[ending])
         assert columns.column_names == archive.files
         assert columns.column("support").to_pylist() == wanted.support.tolist()
-    degrees = json.loads(said_of_state(capsys, path, *ALL, "--json", "-o", str(tmp_path / "more.npz")))
+    degrees = json.loads(state_with_notes(capsys, path, "--json", "-o", str(tmp_path / "more.npz"))[0])
     assert degrees["units"]["angle"] == "rad"
 
 
@@ -234,23 +237,12 @@ def test_wrong_words_of_state_are_refused_in_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    # A log with sensors of other names.
-    renamed = (tmp_path / "legs.csv").read_text().replace("LFsr", "left").replace("RFsr", "right")
-    (tmp_path / "other.csv").write_text(renamed)
-    for command in ("state", "odometry"):
-        assert "--forces LFsr,RFsr --ignore-other" in command_line.refused(command, capsys, str(tmp_path / "other.csv"))
-    assert "unknown column 'AngleZ'" in state_refused(capsys, path, "--angles", "AngleX,AngleZ")
-    assert "the ending names the format" in state_refused(capsys, path, *ALL, "-o", str(tmp_path / "state.txt"))
+    assert "the ending names the format" in state_refused(capsys, path, "-o", str(tmp_path / "state.txt"))
     assert not (tmp_path / "state.txt").exists()
-    both = state_refused(capsys, path, *ALL, "--accelerometer", "GyroX,GyroY,GyroZ")
-    assert "angles or an accelerometer" in both
-    assert "gyro must have shape (60, 3), got (60, 2)" in state_refused(
-        capsys, path, *ALL[:3], "GyroX,GyroY", "--ignore-other"
-    )
     text = (tmp_path / "legs.csv").read_text().replace("GyroX [deg/s]", "GyroX [rpm]")
     (tmp_path / "rpm.csv").write_text(text)
-    says = state_refused(capsys, str(tmp_path / "rpm.csv"), *ALL)
-    assert "unit 'rpm' of GyroX, expected one of rad/s, deg/s, °/s" in says
+    says = state_refused(capsys, str(tmp_path / "rpm.csv"))
+    assert "unit 'rpm' of GyroX [rpm], expected one of rad/s, deg/s, °/s" in says
     assert "line 1" in says
     assert "Example: nao-kin state" in said_of_state(capsys, "--help")
 
@@ -261,8 +253,9 @@ def test_a_gyrometer_in_degrees_without_a_unit_is_noted(
     sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
     text = (tmp_path / "legs.csv").read_text().replace(" [deg/s]", "")
     (tmp_path / "plain.csv").write_text(text)
-    command_line.run(["odometry", str(tmp_path / "plain.csv"), *OPTIONS])
-    assert "are these deg/s? A heading such as GyroX [deg/s] says so" in capsys.readouterr().err
+    assert (
+        "are these deg/s? A heading such as GyroX [deg/s] says so" in with_notes(capsys, str(tmp_path / "plain.csv"))[1]
+    )
 
 
 # --- Sensors that the headings of a log name.
@@ -310,8 +303,7 @@ def test_the_keys_of_almemory_are_found_without_an_option(
     given = almemory_log(path, nao, short=short)
     accelerometer = given.pop("accelerometer")
     wanted = nk.world.state(nao, given.pop("q"), **given)
-    assert command_line.run(["state", str(path), "-o", str(out)]) == 0
-    err = capsys.readouterr().err
+    _, err = state_with_notes(capsys, str(path), "-o", str(out))
     order = [err.index(name) for name in KEYS["forces"] + KEYS["gyro"] + KEYS["angles"] + KEYS["accelerometer"]]
     assert order == sorted(order)
     assert err.index("left out") < order[-3]
@@ -320,18 +312,13 @@ def test_the_keys_of_almemory_are_found_without_an_option(
     assert found["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
     assert found["LLeg_force"] == pytest.approx(wanted.forces[:, 0], abs=1e-12)
     assert found["x"] == pytest.approx(wanted.T_world_base[:, 0, 3], abs=1e-12)
-    # What is typed is used alone.
-    del given["angles"], given["times"], given["forces"]
-    key = "{}" if short else "Device/SubDeviceList/InertialSensor/{}/Sensor/Value"
-    names = [key.format(name) for name in KEYS["accelerometer"]]
-    assert command_line.run(["state", str(path), "-o", str(out), "--force", "--accelerometer", ",".join(names)]) == 0
-    err = capsys.readouterr().err
-    assert "by their names" not in err
-    assert err.index("left out") < err.index("AngleX")
-    times, q, _ = walk(nao)
-    assert np.load(out)["roll"] == pytest.approx(
-        nk.world.state(nao, q, times=times, accelerometer=accelerometer).roll_pitch[:, 0], abs=1e-12
-    )
+    # Without a column of the angles the accelerometer is used.
+    key = "AngleX" if short else "Device/SubDeviceList/InertialSensor/AngleX/Sensor/Value"
+    _, err = state_with_notes(capsys, str(path), "-o", str(out), "--force", "--columns", f"{key}=")
+    assert err.index("accelerometer") < err.index("left out") < err.index("AngleY")
+    del given["angles"]
+    wanted = nk.world.state(nao, walk(nao)[1], accelerometer=accelerometer, **given)
+    assert np.load(out)["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
 
 
 def test_odometry_takes_the_sums_on_the_soles_and_says_what_is_left_out(
@@ -339,25 +326,21 @@ def test_odometry_takes_the_sums_on_the_soles_and_says_what_is_left_out(
 ) -> None:
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
     wanted = nk.world.odometry(nao, given["times"], given["q"], forces=given["forces"], gyro=given["gyro"])
-    assert command_line.run(["odometry", path]) == 0
-    out, err = capsys.readouterr()
+    out, err = with_notes(capsys, path)
     assert_is(out, wanted)
-    assert "--forces LFsr,RFsr --gyro GyroX [deg/s]" in err
-    assert "AngleX" in err.partition("columns left out: ")[2]
-    # A log sampled again has other rows than its sensors; a sole that is named is not the one that was measured.
+    assert "forces LFsr, RFsr; gyro GyroX [deg/s], GyroY" in err
+    # A sole that is named is not the one that was measured.
     alone = nk.world.odometry(nao, given["times"], given["q"], soles=["RLeg"], gyro=given["gyro"])
-    assert command_line.run(["odometry", path, "--sole", "RLeg"]) == 0
-    out, err = capsys.readouterr()
+    out, err = with_notes(capsys, path, "--sole", "RLeg")
     assert_is(out, alone)
-    assert "LFsr, RFsr" in err
+    assert "forces of each sole are not used with --sole" in err
     text = (
         (tmp_path / "legs.csv").read_text().replace("RFsr", "GyroX", 1).replace("GyroX [deg/s]", "RFoot/FSR/FrontLeft")
     )
     (tmp_path / "part.csv").write_text(text)
-    assert command_line.run(["odometry", str(tmp_path / "part.csv")]) == 0
-    err = capsys.readouterr().err
-    assert "by their names: --gyro GyroX," in err
-    assert "--forces" not in err
+    _, err = with_notes(capsys, str(tmp_path / "part.csv"))
+    assert "by their names: gyro GyroX," in err
+    assert "columns left out: LFsr, RFoot/FSR/FrontLeft" in err
 
 
 def test_a_sensor_in_two_columns_is_not_chosen(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
@@ -366,10 +349,8 @@ def test_a_sensor_in_two_columns_is_not_chosen(capsys: pytest.CaptureFixture, tm
     head, *lines = path.read_text().splitlines()
     key = "Device/SubDeviceList/InertialSensor/AngleX/Sensor/Value"
     path.write_text("\n".join([f"{head},AngleX", *(f"{line},0.5" for line in lines)]) + "\n")
-    assert command_line.run(["state", str(path)]) == 0
-    assert "--angles" not in capsys.readouterr().err
-    assert command_line.run(["state", str(path), "--columns", "AngleX="]) == 0
-    assert f"--angles {key}," in capsys.readouterr().err
+    assert "angles" not in state_with_notes(capsys, str(path))[1].partition("left out")[0]
+    assert f"angles {key}," in state_with_notes(capsys, str(path), "--columns", "AngleX=")[1]
 
 
 @pytest.mark.parametrize("command", ["odometry", "state"])
@@ -407,5 +388,7 @@ def test_a_log_in_radians_is_the_same_walk_in_degrees(
     rows = np.column_stack([times, np.degrees(q), np.full((60, 3), np.degrees(0.1))]).tolist()
     names = ("time", *nao.joint_names, "GyroX", "GyroY", "GyroZ")
     (tmp_path / "deg.csv").write_text("".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
-    assert command_line.run(["odometry", str(tmp_path / "deg.csv"), "--file-deg"]) == 0
-    assert_is(capsys.readouterr().out, nk.world.odometry(nao, times, q, gyro=np.full((60, 3), 0.1)))
+    assert_is(
+        with_notes(capsys, str(tmp_path / "deg.csv"), "--file-deg")[0],
+        nk.world.odometry(nao, times, q, gyro=np.full((60, 3), 0.1)),
+    )

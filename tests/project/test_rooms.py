@@ -240,8 +240,8 @@ FOR_OTHER_ROOMS = {
     "screws.refuse_not_rigid": "the check of poses, with the names of the caller's arguments",
     "screws.rigid_poses": "the same, with the nearest rotation",
     "stream.PoseColumns": "the command line prints the columns that files have",
-    "stream.log_columns": "the command line finds sensors by the headings of a log",
-    "stream.unit_note": "and says which unit it took",
+    "stream.log_columns": "the command line tells a table of whole configurations from a motion",
+    "stream.unit_note": "the unit of a motion that the command line reads is doubted as that of a log",
     "world.outside_image": "one message for pixels that are in no image",
     "world.standing_sole": "the virtual NAO stands on the sole that the state of a log would name",
 }

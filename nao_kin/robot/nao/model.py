@@ -124,18 +124,18 @@ class NaoModel(RobotModel):
 
 
 def load_nao(
-    version: str = "v6", *, base: Base = "fixed", offsets: Mapping[str, Any] | Path | str | None = None
+    version: str | None = None, *, base: Base = "fixed", offsets: Mapping[str, Any] | Path | str | None = None
 ) -> NaoModel:
     """Return a NAO H25 as a Pinocchio model with exactly 25 degrees of freedom.
 
     Args:
-        version: one of `nk.parameters.VERSIONS`: "v3.2" to "v6".
+        version: one of `nk.parameters.VERSIONS`: "v3.2" to "v6"; None is that of `offsets`, or "v6".
         base: "fixed" holds the trunk at the origin; "floating" adds a free-flyer before the joints.
-        offsets: calibrated joints and frames, `{"joints": {…}, "frames": {…}}` as for `RobotModel.with_offsets`,
-            or the path of a TOML file with these two tables.
+        offsets: what was measured of one robot: `{"joints": {…}, "frames": {…}, "cameras": {…}, …}` as for
+            `nk.robot.read_offsets`, or the path of a file that it reads.
 
     Raises:
-        BadArgument: invalid offsets, as in `RobotModel.with_offsets`.
+        BadArgument: invalid offsets, or those of another version, as in `RobotModel.with_offsets`.
         BadInputFile: the file of offsets cannot be read.
 
     Examples:
@@ -143,8 +143,9 @@ def load_nao(
         >>> nao.model.nv, nao.joint_names[:2]
         (25, ('HeadYaw', 'HeadPitch'))
     """
-    nao = NaoModel(version, base=base)
-    return nao if offsets is None else nao.with_offsets(**read_offsets(offsets))
+    measured = {} if offsets is None else read_offsets(offsets)
+    nao = NaoModel(version or measured.get("version", "v6"), base=base)
+    return nao.with_offsets(**measured) if measured else nao
 
 
 def nao_urdf_path(version: str) -> Path:
