@@ -54,8 +54,8 @@ def differ(text: str, kept: str, tolerance: float) -> bool:
     """Return whether two figures differ in more than their numbers, or by more than a tolerance in these."""
     if text == kept or NUMBER.sub("", text) != NUMBER.sub("", kept):
         return text != kept
-    numbers = (np.array(NUMBER.findall(one), dtype=float) for one in (text, kept))
-    return not np.allclose(*numbers, rtol=0.0, atol=tolerance)
+    now, before = (np.array(NUMBER.findall(one), dtype=float) for one in (text, kept))
+    return not np.allclose(now, before, rtol=0.0, atol=tolerance)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
