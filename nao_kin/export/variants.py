@@ -212,9 +212,11 @@ def named_semantics(semantics: Semantics, names: str) -> Semantics:
         name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
+    lenses = {new.get(camera, camera): numbers for camera, numbers in semantics.lenses.items()}
     outlines = {new.get(sole, sole): corners for sole, corners in semantics.outlines.items()}
     pairs = tuple((new.get(a, a), new.get(b, b), why) for a, b, why in semantics.disabled_collisions)
-    return replace(semantics, **frames, fields_of_view=views, outlines=outlines, disabled_collisions=pairs)
+    frames |= {"fields_of_view": views, "lenses": lenses, "outlines": outlines, "disabled_collisions": pairs}
+    return replace(semantics, **frames)
 
 
 def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
@@ -11,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import TOUCHING, Floats, shaped
+from nao_kin._core.arrays import TOUCHING, Floats, choice, shaped
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import OtherRobotWarning
@@ -212,9 +213,10 @@ class RobotModel(KinematicRobot):
         joints: Mapping[str, ArrayLike] | None = None,
         frames: Mapping[str, ArrayLike] | None = None,
         *,
+        cameras: Mapping[str, ArrayLike] | None = None,
         found_for: str | None = None,
     ) -> _Robot:
-        """Return the same robot with calibrated joints and frames.
+        """Return the same robot with calibrated joints and frames, and with measured lenses.
 
         The offsets are in the tree of the new robot, and so in its Pinocchio model, batch kernels, inverse kinematics
         and exports. Closed forms whose geometry no longer holds are refused with the reason; `nk.ik.numeric` takes any
@@ -229,6 +231,8 @@ class RobotModel(KinematicRobot):
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
                 The offset of a camera's optical frame is in the axes of that frame, and moves the whole camera.
+            cameras: camera → its measured lens: width and height of its images, fx, fy, cx, cy, and coefficients of the
+                distortion, 0, 4, 5 or 8 [pixel]. `nk.world.camera` returns the camera with this lens.
             found_for: name of the robot that the offsets were found for, as files of `nk.calibration` say it. If this
                 robot has another name, a warning says so; it may be the same robot with your own URDF.
 
@@ -248,8 +252,14 @@ class RobotModel(KinematicRobot):
         given = {} if joints is None else joints, {} if frames is None else frames
         tree = with_offsets(self.tree, *given, self.semantics.cameras)
         notes = (*self.load_notes, *tree.notes[len(self.tree.notes) :])
-        robot = type(self).__new__(type(self))
-        robot.__setstate__({**self.__getstate__(), "tree": tree, "load_notes": notes, "numbers": None})
+        semantics = self.semantics
+        if cameras:
+            for name in cameras:
+                choice(name, semantics.cameras, f"camera of {self.name}")
+            semantics = replace(semantics, lenses={**semantics.lenses, **cameras})  # type: ignore[dict-item]
+            notes += tuple(f"camera {name}: a measured lens" for name in cameras)
+        robot, changed = type(self).__new__(type(self)), {"tree": tree, "semantics": semantics, "load_notes": notes}
+        robot.__setstate__({**self.__getstate__(), **changed, "numbers": None})
         return robot
 
     def body_frame(self, frame: str) -> str:

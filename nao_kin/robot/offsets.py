@@ -22,7 +22,12 @@ from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import angle_between, matrix_from_rpy, rpy_from_matrix
 from nao_kin.screws import pose_of
 
-_KINDS = ("joints", "frames")
+# The tables of a file, and what their numbers are.
+_KINDS = {
+    "joints": "rad, or m",
+    "frames": "dx, dy, dz [m], roll, pitch, yaw [rad]",
+    "cameras": "width, height, fx, fy, cx, cy, k1, k2, p1, p2 [pixels]",
+}
 # The table of a file that says where its offsets are from.
 _ABOUT = "calibration"
 # Decimal places of millimetres and degrees in notes: smaller values are rounding errors.
@@ -101,8 +106,9 @@ def _warn_of_large(offsets: Sequence[tuple[str, str, float]]) -> None:
 def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
     """Return the arguments of `RobotModel.with_offsets` from a mapping with "joints" and "frames", or from a TOML file.
 
-    The file has a table `joints` of numbers, and a table `frames` of six numbers or four rows of four each. A table
-    `calibration` may say where they are from; its `robot` is the argument `found_for`.
+    The file has a table `joints` of numbers, a table `frames` of six numbers or four rows of four each, and perhaps a
+    table `cameras` of measured lenses. A table `calibration` may say where they are from; its `robot` is the argument
+    `found_for`.
 
     Examples:
         >>> nk.robot.read_offsets({"joints": {"LKneePitch": 0.01}})
@@ -136,9 +142,10 @@ def write_offsets(
 
     Args:
         path: the file.
-        offsets: "joints" and "frames".
+        offsets: "joints", "frames" and "cameras".
         about: the table `calibration` of the file, with the name of the "robot".
-        remarks: joint or frame → a comment at its line; a name without an offset has a line with the comment alone.
+        remarks: joint or frame → a comment at its line, and "lens of CameraTop" for that of a lens; a name without an
+            offset has a line with the comment alone.
         overwrite: replace the file if it exists.
 
     Examples:
@@ -150,16 +157,20 @@ def write_offsets(
     remarks = dict(remarks or {})
     if about:
         lines += _table(_ABOUT, about)
-    for kind in _KINDS:
-        lines.append(f"[{kind}]  # {'rad, or m' if kind == 'joints' else 'dx, dy, dz [m], roll, pitch, yaw [rad]'}")
-        for name, value in tables.get(kind, {}).items():
+    for kind, what in _KINDS.items():
+        rows, of = tables.get(kind, {}), "lens of " if kind == "cameras" else ""
+        if kind == "cameras" and not rows:
+            continue
+        lines.append(f"[{kind}]  # {what}")
+        for name, value in rows.items():
             numbers = as_floats(value, (), f"the offset of {name}").tolist()
-            remark = f"  # {remarks.pop(name)}" if name in remarks else ""
+            remark = f"  # {remarks.pop(of + name)}" if of + name in remarks else ""
             lines.append(f"{_toml(name)} = {_toml(numbers)}{remark}")
         if kind == "joints":
-            alone = [name for name in remarks if name not in tables.get("frames", {})]
-            lines += [*(f"# {name}: {remarks[name]}" for name in alone), ""]
-    return write_document(path, "\n".join([*lines, ""]).encode(), overwrite=overwrite)[0]
+            with_line = {*tables.get("frames", {}), *(f"lens of {name}" for name in tables.get("cameras", {}))}
+            lines += [f"# {name}: {remark}" for name, remark in remarks.items() if name not in with_line]
+        lines.append("")
+    return write_document(path, "\n".join(lines).encode(), overwrite=overwrite)[0]
 
 
 def _table(title: str, table: Mapping[str, Any]) -> list[str]:

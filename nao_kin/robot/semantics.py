@@ -53,7 +53,7 @@ They may be written in a small TOML file beside the URDF:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -241,6 +241,7 @@ class Semantics:
         cameras: frames of cameras that look along their x axis.
         fields_of_view: camera → its horizontal and vertical field of view [rad], each in (0, π), if they are known.
         resolutions: name → width and height of the images of the cameras [pixel].
+        lenses: camera → (width, height, fx, fy, cx, cy[, k1, k2, p1, p2 …]) [pixel], if its lens was measured.
         postures: predefined postures by name.
         start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
         coupled_limits: tables in which one joint's range depends on another's value.
@@ -286,6 +287,7 @@ class Semantics:
     outlines: Mapping[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict)
     disabled_collisions: tuple[tuple[str, str, str], ...] = ()
     resolutions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    lenses: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("start", "version", "root"):
@@ -300,7 +302,8 @@ class Semantics:
         if any(len(row) != 3 for row in rows):
             raise BadArgument("a row of disabled_collisions must be two links and a reason")
         object.__setattr__(self, "disabled_collisions", rows)
-        made = {"chains": _chain, "fields_of_view": _view_angles, "resolutions": _size, "outlines": _corners}
+        made: dict[str, Callable[[object, str], Any]] = {"chains": _chain, "fields_of_view": _view_angles}
+        made |= {"resolutions": _size, "lenses": _lens, "outlines": _corners}
         for name, make in made.items():
             values = _mapping(getattr(self, name), name)
             object.__setattr__(self, name, MappingProxyType({key: make(each, key) for key, each in values.items()}))
@@ -321,7 +324,7 @@ class Semantics:
     def frames(self) -> dict[str, tuple[str, str]]:
         """Return every frame named in the semantics, with the field that names it first."""
         return _named_first(
-            (getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view", "outlines")
+            (getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view", "lenses", "outlines")
         )
 
     def __getstate__(self) -> dict[str, object]:
@@ -391,6 +394,14 @@ def _size(values: object, resolution: str) -> tuple[int, int]:
     if len(pair) != 2 or not all(size >= 1 and size == int(size) for size in pair):
         raise BadArgument(f"resolution {resolution} must be a width and a height in pixels, got {quoted(values)}")
     return int(pair[0]), int(pair[1])
+
+
+def _lens(values: object, camera: str) -> tuple[float, ...]:
+    numbers = _numbers(values, f"lens of {camera}")
+    if len(numbers) not in (6, 10, 11, 14):
+        what = "width, height, fx, fy, cx, cy and perhaps 4, 5 or 8 coefficients of the distortion"
+        raise BadArgument(f"lens of {camera} must be {what}, got {len(numbers)} numbers")
+    return numbers
 
 
 def _corners(values: object, sole: str) -> tuple[tuple[float, ...], ...]:

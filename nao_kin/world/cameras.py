@@ -65,6 +65,8 @@ class Camera:
         cx, cy: where the optical axis meets the image [pixel].
         distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none. Zeros that follow, as in the 14
             numbers of OpenCV's rational model, are left out. The four numbers of its fisheye model mean something else.
+        nominal: whether the lens is the published one, from which the lens of a single camera differs by about 3 %, and
+            not a measured one. `nk.calibration.calibrate` then estimates it.
 
     Raises:
         BadArgument: a size or focal length that is not positive, or another number of coefficients.
@@ -87,6 +89,7 @@ class Camera:
     cx: float
     cy: float
     distortion: tuple[float, ...] = ()
+    nominal: bool = False
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -484,9 +487,10 @@ class Camera:
 
 
 def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VGA") -> Camera:
-    """Return a robot's camera with its published field of view, without distortion.
+    """Return a robot's camera with its measured lens, or else its published field of view, without distortion.
 
-    With the horizontal and vertical field of view α and β: fx = (width/2)/tan(α/2), fy = (height/2)/tan(β/2), and the
+    A robot loaded with a file of `nk.calibration` may have a measured lens; other cameras are nominal. With the
+    horizontal and vertical field of view α and β: fx = (width/2)/tan(α/2), fy = (height/2)/tan(β/2), and the
     optical axis meets the middle of the image, ((width − 1)/2, (height − 1)/2).
 
     Args:
@@ -518,8 +522,12 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     across, high = (math.tan(angle / 2.0) for angle in semantics.fields_of_view[name])
     if (width, height) not in semantics.resolutions.values():
         _check_shape(name, (width, height), across / high)
+    if name in semantics.lenses:
+        own_width, own_height, fx, fy, cx, cy, *more = semantics.lenses[name]
+        own = Camera(name, name, int(own_width), int(own_height), fx, fy, cx, cy, tuple(more))
+        return own.resized((width, height))
     centre = (width - 1) / 2.0, (height - 1) / 2.0
-    return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre)
+    return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre, nominal=True)
 
 
 def tangent_circle(centres: Floats, radius: float, n: int) -> Floats:
