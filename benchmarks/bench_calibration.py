@@ -12,6 +12,7 @@ Example:
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,11 @@ def planted(nao: nk.RobotModel, rng: np.random.Generator, joints: tuple[str, ...
     return nao.with_offsets(zeros, {"CameraTop": (0, 0, 0, *rng.normal(0.0, DEGREE, 3))})
 
 
+def measured_camera(nao: nk.RobotModel) -> nk.world.Camera:
+    """Return the top camera with a lens that is known."""
+    return replace(nk.world.camera(nao, "CameraTop"), nominal=False)
+
+
 def heads(nao: nk.RobotModel, rng: np.random.Generator, count: int) -> Floats:
     """Return postures with the head turned to the board or the floor, as a robot stands."""
     return nao.posture("StandInit", HeadYaw=rng.uniform(-0.35, 0.35, count), HeadPitch=rng.uniform(-0.2, 0.25, count))
@@ -67,7 +73,7 @@ def errors(true: nk.RobotModel, robot: nk.RobotModel, q: Floats, camera: nk.worl
 
 def chessboard(nao: nk.RobotModel, rng: np.random.Generator, known: bool) -> tuple[float, ...]:
     """Return errors before and after pictures of a chessboard at a known or an unknown place."""
-    camera, true = nk.world.camera(nao, "CameraTop"), planted(nao, rng, HEAD)
+    camera, true = measured_camera(nao), planted(nao, rng, HEAD)
     q = heads(nao, rng, 24)
     points = nk.screws.transform_point(T_TORSO_BOARD, GRID)
     pixels = seen(true, camera, q, rng, points)
@@ -83,7 +89,7 @@ def chessboard(nao: nk.RobotModel, rng: np.random.Generator, known: bool) -> tup
 def field_lines(nao: nk.RobotModel, rng: np.random.Generator, legs: bool) -> tuple[float, ...]:
     """Return errors before and after pixels on the lines in front of the opponent's goal, from an unknown place."""
     joints = (*HEAD, *(name for name in LEGS if name.startswith("L"))) if legs else HEAD
-    camera, true = nk.world.camera(nao, "CameraTop"), planted(nao, rng, joints)
+    camera, true = measured_camera(nao), planted(nao, rng, joints)
     yaws, pitches = np.meshgrid((-0.8, -0.4, 0.0, 0.4, 0.8), (0.0, 0.15, 0.3))
     q = nao.posture("StandInit", HeadYaw=yaws.ravel(), HeadPitch=pitches.ravel())
     T_field_sole = nk.screws.pose(nk.rotations.rot_z(0.3), [2.0, -0.5, 0.0])

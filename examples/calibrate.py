@@ -35,6 +35,8 @@ try:
     found = nk.calibration.calibrate(nao, [seen], joints=["HeadYaw", "LElbowYaw"], frames={"CameraTop": angles})
 except nk.errors.MissingExtra as error:
     raise SystemExit(str(error)) from None
-for (label, deviation), value in zip(found.standard_deviations.items(), found.values):
-    print(f"{label}: {np.degrees(value):.2f}° ± {np.degrees(deviation):.3f}°")
+for (label, deviation), value, unit in zip(found.standard_deviations.items(), found.values, found.units):
+    # The lens was not measured: its numbers are estimated too, as parts of its own.
+    scale = np.degrees(1.0) if unit == "rad" else 1.0
+    print(f"{label}: {scale * value:.3f} ± {scale * deviation:.3f}{'°' if unit == 'rad' else ''}")
 print(found.save("nao_7.toml", overwrite=True))

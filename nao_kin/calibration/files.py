@@ -169,6 +169,7 @@ def _camera(robot: RobotModel, given: Mapping[str, Any]) -> Any:
     resolution = given.get("resolution", "VGA")
     found = camera(robot, given["camera"], tuple(resolution) if isinstance(resolution, list) else resolution)
     if "intrinsics" in given:
+        found = replace(found, nominal=False)
         numbers = as_floats(given["intrinsics"], (4,), "intrinsics").tolist()
         own = replace(found, **dict(zip(("fx", "fy", "cx", "cy"), numbers, strict=True)))
         centre = (own.cx + 0.5) / own.width - 0.5, (own.cy + 0.5) / own.height - 0.5
@@ -254,11 +255,11 @@ def from_photos(
         board: inner corners of a row, and rows.
         square: the side of a square [m].
         camera: name of the camera.
-        lens: its fx, fy, cx, cy and distortion for photos of this size, as `cv2.calibrateCamera` finds them; None for
-            the published field of view without distortion.
+        lens: its measured fx, fy, cx, cy and distortion for photos of this size, as `cv2.calibrateCamera` finds them.
+            None if it is not known: `calibrate` then estimates it, from the published one.
         times: name of a photo → its time, or a CSV file with the columns `file` and `time` [s]. None for the number at
             the end of the names of the photos, as in top_1712345678.250.png: seconds, or milli-, micro- or nanoseconds
-            if the log has their times in seconds.
+            if the log has their times in seconds. If the joints move, `calibrate` estimates how late the photos are.
         place: the measured pose of the board in the frame, shape (4, 4), or (x, y, z, roll, pitch, yaw); None if it is
             unknown.
         frame: the frame that carries the board; None for the root.
@@ -299,7 +300,8 @@ def from_photos(
         warn_caller(f"{quoted(str(log))}: {note}", NaoKinWarning)
     if read.times is None:
         raise BadInputFile(str(log), "no column of times, which photos need")
-    q = _interpolated(robot, read.times, read.q, _times(paths, times, read.times), paths)
+    taken = _times(paths, times, read.times)
+    q = _interpolated(robot, read.times, read.q, taken, paths)
     pixels, (width, height) = _corners(paths, columns, rows)
     given = {} if lens is None else _lens(lens)
     seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **given})
@@ -308,14 +310,15 @@ def from_photos(
     if len(without) == len(paths):
         raise BadArgument(f"none of {len(paths)} photos shows a whole chessboard with {sides}")
     if without:
-        more = " …" if len(without) > _MOST_LISTED else ""
+        rest = " …" if len(without) > _MOST_LISTED else ""
         text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: "
-        warn_caller(text + ", ".join(without[:_MOST_LISTED]) + more, NaoKinWarning)
+        warn_caller(text + ", ".join(without[:_MOST_LISTED]) + rest, NaoKinWarning)
     y, x = np.divmod(np.arange(columns * rows), columns)
     points = size * np.stack((x, y, np.zeros_like(x)), axis=-1)
+    more: dict[str, Any] = {"noise": noise, "moving": partial(_later, robot, read.times, read.q, taken)}
     if place is not None:
-        return Pixels(q, seen_by, pixels, transform_point(pose_of(place, "place"), points), frame, noise=noise)
-    return Pixels(q, seen_by, pixels, points, frame, board=name, noise=noise)
+        return Pixels(q, seen_by, pixels, transform_point(pose_of(place, "place"), points), frame, **more)
+    return Pixels(q, seen_by, pixels, points, frame, board=name, **more)
 
 
 _MOST_LISTED = 5
@@ -399,6 +402,12 @@ def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, 
     return found
 
 
+def _later(robot: RobotModel, moments: Floats, q: Floats, times: Floats, later: float) -> Floats:
+    """Return the configurations at times later than those of photos, within the log."""
+    within = np.clip(times + later, moments[0], moments[-1])
+    return configurations_at(robot, moments, q, within, longest_gap=float(np.ptp(moments)))
+
+
 def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tuple[int, int]]:
     """Return the corners in each photo, shape (n, columns · rows, 2), NaN without a board, and the size of photos."""
     import cv2
@@ -418,6 +427,9 @@ def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tu
             if image.size > MAX_NUMBERS or max(own) > _LONGEST_SIDE * min(own):
                 raise BadArgument(f"{pixels}; expected at most {MAX_NUMBERS}, and sides like those of a photo")
             seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY)
+            if not seen:  # stretched brightness shows boards in the dark, but moves the corners of others a little
+                dark = cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
+                seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=dark)
         except cv2.error as error:  # too many pixels, too little memory
             raise BadInputFile(str(path), f"refused by OpenCV: {abbreviated(error.err)}") from None
         if not seen:

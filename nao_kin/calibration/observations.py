@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.calibration.unknowns import Moving, State
+from nao_kin.calibration.unknowns import Motion, Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, right_jacobian_inverse
@@ -26,6 +26,10 @@ BEHIND = 1e4
 PLACE = "place on the floor of"
 _CIRCLE = "centre circle"
 _ARRAYS = ("q", "pixels", "points", "poses", "lines")
+# Times before and after an image at which the motion of the joints is asked for [s].
+_ASIDE = 0.04
+# Joints that move by less in this time are still: the noise of their values [rad].
+_STILL = np.radians(0.6)
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,9 @@ class Pixels(_Observed):
         noise: standard deviation of u and of v [pixels].
         on_floor: whether the board is the floor that the frame, a sole, stands on: its points have z = 0, and its
             unknown pose is a place (x, y, yaw). Observations of `Lines` may share it.
+        moving: for images of moving joints, a function that returns their configurations, shape (..., nq), a time [s]
+            after those of the images: `lambda t: nk.world.configurations_at(robot, log_times, log_q, times + t)`. The
+            clock of the camera is then unknown: by how much its images are later than their times say.
     """
 
     q: ArrayLike
@@ -74,6 +81,7 @@ class Pixels(_Observed):
     board: str | None = None
     noise: float = 0.5
     on_floor: bool = False
+    moving: Callable[[float], ArrayLike] | None = None
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
@@ -84,18 +92,21 @@ class Pixels(_Observed):
         pixels = one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
         noise = positive_noise(self.noise, (), "noise of pixels")
         known_frames(robot, self.camera.frame, self.frame)
+        own = motion(robot, q, self.camera, self.moving)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
-            T_root_points = state.frame(q, self.frame) @ state.pose(self.board)
-            place = camera_at(state, q, self.camera).inverse() @ T_root_points
+            at = None if trial else own
+            T_root_points = state.frame(q, self.frame, at) @ state.pose(self.board)
+            place = camera_at(state, q, self.camera, at).inverse() @ T_root_points
             R, t = place.T[..., None, :3, :3], place.T[..., None, :3, 3]
             seen = (R @ points[..., None])[..., 0] + t
-            predicted = self.camera.project(seen)
             # A point X of a body with the twist (v; ω) in the body's axes moves by R (v + ω × X).
             moved = R @ (place.J[..., None, :3, :] - cross_matrix(points) @ place.J[..., None, 3:, :])
-            return Seen(
-                predicted / noise, self.camera.pixel_jacobian(seen) @ moved / noise, self.camera.sees(predicted)
-            )
+            camera = state.lens(self.camera)
+            J = camera.pixel_jacobian(seen) @ moved
+            state.lens(self.camera, J, lambda lens: lens.project(seen))
+            predicted = camera.project(seen)
+            return Seen(predicted / noise, J / noise, camera.sees(predicted))
 
         meaning = f"board on {self.frame or 'the root'}"
         if self.on_floor:
@@ -103,7 +114,7 @@ class Pixels(_Observed):
                 raise BadArgument("on_floor needs a board, a sole as its frame, and points with z = 0")
             meaning = f"{PLACE} {self.frame}"
         poses = named((self.board, meaning))
-        return Checked("pixels", "point", q, measure, pixels / noise, poses, self)
+        return Checked("pixels", "point", q, measure, pixels / noise, poses, self, (self.camera.frame, self.frame), own)
 
 
 @one_line_repr
@@ -153,7 +164,7 @@ class Poses(_Observed):
 
         world = self.world, f"world of {self.reference or 'the root'}"
         names = named(world, (self.marker, f"marker on {self.frame}"))
-        return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self)
+        return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self, (self.reference, self.frame))
 
 
 @one_line_repr
@@ -193,7 +204,7 @@ class Contacts(_Observed):
             J = np.concatenate(((R @ place.J[:, :3])[:, 2:], turned[:, :2]), axis=1)
             return Seen((residuals / noise)[:, None], (J / noise[:, None])[:, None])
 
-        return Checked("contacts", "", q, measure, np.zeros((len(q), 1, 3)), (), self)
+        return Checked("contacts", "", q, measure, np.zeros((len(q), 1, 3)), (), self, (self.reference, self.frame))
 
 
 @dataclass(frozen=True)
@@ -326,6 +337,7 @@ class Lines(_Observed):
             `Pixels` with this board and `on_floor`.
         field: the field, or its name in `FIELDS`.
         noise: standard deviation of a pixel across its line [pixels].
+        moving: as in `Pixels`.
 
     Source: Sampson, Fitting conic sections to "very scattered" data, 1982; Hartley and Zisserman, 4.2.6.
 
@@ -344,6 +356,7 @@ class Lines(_Observed):
     board: str = "field"
     field: str | Field = "SPL 2020"
     noise: float = 1.0
+    moving: Callable[[float], ArrayLike] | None = None
 
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
@@ -351,27 +364,27 @@ class Lines(_Observed):
         pixels = one_each(as_pixels(self.pixels), self.q, (len(C), 2), "pixels")
         noise = positive_noise(self.noise, (), "noise of lines")
         known_frames(robot, self.camera.frame, self.frame)
-        normalised = np.asarray(self.camera.normalised(pixels))
-        if np.isnan(normalised[np.isfinite(pixels)]).any():
+        if np.isnan(_rays(self.camera, pixels)[..., 1:][np.isfinite(pixels)]).any():
             raise BadArgument(f"the distortion of {self.camera.name} cannot be inverted at some pixels")
 
-        rays = np.concatenate((np.ones((*normalised.shape[:2], 1)), -normalised), axis=-1)
-        own = q
+        own, at_own = q, motion(robot, q, self.camera, self.moving)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
-            place = self._place(state, q)
+            place = self._place(state, q, None if trial else at_own)
             R, v, w = place.T[:, :3, :3], place.J[:, :3], place.J[:, 3:]
             # The point (x, y, 0) has the direction H (x, y, 1). H's columns turn with ω, and the last moves with v.
             H, o = place.T[:, :3, [0, 1, 3]], np.zeros_like(w[:, 0])
             moved = np.array(((o, w[:, 2], -w[:, 1]), (-w[:, 2], o, w[:, 0]), (v[:, 0], v[:, 1], v[:, 2])))
             M, dH = np.linalg.inv(H), np.einsum("nij,cjnu->nicu", R, moved)
-            r, visible = rays, None
+            camera, shown, visible = state.lens(self.camera), pixels, None
             if trial:  # the point of the field that the first posture showed
-                there = rays @ np.swapaxes(np.linalg.inv(self._place(state, own).T[:, :3, [0, 1, 3]]), -1, -2)
+                back = np.linalg.inv(self._place(state, own, at_own).T[:, :3, [0, 1, 3]])
+                there = _rays(camera, pixels) @ np.swapaxes(back, -1, -2)
                 first = np.isfinite(there).all(axis=-1).argmax(axis=0)
-                r = there[first, np.arange(len(C))] @ np.swapaxes(H, -1, -2)
-                r = np.where(r[..., :1] > 0.0, r / r[..., :1], np.nan)
-                visible = self.camera.sees(self.camera.project(np.nan_to_num(r)))
+                shown = camera.project(np.nan_to_num(there[first, np.arange(len(C))] @ np.swapaxes(H, -1, -2)))
+                visible = camera.sees(shown)
+
+            r = _rays(camera, shown)
             h = r @ np.swapaxes(M, -1, -2)
             c = 2.0 * np.einsum("kij,nkj->nki", C, h) + L
             g, G = (h * (c + L)).sum(axis=-1) / 2.0, c @ M
@@ -380,14 +393,18 @@ class Lines(_Observed):
             dc = 2.0 * np.einsum("kij,nkju->nkiu", C, dh)
             dG = np.einsum("nji,nkju->nkiu", M, dc - np.einsum("njcu,nkj->nkcu", dH, G))
             # From the gradient by the ray to the one by the pixel, through the lens.
-            D = -np.linalg.inv(self.camera.lens_jacobian(np.nan_to_num(-r[..., 1:])))
+            D = -np.linalg.inv(camera.lens_jacobian(np.nan_to_num(-r[..., 1:])))
             s, ds = (np.einsum("nkji,nkj...->nki...", D, part[:, :, 1:]) for part in (G, dG))
             size = np.linalg.norm(s, axis=-1)
             J = dg / size[..., None] - (g / size**3)[..., None] * np.einsum("nki,nkiu->nku", s, ds)
+            # Another lens moves the image of the line under the pixel; how it turns the line counts only far from it.
+            normal, known = -s / size[..., None], np.nan_to_num(r)
+            state.lens(self.camera, J, lambda lens: (normal * lens.project(known)).sum(axis=-1))
             return Seen((g / size / noise)[..., None], (J / noise)[..., None, :], visible)
 
         measured = np.where(np.isfinite(pixels).all(axis=-1), 0.0, np.nan)[..., None]
-        return Checked("lines", "pixel", q, measure, measured, named((self.board, f"{PLACE} {self.frame}")), self)
+        poses, ends = named((self.board, f"{PLACE} {self.frame}")), (self.camera.frame, self.frame)
+        return Checked("lines", "pixel", q, measure, measured, poses, self, ends, at_own)
 
     def _curves(self) -> tuple[Floats, Floats]:
         """Return the conic (k, 3, 3) and the straight line (k, 3) of each pixel; zero for the one that it is not."""
@@ -405,9 +422,17 @@ class Lines(_Observed):
                 L[k] = _line(straight[line] if isinstance(line, str) else line)
         return C, L
 
-    def _place(self, state: State, q: Floats) -> Moving:
+    def _place(self, state: State, q: Floats, at: Motion | None) -> Moving:
         """Return T_camera_field."""
-        return camera_at(state, q, self.camera).inverse() @ state.frame(q, self.frame) @ state.pose(self.board)
+        T_root_field = state.frame(q, self.frame, at) @ state.pose(self.board)
+        return camera_at(state, q, self.camera, at).inverse() @ T_root_field
+
+
+def _rays(camera: Camera, pixels: Floats) -> Floats:
+    """Return the directions (1, y, z) of pixels (n, k, 2); NaN where there is none."""
+    rays, known = np.full((*pixels.shape[:2], 3), np.nan), np.isfinite(pixels).all(axis=-1)
+    rays[known] = np.column_stack((np.ones(known.sum()), -camera.normalised(pixels[known])))
+    return rays
 
 
 @dataclass(frozen=True)
@@ -421,6 +446,8 @@ class Checked:
     measured: Floats  # over their noise, shape (n, items, numbers); NaN where nothing was seen
     poses: tuple[tuple[str, str], ...]  # name and meaning of each unknown pose
     given: Any  # the observation as given
+    ends: tuple[str | None, str | None]  # the frames between which joints count; None for the root
+    motion: Motion | None = None  # of the joints, if they move
 
     def at(self, state: State) -> Seen:
         """Return the residuals and their derivatives of everything that was seen, item by item."""
@@ -458,9 +485,25 @@ def one_each(array: Floats, q: ArrayLike, tail: tuple[int, ...], what: str) -> F
     return array.reshape(-1, *tail)
 
 
-def camera_at(state: State, q: Floats, camera: Camera) -> Moving:
+def motion(robot: RobotModel, q: Floats, camera: Camera, moving: Callable[[float], ArrayLike] | None) -> Motion | None:
+    """Return the motion of the joints at the times of images; None if they are still or nothing is known about it."""
+    if moving is None:
+        return None
+    before, now, after = (
+        shaped(np.reshape(moving(t), (-1, robot.nq)), q.shape, f"moving({t:g})")[:, robot.nq_base :]
+        for t in (-_ASIDE, 0.0, _ASIDE)
+    )
+    if not np.allclose(now, q[:, robot.nq_base :], atol=1e-6):
+        raise BadArgument("moving(0) must be q, the configurations at the times of the images")
+    if np.abs(after - before).max() < _STILL:
+        return None
+    bend = (after - 2.0 * now + before) / _ASIDE**2
+    return Motion(robot.body_frame(camera.frame), (after - before) / (2.0 * _ASIDE), bend)
+
+
+def camera_at(state: State, q: Floats, camera: Camera, at: Motion | None = None) -> Moving:
     """Return T_root_camera, of the camera's body frame."""
-    mounted = state.frame(q, camera.frame)
+    mounted = state.frame(q, camera.frame, at)
     T_mounted_body = state.unknowns.robot.pose_in_optical_frame(camera.frame)
     return mounted if T_mounted_body is None else mounted @ Moving(T_mounted_body, state.fixed.J)
 

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, check_tolerance, choice, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import quoted
 from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pixels, Poses, Seen, camera_at, errors_of
-from nao_kin.calibration.unknowns import COORDINATES, PLANAR, State, Unknowns
+from nao_kin.calibration.unknowns import COORDINATES, PLANAR, ZERO, State, Unknowns
 from nao_kin.errors import BadArgument, DegreesWarning
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, serial_chain
 from nao_kin.rotations import exp, mean_rotation, nearest_rotation
 from nao_kin.screws import nearest_pose
 from nao_kin.world import outside_image
@@ -27,6 +27,8 @@ _HUBER = 3.0
 _RARE = 1e-6
 # The data determine an offset if its standard deviation after the calibration is below this share of the one before.
 _DETERMINED = 0.8
+# Numbers beyond so many of their prior standard deviations are refused.
+_UNLIKELY = 4.0
 # Unknowns with a smaller correlation to an undetermined offset are not named together with it.
 _CORRELATED = 0.3
 _MOST_NAMED = 8
@@ -78,15 +80,25 @@ class Problem:
             if names.setdefault(name, meaning) != meaning:
                 raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
         coordinates = {name: PLANAR if names[name].startswith(PLACE) else COORDINATES for name in names}
-        self.unknowns = Unknowns(robot, joints, frames, coordinates, prior)
+        paths = {
+            one.ends: serial_chain(robot, *(end or robot.tree.root for end in one.ends)) for one in self.observations
+        }
+        zeros = dict.fromkeys(name for path in paths.values() for name in path.coordinates if robot.unit(name) == "rad")
+        cameras = [one.given.camera for one in self.observations if isinstance(one.given, Pixels | Lines)]
+        self.nominal = {robot.body_frame(camera.frame): camera for camera in cameras if camera.nominal}
+        clocks = dict.fromkeys(one.motion.camera for one in self.observations if one.motion is not None)
+        self.unknowns = Unknowns(
+            robot, joints, frames, coordinates, prior, zeros=zeros, lenses=self.nominal, clocks=clocks
+        )
         self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
-        if not self.labels:
+        if not self.unknowns.nuisances:
             raise BadArgument("nothing to calibrate: name joints or frames, or unknown poses in the observations")
         known, self._scales = np.isfinite(self.unknowns.prior), self.unknowns.scales
         self._deviations = np.where(known, self.unknowns.prior, _WIDER * self._scales)
         self._limits = np.where(known, _DETERMINED * self.unknowns.prior, self._scales)
+        self._limits[self.unknowns.nuisances :] = np.inf  # they keep their prior
         count = sum(int(one.mask.sum()) * one.measured.shape[-1] for one in self.observations)
-        needed = max(self.size - self.unknowns.offsets, 1)
+        needed = max(self.unknowns.nuisances - self.unknowns.offsets, 1)
         if count < needed:
             raise BadArgument(f"too few observations: {count} numbers for {needed} of unknown poses")
         for name in start:
@@ -246,9 +258,36 @@ class Problem:
         for kind in (is_offset, ~is_offset):
             if (kind & (rest > 1.0)).any():
                 worst = int(np.where(kind, rest, 0.0).argmax())
-                correlated = np.abs(covariance[worst]) > _CORRELATED * deviations * deviations[worst]
-                return int(places[worst]), places[correlated].tolist()
+                return int(places[worst]), places[_correlated(covariance, worst)].tolist()
         return None
+
+    def unlikely(self, x: Floats) -> str:
+        """Return a message on the number that is farthest beyond its prior; "" if all are within it."""
+        ratios = np.abs(x) / self.unknowns.prior
+        worst = int(ratios.argmax())
+        if not ratios[worst] > _UNLIKELY:
+            return ""
+        size = size_of(x[worst], self.unknowns.units[worst])
+        prior = size_of(self.unknowns.prior[worst], self.unknowns.units[worst])
+        return f"{self.labels[worst]} would be {size}, {ratios[worst]:.1f} times its prior standard deviation, {prior}"
+
+    def loose(self, covariance: Floats) -> tuple[list[str], list[str]]:
+        """Return the labels of numbers of lenses and clocks that the data do not determine, and notes on nuisances."""
+        unknowns, deviations = self.unknowns, np.sqrt(np.diag(covariance))
+        free = deviations > _DETERMINED * unknowns.prior
+        notes = [
+            told(self, places[0], np.flatnonzero(_correlated(covariance, places[0])).tolist())
+            for places in unknowns.lenses.values()
+            if free[places[0]]
+        ]
+        others = [name for name, i in unknowns.zeros.items() if _correlated(covariance, i)[: unknowns.offsets].any()]
+        if others:
+            more = f" and {len(others) - _MOST_NAMED} more" if len(others) > _MOST_NAMED else ""
+            notes.append(
+                f"the zeros of {', '.join(others[:_MOST_NAMED])}{more} move what is seen and are in the standard "
+                f"deviations, with {np.degrees(ZERO):.2g}° before; name them in joints to have them in the result"
+            )
+        return [self.labels[i] for i in unknowns.stated[unknowns.offsets :] if free[i]], notes
 
     def leave_out(self, seen: list[Floats]) -> None:
         """Leave out the items that are beyond their noise at these residuals, and no others."""
@@ -338,19 +377,31 @@ def _posterior(J: Floats, deviations: Floats) -> Floats:
     return np.asarray(root @ root.T)
 
 
+def _correlated(covariance: Floats, place: int) -> NDArray[np.bool_]:
+    """Return which numbers are correlated with one of them, itself too."""
+    deviations = np.sqrt(np.diag(covariance))
+    return np.asarray(np.abs(covariance[place]) > _CORRELATED * deviations * deviations[place])
+
+
+def size_of(value: float, unit: str) -> str:
+    """Return a number for a message, angles in degrees."""
+    return f"{np.degrees(value):.2g}°" if unit == "rad" else f"{value:.2g}" + f" {unit}" * (unit != "1")
+
+
 def told(problem: Problem, held: int, members: Sequence[int]) -> str:
     """Return a note on an undetermined number and on those that trade with it, with what to observe."""
-    label, offsets = problem.labels[held], problem.unknowns.offsets
-    left = f"{label} is held at 0"
-    if held < offsets:
-        size = min(problem.unknowns.prior[held], problem.unknowns.scales[held])
-        left += f" ± {np.degrees(size):.2g}°" if problem.unknowns.units[held] == "rad" else f" ± {size:.2g}"
+    unknowns, label, offsets = problem.unknowns, problem.labels[held], problem.unknowns.offsets
+    left = f"{label} is held at 0" if held < unknowns.nuisances else f"{label} is not determined"
+    if held < offsets or held >= unknowns.nuisances:
+        left += f" ± {size_of(min(unknowns.prior[held], unknowns.scales[held]), unknowns.units[held])}"
     if len(members) == 1:
         return f"the data say nothing about {label}: {left}; observe what it moves"
     names = [problem.labels[i] for i in members]
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     advice = "observe postures and points in which these differ"
-    if members[-1] >= offsets:
+    if held >= unknowns.nuisances:
+        advice = "give the measured lens, or observe a board at a measured place, from several distances"
+    elif any(offsets <= i < unknowns.nuisances for i in members):
         advice = "observe points at measured places, or marks on the robot itself"
     return f"the data cannot tell apart {', '.join(names[:_MOST_NAMED])}{more}: {left}; {advice}"
 

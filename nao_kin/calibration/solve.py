@@ -21,14 +21,16 @@ from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
 from nao_kin.calibration.unknowns import PRIORS, names_of
 from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError
 from nao_kin.robot import RobotModel, write_offsets
+from nao_kin.world import Camera
 
 READING = next(row.deviation for row in PRIORS if row.of == "reading")
 # With more outliers than this share of all items, the observations contradict each other.
 _MOST_OUTLIERS = 1 / 3
 # With more than this share, usual mistakes are tried.
 _MANY_OUTLIERS = 0.07
-# Offsets beyond so many of their prior standard deviations are noted.
-_UNLIKELY = 4.0
+# Ends of messages for which no usual mistake is found.
+_WRONG = "; is the stated noise too small, or a point, a posture or the time of an image wrong (moving=…)?"
+_CAUSES = "; is the place or size of a board, the lens or a time of the images wrong? prior=… allows larger offsets"
 _MOST_PASSES = 5  # of leaving out items beyond their noise
 _MOST_RANDOM = 100_000
 # A gain that counts [nats].
@@ -44,15 +46,19 @@ class Calibration:
         robot: the robot as it was before.
         joints: joint → offset, as `RobotModel.with_offsets` takes it [rad or m].
         frames: frame → (dx, dy, dz, roll, pitch, yaw), likewise [m, rad].
+        cameras: name → the camera with the lens that was estimated because none was given as measured.
+        clocks: name of a camera → by how much its images are later than their times, in the clock of the joints [s].
         poses: name → estimated pose of a board in its frame, of a body of markers in its frame, or of the reference
             frame in a world of motion capture; shape (4, 4).
-        labels: the names of the offsets' numbers, as "HeadYaw offset" and "yaw of CameraTop's mounting".
-        units: their units, "rad" or "m", or "1" for a ratio.
+        labels: the names of the numbers of offsets, lenses and clocks, as "HeadYaw offset", "yaw of CameraTop's
+            mounting", "k1 of CameraTop's lens" and "clock of CameraTop".
+        units: their units, "rad", "m" or "s", or "1" for a ratio and for numbers of a lens, which are added to its own:
+            its focal length and the ratio of both as parts of them, its centre in widths of the image.
         values: these numbers, shape (n,).
         prior_deviations: their standard deviations before the calibration, shape (n,); infinite without a prior.
         covariance: the covariance of their errors for the stated noise, shape (n, n). Numbers held at zero have that
             of before, or 0.2 rad and 0.1 m without a prior; the others have the part of it that they take over.
-        held: the labels of numbers held at zero, because the data do not determine them.
+        held: the labels of offsets held at zero, because the data do not determine them.
         notes: one sentence for each of these, with what to observe to determine it, and for outliers, unlikely offsets
             and residuals larger than the noise.
         residuals: for each observation, residuals in standard deviations, shape (items seen, numbers), without the
@@ -69,7 +75,7 @@ class Calibration:
         >>> seen = nk.calibration.Poses(qs, "LArm", hands, noise=(0.001, 0.01))
         >>> found = nk.calibration.calibrate(nao, [seen], joints=["LElbowYaw"])
         >>> round(found.joints["LElbowYaw"], 3), found.outliers
-        (0.049, ())
+        (0.048, ())
         >>> found.standard_deviations["LElbowYaw offset"] < 0.01
         True
     """
@@ -77,6 +83,8 @@ class Calibration:
     robot: RobotModel
     joints: Mapping[str, float]
     frames: Mapping[str, tuple[float, ...]]
+    cameras: Mapping[str, Camera]
+    clocks: Mapping[str, float]
     poses: Mapping[str, Floats]
     labels: tuple[str, ...]
     units: tuple[str, ...]
@@ -110,8 +118,15 @@ class Calibration:
 
     @property
     def offsets(self) -> dict[str, Any]:
-        """The offsets as `load_nao(offsets=…)` takes them; a joint that follows a calibrated one has its share."""
-        return {"joints": dict(self.joints), "frames": dict(self.frames)}
+        """The offsets as `load_nao(offsets=…)` takes them; a joint that follows a calibrated one has its share.
+
+        Lenses that were estimated are in the table "cameras".
+        """
+        lenses = {
+            name: (lens.width, lens.height, lens.fx, lens.fy, lens.cx, lens.cy, *lens.distortion)
+            for name, lens in self.cameras.items()
+        }
+        return {"joints": dict(self.joints), "frames": dict(self.frames)} | ({"cameras": lenses} if lenses else {})
 
     def calibrated(self) -> RobotModel:
         """Return the robot with the offsets."""
@@ -138,18 +153,22 @@ class Calibration:
             "rms_after": self.rms_after,
             "standard_deviations": self.standard_deviations,
         }
-        remarks, joints = dict[str, str](), dict(self.joints)
+        remarks, offsets, known = dict[str, str](), self.offsets, self.robot.semantics
+        # The file also has what the robot had been given: other lenses, and the errors of sensors.
+        offsets["cameras"] = {**known.lenses, **offsets.get("cameras", {})}
+        offsets |= {"sensors": known.sensors} | ({"version": known.version} if known.version else {})
+        joints = offsets["joints"]
         for joint in self.joints:
             label = f"{self.robot.mimics[joint].joint if joint in self.robot.mimics else joint} offset"
             remarks[joint] = f"± {self.standard_deviations[label]:.2g}"
             if label in self.held:
                 del joints[joint]
                 remarks[joint] = f"not determined, ± {self.standard_deviations[label]:.2g}"
-        for frame in self.frames:
-            held = [label.partition(" of ")[0] for label in self.held if label.endswith(f" of {frame}'s mounting")]
+        things = {name: f"{name}'s mounting" for name in self.frames}
+        for name, thing in {**things, **{f"lens of {name}": f"{name}'s lens" for name in self.cameras}}.items():
+            held = [label.partition(" of ")[0] for label in self.held if label.endswith(f" of {thing}")]
             if held:
-                remarks[frame] = f"not determined: {', '.join(held)}"
-        offsets = {"joints": joints, "frames": dict(self.frames)}
+                remarks[name] = f"not determined: {', '.join(held)}"
         return write_offsets(path, offsets, about=about, remarks=remarks, overwrite=overwrite)
 
 
@@ -217,7 +236,7 @@ def calibrate(
         >>> hands = nk.calibration.Poses(q, "LArm", nao.fk(q, "LArm"))
         >>> found = nk.calibration.calibrate(nao, [hands], joints=["LElbowYaw", "RElbowYaw"])
         >>> found.held, np.degrees(list(found.standard_deviations.values())).round(2).tolist()
-        (('RElbowYaw offset',), [0.1, 1.0])
+        (('RElbowYaw offset',), [0.14, 1.0])
     """
     need_extra("calibration", "calibration")
     choice(indistinguishable, ("hold", "refuse"), "indistinguishable")
@@ -250,48 +269,50 @@ def calibrate(
         if len(outliers) > _MOST_OUTLIERS * items:
             raise BadArgument(
                 f"the observations contradict each other: {len(outliers)} of {items} are beyond their noise: "
-                f"{'; '.join(map(str, outliers[:3]))}"
-                + (likely_mistake(problem) or "; is the stated noise too small, or a point or posture wrong?")
+                f"{'; '.join(map(str, outliers[:3]))}" + (likely_mistake(problem) or _WRONG)
             )
         if loss == "linear" or {(o.observation, o.item) for o in outliers} == {(o.observation, o.item) for o in known}:
             break
         known = outliers
         problem.leave_out(seen)
-    unknowns, n = problem.unknowns, problem.unknowns.offsets
+    unknowns, stated = problem.unknowns, problem.unknowns.stated
     if outliers:
         text = f"{len(outliers)} of {items} observed items are beyond their noise: {'; '.join(map(str, outliers[:3]))}"
         mistake = likely_mistake(problem) if len(outliers) > _MANY_OUTLIERS * items else ""
         if mistake:
             raise BadArgument(text + mistake)
         notes.append(text)
-    for label, value, deviation in zip(problem.labels[:n], x, unknowns.prior, strict=False):
-        if abs(value) > _UNLIKELY * deviation:
-            notes.append(
-                f"{label} is {abs(value) / deviation:.1f} times its prior standard deviation: check the result"
-            )
-    ratio, of_readings = problem.noise_ratios(x, int(free.sum()))
+    ratio, of_readings = problem.noise_ratios(x, int(free[: unknowns.nuisances].sum()))
     if of_readings is not None:
         text = f"errors of the joint values are {of_readings:.2g} times as large as joint_noise explains"
         if size := wrong_size(problem):
             raise BadArgument(text + size)
         notes.append(f"{text}: is a board, a posture or a size wrong?")
+    if unlikely := problem.unlikely(x):
+        raise BadArgument(unlikely + (likely_mistake(problem) or _CAUSES))
     if ratio is not None:
-        notes.append(f"residuals are {ratio:.2g} times as large as the stated noise explains: so are the true errors")
+        notes.append(
+            f"residuals are {ratio:.2g} times as large as the stated noise explains; the standard deviations hold for "
+            "the stated noise alone"
+        )
     state, covariance = unknowns.at(x), problem.covariance(x, free, loss)
+    loose, more = problem.loose(covariance)
     offsets = {name: float(x[i]) for i, name in enumerate(unknowns.joints)}
     followers = {name: m.multiplier * offsets[m.joint] for name, m in robot.mimics.items() if m.joint in offsets}
     return Calibration(
         robot=robot,
         joints=offsets | followers,
         frames={name: tuple(state.six(block).tolist()) for name, block in unknowns.frames.items()},
+        cameras={name: state.lens(camera) for name, camera in problem.nominal.items()},
+        clocks={name: float(x[place]) for name, place in unknowns.clocks.items()},
         poses={name: state.pose(name).T for name in unknowns.poses},
-        labels=tuple(problem.labels[:n]),
-        units=tuple(unknowns.units[:n]),
-        values=x[:n],
-        prior_deviations=unknowns.prior[:n],
-        covariance=covariance[:n, :n],
-        held=tuple(np.array(problem.labels)[~free].tolist()),
-        notes=tuple(notes),
+        labels=tuple(problem.labels[i] for i in stated),
+        units=tuple(unknowns.units[i] for i in stated),
+        values=x[stated],
+        prior_deviations=unknowns.prior[stated],
+        covariance=covariance[np.ix_(stated, stated)],
+        held=(*np.array(problem.labels)[~free].tolist(), *loose),
+        notes=(*notes, *more),
         residuals=tuple(seen),
         initial_residuals=tuple(initial),
         outliers=tuple(outliers),
@@ -330,7 +351,7 @@ def next_posture(
 ) -> NextPosture:
     """Return the posture whose observation would shrink the uncertainty of the offsets most (D-optimality).
 
-    Offsets that the data did not determine count with the rest.
+    Lenses and clocks that are estimated count as offsets, and so do those that the data did not determine.
     In every candidate posture, the items of each observation so far would be seen again with the same noise, as far as
     the camera has them in its image; other bodies may hide them. The covariance Σ of all unknowns becomes
     Σ′ = (Σ⁻¹ + Jᵀ R⁻¹ J)⁻¹ with the Jacobian J of what would be seen, and R its noise and that of the joint values. The
@@ -358,7 +379,7 @@ def next_posture(
         ((500,), True)
     """
     problem, robot = calibration._problem, calibration.robot
-    offsets = slice(len(calibration.labels))
+    offsets = problem.unknowns.stated
     if candidates is None:
         if any(one.kind == "contacts" for one in problem.observations):
             raise BadArgument("random postures do not stand on both soles: give candidates")
@@ -378,7 +399,7 @@ def next_posture(
         rows.append(J.reshape(len(q), -1, problem.size))
         moved.append(part.reshape(len(q), -1, part.shape[-1]))
     J, E = np.concatenate(rows, axis=1), np.concatenate(moved, axis=1)
-    if not J.any():
+    if not J[..., : problem.unknowns.nuisances].any():
         raise BadArgument("no candidate shows any of what was observed; try more, or other joints")
     # With errors of readings, E, the residuals have the covariance 1 + E Eᵀ, whose inverse is 1 − E (1 + Eᵀ E)⁻¹ Eᵀ.
     # With Σ = L Lᵀ, Σ′ = L (1 + Lᵀ Jᵀ (1 + E Eᵀ)⁻¹ J L)⁻¹ Lᵀ.
@@ -390,7 +411,7 @@ def next_posture(
     after = L[offsets] @ np.linalg.solve(
         M, np.broadcast_to(L[offsets].T, (len(q), problem.size, len(calibration.labels)))
     )
-    now = np.linalg.slogdet(calibration._covariance[offsets, offsets])[1]
+    now = np.linalg.slogdet(calibration._covariance[np.ix_(offsets, offsets)])[1]
     gain = 0.5 * (now - np.linalg.slogdet(after)[1])
     if gain.max() < _LEAST_GAIN:
         raise BadArgument("; ".join(("no candidate tells more about the offsets", *calibration.notes)))
@@ -415,12 +436,12 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
     return q
 
 
-# --- Usual mistakes in pixels of known points: another order of the corners, exchanged coordinates, a wrong size.
+# --- Usual mistakes in pixels of known points: another order of the corners, another lens, a wrong size.
 
 # A mistake is named if this quantile of the residuals is without it below this part of the one with it, and of σ.
 _QUANTILE, _BETTER, _GOOD = 0.85, 0.25, 5.0
 # Units that are taken for metres, and their size.
-_UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
+_UNITS = {"mm": 1e-3, "cm": 1e-2}
 # Sizes of images, as multiples of the camera's, in which pixels are found by mistake.
 _RESOLUTIONS = (0.25, 0.5, 2.0, 4.0)
 # Sizes of squares are seldom wrong by more; most sizes that are tried.
@@ -497,8 +518,8 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
     if named:
         yield f"the points are in reverse order in {'; '.join(named)}", turned
     changes: list[tuple[str, Callable[[Pixels], dict[str, Any]]]] = [
-        ("u and v are exchanged", lambda one: {"pixels": np.asarray(one.pixels)[..., ::-1]}),
-        ("joint values are in degrees, not in radians", lambda one: {"q": np.radians(one.q)}),
+        ("the lens is not the one given", lambda one: {"camera": replace(one.camera, nominal=True)}),
+        ("joint values are in degrees, not in radians", lambda one: {"q": np.radians(one.q), "moving": None}),
     ]
     for unit, metres in _UNITS.items():
         changes.append((f"the points are in {unit}, not in metres", partial(_scaled_points, metres)))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -15,6 +15,7 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
+from nao_kin.world import Camera
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 # The coordinates of a thing that lies on a plane z = 0.
@@ -29,36 +30,58 @@ class PriorRow:
     """How accurately a number of a NAO is known before a calibration.
 
     Attributes:
-        of: "joint" for the zero of a turning joint, "reading" for each value that one reports, or "camera" for the
-            mounting of a camera.
-        coordinates: which coordinates of the mounting; () for a joint.
-        deviation: standard deviation [rad or m].
+        of: "joint" for the zero of a turning joint, "reading" for each value that one reports, "camera" for the
+            mounting of a camera, "lens" for a lens that was not measured, or "clock" for the time of an image.
+        coordinates: which coordinates of the mounting, or numbers of the lens; () for others.
+        deviation: standard deviation [rad, m or s; numbers of a lens: relative, and of the centre in image widths].
         source: where it is from.
     """
 
-    of: Literal["joint", "reading", "camera"]
+    of: Literal["joint", "reading", "camera", "lens", "clock"]
     coordinates: tuple[str, ...]
     deviation: float
     source: str
 
 
-_HULKS = "corrections of 14 NAO V6 in HULKs/hulk bf773f14 (2025), etc/parameters/head.*.json: "
+_HULKS = "HULKs/hulk bf773f14, etc/parameters/head.*.json, 14 robots"
+_ROS = "ros-naoqi/naoqi_driver aa837336, src/converters/camera_info_definitions.hpp"
 PRIORS: tuple[PriorRow, ...] = (
-    PriorRow("joint", (), np.radians(1.0), _HULKS + "the torso, on the zeros of a leg, leans by 0.3° and 0.6° rms"),
-    PriorRow(
-        "reading", (), np.radians(0.1), "Aldebaran documentation 2.8, NAO6 joint position sensors: 12 bits, about 0.1°"
-    ),
-    PriorRow("camera", ("roll",), np.radians(1.0), _HULKS + "0.5° rms of the top and 0.9° of the bottom cameras"),
-    PriorRow(
-        "camera",
-        ("pitch",),
-        np.radians(5.0),
-        _HULKS
-        + "5.3° and 4.4° rms; B-Human's default for all is −3.5°, BHumanCodeRelease d89d603f, cameraCalibration.cfg",
-    ),
-    PriorRow("camera", ("yaw",), np.radians(2.0), _HULKS + "1.5° rms without the two that turn the torso as far back"),
-    PriorRow("camera", ("x", "y", "z"), 0.003, "an estimate: no team corrects it, and no measurement is published"),
+    PriorRow("joint", (), np.radians(1.0), f"{_HULKS}: the torso leans by 0.3° and 0.6° rms"),
+    PriorRow("reading", (), np.radians(0.1), "Aldebaran documentation 2.8, NAO6 joint position sensors: 12 bits"),
+    PriorRow("camera", ("roll",), np.radians(1.0), f"{_HULKS}: 0.5° and 0.9° rms"),
+    PriorRow("camera", ("pitch",), np.radians(5.0), f"{_HULKS}: 5.3° and 4.4° rms"),
+    PriorRow("camera", ("yaw",), np.radians(2.0), f"{_HULKS}: 1.5° rms"),
+    PriorRow("camera", ("x", "y", "z"), 0.003, "an estimate"),
+    PriorRow("lens", ("focal length",), 0.03, f"{_ROS}: +2.3 %; BHumanCodeRelease, cameraIntrinsics.cfg: +3.4 %"),
+    PriorRow("lens", ("aspect ratio",), 0.005, f"{_ROS}: 0.2 % and 0.4 %"),
+    PriorRow("lens", ("cx", "cy"), 0.016, f"{_ROS}: 4 to 11 pixels of 640"),
+    PriorRow("lens", ("k1",), 0.1, f"{_ROS}: -0.09 to 0.11"),
+    PriorRow("lens", ("k2",), 0.15, f"{_ROS}: -0.31 to 0.13"),
+    PriorRow("lens", ("p1", "p2"), 0.003, f"{_ROS}: up to 0.0055"),
+    PriorRow("clock", (), 0.05, "an estimate: one or two periods of a camera with 30 images a second"),
 )
+# The numbers of a lens that was not measured, with their standard deviations.
+LENS = {name: row.deviation for row in PRIORS if row.of == "lens" for name in row.coordinates}
+ZERO, CLOCK = (next(row.deviation for row in PRIORS if row.of == of) for of in ("joint", "clock"))
+# Step of differences by a number of a lens, which are exact: pixels are linear in each of them.
+_STEP = 1e-5
+
+
+def with_lens(camera: Camera, numbers: Floats) -> Camera:
+    """Return a camera whose lens differs from its own by these numbers, in the order of `LENS`."""
+    focal, aspect, cx, cy = numbers[:4].tolist()
+    coefficients = np.zeros(max(4, len(camera.distortion)))
+    coefficients[: len(camera.distortion)] = camera.distortion
+    coefficients[:4] += numbers[4:]
+    return replace(
+        camera,
+        fx=camera.fx * (1.0 + focal),
+        fy=camera.fy * (1.0 + focal) * (1.0 + aspect),
+        cx=camera.cx + cx * camera.width,
+        cy=camera.cy + cy * camera.width,
+        distortion=tuple(coefficients.tolist()),
+        nominal=False,
+    )
 
 
 @dataclass(frozen=True)
@@ -94,8 +117,21 @@ class Block:
     start: Floats = field(default_factory=lambda: np.eye(4))
 
 
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How the joints moved at the times of a camera's images: q(t) = q + rate t + bend t²/2, shapes (n, joints)."""
+
+    camera: str
+    rate: Floats
+    bend: Floats
+
+
 class Unknowns:
-    """The unknown numbers of one calibration: offsets of joints, then of frames, then poses of boards and the like."""
+    """The unknown numbers of one calibration: offsets of joints and frames, poses of boards and the like, nuisances.
+
+    Nuisances are numbers that are not asked for, and not known either: the zeros of other joints that move what is
+    seen, the lenses of cameras, and their clocks. All of them have a prior.
+    """
 
     def __init__(
         self,
@@ -104,12 +140,15 @@ class Unknowns:
         frames: Mapping[str, Iterable[str]] | Iterable[str],
         poses: Mapping[str, tuple[str, ...]],
         prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "none",
+        *,
+        zeros: Iterable[str] = (),
+        lenses: Iterable[str] = (),
+        clocks: Iterable[str] = (),
     ) -> None:
         self.robot = robot
         self.joints = _joints(robot, joints)
         self.labels = [f"{joint} offset" for joint in self.joints]  # the name of each number
-        self.units = [robot.unit(joint) for joint in self.joints]  # "rad", "m", or "1"
-        self._columns = [robot.nv - len(robot.joint_names) + robot.joint_names.index(joint) for joint in self.joints]
+        self.units = [robot.unit(joint) for joint in self.joints]  # "rad", "m", "s", or "1"
         self._parents = {joint.child: joint.parent for joint in robot.tree.joints if joint.kind == "fixed"}
         choices = (
             frames.items()
@@ -122,14 +161,30 @@ class Unknowns:
             self.frames[frame] = self._block(f"{frame}'s mounting", _coordinates(frame, chosen))
         self.offsets = len(self.labels)  # how many numbers belong to offsets
         self.poses = {name: self._block(name, coordinates) for name, coordinates in poses.items()}
+        self.nuisances = len(self.labels)  # from which number on
+        others = [joint for joint in zeros if joint not in self.joints]
+        self.zeros = {joint: self._nuisance(f"zero of {joint}", "rad") for joint in others}
+        # The zero of each joint, named or not.
+        self._zeros = {joint: place for place, joint in enumerate(self.joints)} | self.zeros
+        self.lenses = {name: [self._nuisance(f"{n} of {name}'s lens", "1") for n in LENS] for name in lenses}
+        self.clocks = {name: self._nuisance(f"clock of {name}", "s") for name in clocks}
+        # The numbers of the result: offsets, lenses and clocks.
+        self.stated = [*range(self.offsets), *range(self.nuisances + len(self.zeros), len(self.labels))]
+        self._places = list(self._zeros.values())
+        self._columns = [robot.nv - len(robot.joint_names) + robot.joint_names.index(joint) for joint in self._zeros]
         self.scales = np.where(np.array(self.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
         # The standard deviation of each number before the calibration; infinite if it is not known.
         self.prior = np.full(len(self.labels), np.inf)
         self._set_prior(prior)
+        self.scales[self.nuisances :] = self.prior[self.nuisances :]
 
     def _set_prior(self, given: Mapping[str, ArrayLike] | Literal["typical", "none"]) -> None:
         if not isinstance(given, Mapping):
             choice(given, ("typical", "none"), "prior")
+        self.prior[self.nuisances :] = ZERO
+        for places in self.lenses.values():
+            self.prior[places] = list(LENS.values())
+        self.prior[list(self.clocks.values())] = CLOCK
         for row in PRIORS if given != "none" else ():
             for i, _ in enumerate(self.joints) if row.of == "joint" else ():
                 if self.units[i] == "rad":
@@ -139,15 +194,15 @@ class Unknowns:
         if not isinstance(given, Mapping):
             return
         for name, values in given.items():
-            choice(name, [*self.joints, *self.frames], "calibrated joint or frame of prior:")
+            choice(name, [*self._zeros, *self.frames], "calibrated joint or frame of prior:")
             what = f"prior of {name}"
-            array, shape = as_floats(values, (), what), () if name in self.joints else (6,)
+            array, shape = as_floats(values, (), what), () if name in self._zeros else (6,)
             if array.shape != shape:
                 raise WrongShape(what, str(shape), array.shape)
             if not (array > 0.0).all():
                 raise BadArgument(f"{what} must be standard deviations > 0, got {quoted(values)}")
-            if name in self.joints:
-                self.prior[self.joints.index(name)] = array
+            if name in self._zeros:
+                self.prior[self._zeros[name]] = array
             else:
                 for coordinate, value in zip(COORDINATES, array.tolist(), strict=True):
                     self._set_deviations(name, (coordinate,), value)
@@ -163,6 +218,11 @@ class Unknowns:
         self.labels += [f"{coordinate} of {label}" for coordinate in chosen]
         self.units += ["m" if coordinate in "xyz" else "rad" for coordinate in chosen]
         return Block(label, places)
+
+    def _nuisance(self, label: str, unit: str) -> int:
+        self.labels.append(label)
+        self.units.append(unit)
+        return len(self.labels) - 1
 
     def _check_frame(self, frame: str) -> None:
         robot = self.robot
@@ -191,9 +251,9 @@ class Unknowns:
 
     def reported(self, x: Floats, q: Floats) -> Floats:
         """Return joint values with their offsets."""
-        q = q.copy()
-        for value, column in zip(x, self._columns, strict=False):
-            q[..., column + self.robot.nq - self.robot.nv] += value
+        q, first = q.copy(), self.robot.nq - self.robot.nv
+        for place, column in zip(self._places, self._columns, strict=True):
+            q[..., first + column] += x[place]
         return q
 
     def at(self, x: Floats) -> State:
@@ -207,27 +267,54 @@ class State:
     def __init__(self, unknowns: Unknowns, x: Floats) -> None:
         self.unknowns, self.x = unknowns, x
         self.fixed = Moving(np.eye(4), np.zeros((6, len(x))))
-        self._known: dict[tuple[bytes, str], Moving] = {}  # by configurations and frame, which observations share
+        # By configurations, frame and motion, which observations share.
+        self._known: dict[tuple[bytes, str, int], Moving] = {}
 
-    def frame(self, q: Floats, name: str | None) -> Moving:
-        """Return T_root_frame at reported joint values q, shape (n, nq)."""
+    def frame(self, q: Floats, name: str | None, motion: Motion | None = None) -> Moving:
+        """Return T_root_frame at reported joint values q, shape (n, nq), at the time of a camera's clock."""
         if name is None:
             return self.fixed
-        key = q.tobytes(), name
+        key = q.tobytes(), name, id(motion)
         if key not in self._known:
-            self._known[key] = self._frame(q, name)
+            self._known[key] = self._frame(q, name, motion)
         return self._known[key]
 
-    def _frame(self, q: Floats, name: str) -> Moving:
+    def lens(
+        self, camera: Camera, J: Floats | None = None, measure: Callable[[Camera], Floats] | None = None
+    ) -> Camera:
+        """Return a camera with its estimated lens, and fill the columns of J with the derivatives of what is measured.
+
+        A lens that was measured stays as it is.
+        """
+        places = self.unknowns.lenses.get(self.unknowns.robot.body_frame(camera.frame), [])
+        places = places if camera.nominal else []
+        if not places:
+            return camera
+        lens = with_lens(camera, self.x[places])
+        if J is not None and measure is not None:
+            now = measure(lens)
+            for place, step in zip(places, _STEP * np.eye(len(places)), strict=True):
+                J[..., place] = np.nan_to_num((measure(with_lens(camera, self.x[places] + step)) - now) / _STEP)
+        return lens
+
+    def _frame(self, q: Floats, name: str, motion: Motion | None) -> Moving:
         unknowns, robot = self.unknowns, self.unknowns.robot
-        q = unknowns.reported(self.x, q)
+        q, first_joint = unknowns.reported(self.x, q), -len(robot.joint_names)
+        clock = None if motion is None else unknowns.clocks.get(motion.camera)
+        if motion is not None and clock is not None:
+            late = self.x[clock]
+            q[:, first_joint:] += late * (motion.rate + 0.5 * late * motion.bend)
         above = unknowns._above(unknowns._link(name))
         # The calibrated frames that carry this one, the outermost first.
         links = {unknowns._link(frame): frame for frame in unknowns.frames}
         chain = [links[link] for link in reversed(above) if link in links]
         first = chain[0] if chain else name
         J = np.zeros((*q.shape[:-1], 6, len(self.x)))
-        J[..., : len(unknowns._columns)] = robot.jacobian(q, first, "frame")[..., unknowns._columns]
+        by_joints = robot.jacobian(q, first, "frame")
+        J[..., unknowns._places] = by_joints[..., unknowns._columns]
+        if motion is not None and clock is not None:
+            speeds = motion.rate + self.x[clock] * motion.bend
+            J[..., clock] = (by_joints[..., first_joint:] @ speeds[..., None])[..., 0]
         found = Moving(robot.fk(q, first), J)
         for frame, following in pairwise([*chain, name] if chain else ()):
             T = robot.fk(robot.neutral(), following, reference=frame)

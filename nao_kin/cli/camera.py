@@ -174,7 +174,7 @@ class PhotoOptions:
     square: float = option("M", "Side of a square [m].")
     log: str = option("FILE", "Joint values with times, for the photos.")
     camera: str = option("NAME", "The camera that took the photos.", default="CameraTop")
-    lens: str | None = option("NUMBERS", "Its fx,fy,cx,cy[,k1,k2,p1,p2[,k3]], by OpenCV's calibrateCamera.")
+    lens: str | None = option("NUMBERS", "Its measured fx,fy,cx,cy[,k1,k2,p1,p2[,k3]], by OpenCV's calibrateCamera.")
     times: str | None = option(
         "FILE", "CSV file with columns file and time. Default: the numbers in the photos' names."
     )
@@ -236,6 +236,7 @@ def calibrate(
     """Find joint offsets and camera mountings from photos of a chessboard, or a file of observations.
 
     With --photos and no FILE, the zeros of the joints below the camera and the angles of its mounting are unknown.
+    The lens of a camera is estimated too, unless it is given. The file then has it, for all commands with --offsets.
     """
     written.check({"--output": output}, kind="toml")
     if file is None and photo.photos is None:
@@ -292,6 +293,8 @@ def _document(found: Calibration, following: NextPosture | None, output: str | N
         "units": units(deg),
         "joints": {name: value * degrees_per(found.robot.unit(name), deg) for name, value in found.joints.items()},
         "frames": {name: [*six[:3], *(turn * angle for angle in six[3:])] for name, six in found.frames.items()},
+        "cameras": {name: list(numbers) for name, numbers in found.offsets.get("cameras", {}).items()},
+        "clocks": dict(found.clocks),
         "poses": {name: T.tolist() for name, T in found.poses.items()},
         "standard_deviations": {label: scales[label] * value for label, value in found.standard_deviations.items()},
         "prior_deviations": {

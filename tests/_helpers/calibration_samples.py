@@ -14,6 +14,11 @@ LIMBS = ("LArm", "RArm", "LLeg", "RLeg")
 ANGLES = ("roll", "pitch", "yaw")
 
 
+def measured(robot: nk.RobotModel, name: str = "CameraTop") -> nk.world.Camera:
+    """Return a camera of the robot whose lens is known: that of the data sheet."""
+    return replace(nk.world.camera(robot, name), nominal=False)
+
+
 def pixels_of(robot: nk.RobotModel, camera: nk.world.Camera, q: np.ndarray, T_root_points: np.ndarray) -> np.ndarray:
     """Return the pixels (n, k, 2) of marks at poses; all NaN for a posture in which a mark is outside the image."""
     T = nk.screws.inverse(robot.fk(q, camera.frame)) @ T_root_points
@@ -45,7 +50,7 @@ def looking(
     robot: nk.RobotModel, rng: np.random.Generator, count: int, limbs: Iterable[str] = LIMBS, camera: str = "CameraTop"
 ) -> np.ndarray:
     """Postures in which a camera sees the marks on some limb, each limb in turn; shape (count, nq)."""
-    limbs, lens = list(limbs), nk.world.camera(robot, camera)
+    limbs, lens = list(limbs), measured(robot, camera)
     stock = {limb: list[np.ndarray]() for limb in limbs}
     found = list[np.ndarray]()
     for k in range(count):
@@ -80,7 +85,7 @@ def whole_body(nao: nk.RobotModel, seed: int, postures: int = 30) -> tuple[nk.ca
         (looking(true, rng, postures // 3, arms), looking(true, rng, postures - postures // 3, camera=bottom))
     )
     pairs = [("CameraTop", limb) for limb in arms] + [(bottom, limb) for limb in LIMBS]
-    observations = [seen(true, nk.world.camera(nao, name), q, limb, rng) for name, limb in pairs]
+    observations = [seen(true, measured(nao, name), q, limb, rng) for name, limb in pairs]
     observations = misread(observations, rng)
     found = nk.calibration.calibrate(nao, observations, joints=joints, frames=dict.fromkeys(cameras, ANGLES))
     return found, numbers

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from calibration_samples import ANGLES
+from calibration_samples import ANGLES, measured
 
 import nao_kin as nk
 from nao_kin.calibration import FIELDS, Lines, Pixels, calibrate
@@ -82,7 +82,7 @@ def test_the_dimensions_are_those_of_the_rule_book() -> None:
 
 @pytest.mark.parametrize("place", [(2.0, -0.5, 0.3), (-1.2, 0.4, 0.1), (3.0, 1.0, -2.5)])
 def test_a_place_on_the_field_is_found_from_its_lines(nao: nk.NaoModel, place: tuple[float, float, float]) -> None:
-    rng, camera = np.random.default_rng(3), nk.world.camera(nao, "CameraTop")
+    rng, camera = np.random.default_rng(3), measured(nao)
     true = nao.with_offsets({"HeadPitch": 0.02}, {"CameraTop": (0, 0, 0, 0.01, 0.03, 0)})
     q, T = stand(nao, place)
     one = on_lines(true, camera, q, T, ["centre circle", *FIELD.lines], rng)
@@ -96,15 +96,16 @@ def test_a_place_on_the_field_is_found_from_its_lines(nao: nk.NaoModel, place: t
 
 
 def test_lines_and_marks_of_one_place_are_one_observation(nao: nk.NaoModel) -> None:
-    rng, camera = np.random.default_rng(1), nk.world.camera(nao, "CameraTop")
+    rng, camera = np.random.default_rng(1), measured(nao)
     true = nao.with_offsets({"HeadPitch": -0.02, "HeadYaw": 0.015}, {"CameraTop": (0, 0, 0, 0.01, 0.02, 0.01)})
     q, T = stand(nao, (2.0, -0.5, 0.3))
     lines = on_lines(true, camera, q, T, NEAR, rng)
     names = ["opponent penalty mark", "opponent left penalty area corner", "opponent right goal area corner"]
     points = np.array([FIELD.points[name] for name in names])
     marks = Pixels(q, camera, seen(true, camera, q, T, points), points, "LLeg", board="field", on_floor=True)
+    legs = dict.fromkeys(nao.chains["LLeg"], 1e-6)  # their zeros are right
     for observations in ([lines, marks], [marks]):
-        found = calibrate(nao, observations, joints=HEAD, frames={"CameraTop": ANGLES})
+        found = calibrate(nao, observations, joints=HEAD, frames={"CameraTop": ANGLES}, prior=legs)
         assert np.linalg.norm(found.poses["field"] - T) < 0.1
         axis = [robot.fk(q, "CameraTop")[:, :3, 0] for robot in (true, found.calibrated(), nao)]
         errors = [np.abs(np.cross(axis[0], other)).max() for other in axis[1:]]
@@ -117,27 +118,31 @@ def test_lines_and_marks_of_one_place_are_one_observation(nao: nk.NaoModel) -> N
 def test_every_derivative_of_lines_is_that_of_finite_differences(nao: nk.NaoModel, lens: tuple[float, ...]) -> None:
     from test_jacobians import worst_derivative
 
-    rng, camera = np.random.default_rng(2), replace(nk.world.camera(nao, "CameraTop"), distortion=lens)
+    rng, camera = np.random.default_rng(2), replace(measured(nao), distortion=lens)
     q, T = stand(nao, (0.3, -1.4, 1.2))
     one = on_lines(nao, camera, q[:6], T, ["centre circle", "halfway line", "left touchline"], rng)
     at = replace(one, camera=replace(camera, frame="CameraTop_optical_frame"))
+    speeds = rng.uniform(-1.0, 1.0, one.q.shape)  # type: ignore[union-attr]
+    unknown = replace(one, camera=replace(camera, nominal=True), moving=lambda t: one.q + t * speeds)
     for some in (one, at):
         problem = Problem(nao, [some], ["HeadYaw", "LAnkleRoll", "LHipYawPitch"], {"CameraTop": ["x", "yaw"]}, {})
         for size in (0.0, 0.03):
             assert worst_derivative(problem, size * rng.uniform(-1.0, 1.0, problem.size)) < 1e-6
+    problem = Problem(nao, [unknown], ["HeadYaw"], {}, {"field": T})
+    assert worst_derivative(problem, np.zeros(problem.size)) < 0.02  # half a pixel from the lines
 
 
 def test_a_straight_line_may_be_given_by_two_points(nao: nk.NaoModel) -> None:
-    camera, (q, T) = nk.world.camera(nao, "CameraTop"), stand(nao, (2.0, -0.5, 0.3))
+    camera, (q, T) = measured(nao), stand(nao, (2.0, -0.5, 0.3))
     one = on_lines(nao, camera, q, T, NEAR, np.random.default_rng(0))
     same = replace(one, lines=[FIELD.lines[str(name)] for name in one.lines])
     first, second = (Problem(nao, [some], HEAD, (), {"field": T}) for some in (one, same))
-    assert np.allclose(first.residuals(np.zeros(5)), second.residuals(np.zeros(5)))
-    assert np.abs(first.residuals(np.zeros(5))).max() < 6.0
+    assert np.allclose(first.residuals(np.zeros(first.size)), second.residuals(np.zeros(first.size)))
+    assert np.abs(first.residuals(np.zeros(first.size))).max() < 6.0
 
 
 def test_the_next_posture_sees_the_lines_again(nao: nk.NaoModel) -> None:
-    camera, (q, T) = nk.world.camera(nao, "CameraTop"), stand(nao, (2.0, -0.5, 0.3))
+    camera, (q, T) = measured(nao), stand(nao, (2.0, -0.5, 0.3))
     one = on_lines(nao, camera, q, T, NEAR, np.random.default_rng(0))
     found = calibrate(nao, [one], joints=HEAD, frames={"CameraTop": ANGLES})
     away = nao.posture("StandInit", HeadYaw=2.0)
@@ -172,14 +177,14 @@ def test_the_next_posture_sees_the_lines_again(nao: nk.NaoModel) -> None:
 def test_wrong_lines_are_refused(
     nao: nk.NaoModel, change: dict[str, Any], error: type[Exception], message: str
 ) -> None:
-    camera, (q, T) = nk.world.camera(nao, "CameraTop"), stand(nao, (2.0, -0.5, 0.3))
+    camera, (q, T) = measured(nao), stand(nao, (2.0, -0.5, 0.3))
     one = on_lines(nao, camera, q, T, NEAR, np.random.default_rng(0))
     with pytest.raises(error, match=message):
         calibrate(nao, [replace(one, **change)], joints=HEAD)
 
 
 def test_a_floor_needs_a_sole_and_flat_points(nao: nk.NaoModel) -> None:
-    camera, (q, _) = nk.world.camera(nao, "CameraTop"), stand(nao, (2.0, -0.5, 0.3))
+    camera, (q, _) = measured(nao), stand(nao, (2.0, -0.5, 0.3))
     one = Pixels(q, camera, np.full((10, 2, 2), 100.0), np.zeros((2, 3)), "LLeg", board="field", on_floor=True)
     for change in ({"board": None}, {"frame": None}, {"points": np.full((2, 3), 0.1)}):
         with pytest.raises(BadArgument, match="on_floor needs a board, a sole as its frame, and points with z = 0"):

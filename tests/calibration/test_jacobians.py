@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from calibration_samples import MARKS, looking, seen
+from calibration_samples import MARKS, looking, measured, seen
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -32,12 +32,15 @@ def worst_derivative(problem: Problem, x: np.ndarray) -> float:
 @pytest.fixture(scope="module")
 def some(nao: nk.NaoModel) -> dict[str, Any]:
     rng = np.random.default_rng(4)
-    q, top = looking(nao, rng, 6, ["LArm"]), nk.world.camera(nao, "CameraTop")
+    q, top = looking(nao, rng, 6, ["LArm"]), measured(nao)
     T_board = nk.screws.pose(nk.rotations.matrix_from_rpy((0.3, -1.2, 0.4)), (0.5, 0.1, 0.2))
     T_world = nk.screws.pose(nk.rotations.random_rotation(rng=1), (1.0, 2.0, 3.0))
     T_marker = nk.screws.pose(nk.rotations.random_rotation(rng=2), (0.01, 0.02, 0.03))
     pixels = seen(nao, top, q, "LArm", rng)
     optical = replace(pixels, camera=replace(top, frame="CameraTop_optical_frame"))
+    unknown = replace(top, distortion=LENS[:5], nominal=True)
+    speeds = rng.uniform(-2.0, 2.0, q.shape)
+    moving = lambda t: q + t * speeds + t**2 * speeds[::-1]  # noqa: E731
     board = Pixels(q[:2], top, np.full((2, 9, 2), 100.0), MARKS, board="board")
     markers = Poses(q, "RArm", T_world @ nao.fk(q, "RArm") @ T_marker, world="room", marker="marker")
     feet = Poses(q, "LLeg", nao.fk(q, "LLeg", reference="RLeg"), reference="RLeg")
@@ -45,6 +48,9 @@ def some(nao: nk.NaoModel) -> dict[str, Any]:
         "pixels on a hand": ([pixels], ["HeadYaw", "LElbowYaw"], ["CameraTop", "LArm"], {}),
         "pixels through a lens": ([replace(pixels, camera=replace(top, distortion=LENS))], ["HeadPitch"], [], {}),
         "pixels at an optical frame": ([optical], ["HeadYaw", "LElbowYaw"], ["CameraTop", "LArm"], {}),
+        "pixels through a lens that is not known": ([replace(pixels, camera=unknown)], ["HeadPitch"], [], {}),
+        "a lens that is not known at moving joints": (
+            [replace(pixels, camera=unknown, moving=moving)], ["LElbowYaw"], [], {}),
         "a board": ([board], ["HeadYaw", "HeadPitch"], {"CameraTop": ["x", "roll", "yaw"]}, {"board": T_board}),
         "markers": ([markers], ["RShoulderRoll", "RWristYaw"], ["RArm"], {"room": T_world, "marker": T_marker}),
         "one foot in the other": ([feet], ["LHipYawPitch", "RKneePitch", "LAnkleRoll"], {"LLeg": ["roll"]}, {}),
@@ -60,6 +66,8 @@ def some(nao: nk.NaoModel) -> dict[str, Any]:
         "pixels on a hand",
         "pixels through a lens",
         "pixels at an optical frame",
+        "pixels through a lens that is not known",
+        "a lens that is not known at moving joints",
         "a board",
         "markers",
         "one foot in the other",

@@ -20,6 +20,7 @@ from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning
 cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
 
 COLUMNS, ROWS, SQUARE, CELL = 6, 4, 0.05, 24
+LENS = [299.02503, 299.26374, 159.5, 119.5]  # the one that took the photos
 BOARD: dict[str, Any] = {"board": (COLUMNS, ROWS), "square": SQUARE}
 T_TORSO_BOARD = nk.screws.pose(
     nk.rotations.matrix_from_rpy([0.0, 0.15, 0.1]) @ np.array([[0, 0, 1.0], [-1, 0, 0], [0, -1, 0]]), [0.75, 0.12, 0.27]
@@ -85,10 +86,12 @@ def test_photos_find_the_camera_and_what_they_cannot_is_named(
     nao: nk.NaoModel, true: nk.RobotModel, folder: Path
 ) -> None:
     frames = {"CameraTop": ["roll", "pitch", "yaw"]}
-    unknown = from_photos(nao, folder, folder / "head.csv", **BOARD, missing=0.0, noise=0.1)
+    unknown = from_photos(nao, folder, folder / "head.csv", **BOARD, missing=0.0, noise=0.1, lens=LENS)
     found = calibrate(nao, [unknown], joints=["HeadYaw", "HeadPitch"], frames=frames)
     assert found.held == ("HeadYaw offset",)
-    known = from_photos(nao, folder, folder / "head.csv", **BOARD, missing=0.0, noise=0.1, place=T_TORSO_BOARD)
+    known = from_photos(
+        nao, folder, folder / "head.csv", **BOARD, missing=0.0, noise=0.1, place=T_TORSO_BOARD, lens=LENS
+    )
     found = calibrate(nao, [known], joints=["HeadYaw", "HeadPitch"], frames=frames)
     assert not found.held
     axes = [robot.fk(np.asarray(known.q), "CameraTop")[:, :3, 0] for robot in (true, found.calibrated())]
@@ -207,7 +210,8 @@ def test_a_log_with_a_gap_at_a_photo_is_refused(nao: nk.NaoModel, folder: Path, 
 def test_the_command_calibrates_from_photos(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, output = str(folder / "head.csv"), tmp_path / "mine.toml"
     words = ["calibrate", "--photos", str(folder), "--board", "6x4", "--square", str(SQUARE), "--log", log]
-    assert run([*words, "--missing", "0", "-o", str(output), "--json"]) == 0
+    lens = ["--lens", ",".join(map(str, LENS))]
+    assert run([*words, *lens, "--missing", "0", "-o", str(output), "--json"]) == 0
     out, err = capsys.readouterr()
     found = json.loads(out)
     assert "HeadYaw offset" in found["held"]
@@ -217,7 +221,7 @@ def test_the_command_calibrates_from_photos(folder: Path, tmp_path: Path, capsys
     printed = []
     for unit, options in ((1.0, ("--json",)), (math.degrees(1.0), ("--deg",)), (1.0, ("--deg",))):
         place = ",".join(f"{value:.6f}" for value in (*six[:3], *(unit * angle for angle in six[3:])))
-        assert run([*words, "--missing", "0", "--place", place, *options]) == (0 if len(printed) < 2 else 2)
+        assert run([*words, *lens, "--missing", "0", "--place", place, *options]) == (0 if len(printed) < 2 else 2)
         printed.append(capsys.readouterr())
     assert "HeadYaw offset" in printed[1].out
     assert "not determined" not in printed[1].out
@@ -229,7 +233,7 @@ def test_the_command_calibrates_from_photos(folder: Path, tmp_path: Path, capsys
     degrees = [line.split(",") for line in rows]
     text = "".join(f"{row[0]},{','.join(str(math.degrees(float(x))) for x in row[1:])}\n" for row in degrees)
     (tmp_path / "deg.csv").write_text(f"{times}\n{text}")
-    assert run([*words[:-1], str(tmp_path / "deg.csv"), "--missing", "0", "--json", "--file-deg"]) == 0
+    assert run([*words[:-1], str(tmp_path / "deg.csv"), *lens, "--missing", "0", "--json", "--file-deg"]) == 0
     again = json.loads(capsys.readouterr().out)
     assert again["joints"]["HeadPitch"] == pytest.approx(found["joints"]["HeadPitch"], abs=1e-9)
     for wrong, message in (
@@ -273,3 +277,14 @@ def test_the_camera_its_lens_the_board_and_the_log_s_unit_are_as_stated(
     np.savetxt(tmp_path / "deg.csv", rows, delimiter=",", header="time,HeadYaw,HeadPitch", comments="")
     turned = from_photos(nao, folder, tmp_path / "deg.csv", **BOARD, missing=0.0, degrees=True)
     assert np.allclose(np.asarray(turned.q), np.asarray(plain.q), atol=1e-12)
+
+
+def test_boards_in_the_dark_are_found(nao: nk.NaoModel, folder: Path, tmp_path: Path) -> None:
+    name = "top_10.000.png"
+    image = cv2.imread(str(folder / name), cv2.IMREAD_GRAYSCALE)
+    cv2.imwrite(str(tmp_path / name), (0.05 * image).astype(np.uint8))
+    bright, dark = (
+        from_photos(nao, [place / name], folder / "head.csv", **BOARD, missing=0.0).pixels
+        for place in (folder, tmp_path)
+    )
+    assert np.abs(np.asarray(bright) - dark).max() < 0.5

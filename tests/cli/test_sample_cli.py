@@ -122,8 +122,9 @@ def test_the_observations_and_the_photos_show_how_far_the_head_is_off(folder: Pa
     assert not found.held
     np.testing.assert_allclose(offsets(found), true, atol=0.15)
     pytest.importorskip("cv2", reason="OpenCV is not installed")
-    place = re.search(r"--place=(\S+)", page())
+    place, lens = re.search(r"--place=(\S+)", page()), re.search(r"--lens=(\S+)", page())
     assert place
+    assert lens
     place_numbers = [float(number) for number in place[1].split(",")]
     seen = nk.calibration.from_photos(
         nao,
@@ -133,6 +134,7 @@ def test_the_observations_and_the_photos_show_how_far_the_head_is_off(folder: Pa
         square=0.03,
         missing="StandInit",
         place=[*place_numbers[:3], *np.radians(place_numbers[3:])],  # as with --deg
+        lens=[float(number) for number in lens[1].split(",")],
     )
     assert np.isfinite(seen.pixels).all()
     found = nk.calibration.calibrate(
