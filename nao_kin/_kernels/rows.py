@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any, TypeVar
 
@@ -124,5 +123,7 @@ def run_rows(
     workers = min(useful, usable_cores()) if threads is None else useful
     # More parts than threads, because some targets take longer than others.
     edges = [done + left * i // (4 * workers) for i in range(4 * workers + 1)]
+    from concurrent.futures import ThreadPoolExecutor  # it loads logging, which few calls need
+
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(lambda ends: run(function, slice(*ends)), itertools.pairwise(edges)))

@@ -475,8 +475,10 @@ def test_the_file_says_where_offsets_are_from_and_leaves_out_what_the_data_do_no
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert np.allclose(nk.load_nao("v6", offsets=path).fk(q, "LLeg"), hands, atol=2e-3)
-    with pytest.warns(OtherRobotWarning, match="found for nao_v6, and this robot is nao_v4"):
+    with pytest.raises(BadArgument, match="on a NAO v6"):
         nk.load_nao("v4", offsets=path)
+    with pytest.warns(OtherRobotWarning, match="found for nao_v6, and this robot is nao_v4"):
+        nk.load_nao("v4").with_offsets(**found.offsets, found_for="nao_v6")
 
 
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")  # of tilts that are rare

@@ -487,6 +487,9 @@ def test_the_pairs_of_other_robots_are_searched_for_on_request(tmp_path: Path) -
     (hulls,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "hulls")
     assert hulls["radii"] == [0.1, 0.1, 0.1]
     assert hulls["counts"] == [1, 1, 1]
+    assert {"collisions": True} in [m.get("shown") for m in messages_of(viewer.static_html())]
+    viewer.show_collisions(on=False)
+    assert {"collisions": False} in [m.get("shown") for m in messages_of(viewer.static_html())]
 
 
 def test_outside_the_limits_is_shown_and_warned_of_once(nao: nk.NaoModel) -> None:
