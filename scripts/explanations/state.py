@@ -17,6 +17,7 @@ import recorded_logs  # type: ignore[import-not-found]  # the simulated logs of 
 
 LEFT, RIGHT, WIDTH = 54.0, 20.0, 760.0
 COLOURS = {"standing": "#86c79c", "walking": "#2f9e64", "falling": "#e8a15c", "lying": "#c2410c", "lifted": "#7c8fd6"}
+COLOURS |= {"unknown": PALE}
 
 
 def state() -> Drawing:
@@ -28,19 +29,13 @@ def state() -> Drawing:
         nao, log.q, times=log.times, forces=log.forces, accelerometer=-log.accelerometer, gyro=log.gyro
     )
     sides = ("front", "back", "left", "right")
-    lying = np.isin(found.posture, sides)
-    doing = np.select(
-        [lying, found.posture == "falling", ~found.contact, found.walking],
-        ["lying", "falling", "lifted", "walking"],
-        "standing",
-    )
     drawing = Drawing(WIDTH, 460.0, "States, pitch, height and forces of a robot over 35 s, true and found")
     end = float(truth.times[-1])
 
     def x(times: Floats | float) -> Floats:
         return np.asarray(LEFT + (WIDTH - LEFT - RIGHT) * np.asarray(times) / end)
 
-    rows = (("true", np.where(np.isin(truth.doing, sides), "lying", truth.doing), 34.0), ("found", doing, 60.0))
+    rows = (("true", np.where(np.isin(truth.doing, sides), "lying", truth.doing), 34.0), ("found", found.doing, 60.0))
     for name, states, y in rows:
         drawing.text((LEFT - 10, y + 14), name, 13, PALE, anchor="end")
         edges = [0, *(np.flatnonzero(states[1:] != states[:-1]) + 1).tolist(), len(states) - 1]
