@@ -26,6 +26,7 @@ from nao_kin.world.state import (
     State,
     StateRules,
     Vertical,
+    carrying_soles,
     gain,
     roll_pitch,
     trust,
@@ -77,7 +78,8 @@ class StateEstimator:
         start: ArrayLike | None = None,
     ) -> None:
         self._robot, self._feet = robot, Feet.of(robot, soles, needed=True, or_origin=True)
-        self._rules, self._legs = StateRules(robot, self._feet), leg_columns(robot, self._feet.names)
+        self._rules = StateRules(robot, self._feet)
+        self._legs = np.array(leg_columns(robot, self._feet.names), dtype=np.intp)
         self._heights = self._feet.heights
         self._carried = self._feet.carried(robot, robot.semantics.force_sensors).T.astype(np.float64)
         self._weight = float(robot.mass if weight is None else weight)
@@ -159,7 +161,8 @@ class StateEstimator:
             self._notes[BY_JOINTS] = None
         notes += [*self._notes, *self._bias_notes]
         quiet = np.array([bool(self._rest.quiet)]) if unit or gyro is not None else None
-        doing = self._rules.doing(log, support, up, quiet, self._doing if unit else None)
+        carrying = carrying_soles(log, support)
+        doing = self._rules.doing(log, carrying, up, quiet, self._doing if unit else None)
         path = self._followed(log, support, rates, doing, gap)
         angle = None
         if unit:
@@ -170,7 +173,7 @@ class StateEstimator:
             # The filter has averaged few rows, or turns by a bias that is not known.
             drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
             angle = angle + np.eye(2) * (drift + _ROW**2 / max(self._vertical.averaged, 1.0))
-        self._now = self._rules.state(log, support, up, doing, path, angle)
+        self._now = self._rules.state(log, carrying, up, doing, path, angle)
         return self._now
 
     def _read(self, what: str, value: ArrayLike, width: int) -> Floats:

@@ -36,6 +36,11 @@ def columns(values: NDArray[Any]) -> list[Column]:
     return list(values[0].tolist() if len(values) == 1 else values.T)
 
 
+def column(values: NDArray[Any]) -> Column:
+    """Return values (n,), as a number if n is 1."""
+    return float(values[0]) if len(values) == 1 else values
+
+
 def poses(entries: Sequence[Column]) -> Floats:
     """Return the poses (n, 4, 4) of the twelve columns of their first three rows."""
     upper = np.array(entries).T.reshape(-1, 3, 4)
@@ -112,7 +117,7 @@ class Path:
                 slip = _slip(
                     _shifted(before, soles), soles, _shifted(self._rates, rates), rates, *columns(steps[rows, None])
                 )
-                heading = _summed(heading, slip * columns(~rest[rows, None])[0])
+                heading = _summed(heading, slip * column(~rest[rows]))
                 self._rates, self._place = turns.rates[end - 1].tolist(), (float(np.ravel(heading)[-1]), x, y)
             T_world_base[rows], pose[rows] = poses((root := _root(heading, x, y, soles))[0]), np.array(root[1]).T
             (c, s), T = cosine_sine(heading), T_world_support[rows]
@@ -121,9 +126,9 @@ class Path:
             self._T_base_soles = T_base_soles[end - 1]
         if self._first is None:
             self._first, self._begun = pose[0].copy(), float(moments[0])
-        deviation = None if turns is None else columns(turns.deviation[:, None])[0]
-        away, (moved, step) = columns(pose - self._first), columns(np.column_stack([moving, stepped]))
-        later = columns(1.0 * (moments > self._begun)[:, None])[0]
+        deviation = None if turns is None else column(turns.deviation)
+        away, moved, step = columns(pose - self._first), column(moving), column(stepped)
+        later = column(moments > self._begun)
         covariance, self._sums = _covariance(away, later, moved, step, deviation, self._sums)
         self._moment = float(moments[-1])
         return T_world_base, T_world_support, pose, covariance

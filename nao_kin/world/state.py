@@ -221,11 +221,12 @@ def state(
     if not by_unit and log.ground.rule == "joints":
         log.notes.append(BY_JOINTS)
     up = rules.up_by_legs(log, support) if measured is None else measured
-    doing = rules.doing(log, support, up, rest.quiet, Doing() if by_unit else None)
+    carrying = carrying_soles(log, support)
+    doing = rules.doing(log, carrying, up, rest.quiet, Doing() if by_unit else None)
     path = log.followed(rest.rest, turns, start, doing == "standing")
     doing[_walks(path)] = "walking"
     away = (roll_pitch(up) - roll_pitch(rules.up_by_legs(log, path.support)))[path.valid]
-    found = rules.state(log, support, up, doing, path, away.T @ away / max(len(away), 1) if by_unit else None)
+    found = rules.state(log, carrying, up, doing, path, away.T @ away / max(len(away), 1) if by_unit else None)
     return log.rows.expanded(replace(found, odometry=log.rows.expanded(path)))
 
 
@@ -386,14 +387,12 @@ class StateRules:
         """Return the normal of the support in the root link, shape (n, 3)."""
         return log.T_base_soles[np.arange(len(support)), support, :3, 2]
 
-    def doing(
-        self, log: LegLog, support: NDArray[np.intp], up: Floats, quiet: Mask | None, rule: Doing | None
-    ) -> NDArray[Any]:
+    def doing(self, log: LegLog, carrying: Mask, up: Floats, quiet: Mask | None, rule: Doing | None) -> NDArray[Any]:
         """Return what the robot does in each row, but for walking; without `rule`, the vertical is that of the legs."""
         if rule is None:
             stands = log.ground.heavy & (up[:, 2] >= math.cos(_UPRIGHT))
             return np.where(stands, "standing", "unknown").astype("<U8")
-        flat = ((log.T_base_soles[..., :3, 2] @ up[:, :, None])[..., 0] >= math.cos(_FLAT)) & _carrying(log, support)
+        flat = ((log.T_base_soles[..., :3, 2] @ up[:, :, None])[..., 0] >= math.cos(_FLAT)) & carrying
         low = np.zeros(len(up), dtype=np.bool_)
         if len(self._hips):
             soles = (log.T_base_soles[..., :3, 3] @ up[:, :, None])[..., 0].min(axis=1)
@@ -427,13 +426,7 @@ class StateRules:
         return found
 
     def state(
-        self,
-        log: LegLog,
-        support: NDArray[np.intp],
-        up: Floats,
-        doing: NDArray[Any],
-        path: Odometry,
-        unit: Floats | None,
+        self, log: LegLog, carrying: Mask, up: Floats, doing: NDArray[Any], path: Odometry, unit: Floats | None
     ) -> State:
         """Return the state in n rows; `unit` is the mean square of roll and pitch of the inertial unit by the legs."""
         valid, lever = path.valid, log.T_base_soles[np.arange(len(up)), path.support]
@@ -450,7 +443,6 @@ class StateRules:
         entries, (xx, xy, xz, yy, yz, zz) = _upright(roll, pitch, heading, x, y, sole, angles)
         T_world_base[valid] = poses(entries)[valid]
         covariance = np.array(np.broadcast_arrays(xx, xy, xz, xy, yy, yz, xz, yz, zz)).T.reshape(-1, 3, 3)
-        carrying = _carrying(log, support)
         return State(
             times=log.moments,
             soles=log.feet.names,
@@ -501,7 +493,7 @@ def _upright(
     return rows, [a, b, a * p + b * q, d, b * p + d * q, a * p * p + 2.0 * b * p * q + d * q * q + _BY_LENGTH**2]
 
 
-def _carrying(log: LegLog, support: NDArray[np.intp]) -> Mask:
+def carrying_soles(log: LegLog, support: NDArray[np.intp]) -> Mask:
     """Return which soles carry the robot or, from the joints alone, are as low as the support, shape (n, s)."""
     if log.ground.rule == "joints":
         heights = sole_heights(log.T_base_soles)[np.arange(len(support)), support]
