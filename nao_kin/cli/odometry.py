@@ -119,12 +119,12 @@ def state(
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
-    """Print how long a robot stood, walked, lay and was lifted, and how far it walked; write its state in each row.
+    """Print how long a robot stood, walked, sat, lay, fell and was carried, and how far it walked; write its states.
 
-    A row has the posture, contact, support and segment, the pose of the root link with standard deviations, velocity
-    (ahead, to the left, of the heading), the centre of pressure in the world, and the force and the centre of pressure
-    of each sole. What is not known is empty or NaN. Sensors of the feet and of the inertial unit are found by the names
-    of their columns, in ALMemory, LoLA and ROS; a note says which are used.
+    A row has what it does, posture, contact, support and segment, the pose of the root link with standard deviations,
+    velocity (ahead, to the left, of the heading), the centre of pressure in the world, and the force and the centre of
+    pressure of each sole. What is not known is empty or NaN. Sensors of the feet and of the inertial unit are found by
+    the names of their columns, in ALMemory, LoLA and ROS; a note says which are used.
     """
     written.check({"--output": output})
     write = None if output is None else column_writer(output)
@@ -157,10 +157,10 @@ def _columns(found: State, deg: bool) -> dict[str, Any]:
     tilt = np.sqrt(np.diagonal(found.covariance, 0, 1, 2))
     columns: dict[str, Any] = {
         "time": found.times,
+        "doing": found.doing,
         "posture": found.posture,
         "contact": found.contact,
         "support": found.support,
-        "walking": found.walking,
         "segment": path.segment,
         **dict(zip("xyz", found.T_world_base[:, :3, 3].T, strict=True)),
         f"roll{end}": roll_pitch[:, 0],

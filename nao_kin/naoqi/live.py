@@ -7,8 +7,9 @@ import socket
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -49,6 +50,8 @@ LOLA_ENTRIES: dict[str, int] = {
     "FSR": 8,
     "Touch": 14,
 }
+# Keywords of `StateEstimator.update` and their entries. The eight FSR are in the order of the robot's `force_sensors`.
+_STATE_ENTRIES = {"forces": "FSR", "angles": "Angles", "gyro": "Gyroscope"}
 # BodyId, BodyVersion, HeadId, HeadVersion.
 _CONFIG, _CONFIG_LENGTH = "RobotConfig", 4
 # The length of the longest frame; a map that claims to be longer is not a frame, and is not read to its end.
@@ -203,11 +206,14 @@ class JointReading:
         time: since the first reading [s].
         q: configuration, shape (nq,); if the two hips disagree, LHipYawPitch is used.
         up: the vertical in the torso's frame, shape (3,), from the robot's inertial sensor; None without one.
+        sensors: forces, angles and gyro, as far as the source has them, as `StateEstimator.update` of
+            `nk.world` takes them.
     """
 
     time: float
     q: Floats
     up: Floats | None
+    sensors: Mapping[str, Floats] = field(default_factory=dict)
 
 
 class Lost(NaoKinError):
@@ -221,6 +227,7 @@ class JointSource(ABC):
         address: the robot's address, for messages.
         wanted: called while the source waits; returns whether to continue.
         missing: values of joints that are NaN, as in `from_order`.
+        sensors: those of the last reading, as `JointReading.sensors`.
 
     Examples:
         >>> issubclass(nk.naoqi.LolaSource, nk.naoqi.JointSource)
@@ -230,6 +237,7 @@ class JointSource(ABC):
     address: str
     wanted: Callable[[], bool] = staticmethod(lambda: True)
     missing: str | float | None = None
+    sensors: Mapping[str, Floats] = MappingProxyType({})
 
     @abstractmethod
     def connect(self) -> None:
@@ -290,6 +298,7 @@ class NaoqiSource(JointSource):
             angles = self._answer(self._memory.getListData(_TORSO_ANGLES, _async=True))
             if all(isinstance(angle, (int, float)) for angle in angles):
                 up = vertical(float(angles[0]), float(angles[1]))
+                self.sensors = {"angles": np.array(angles, dtype=np.float64)}
         return _configuration(robot, body, names, self.missing), up
 
     def close(self) -> None:
@@ -352,6 +361,8 @@ class LolaSource(JointSource):
             raise Lost(f"{self.address}: {error}") from None
         if frame is None:
             raise Lost(f"{self.address} sends no more frames")
+        entries = ((name, frame.get(entry)) for name, entry in _STATE_ENTRIES.items())
+        self.sensors = {name: values for name, values in entries if isinstance(values, np.ndarray)}
         angles = frame.get("Angles")
         known = isinstance(angles, np.ndarray) and bool(np.isfinite(angles).all())
         up = vertical(float(angles[0]), float(angles[1])) if known and angles is not None else None
@@ -428,7 +439,7 @@ def readings(
                         continue
                     start = now if start is None else start
                     last = now
-                    yield JointReading(now - start, q, up)
+                    yield JointReading(now - start, q, up, source.sensors)
                     if not isinstance(source, LolaSource):
                         _sleep(last + 1.0 / rate, wanted)
             except Lost as error:

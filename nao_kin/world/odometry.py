@@ -7,31 +7,25 @@ trajectory consists of segments.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, join_poses, rigid_inverse, shaped
+from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, shaped
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import WrongShape
 from nao_kin.robot import Feet, RobotModel, serial_chain
-from nao_kin.rotations import log, rot_z
-from nao_kin.screws import rigid_poses
-from nao_kin.world.balance import feet_frame
-from nao_kin.world.sensors import Ground, Mask, Rows, Sensor, bridged, corrected
+from nao_kin.world.path import Path
+from nao_kin.world.rest import KNOWN, Mask, RestLog, Turns, bias_notes
+from nao_kin.world.sensors import Ground, Rows, Sensor, bridged, corrected
 
 # Values of a sensor, and in which rows they are known.
 Measured = tuple[Floats, Mask]
 
-# The covariance grows with each step by these deviations [m, rad], without a gyrometer also by that of the heading, and
-# with the distance by a common error of scale, as slip makes it. With a gyrometer the heading diffuses [rad/√s].
-# Source: simulated walks with encoder noise of 0.1 to 0.3° and slip (docs/balance.md).
-_STEP, _STEP_TURN, _SCALE, _GYRO_DRIFT = 0.003, np.radians(0.5), 0.03, np.radians(0.3)
 # Time over which the velocity is a mean [s]: a quarter of a step.
-_OVER = 0.2
+OVER = 0.2
 # The fastest that a NAO's gyrometer measures, 500 °/s [rad/s]; source: doc.aldebaran.com/2-8, inertial_naov6.
 _FASTEST = np.radians(500.0)
 # By this much the legs must turn the root link, so that an inertial sensor that never changes is odd [rad].
@@ -55,8 +49,9 @@ class Odometry:
         T_world_support: its pose, shape (n, 4, 4).
         segment: number of each row's segment, from 0, shape (n,).
         covariance: of `pose`, relative to the first row of the segment, shape (n, 3, 3) [m, rad]. It grows with each
-            step by 3 mm and 0.5°, and with the way from there by 3 %; with a gyrometer by 0.3° in a second instead of
-            0.5° in a step.
+            step by 3 mm and 0.5°, with the way from there by 3 %, and with the time in which the robot is not at rest
+            by 4 mm and 1.5° in √s, as soles slide; with a gyrometer the heading grows by 0.3° in √s, 1 % and the bias
+            that is not known instead. Two rows differ by 1.5 mm and 0.15°.
         velocity: mean velocity over 0.2 s: ahead, to the left [m/s], and of the heading [rad/s], shape (n, 3).
         notes: what is odd about the log and its sensors, and what was therefore not used.
     """
@@ -130,8 +125,10 @@ def odometry(
     - with neither, when another sole is lower than the support by more than 1 mm, seen from both soles.
 
     With `gyro` the heading is that of the gyrometer: it integrates the angular velocity about the vertical, and the
-    support turns about its origin where its leg disagrees. Roll and pitch are always those of a flat sole. Subtract the
-    gyrometer's bias, as measured at rest, first; `state` does so, and takes roll and pitch from the inertial unit.
+    support turns about its origin where its leg disagrees. Its bias is its mean where the robot is at rest: the
+    gyrometer and the joints of the legs are still, and the soles carry. Between rests the bias drifts; if the robot is
+    never at rest, 1° in a second is in the covariance, and a note says so. Roll and pitch are always those of a flat
+    sole; `state` takes them from the inertial unit.
 
     A new segment begins after rows that are not `valid`, after 0.2 s in which no sole touches or carries (less than
     20 % of the weight), and after more than `longest_gap` without a row whose values are known. NaN is accepted: in the
@@ -172,48 +169,17 @@ def odometry(
     gyro = corrected(robot, "gyro", gyro)
     log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
     stands = None if valid is None else log.rows.merged(shaped(valid, (len(log.rows.own),), "valid")) != 0.0
-    return log.rows.expanded(log.followed(log.gyro(gyro), start, stands))
-
-
-def _trajectory(
-    T_base_soles: Floats, support: NDArray[np.intp], moments: Floats, turns: Floats | None, T_world_sole: Floats
-) -> tuple[Floats, Floats]:
-    """Return the poses of the root link and of the support, shape (n, 4, 4), in the n rows of a segment.
-
-    `T_world_sole` is the pose of the first support.
-    """
-    T_soles_base = rigid_inverse(T_base_soles)
-    T_world_base, T_world_support = np.empty((2, len(support), 4, 4))
-    changes = [0, *(np.flatnonzero(np.diff(support)) + 1).tolist(), len(support)]
-    for begin, end in itertools.pairwise(changes):
-        sole = support[begin]
-        if begin:
-            # The row before still belongs to the former support: where both legs agree best.
-            T_world_sole = on_floor(T_world_base[begin - 1] @ T_base_soles[begin - 1, sole])
-        back = max(begin - 1, 0)
-        legs = T_world_sole @ T_soles_base[back:end, sole]
-        placed = np.broadcast_to(T_world_sole, legs.shape)
-        if turns is not None:
-            heading = np.concatenate([[0.0], np.cumsum(_slips(legs, turns[back:end], np.diff(moments[back:end])))])
-            slip = join_poses(rot_z(heading), np.zeros(3))
-            about = join_poses(np.eye(3), T_world_sole[:3, 3])
-            turned = about @ slip @ rigid_inverse(about)
-            legs, placed = turned @ legs, turned @ placed
-        T_world_base[begin:end], T_world_support[begin:end] = legs[begin - back :], placed[begin - back :]
-        T_world_sole = placed[-1]
-    return T_world_base, T_world_support
+    turns, rest = log.turns(gyro)
+    return log.rows.expanded(log.followed(rest.rest, turns, start, stands))
 
 
 # --- What a log has: times, rows without values, soles that touch or carry.
 
 
-def _filled(robot: RobotModel, values: Floats, soles: Sequence[str]) -> tuple[Floats, Mask]:
-    """Return configurations (n, nq), interpolated where they are NaN, and in which rows the soles' joints are known."""
-    gaps = np.isnan(values)
+def leg_columns(robot: RobotModel, soles: Sequence[str]) -> list[int]:
+    """Return the columns of a configuration that move soles."""
     moving = {name for sole in soles for name in serial_chain(robot, robot.tree.root, sole).coordinates}
-    columns = [robot.nq_base + k for k, name in enumerate(robot.joint_names) if name in moving]
-    filled = between_samples(values)
-    return robot.checked(np.where(np.isnan(filled), robot.neutral(), filled)), np.asarray(~gaps[:, columns].any(axis=1))
+    return [robot.nq_base + k for k, name in enumerate(robot.joint_names) if name in moving]
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,6 +190,7 @@ class LegLog:
         feet: the s soles.
         rows: the rows with a time of their own, n of them.
         q: configurations, interpolated where they are NaN, shape (n, nq).
+        legs: values of the joints that move the soles, shape (n, j).
         T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
         ground: contacts or forces.
         known: in which rows the values of the legs and of the ground are known, shape (n,).
@@ -234,6 +201,7 @@ class LegLog:
     feet: Feet
     rows: Rows
     q: Floats
+    legs: Floats
     T_base_soles: Floats
     ground: Ground
     known: Mask
@@ -256,14 +224,17 @@ class LegLog:
         if values.ndim != 2 or not len(values):
             raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", values.shape)
         rows = Rows.of(times, len(values))
-        configurations, known = _filled(robot, rows.merged(values), feet.names)
+        measured, legs = rows.merged(values), leg_columns(robot, feet.names)
+        filled, known = between_samples(measured), np.asarray(~np.isnan(measured[:, legs]).any(axis=1))
+        configurations = robot.checked(np.where(np.isnan(filled), robot.neutral(), filled))
         check_tolerance(longest_gap, "longest_gap")
         notes = list(rows.notes)
         T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, feet.names, reference=robot.tree.root)))
         forces = corrected(robot, "forces", forces)
         ground = Ground.of(robot, feet, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
         known = known & ground.known
-        return LegLog(feet, rows, configurations, T_base_soles, ground, known, float(longest_gap), notes)
+        moving = configurations[:, legs]
+        return LegLog(feet, rows, configurations, moving, T_base_soles, ground, known, float(longest_gap), notes)
 
     @property
     def moments(self) -> Floats:
@@ -287,33 +258,35 @@ class LegLog:
             found.agree_with(along, hint)
         return bridged(found.values, self.moments, self.longest_gap) if np.isfinite(found.values).any() else None
 
-    def gyro(self, gyro: ArrayLike | None) -> Measured | None:
-        """Return the angular velocity (n, 3), and where it is known, as in `measured`."""
-        if gyro is None:
-            return None
+    def turns(self, gyro: ArrayLike | None, up: Floats | None = None) -> tuple[Turns | None, RestLog]:
+        """Return the angular velocity without its bias, and the rest in the log; None without gyrometer to use.
+
+        Without gyrometer, verticals `up` (n, 3) show whether the trunk is quiet.
+        """
         hint = ": are these deg/s? A heading such as GyroX [deg/s] says so"
-        return self.measured(self.rows.read(gyro, 3, "gyro"), "gyro", most=_FASTEST, hint=hint)
+        values = None if gyro is None else self.rows.read(gyro, 3, "gyro")
+        found = None if values is None else self.measured(values, "gyro", most=_FASTEST, hint=hint)
+        if found is None:
+            used = self.known if up is None else self.known & np.isfinite(up).all(axis=1)
+            return None, RestLog.of(self.moments, self.legs, self.ground.stands, used, up=up)
+        rates, near = found
+        rest = RestLog.of(self.moments, self.legs, self.ground.stands, self.known & near, rates)
+        self.notes.extend(bias_notes(rest.bias[rest.rest], bool(rest.deviation.max(initial=0.0) > KNOWN)))
+        return Turns(rates - rest.bias, near, rest.deviation), rest
 
     def _turns(self, *, about_all: bool) -> bool:
         """Return whether the legs turn the root link, about the vertical too or not."""
-        path = self.followed(None, None, None)
+        path = self.followed(np.zeros(len(self.moments), dtype=np.bool_), None, None, None)
         R = path.T_world_base[path.valid, :3, :3]
         turns = R.reshape(-1, 9) if about_all else R[:, 2]
         return len(R) > 0 and bool((np.diff(np.percentile(turns, [1.0, 99.0], axis=0), axis=0) > _TURNED).any())
 
-    def followed(self, turns: Measured | None, start: ArrayLike | None, valid: Mask | None) -> Odometry:
-        """Return the trajectory, with `start` of `odometry`, `measured` turns, and rows in which the robot stands."""
-        moments, count = self.moments, len(self.moments)
-        stands, known, rates = self.ground.stands, self.known, None
-        if valid is not None:
-            stands = stands & valid
-        if turns is not None:
-            rates, known = turns[0], known & turns[1]
+    def followed(self, rest: Mask, turns: Turns | None, start: ArrayLike | None, valid: Mask | None) -> Odometry:
+        """Return the trajectory with `start` of `odometry`, where the robot stands; `rest` is that of `RestLog`."""
+        moments, count, path = self.moments, len(self.moments), Path(start)
+        stands = self.ground.stands if valid is None else self.ground.stands & valid
+        known = self.known if turns is None else self.known & turns.near
         segment = _segments(moments, known, stands, self.longest_gap)
-
-        T_world_feet, T_world_first = np.eye(4), None
-        if start is not None:
-            T_world_first = rigid_poses(shaped(start, (4, 4), "start"), "start")
         T_world_base, T_world_support = np.full((2, count, 4, 4), np.nan)
         support = np.full(count, -1)
         covariance, velocity = np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan)
@@ -321,21 +294,10 @@ class LegLog:
             own = np.flatnonzero(segment == k)
             T_soles, at = self.T_base_soles[own], moments[own]
             support[own] = self.ground.supports(own, T_soles)
-            first = T_soles[0, support[own[0]]]
-            if T_world_first is None:
-                frame = feet_frame(rigid_inverse(first) @ T_soles[0])
-                frame[2, 3] = 0.0
-                T_world_sole = T_world_feet @ rigid_inverse(frame)
-            else:
-                T_world_sole, T_world_first = on_floor(T_world_first @ first), None
-            T, T_world_support[own] = _trajectory(
-                T_soles, support[own], at, None if rates is None else rates[own], T_world_sole
+            path.begin(T_soles[0], int(support[own[0]]))
+            T_world_base[own], T_world_support[own], pose, covariance[own] = path.extend(
+                T_soles, support[own], at, rest[own], None if turns is None else turns[own]
             )
-            T_world_base[own] = T
-            T_world_feet = on_floor(feet_frame(T[-1] @ T_soles[-1]))
-            pose = np.column_stack([T[:, :2, 3], np.unwrap(np.arctan2(T[:, 1, 0], T[:, 0, 0]))])
-            stepped = np.diff(support[own], prepend=support[own[0]]) != 0
-            covariance[own] = _covariance(pose, at, stepped, by_gyro=rates is not None)
             velocity[own] = _velocity(pose, at)
         T_world_support[:, 2, 3] -= self.feet.heights[support]
         found = T_world_base, self.feet.names, support, T_world_support, segment, covariance, velocity
@@ -356,43 +318,11 @@ def _segments(moments: Floats, known: Mask, stands: Mask, longest_gap: float) ->
 # --- The motion from row to row.
 
 
-def _slips(T_world_base: Floats, gyro: Floats, steps: Floats) -> Floats:
-    """Return how much farther the gyrometer turned about the vertical than the leg did, from row to row [rad]."""
-    if not len(steps):
-        return np.empty(0)
-    R = T_world_base[:, :3, :3]
-    by_leg = log(R[1:] @ R[:-1].swapaxes(-1, -2))[:, 2]
-    measured = 0.5 * np.einsum("ni,ni->n", R[:, 2], gyro)
-    return np.asarray((measured[1:] + measured[:-1]) * steps - by_leg)
-
-
-def on_floor(T: Floats) -> Floats:
-    """Return a pose on the floor below, with the same heading."""
-    return join_poses(rot_z(np.arctan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
-
-
 def _velocity(pose: Floats, moments: Floats) -> Floats:
     """Return the mean velocity about each row, ahead, to the left and of the heading, shape (n, 3)."""
-    before, after = (np.clip(moments + sign * _OVER / 2.0, moments[0], moments[-1]) for sign in (-1.0, 1.0))
+    before, after = (np.clip(moments + sign * OVER / 2.0, moments[0], moments[-1]) for sign in (-1.0, 1.0))
     ways = [np.interp(after, moments, column) - np.interp(before, moments, column) for column in pose.T]
     with np.errstate(invalid="ignore"):
         x, y, turn = ways / (after - before)
     c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     return np.column_stack([c * x + s * y, c * y - s * x, turn])
-
-
-def _covariance(pose: Floats, moments: Floats, stepped: Mask, *, by_gyro: bool) -> Floats:
-    """Return the covariance of the pose of each row relative to the first one, shape (n, 3, 3).
-
-    An error of the heading at row i moves row n by (−(y_n − y_i), x_n − x_i) times the error; the sums over i are
-    those of powers of x_i and y_i.
-    """
-    x, y, heading = (pose - pose[0]).T
-    turning = _GYRO_DRIFT**2 * np.diff(moments, prepend=moments[0]) if by_gyro else _STEP_TURN**2 * stepped
-    moved = np.cumsum(_STEP**2 * stepped)
-    q, qx, qy, qxx, qxy, qyy = np.cumsum([turning * by for by in (1.0, x, y, x * x, x * y, y * y)], axis=1)
-    xx, yy = moved + y * y * q - 2.0 * y * qy + qyy, moved + x * x * q - 2.0 * x * qx + qxx
-    xy, xt, yt = -(x * y * q - x * qy - y * qx + qxy), qy - y * q, x * q - qx
-    found = np.stack([xx, xy, xt, xy, yy, yt, xt, yt, q], axis=-1).reshape(-1, 3, 3)
-    scaled = _SCALE * np.column_stack([x, y, np.zeros(len(x)) if by_gyro else heading])
-    return found + scaled[:, :, None] * scaled[:, None, :]

@@ -19,8 +19,9 @@ from nao_kin._core.arrays import LOWER, TOUCHING, Floats, as_numbers, shaped
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import matrix_from_rpy, rpy_from_matrix
+from nao_kin.world.doing import HALF, UNLOADED, contact
+from nao_kin.world.rest import Mask
 
-Mask = NDArray[np.bool_]
 Result = TypeVar("Result")
 
 # Percentiles that stand for large and small values: the others are delays, bad contact and spikes.
@@ -119,15 +120,6 @@ def bridged(values: Floats, moments: Floats, longest_gap: float) -> tuple[Floats
     return filled, near
 
 
-def debounced(mask: Mask, moments: Floats, value: bool, shortest: float) -> Mask:
-    """Return a mask (n,) in which runs of `value` that are shorter than a time have the other value."""
-    edges = np.flatnonzero(np.diff(mask)) + 1
-    starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(mask)]])
-    lasting = moments[np.minimum(ends, len(mask) - 1)] - moments[starts]
-    brief = (mask[starts] == value) & (lasting < shortest) & (len(starts) > 1)
-    return np.asarray(mask ^ np.repeat(brief, ends - starts))
-
-
 class Sensor:
     """The values (n, k) of a sensor, NaN in columns that cannot be used; notes say what is odd about it.
 
@@ -220,13 +212,10 @@ GRAVITY = 9.80665
 # Share of the force from which the other sole becomes the support: more than half, so that the support does not switch
 # back and forth while both carry the robot.
 _SHARE = 0.6
-# A robot is lifted if its soles carry less than this share of its weight for _LIFTED, and stands again after _DOWN [s].
-# Source of the times: B-Human's groundContactDetector.cfg (d89d603), maxTimeWithoutPressure, minTimeWithPressure.
-_UNLOADED, _LIFTED, _DOWN = 0.2, 0.2, 0.1
 # The weight is the 95th percentile of the forces in the log, or, if the robot stands for a short time only, the largest
 # median over _HELD [s]; in kg or N it is at least and at most these shares of that of the robot's mass. Forces whose
 # sum is 1 within _SHARES are shares of the weight.
-_HEAVY, _HELD, _LEAST, _MOST, _SHARES = 95.0, 0.3, 0.5, 1.5, 0.02
+_HEAVY, _HELD, _LEAST, MOST, _SHARES = 95.0, 0.3, 0.5, 1.5, 0.02
 # One sole alone carries this share of the mass in a standing robot whose other sole has a dead sensor.
 _HALF = 0.35, 0.75
 # A sole is alone on the floor if it is lower than the others by this height [m], more than zeros of the legs' joints
@@ -284,7 +273,9 @@ class Ground:
         sensors: force on each force sensor of the semantics, shape (n, f), NaN for those that are not used; None if
             they are not given.
         known: in which rows there are values, shape (n,).
-        stands: in which rows the robot is not lifted, shape (n,).
+        stands: in which rows the soles carry, shape (n,).
+        share: force on all soles as a share of the weight, shape (n,); NaN without forces.
+        heavy: in which rows the soles carry half of the weight, shape (n,); `stands` without forces.
     """
 
     rule: str
@@ -292,6 +283,8 @@ class Ground:
     sensors: Floats | None
     known: Mask
     stands: Mask
+    share: Floats
+    heavy: Mask
 
     @staticmethod
     def of(
@@ -307,10 +300,13 @@ class Ground:
     ) -> Ground:
         """Return what the arguments of `odometry` say, and add notes on what is odd."""
         moments, everywhere = rows.times, np.ones(len(rows.times), dtype=np.bool_)
+        share = np.full(len(moments), np.nan)
         if contacts is not None and forces is not None:
             raise BadArgument("give contacts or forces, not both")
         if contacts is None and forces is None:
-            return Ground("joints", np.ones((len(moments), len(feet.names))), None, everywhere, everywhere)
+            return Ground(
+                "joints", np.ones((len(moments), len(feet.names))), None, everywhere, everywhere, share, everywhere
+            )
         rule, names, carried = "contacts", feet.names, np.eye(len(feet.names))
         if contacts is not None:
             values = rows.read(contacts, len(names), rule)
@@ -352,28 +348,35 @@ class Ground:
         sensors = None if len(names) == len(feet.names) else np.maximum(values, 0.0)
         if not np.isfinite(pressed).all():
             notes.append(f"the legs say which sole carries, and not the {rule}")
-            return Ground("joints", pressed, sensors, everywhere, everywhere)
+            return Ground("joints", pressed, sensors, everywhere, everywhere, share, everywhere)
         loaded: Mask = np.asarray(pressed.any(axis=1))
+        half: Mask = loaded
         if rule == "forces":
             weight = _weight(pressed, moments)
             odd, carries = _on_weight(robot.mass, weight, shares=_are_shares(pressed))
             notes += odd
-            loaded &= carries & (pressed.sum(axis=1) >= _UNLOADED * weight)
-        stands = debounced(debounced(loaded, moments, False, _LIFTED), moments, True, _DOWN)
-        return Ground(rule, pressed, sensors, known, stands)
+            share = pressed.sum(axis=1) / (weight if carries else max(robot.mass, weight))
+            loaded &= carries & (share >= UNLOADED)
+            half = np.asarray(loaded & (share >= HALF))
+        return Ground(rule, pressed, sensors, known, contact(loaded, moments), share, contact(half, moments))
 
-    def supports(self, rows: NDArray[np.intp], T_base_soles: Floats) -> NDArray[np.intp]:
-        """Return the index of the support in some rows, with soles at T_base_soles (m, s, 4, 4), shape (m,)."""
-        heights, pressed = sole_heights(T_base_soles), self.pressed[rows]
-        now, own = standing_sole(T_base_soles[0], 0), np.arange(heights.shape[-1])
+    def supports(
+        self, rows: NDArray[np.intp] | slice, T_base_soles: Floats, before: int | None = None
+    ) -> NDArray[np.intp]:
+        """Return the index of the support in some rows, with soles at T_base_soles (m, s, 4, 4), shape (m,).
+
+        `before` is the support before them, None for the one on which the robot stands by its joints.
+        """
+        pressed = self.pressed[rows]
+        now, own = standing_sole(T_base_soles[0], 0) if before is None else before, np.arange(pressed.shape[1])
         strongest, total = pressed.argmax(axis=1), pressed.sum(axis=1)
         # The support after each row, for each support before it, shape (m, s).
         if self.rule == "joints":
-            after = _next_soles(heights)
+            after = _next_soles(sole_heights(T_base_soles))
         elif self.rule == "contacts":
             after = np.where((pressed > 0.0) | (total == 0.0)[:, None], own, strongest[:, None])
         else:
-            now = int(strongest[0]) if total[0] > 0.0 else now
+            now = int(strongest[0]) if total[0] > 0.0 and before is None else now
             changes = (total > 0.0) & (pressed.max(axis=1) > _SHARE * total)
             after = np.where(changes[:, None], strongest[:, None], own)
         found = np.empty(len(after), dtype=np.intp)
@@ -416,6 +419,6 @@ def _on_weight(mass: float, weight: float, *, shares: bool) -> tuple[list[str], 
         return ["forces: with a sum of 1, taken as shares of the weight"], True
     if weight < _LEAST * mass:
         return [f"forces: the soles carry {weight:.2g} at most, and {robot}: no row counts as standing"], False
-    if not any(_LEAST * unit <= weight <= _MOST * unit for unit in (mass, GRAVITY * mass)):
+    if not any(_LEAST * unit <= weight <= MOST * unit for unit in (mass, GRAVITY * mass)):
         return [f"forces: the soles carry {weight:.3g}, and {robot}: another unit, or an offset?"], True
     return [], True

@@ -7,33 +7,35 @@ the legs, the bias of a gyrometer from rows in which the robot is at rest.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import TOUCHING, Floats, join_poses
+from nao_kin._core.arrays import TOUCHING, Floats
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, RobotModel
-from nao_kin.rotations import exp, matrix_from_rpy, rot_z
-from nao_kin.world.odometry import LegLog, Measured, Odometry
-from nao_kin.world.sensors import Ground, Mask, corrected, debounced, sole_heights
+from nao_kin.robot import Feet, RobotModel, serial_chain
+from nao_kin.rotations import matrix_from_rpy
+from nao_kin.world.doing import DOINGS, Doing
+from nao_kin.world.odometry import LegLog, Odometry
+from nao_kin.world.path import Column, columns, cosine_sine, poses
+from nao_kin.world.rest import Mask, Turns
+from nao_kin.world.sensors import Ground, corrected, sole_heights
 
-# Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
-# and from which it lies in any case. Between a standing robot that bends (up to 60° in Aldebaran's animations) and one
-# that lies (83 to 90° in NAO's postures).
-_FALLING, _LYING, _UPRIGHT_AGAIN, _SURELY_LYING = np.radians([30.0, 50.0, 30.0, 80.0])
 # Angle between the vertical and the normal of a sole up to which the sole is flat on the floor: errors of joints,
-# inertial unit and floor are below, and a robot that tilts so far over an edge of its sole falls.
-_FLAT = np.radians(15.0)
-# A fall lasts longer than _BRIEF; a robot without contact before or after a fall is lifted from _SHORT on [s].
-_BRIEF, _SHORT = 0.1, 1.0
+# inertial unit and floor are below, and a robot that tilts so far over an edge of its sole falls. Without an inertial
+# unit, a root link that is tilted by more than _UPRIGHT over its sole lies perhaps.
+_FLAT, _UPRIGHT = np.radians([15.0, 50.0]).tolist()
+# Hips that are lower over the lowest sole than this share of the length of the leg are those of a robot that sits: 0.1
+# and 0.2 in the postures of a NAO that sit, 0.6 in those that crouch.
+_LOW = 0.45
 # Time constant of the filter of accelerometer and gyrometer [s]: longer than a step, shorter than the drift; and of
 # the accelerometer alone, which shall follow a fall.
-_TIME_CONSTANT, _ALONE = 1.0, 0.2
+TIME_CONSTANT, _ALONE = 1.0, 0.2
 # The accelerometer is not used where its length differs from its median by more than this share: impacts, falls.
 _SHAKEN = 0.2
 # An inertial unit is not used if its vertical is so far from the normals of all soles in more than this share of the
@@ -41,15 +43,15 @@ _SHAKEN = 0.2
 _ASKEW, _SOME = np.radians(45.0), 0.1
 # The accelerometer's sign is that of rows in which it is along the soles' normals up to 25°, in either direction: the
 # soles of a robot that lies on its belly are turned by 135° from the vertical.
-_ALONG = 0.9
-# A robot is at rest where the means of its joints change by less than _STILL [rad] from each _REST [s] to the
-# next, and the gyrometer shows less than _SLOW on average and varies by less than _QUIET [rad/s].
-_REST, _STILL, _SLOW, _QUIET = 0.5, np.radians(0.3), 0.1, 0.05
-# Deviations of roll, pitch [rad] and height [m] by errors of the joints' zeros, up to a degree (docs/calibration.md);
-# of roll and pitch at least a third of it.
-_BY_LEGS, _LEAST_ANGLE, _BY_LENGTH = np.radians(1.0), np.radians(0.3), 0.002
+ALONG = 0.9
+# Deviations of roll, pitch [rad] and height [m] by errors of the joints' zeros, of a degree at each of the joints of a
+# leg that turn about one axis (docs/calibration.md); of roll and pitch with an inertial unit at least those of its own
+# bias, 0.1 m/s². Without one, a sole may stand on its edge where its centre of pressure is not known, or beyond this
+# share of the half width of its sensors.
+_BY_LEGS, _LEAST_ANGLE, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(0.6), 0.002, np.radians(4.0), 0.8
+BY_JOINTS = "neither forces nor an inertial unit show whether the robot stands: it is taken to, where it is upright"
 # A robot walks between two changes of its support that follow each other within this time [s].
-_LONGEST_STEP = 1.0
+LONGEST_STEP = 1.0
 
 
 @one_line_repr
@@ -60,17 +62,15 @@ class State:
     Attributes:
         times: times of the n rows [s].
         soles: names of the s soles.
-        posture: "upright"; "falling", also while it gets up; where it lies, the side that is down: "front", "back",
-            "left" or "right"; "unknown" without values; shape (n,).
-        contact: whether the robot is on the floor with its soles, shape (n,). An upright robot without contact is
-            lifted, or sits.
+        doing: "standing", "walking", "sitting", "lying", "falling", "lifted" (held upright in the air), "carried" (held
+            in the air, tilted by more than 30°), or "unknown", shape (n,).
         carrying: which soles carry it, shape (n, s).
         up: the vertical in the root link, a unit vector, shape (n, 3); NaN where it is not known.
         T_world_base: pose of the root link, shape (n, 4, 4): roll and pitch are those of `up`, heading, x and y those
             of `odometry`, and the origin of the support sole is on the floor. NaN where not `valid`.
         covariance: of roll, pitch and height, shape (n, 3, 3) [rad, m]; the covariance of x, y and heading is that of
             `odometry`. Roll and pitch have the mean square difference between inertial unit and support sole in the
-            log, at least 0.3°; without inertial unit 1°.
+            log, at least 0.6°; without inertial unit 1.7°, and 4.4° where the sole may stand on its edge.
         forces: force on each sole, shape (n, s), NaN for a sole whose sensors are not used; 0 or 1 for contacts, 1
             without them.
         sole_pressure: centre of pressure on each sole in the sole's frame, x and y, shape (n, s, 2) [m]; NaN where the
@@ -83,8 +83,7 @@ class State:
 
     times: Floats
     soles: tuple[str, ...]
-    posture: NDArray[Any]
-    contact: Mask
+    doing: NDArray[Any]
     carrying: Mask
     up: Floats
     T_world_base: Floats
@@ -95,6 +94,24 @@ class State:
     odometry: Odometry
     notes: tuple[str, ...]
     longest_gap: float
+
+    @property
+    def posture(self) -> NDArray[Any]:
+        """The posture, shape (n,).
+
+        "upright" of a robot that stands, walks, sits or is lifted; "tilted" of one that is carried; the side that is
+        down of one that lies: "front", "back", "left" or "right"; "falling" and "unknown".
+        """
+        x, y = np.nan_to_num(self.up[:, :2]).T
+        side = np.where(np.abs(x) >= np.abs(y), np.where(x < 0.0, "front", "back"), np.where(y < 0.0, "left", "right"))
+        upright = np.isin(self.doing, ("standing", "walking", "sitting", "lifted"))
+        other = np.where(self.doing == "carried", "tilted", self.doing)
+        return np.where(self.doing == "lying", side, np.where(upright, "upright", other))
+
+    @property
+    def contact(self) -> Mask:
+        """Whether the robot stands or walks on its soles, shape (n,)."""
+        return np.asarray((self.doing == "standing") | (self.doing == "walking"))
 
     @property
     def valid(self) -> Mask:
@@ -113,34 +130,19 @@ class State:
     @property
     def roll_pitch(self) -> Floats:
         """Roll and pitch of the root link, R = Ry(pitch) Rx(roll), AngleX and AngleY of a NAO, shape (n, 2) [rad]."""
-        return _roll_pitch(self.up)
+        return roll_pitch(self.up)
 
     @property
     def walking(self) -> Mask:
         """Which rows are between two changes of the support within 1 s, shape (n,)."""
-        at = self.times[self.odometry.steps]
-        if len(at) < 2:
-            return np.zeros(len(self.times), dtype=np.bool_)
-        after = np.searchsorted(at, self.times, side="right")
-        between = (after > 0) & (after < len(at))
-        lasting = at[np.minimum(after, len(at) - 1)] - at[np.maximum(after - 1, 0)]
-        return np.asarray(between & (lasting <= _LONGEST_STEP) & self.valid)
+        return np.asarray(self.doing == "walking")
 
     @property
     def seconds(self) -> dict[str, float]:
-        """How long the robot was standing, walking, lifted, falling, lying, and in a state that is unknown [s]."""
+        """How long the robot did what `doing` names [s]."""
         steps = np.diff(self.times, append=self.times[-1])
         steps[steps > self.longest_gap] = 0.0
-        lying = np.isin(self.posture, ("front", "back", "left", "right"))
-        rows = {
-            "standing": self.valid & ~self.walking,
-            "walking": self.walking,
-            "lifted": (self.posture == "upright") & ~self.contact,
-            "falling": self.posture == "falling",
-            "lying": lying,
-        }
-        rows["unknown"] = ~np.logical_or.reduce(list(rows.values()))
-        return {name: float(steps[mask].sum()) for name, mask in rows.items()}
+        return {name: float(steps[self.doing == name].sum()) for name in DOINGS}
 
 
 def state(
@@ -163,11 +165,14 @@ def state(
     a complementary filter with a time constant of 1 s, du/dt = u × ω + (a/‖a‖ − u)/τ, forwards and backwards in time,
     so that a constant bias of the gyrometer cancels. Without either, the support sole is level.
 
-    A sole is flat on the floor if its normal is within 15° of the vertical. A robot that is in contact and flat on a
-    sole stands, however far it bends; otherwise it falls from a tilt of 30° on, or over an edge of its sole, and lies
-    from 50° on until its tilt is below 30°. Without an inertial unit a tilt of more than 50° is unknown: the joints
-    alone do not show whether a robot lies. Contact is lost after 0.2 s in which the soles carry less than 20 % of the
-    weight, and found after 0.1 s. Without contacts and forces, a robot is in contact where it is upright and flat.
+    A robot stands on soles that carry and whose normals are within 15° of the vertical, however far it bends. It sits
+    if its hips are low over its soles, or its soles carry less than half of its weight, and its trunk is quiet. It
+    falls for less than a second, from a tilt of 30° or over an edge of its sole, and lies from 50° on until its tilt is
+    below 30°; without such a turn, a tilted robot without load is carried, and an upright one lifted. Contact is lost
+    after 0.2 s in which the soles carry less than 20 % of the weight, and found after 0.1 s.
+
+    Without an inertial unit, a robot stands where its soles carry half of its weight and its tilt over the support is
+    at most 50°, and everything else is unknown; without contacts and forces too, only the tilt counts.
 
     NaN is accepted, and odd sensors are not used, as in `odometry`; so is an inertial unit whose vertical is more than
     45° from the normals of the soles while these carry the robot. Errors of sensors that the robot's file states
@@ -186,7 +191,7 @@ def state(
             ROS and this library's virtual NAO have it (9.8 m/s²), or negative, as LoLA of NAO V6 has it: the sign that
             agrees with the legs is used.
         gyro: angular velocity in the axes of the root link, shape (n, 3) [rad/s], x positive when the robot turns to
-            its right side, y forwards, z to the left. Its mean in rows at rest is its bias, and is subtracted.
+            its right side, y forwards, z to the left. Its bias is found as in `odometry`.
         start: pose of the root link at the first valid row, shape (4, 4).
         longest_gap: largest time between two rows of a segment [s].
 
@@ -210,82 +215,37 @@ def state(
     angles, gyro = corrected(robot, "angles", angles), corrected(robot, "gyro", gyro)
     accelerometer = corrected(robot, "accelerometer", accelerometer)
     log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
-    ground, T_base_soles, rows = log.ground, log.T_base_soles, np.arange(len(log.moments))
-    support = ground.supports(rows, T_base_soles)
-    turns = _without_bias(log, log.gyro(gyro))
+    turns, rest = log.turns(gyro)
     measured = _vertical(log, angles, accelerometer, turns)
-    up = T_base_soles[rows, support, :3, 2] if measured is None else measured
-    carrying = _carrying(log, support)
-    flat = (np.einsum("nsi,ni->ns", T_base_soles[..., :3, 2], up) >= np.cos(_FLAT)) & carrying
-    posture = _postures(up, ground.stands & flat.any(axis=1), log, by_legs=measured is None)
-    contact = (posture == "upright") & ground.stands
-    path = log.followed(turns, start, contact)
-    tilt, R_level_base = _roll_pitch(up), np.full((len(rows), 3, 3), np.nan)
-    valid = path.valid
-    R_level_base[valid] = matrix_from_rpy(np.pad(tilt[valid], ((0, 0), (0, 1))))
-    T_world_base, lever = np.full((len(rows), 4, 4), np.nan), T_base_soles[rows, path.support, :3, 3]
-    R = rot_z(path.pose[valid, 2]) @ R_level_base[valid]
-    place = path.T_world_support[valid, :3, 3] * [1.0, 1.0, 0.0] - np.einsum("nij,nj->ni", R, lever[valid])
-    T_world_base[valid] = join_poses(R, place)
-    legs = None if measured is None else _roll_pitch(T_base_soles[rows, path.support, :3, 2])
-    pressure = _sole_pressure(robot, log.feet, ground)
-    found = State(
-        times=log.moments,
-        soles=log.feet.names,
-        posture=posture,
-        contact=contact,
-        carrying=carrying & contact[:, None],
-        up=up,
-        T_world_base=T_world_base,
-        covariance=_covariance(tilt, lever, legs, valid),
-        forces=ground.pressed,
-        sole_pressure=pressure,
-        centre_of_pressure=_centre(T_world_base, T_base_soles, pressure, ground.pressed),
-        odometry=log.rows.expanded(path),
-        notes=path.notes,
-        longest_gap=longest_gap,
-    )
-    return log.rows.expanded(found)
+    if turns is None and measured is not None:
+        _, rest = log.turns(None, measured)
+    support = log.ground.supports(slice(None), log.T_base_soles)
+    by_unit, rules = measured is not None, StateRules(robot, log.feet)
+    if not by_unit and log.ground.rule == "joints":
+        log.notes.append(BY_JOINTS)
+    up = rules.up_by_legs(log, support) if measured is None else measured
+    carrying = carrying_soles(log, support)
+    doing = rules.doing(log, carrying, up, rest.quiet, Doing() if by_unit else None)
+    path = log.followed(rest.rest, turns, start, doing == "standing")
+    doing[_walks(path)] = "walking"
+    away = (roll_pitch(up) - roll_pitch(rules.up_by_legs(log, path.support)))[path.valid]
+    found = rules.state(log, carrying, up, doing, path, away.T @ away / max(len(away), 1) if by_unit else None)
+    return log.rows.expanded(replace(found, odometry=log.rows.expanded(path)))
 
 
-def _carrying(log: LegLog, support: NDArray[np.intp]) -> Mask:
-    """Return which soles carry the robot or, from the joints alone, are as low as the support, shape (n, s)."""
-    if log.ground.rule == "joints":
-        heights = sole_heights(log.T_base_soles)[np.arange(len(support)), support]
-        return np.asarray(np.abs(heights) <= TOUCHING)
-    return log.feet.loaded(log.ground.pressed)
-
-
-def _without_bias(log: LegLog, gyro: Measured | None) -> Measured | None:
-    """Return the gyrometer (n, 3) without its mean in rows at rest, and where it is known; add a note."""
-    if gyro is None:
-        return None
-    turns, near = gyro
-    bins = np.unique(np.floor((log.moments - log.moments[0]) / _REST), return_inverse=True)[1]
-    used = log.known & near & log.ground.stands
-    counts = np.bincount(bins[used], minlength=bins[-1] + 1)
-
-    def means(values: Floats) -> Floats:
-        sums = [np.bincount(bins[used], column[used], len(counts)) for column in values.T]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.transpose(sums) / counts[:, None]
-
-    joints, mean = means(log.q), means(turns)
-    deviation = np.sqrt(np.maximum(means(turns**2) - mean**2, 0.0))
-    still = np.abs(np.diff(joints, axis=0)).max(axis=1, initial=0.0) < _STILL
-    rest = (counts > 1) & (np.abs(mean).max(axis=1) < _SLOW) & (deviation.max(axis=1) < _QUIET)
-    rest &= np.append(True, still) & np.append(still, True)
-    rows = used & rest[bins]
-    if rest.sum() > 1:
-        bias = turns[rows].mean(axis=0)
-        shown = ", ".join(f"{value:.4f}" for value in bias)
-        log.notes.append(f"the gyrometer's mean at rest, {shown} rad/s, is subtracted")
-        turns = turns - bias
-    return turns, near
+def _walks(path: Odometry) -> Mask:
+    """Return which rows are between two changes of the support within 1 s, shape (n,)."""
+    at = path.times[path.steps]
+    if len(at) < 2:
+        return np.zeros(len(path.times), dtype=np.bool_)
+    after = np.searchsorted(at, path.times, side="right")
+    between = (after > 0) & (after < len(at))
+    lasting = at[np.minimum(after, len(at) - 1)] - at[np.maximum(after - 1, 0)]
+    return np.asarray(between & (lasting <= LONGEST_STEP) & path.valid)
 
 
 def _vertical(
-    log: LegLog, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Measured | None
+    log: LegLog, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Turns | None
 ) -> Floats | None:
     """Return the vertical in the root link (n, 3), NaN where it is not known; None without inertial unit to use."""
     if angles is not None and accelerometer is not None:
@@ -303,7 +263,7 @@ def _vertical(
         force[~force.any(axis=1)] = np.nan
         normal = normals.mean(axis=1)
         with np.errstate(invalid="ignore"):
-            sure = np.abs(np.einsum("ni,ni->n", force, normal)) > _ALONG * np.linalg.norm(force, axis=1)
+            sure = np.abs(np.einsum("ni,ni->n", force, normal)) > ALONG * np.linalg.norm(force, axis=1)
         along = np.where((sure & ground.stands)[:, None], normal, 0.0)
         found = log.measured(force, what, hint=", as LoLA has it", along=along)
         if found is None:
@@ -311,14 +271,14 @@ def _vertical(
         force, near = found
         size = np.linalg.norm(force, axis=1)
         seen = near & (size > 0.0)
-        used = np.where(seen, np.maximum(0.0, 1.0 - np.abs(size / np.median(size[seen]) - 1.0) / _SHAKEN), 0.0)
-        direction, rates = force / np.where(seen, size, 1.0)[:, None], None if turns is None else turns[0]
+        used = np.where(seen, trust(size, np.median(size[seen])), 0.0)
+        direction, rates = force / np.where(seen, size, 1.0)[:, None], None if turns is None else turns.rates
         up = _filtered(direction, used, rates, log.moments, log.longest_gap)
     else:
         return None
     up = np.where(near[:, None], up, np.nan)
     if ground.rule == "forces":
-        carries = log.known & near & ground.stands
+        carries = log.known & near & ground.heavy  # one that lies on its toes is light
         leaning = (np.einsum("nsi,ni->ns", normals, up).max(axis=1) < np.cos(_ASKEW))[carries]
         if leaning.sum() > _SOME * len(leaning):
             log.notes.append(f"{what}: in contradiction to the legs and the forces; not used")
@@ -326,126 +286,229 @@ def _vertical(
     return up
 
 
+def gain(used: Any, step: Any, *, gyro: bool) -> Any:
+    """Return the share of an accelerometer's row, with its weight and the time from the row before, in the filter."""
+    return 1.0 - np.exp(-used * step / (TIME_CONSTANT if gyro else _ALONE))
+
+
+def trust(size: Any, usual: Any) -> Any:
+    """Return the weight of an accelerometer's row from its length and the usual one, less for impacts and falls."""
+    return np.maximum(0.0, 1.0 - np.abs(size / usual - 1.0) / _SHAKEN)
+
+
+class Vertical:
+    """The complementary filter of accelerometer and gyrometer: the vertical (x, y, z) in the root link.
+
+    At its beginning the filter is a mean; `averaged` is the number of rows that it averages.
+    """
+
+    def __init__(self) -> None:
+        self.x = self.y = self.z = self.averaged = 0.0
+
+    def row(self, a: float, b: float, c: float, used: float, least: float, turn: tuple[float, float, float]) -> None:
+        """Turn by the opposite of the root link's turn [rad], then come nearer to a direction (a, b, c)."""
+        x, y, z = self.x, self.y, self.z
+        p, q, r = turn
+        square = p * p + q * q + r * r
+        if square > 0.0:
+            # u − sin φ / φ · w × u + (1 − cos φ) / φ² · w × (w × u)
+            angle = math.sqrt(square)
+            first, second = math.sin(angle) / angle, 2.0 * (math.sin(0.5 * angle) / angle) ** 2
+            k, m, n = q * z - r * y, r * x - p * z, p * y - q * x
+            x, y, z = (
+                x - first * k + second * (q * n - r * m),
+                y - first * m + second * (r * k - p * n),
+                z - first * n + second * (p * m - q * k),
+            )
+        if used > 0.0:
+            averaged = self.averaged + used
+            part = max(least, used / averaged)
+            x, y, z = x + part * (a - x), y + part * (b - y), z + part * (c - z)
+            self.averaged = used / part
+        self.x, self.y, self.z = x, y, z
+
+
 def _filtered(direction: Floats, used: Floats, turns: Floats | None, moments: Floats, longest_gap: float) -> Floats:
     """Return the vertical (n, 3) from directions of the accelerometer (n, 3), used by their weights (n,), and turns.
 
-    At its beginning the filter is a mean. It runs forwards and backwards, and the results count as much as the rows
-    that they have averaged.
+    The filter runs forwards and backwards, and the results count as much as the rows that they have averaged.
     """
     steps = np.diff(moments)
-    rate = np.zeros((len(steps), 3)) if turns is None else 0.5 * np.nan_to_num(turns[1:] + turns[:-1])
-    # From row to row the vertical, seen from the root link, turns by the opposite of the root link's turn.
-    forwards = exp(-rate * steps[:, None])
-    longest = _ALONE if turns is None else _TIME_CONSTANT
-    gain = 1.0 - np.exp(-used * np.append(steps, np.median(steps) if len(steps) else 0.0) / longest)
+    turned = np.zeros((len(steps), 3))
+    if turns is not None:
+        turned = 0.5 * np.nan_to_num(turns[1:] + turns[:-1]) * steps[:, None]
+    parts = gain(used, np.append(steps, np.median(steps) if len(steps) else 0.0), gyro=turns is not None)
     total, weights = np.zeros((len(moments), 3)), np.zeros(len(moments))
-    for order, R in ((slice(None), forwards), (slice(None, None, -1), forwards.swapaxes(1, 2)[::-1])):
+    for order, sign in ((slice(None), 1.0), (slice(None, None, -1), -1.0)):
         restarts = np.append(True, steps[order] > longest_gap)
-        found, count = _followed(direction[order], used[order], gain[order], R, restarts)
-        total[order] += found * count[:, None]
-        weights[order] += count
+        # Lists of numbers, one for each column, take a third of the time of a list for each row.
+        turning = np.concatenate([np.zeros((1, 3)), sign * turned[order]])
+        columns = (*direction[order].T, used[order], parts[order], restarts)
+        found, rule = np.empty((len(moments), 4)), Vertical()
+        turns_of_rows = zip(*(column.tolist() for column in turning.T), strict=True)
+        rows = zip(*(column.tolist() for column in columns), turns_of_rows, strict=True)
+        for k, (a, b, c, weight, part, restart, turn) in enumerate(rows):
+            if restart:
+                rule = Vertical()
+            rule.row(a, b, c, weight, part, turn)
+            found[k] = rule.x, rule.y, rule.z, rule.averaged
+        total[order] += found[:, :3] * found[:, 3:]
+        weights[order] += found[:, 3]
     size = np.linalg.norm(total, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.where(weights[:, None] > 0.0, total / size[:, None], np.nan))
 
 
-def _followed(direction: Floats, used: Floats, gain: Floats, R: Floats, restarts: Mask) -> tuple[Floats, Floats]:
-    """Return the filter's vertical (n, 3), and how many rows it has averaged (n,), in the order of the rows."""
-    x = y = z = averaged = 0.0
-    xs, ys, zs, counts = (np.zeros(len(used)) for _ in range(4))
-    turning = np.concatenate([np.eye(3)[None], R]).reshape(-1, 9)
-    # Lists of numbers, one for each column, take a third of the time of a list for each row.
-    columns = [column.tolist() for column in (*direction.T, used, gain, restarts, *turning.T)]
-    for k, (a, b, c, weight, least, restart, r0, r1, r2, r3, r4, r5, r6, r7, r8) in enumerate(
-        zip(*columns, strict=True)
-    ):
-        if restart:
-            x = y = z = averaged = 0.0
-        x, y, z = r0 * x + r1 * y + r2 * z, r3 * x + r4 * y + r5 * z, r6 * x + r7 * y + r8 * z
-        if weight > 0.0:
-            averaged += weight
-            part = max(least, weight / averaged)
-            x, y, z = x + part * (a - x), y + part * (b - y), z + part * (c - z)
-            averaged = weight / part
-        xs[k], ys[k], zs[k], counts[k] = x, y, z, averaged
-    return np.column_stack([xs, ys, zs]), counts
+def _roll_pitch(x: Column, y: Column, z: Column) -> tuple[Column, Column]:
+    """Return roll and pitch of verticals in the root link [rad]."""
+    return np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))
 
 
-def _roll_pitch(up: Floats) -> Floats:
+def roll_pitch(up: Floats) -> Floats:
     """Return roll and pitch of verticals (n, 3) in the root link, shape (n, 2) [rad]."""
-    x, y, z = up.T
-    return np.column_stack([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))])
+    return np.array(_roll_pitch(*columns(up))).T.reshape(-1, 2)
 
 
-def _postures(up: Floats, supported: Mask, log: LegLog, *, by_legs: bool) -> NDArray[Any]:
-    """Return the posture of each row, from the vertical in the root link (n, 3), and rows that stand on a flat sole."""
-    known = np.isfinite(up).all(axis=1)
-    with np.errstate(invalid="ignore"):
-        tilt = np.where(known, np.arccos(np.clip(up[:, 2], -1.0, 1.0)), 0.0)
-    if by_legs:
-        return np.where(known & (tilt <= _LYING), "upright", "unknown")
-    # Rows that begin or end a time of lying; between them the last one counts.
-    lies = (tilt > _SURELY_LYING) | (tilt > _LYING) & ~supported
-    decided = lies | (tilt < _UPRIGHT_AGAIN) | supported
-    last = np.maximum.accumulate(np.where(decided, np.arange(len(tilt)), 0))
-    lying = lies[last]
-    falls = ~lying & ~supported & ((tilt > _FALLING) | log.ground.stands)
-    falls = debounced(falls, log.moments, True, _BRIEF)
-    # A short time without contact before or after a fall belongs to it; otherwise the robot is lifted.
-    loose = ~lying & ~falls & ~log.ground.stands
-    short = loose & ~debounced(loose, log.moments, True, _SHORT)
-    rows, down = np.arange(len(tilt)), lying | falls
-    before = np.maximum.accumulate(np.where(short, 0, rows))
-    after = np.minimum.accumulate(np.where(short, len(tilt) - 1, rows)[::-1])[::-1]
-    falls |= short & (down[before] | down[after])
-    x, y = np.nan_to_num(up[:, :2]).T
-    side = np.where(np.abs(x) >= np.abs(y), np.where(x < 0.0, "front", "back"), np.where(y < 0.0, "left", "right"))
-    return np.where(~known, "unknown", np.where(lying, side, np.where(falls, "falling", "upright")))
+class StateRules:
+    """The rules by which rows of a log, or one row after the other, become states of a robot.
 
+    They know the places of the force sensors of each sole in its frame, and of the first joints of its legs in the root
+    link, its hips.
+    """
 
-def _sole_pressure(robot: RobotModel, feet: Feet, ground: Ground) -> Floats:
-    """Return the centre of pressure on each sole in its frame, shape (n, s, 2); NaN without forces of its sensors."""
-    found = np.full((*ground.pressed.shape, 2), np.nan)
-    if ground.sensors is not None:
+    def __init__(self, robot: RobotModel, feet: Feet) -> None:
         sensors = robot.semantics.force_sensors
-        for k, (name, own) in enumerate(zip(feet.names, feet.carried(robot, sensors), strict=True)):
+        self._cells: list[tuple[NDArray[np.intp], Floats]] = []
+        for name, own in zip(feet.names, feet.carried(robot, sensors), strict=True):
             places = robot.fk(robot.neutral(), np.array(sensors)[own].tolist(), reference=name)[:, :2, 3]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                found[:, k] = ground.sensors[:, own] @ places / ground.pressed[:, k, None]
-    return found
+            self._cells.append((np.flatnonzero(own), places))
+        chains = [serial_chain(robot, robot.tree.root, sole).placements[:, :, 3] for sole in feet.names]
+        self._hips = np.array([places[0] for places in chains if len(places) > 1]).reshape(-1, 3)
+        self._low = _LOW * float(min(np.linalg.norm(places[1:], axis=1).sum() for places in chains))
+
+    def up_by_legs(self, log: LegLog, support: NDArray[np.intp]) -> Floats:
+        """Return the normal of the support in the root link, shape (n, 3)."""
+        return log.T_base_soles[np.arange(len(support)), support, :3, 2]
+
+    def doing(self, log: LegLog, carrying: Mask, up: Floats, quiet: Mask | None, rule: Doing | None) -> NDArray[Any]:
+        """Return what the robot does in each row, but for walking; without `rule`, the vertical is that of the legs."""
+        if rule is None:
+            stands = log.ground.heavy & (up[:, 2] >= math.cos(_UPRIGHT))
+            return np.where(stands, "standing", "unknown").astype("<U8")
+        flat = ((log.T_base_soles[..., :3, 2] @ up[:, :, None])[..., 0] >= math.cos(_FLAT)) & carrying
+        low = np.zeros(len(up), dtype=np.bool_)
+        if len(self._hips):
+            soles = (log.T_base_soles[..., :3, 3] @ up[:, :, None])[..., 0].min(axis=1)
+            low = (up @ self._hips.T).min(axis=1) - soles < self._low
+        standing = np.asarray(flat.any(axis=1))
+        values: tuple[NDArray[Any], ...] = (log.moments, up, log.ground.stands, standing, log.ground.share, low)
+        blind = np.full(len(up), None) if quiet is None else quiet
+        found = np.empty(len(up), dtype="<U8")
+        for k, row in enumerate(zip(*(column.tolist() for column in (*values, blind)), strict=True)):
+            before, since = rule.now, rule.row(*row)
+            found[min(since, k) if rule.now != before else k : k + 1] = rule.now
+        return found
+
+    def pressure(self, ground: Ground) -> Floats:
+        """Return the centre of pressure on each sole, shape (n, s, 2); NaN without forces of its sensors."""
+        found = np.full((*ground.pressed.shape, 2), np.nan)
+        if ground.sensors is not None:
+            pressed = np.where(ground.pressed > 0.0, ground.pressed, np.nan)
+            for k, (own, places) in enumerate(self._cells):
+                found[:, k] = ground.sensors[:, own] @ places / pressed[:, k, None]
+        return found
+
+    def on_edge(self, pressure: Floats, support: NDArray[np.intp]) -> Mask:
+        """Return in which rows the support may stand on its edge, by the centres of pressure (n, s, 2), shape (n,)."""
+        found = np.ones(len(support), dtype=np.bool_)
+        for k, (_, places) in enumerate(self._cells):
+            if len(places) > 1:
+                low, high = places.min(axis=0), places.max(axis=0)
+                inside = np.abs(pressure[:, k] - 0.5 * (low + high)) <= _EDGE * 0.5 * (high - low)
+                found &= ~(inside.all(axis=1) & (support == k))
+        return found
+
+    def state(
+        self, log: LegLog, carrying: Mask, up: Floats, doing: NDArray[Any], path: Odometry, unit: Floats | None
+    ) -> State:
+        """Return the state in n rows; `unit` is the mean square of roll and pitch of the inertial unit by the legs."""
+        valid, lever = path.valid, log.T_base_soles[np.arange(len(up)), path.support]
+        roll, pitch = _roll_pitch(*columns(up))
+        heading, x, y, *sole = columns(_rows(path, lever))
+        T_world_base, covariance = np.full((len(up), 4, 4), np.nan), np.full((len(up), 3, 3), np.nan)
+        pressure = self.pressure(log.ground)
+        if unit is None:
+            a = _BY_LEGS**2 + _BY_EDGE**2 * columns(1.0 * self.on_edge(pressure, path.support)[:, None])[0]
+            angles = a, 0.0, a
+        else:
+            least = _LEAST_ANGLE**2
+            angles = float(unit[0, 0]) + least, float(unit[0, 1]), float(unit[1, 1]) + least
+        entries, (xx, xy, xz, yy, yz, zz) = _upright(roll, pitch, heading, x, y, sole, angles)
+        T_world_base[valid] = poses(entries)[valid]
+        covariance = np.array(np.broadcast_arrays(xx, xy, xz, xy, yy, yz, xz, yz, zz)).T.reshape(-1, 3, 3)
+        return State(
+            times=log.moments,
+            soles=log.feet.names,
+            doing=doing,
+            carrying=carrying & ((doing == "standing") | (doing == "walking"))[:, None],
+            up=up,
+            T_world_base=T_world_base,
+            covariance=np.where(valid[:, None, None], covariance, np.nan),
+            forces=log.ground.pressed,
+            sole_pressure=pressure,
+            centre_of_pressure=_centre(T_world_base, log.T_base_soles, pressure, log.ground.pressed),
+            odometry=path,
+            notes=path.notes,
+            longest_gap=log.longest_gap,
+        )
+
+
+def _rows(path: Odometry, T_base_sole: Floats) -> Floats:
+    """Return heading of the root link, and x and y of the support, and its place in the root link, shape (n, 6)."""
+    T, place = path.T_world_base, path.T_world_support[:, :2, 3]
+    return np.concatenate([np.arctan2(T[:, 1, 0], T[:, 0, 0])[:, None], place, T_base_sole[:, :3, 3]], axis=1)
+
+
+def _upright(
+    roll: Column,
+    pitch: Column,
+    heading: Column,
+    x: Column,
+    y: Column,
+    lever: Sequence[Column],
+    angles: Sequence[Column],
+) -> tuple[list[Column], list[Column]]:
+    """Return the pose of the root link whose support at the `lever` is at (x, y, 0); and the covariance of its tilt.
+
+    They are the first three rows of the pose, and the covariances xx, xy, xz, yy, yz and zz of roll, pitch and height
+    by those of roll and pitch, xx, xy and yy: the height is −up · lever.
+    """
+    i, j, k = lever
+    (cr, sr), (cp, sp), (c, s) = (cosine_sine(angle) for angle in (roll, pitch, heading))
+    along, ahead = sr * j + cr * k, cr * j - sr * k
+    # R = Rz(heading) Ry(pitch) Rx(roll)
+    u, w = cp * i + sp * along, -sp * i + cp * along
+    rows = [c * cp, c * sp * sr - s * cr, c * sp * cr + s * sr, x - (c * u - s * ahead)]
+    rows += [s * cp, s * sp * sr + c * cr, s * sp * cr - c * sr, y - (s * u + c * ahead)]
+    rows += [-sp, cp * sr, cp * cr, -w]
+    p, q = -cp * ahead, u  # derivatives of the height by roll and pitch
+    a, b, d = angles
+    return rows, [a, b, a * p + b * q, d, b * p + d * q, a * p * p + 2.0 * b * p * q + d * q * q + _BY_LENGTH**2]
+
+
+def carrying_soles(log: LegLog, support: NDArray[np.intp]) -> Mask:
+    """Return which soles carry the robot or, from the joints alone, are as low as the support, shape (n, s)."""
+    if log.ground.rule == "joints":
+        heights = sole_heights(log.T_base_soles)[np.arange(len(support)), support]
+        return np.asarray(np.abs(heights) <= TOUCHING)
+    return log.feet.loaded(log.ground.pressed)
 
 
 def _centre(T_world_base: Floats, T_base_soles: Floats, pressure: Floats, pressed: Floats) -> Floats:
     """Return the centre of pressure of all soles in the world, x and y, shape (n, 2)."""
     T = T_world_base[:, None] @ T_base_soles
-    places = np.einsum("nsij,nsj->nsi", T[..., :2, :2], pressure) + T[..., :2, 3]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(
-            np.where(pressed[..., None] > 0.0, places * pressed[..., None], 0.0).sum(axis=1)
-            / pressed.sum(axis=1, keepdims=True)
-        )
-
-
-def _covariance(tilt: Floats, lever: Floats, legs: Floats | None, valid: Mask) -> Floats:
-    """Return the covariance of roll, pitch and height, shape (n, 3, 3), NaN where not valid.
-
-    The height is −up · lever, with the support sole at the `lever` (n, 3) in the root link; `legs` are roll and pitch
-    by the support sole (n, 2), None if `tilt` is.
-    """
-    found = np.full((len(tilt), 3, 3), np.nan)
-    if not valid.any():
-        return found
-    angles = np.eye(2) * _BY_LEGS**2
-    if legs is not None:
-        difference = (tilt - legs)[valid]
-        angles = difference.T @ difference / len(difference) + np.eye(2) * _LEAST_ANGLE**2
-    roll, pitch = tilt[valid].T
-    x, y, z = lever[valid].T
-    by_roll = -np.cos(pitch) * (np.cos(roll) * y - np.sin(roll) * z)
-    by_pitch = np.cos(pitch) * x + np.sin(pitch) * (np.sin(roll) * y + np.cos(roll) * z)
-    J = np.zeros((len(roll), 3, 2))
-    J[:, 0, 0] = J[:, 1, 1] = 1.0
-    J[:, 2] = np.column_stack([by_roll, by_pitch])
-    found[valid] = J @ angles @ J.swapaxes(1, 2)
-    found[valid, 2, 2] += _BY_LENGTH**2
-    return found
+    places = (T[..., :2, :2] @ pressure[..., None])[..., 0] + T[..., :2, 3]
+    shares = pressed / np.where((total := pressed.sum(axis=1, keepdims=True)) > 0.0, total, np.nan)
+    return np.asarray(
+        np.where(pressed[..., None] > 0.0, places * shares[..., None], 0.0 * shares[..., None]).sum(axis=1)
+    )
