@@ -13,7 +13,7 @@ from explanations.drawing import BODY, INK, LINE, ORANGE, PALE, Drawing, Floats
 # A log of `scripts/simulate_logs.py --life`: MuJoCo's next version may simulate another one.
 LOG = Path(__file__).with_suffix(".npz").with_stem("robot_state")
 LEFT, RIGHT, WIDTH = 54.0, 20.0, 760.0
-COLOURS = {"standing": "#86c79c", "walking": "#2f9e64", "falling": "#e8a15c", "lying": "#c2410c", "lifted": "#7c8fd6"}
+COLOURS = {"standing": "#86c79c", "walking": "#2f9e64", "falling": "#e8a15c", "lying": "#c2410c", "carried": "#7c8fd6"}
 COLOURS |= {"unknown": PALE}
 
 
@@ -34,7 +34,7 @@ def state() -> Drawing:
 
     rows = (
         ("true", np.select([np.isin(doing_true, sides), doing_true == ""], ["lying", "carried"], doing_true), 34.0),
-        ("found", found.doing, 60.0),
+        ("found", np.where(found.doing == "lifted", "carried", found.doing), 60.0),
     )
     for name, states, y in rows:
         drawing.text((LEFT - 10, y + 14), name, 13, PALE, anchor="end")
