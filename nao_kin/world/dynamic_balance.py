@@ -24,8 +24,10 @@ from nao_kin.robot import Feet, RobotModel, SetDown
 from nao_kin.world.balance import balance, on_floor
 from nao_kin.world.momenta import momenta, momentum_jacobians
 from nao_kin.world.odometry import LegLog
+from nao_kin.world.rest import Mask
 from nao_kin.world.rocking import Edges, rocking
 from nao_kin.world.sensors import GRAVITY
+from nao_kin.world.state import StateRules, centre_of_pressure
 
 # Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster. Of
 # noisy joint values they are means over more, up to _LONGEST, until the zero-moment point is known to _SURE [m].
@@ -58,7 +60,7 @@ class DynamicBalance:
         com: centre of mass, shape (n, 3) [m].
         com_margin: signed distance of the centre of mass, seen from above, from the edge of the support polygon,
             positive inside, shape (n,) [m]: the margin of a robot that stands still.
-        zmp: zero-moment point on the floor, shape (n, 2) [m].
+        zmp: zero-moment point on the floor, shape (n, 2) [m]; where the soles' sensors carry, their centre of pressure.
         margin: its signed distance from the edge of the support polygon, positive inside, shape (n,) [m].
         deviation: standard deviation of `margin` by the noise of the joint values, shape (n,) [m].
         edge: index in `EDGES` of the edge nearest to the zero-moment point, as the robot sees it, shape (n,).
@@ -173,6 +175,15 @@ def dynamic_balance(
     # Where the floor would have to pull, the line without moment is that of the whole force, but no point of the floor.
     weight = np.where(np.abs(weight) > 1e-9 * mass * GRAVITY, weight, -1e-9 * mass * GRAVITY)
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
+    if ground.rule == "forces" and ground.sensors is not None:
+        pressure = StateRules(robot, log.feet).pressure(ground)[given]
+        T_base_soles = rigid_inverse(rest.T_sole_base)
+        centre = centre_of_pressure(rest.down.T_world_base, T_base_soles, pressure, ground.pressed[given])
+        felt: Mask = np.asarray(np.isfinite(centre).all(axis=1))
+        zmp, flies = np.where(felt[:, None], centre, zmp), flies & ~felt
+        lever = weight[:, None] * (rest.com[:, :2] - zmp)
+        covariance[felt] = 0.0
+        log.notes.append("the zero-moment point is the centre of pressure of the force sensors")
     supported = np.isfinite(rest.margin)
     stands = rest.down.touching.any(axis=1) & (supported | rest.down.stands) & np.isfinite(zmp).all(axis=1)
     stands &= ~Feet.of(robot, rest.down.soles).others(robot, rest.down.links).any(axis=1)

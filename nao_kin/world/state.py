@@ -456,7 +456,7 @@ class StateRules:
             covariance=np.where(valid[:, None, None], covariance, np.nan),
             forces=log.ground.pressed,
             sole_pressure=pressure,
-            centre_of_pressure=_centre(T_world_base, log.T_base_soles, pressure, log.ground.pressed),
+            centre_of_pressure=centre_of_pressure(T_world_base, log.T_base_soles, pressure, log.ground.pressed),
             odometry=path,
             notes=path.notes,
             longest_gap=log.longest_gap,
@@ -504,7 +504,7 @@ def carrying_soles(log: LegLog, support: NDArray[np.intp]) -> Mask:
     return log.feet.loaded(log.ground.pressed)
 
 
-def _centre(T_world_base: Floats, T_base_soles: Floats, pressure: Floats, pressed: Floats) -> Floats:
+def centre_of_pressure(T_world_base: Floats, T_base_soles: Floats, pressure: Floats, pressed: Floats) -> Floats:
     """Return the centre of pressure of all soles in the world, x and y, shape (n, 2)."""
     T = T_world_base[:, None] @ T_base_soles
     places = (T[..., :2, :2] @ pressure[..., None])[..., 0] + T[..., :2, 3]

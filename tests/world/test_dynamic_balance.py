@@ -307,6 +307,19 @@ def test_forces_that_cannot_be_used_are_not(nao: nk.NaoModel) -> None:
     assert np.flatnonzero(~lifted.stands).tolist() == list(range(50, 100))
 
 
+def test_the_zero_moment_point_is_where_the_sensors_feel_it(nao: nk.NaoModel) -> None:
+    rng, q = np.random.default_rng(0), np.tile(nao.posture("StandInit"), (200, 1))
+    noisy = q + rng.normal(0.0, np.radians(0.1), q.shape)
+    shares = np.tile([2.0, 1.0, 0.5, 0.5, 0.3, 0.3, 0.3, 0.3], (200, 1))  # more on the left, and on its toes
+    found = nk.world.dynamic_balance(nao, TIMES, noisy, forces=shares, joint_noise=0.0017)
+    T = nao.set_down(q[0]).T_world_base
+    places = nao.fk(q[0], nao.semantics.force_sensors)[:, :3, 3] @ T[:2, :3].T + T[:2, 3]
+    np.testing.assert_allclose(found.zmp, np.tile(shares[0] @ places / shares[0].sum(), (200, 1)), atol=1.5e-3)
+    assert np.ptp(found.margin) < 2e-3
+    assert np.all(found.deviation == 0.0)
+    assert "centre of pressure" in found.notes[-1]
+
+
 def test_contacts_and_soles_say_on_what_the_robot_stands(nao: nk.NaoModel) -> None:
     q, left = np.tile(nao.posture("StandInit"), (50, 1)), np.tile([True, False], (50, 1))
     expected = nk.world.balance(nao, q[0], soles="LLeg").margin
