@@ -24,8 +24,9 @@ import nao_kin as nk
 from nao_kin.robot import LinkShapes
 from nao_kin.robot.urdf import Collision
 
-# Limits: the time per configuration in a batch, and the factor by which it is faster than the loop.
-LIMIT_SECONDS, LIMIT_RATIO = 40e-6, 5.0
+# Limits: the time per configuration in a batch, the factor by which it is faster than the loop, and the price of the
+# meshes, which decide by default where hulls overlap little.
+LIMIT_SECONDS, LIMIT_RATIO, LIMIT_PRICE = 40e-6, 5.0, 2.0
 _BLOCK = 1000
 
 
@@ -64,21 +65,22 @@ def verdicts(nao: nk.NaoModel, n: int) -> dict[str, object]:
     skipped = {pair for pair, reason in nao.link_shapes.disabled.items() if reason != "Never"}
     compared = {pair for pair, both in hosts.items() if both[0] != both[1] and both not in skipped}
     q = nao.random(1, n)
-    clearance = nao.clearance(q)
+    hulls, clearance = nao.clearance(q, exact=False), nao.clearance(q)
     touching = np.zeros(n, bool)
     for start in range(0, n, _BLOCK):
         hits = {start + sample for _, sample in meshes.touching(q[start : start + _BLOCK], compared)}
         touching[list(hits)] = True
     alarms = clearance.distance < 0.0
-    false = alarms & ~touching
-    depths = -1e3 * clearance.distance[false] if false.any() else np.zeros(1)
-    causes = Counter(" and ".join(clearance.pairs[k]) for k in clearance.pair_index[false].tolist())
+    false = (hulls.distance < 0.0) & ~touching
+    depths = -1e3 * hulls.distance[false] if false.any() else np.zeros(1)
+    causes = Counter(" and ".join(hulls.pairs[k]) for k in hulls.pair_index[false].tolist())
     return {
         "configurations": n,
         "meshes_touch": float(touching.mean()),
         "missed": int((touching & ~alarms).sum()),
-        "false_alarms": float(false.mean()),
-        "depth_of_false_alarms_mm": {
+        "false_alarms": float((alarms & ~touching).mean()),
+        "false_alarms_of_the_hulls": float(false.mean()),
+        "depth_of_false_alarms_of_the_hulls_mm": {
             "median": float(np.median(depths)),
             "largest": float(depths.max()),
         },
@@ -95,23 +97,27 @@ def main() -> int:
     arguments = parser.parse_args()
     nao = nk.load_nao()
     q = nao.random(0, arguments.configurations)
-    nao.clearance(q[:100])  # compiles
-    times, loops = [], []
+    nao.clearance(q[:100])  # compiles, and reads the meshes
+    times, loops, defaults = [], [], []
     for _ in range(arguments.rounds):
         start = time.perf_counter()
-        clearance = nao.clearance(q)
+        clearance = nao.clearance(q, exact=False)
         times.append((time.perf_counter() - start) / len(q))
+        start = time.perf_counter()
+        nao.clearance(q)
+        defaults.append((time.perf_counter() - start) / len(q))
         loop, found = coal_seconds(nao, q[:200])
         loops.append(loop)
     figures: dict[str, object] = {
         "microseconds": min(times) * 1e6,
         "microseconds_of_the_loop": min(loops) * 1e6,
         "times_as_fast": min(loops) / min(times),
+        "price_of_the_meshes": (price := min(defaults) / min(times)),
         "largest_difference_m": float(np.abs(found - clearance.distance[:200]).max()),
         "verdicts": (compared := verdicts(nao, arguments.verdicts)),
     }
     print(json.dumps(figures, indent=2))
-    slow = min(times) > LIMIT_SECONDS or min(loops) / min(times) < LIMIT_RATIO
+    slow = min(times) > LIMIT_SECONDS or min(loops) / min(times) < LIMIT_RATIO or price > LIMIT_PRICE
     return 1 if slow or compared["missed"] else 0
 
 

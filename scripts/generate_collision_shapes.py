@@ -1,11 +1,12 @@
 """Fit the collision shapes of the NAO to its meshes and sort their pairs, or check that the files are up to date.
 
-Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, four of them for
-the trunk and one for each phalanx, are used by `NaoModel.clearance`: each is bounded by planes that touch the mesh, and
-no corner is farther than 2 mm from the mesh's hull. Simple shapes are used in the collision elements of the URDFs,
-which simulators read: a capsule of least volume for each link, and a second one for the fingers; the trunk and the
-feet, which are flat and wide, have boxes. Lengths are rounded outwards. The right side is the mirror image of the left
-one.
+Two sets of shapes contain the meshes, and the fingers at all openings. Convex hulls, four of them for the trunk and one
+for each phalanx, are used by `NaoModel.clearance`: each is bounded by planes that touch the mesh, and no corner is
+farther than 2 mm from the mesh's hull, 1 mm for the head and the upper arms. V3.2 has hulls of its own of the links
+that have another shape there; all others contain the meshes of every version, as the simple shapes do. Simple shapes
+are used in the collision elements of the URDFs, which simulators read: a capsule of least volume for each link, and a
+second one for the fingers; the trunk and the feet, which are flat and wide, have boxes. Lengths are rounded outwards.
+The right side is the mirror image of the left one.
 
 Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows, on any processor.
 
@@ -45,7 +46,8 @@ ROWS, HULLS_FILE = _TOP / "nao_kin" / "robot" / "nao" / "collision_rows.py", _TO
 _FINE, _UNIT = 0.006, 1e-4
 # How far a corner of a hull may be from the mesh's hull, less where links pass close to each other, and the unit of
 # the corners [m].
-_GAP, _GAPS, _FINE_UNIT = 0.002, {"HeadPitch": 0.0015, "LShoulderPitch": 0.0003}, 1e-5
+_GAP, _GAPS = 0.002, {"HeadPitch": 0.001, "LShoulderRoll": 0.001, "LElbowRoll": 0.0015, "LShoulderPitch": 0.0003}
+_FINE_UNIT = 1e-5
 # Heights between the boxes of the trunk [m]: of its pelvis, waist, chest and neck.
 _CUTS = (-math.inf, -0.046, 0.0, 0.1, math.inf)
 # Enough openings that the hull of a finger at all of them also contains the finger between them.
@@ -57,13 +59,13 @@ _SAMPLES = 20_000
 _UP: Vector = (0.0, 0.0, 1.0)
 
 
-def surfaces() -> dict[tuple[str, str], Floats]:
-    """Return joint and part → the triangles (n, 3, 3) of the torso and left links, of all versions [m].
+def surfaces(versions: tuple[str, ...]) -> dict[tuple[str, str], Floats]:
+    """Return joint and part → the triangles (n, 3, 3) of the torso and left links, of all these versions [m].
 
     For the fingers these are the corners of their hulls at all openings, shape (n, 1, 3).
     """
     found: dict[tuple[str, str], dict[object, Floats]] = {}
-    for version in VERSIONS:
+    for version in versions:
         nao = load_nao(version)
         joints = {"torso": "torso"} | {joint.link: joint.name for joint in nao.parameters.joints}
         for visual in nao.tree.visuals:
@@ -81,6 +83,7 @@ def surfaces() -> dict[tuple[str, str], Floats]:
     return {key: np.concatenate(list(parts.values())) for key, parts in found.items()}
 
 
+@functools.cache
 def _subdivided(path: Path) -> tuple[Floats, Floats]:
     mesh = read_mesh(path, lambda scene: scene.to_geometry())
     return trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, _FINE, max_iter=30)  # type: ignore[no-any-return, no-untyped-call]
@@ -92,9 +95,9 @@ def _hull(path: Path) -> Floats:
     return np.asarray(corners[ConvexHull(corners).vertices])
 
 
-def pieces() -> Iterator[tuple[str, str, Floats]]:
-    """Yield joint, name and points of the convex pieces of the torso and the left links, of all versions [m]."""
-    for (joint, part), triangles in surfaces().items():
+def pieces(versions: tuple[str, ...] = VERSIONS) -> Iterator[tuple[str, str, Floats]]:
+    """Yield joint, name and points of the convex pieces of the torso and the left links, of all these versions [m]."""
+    for (joint, part), triangles in surfaces(versions).items():
         if joint != "torso":
             yield joint, f"{joint}{part}", _corners(triangles, _MIRROR if joint.startswith("Head") else None)
             continue
@@ -131,20 +134,32 @@ def shapes(found: list[tuple[str, str, Floats]]) -> Iterator[ShapeRow]:
 def hulls_text(found: list[tuple[str, str, Floats]]) -> str:
     """Return the OBJ file of the convex hulls, an object for each, in the frames of their links.
 
-    After the hull of the fingers at all openings follow the phalanges, its parts, in their own frames.
+    After the hull of the fingers at all openings follow the phalanges, its parts, in their own frames. "LBicep@v3.2" is
+    the hull of V3.2 where the hull of the meshes of all versions is farther from that of its mesh than the gap.
     """
     links = {joint.name: joint.link for joint in load_nao("v6").parameters.joints}
     file = _ObjFile()
-    for joint, name, points in found:
+    for joint, name, points, version in _by_version(found):
         link, part = links.get(joint, joint), name.removeprefix(joint)
         corners = _cover(points, _GAPS.get(joint, _GAP), None if joint.startswith("L") else _MIRROR)
         for side in (1.0, -1.0) if joint.startswith("L") else (1.0,):
             owner = (link if side > 0.0 else _mirrored(link)) + (f".{part}" if part else "")
-            file.add(owner, corners * [1.0, side, 1.0])
+            file.add(owner + version, corners * [1.0, side, 1.0])
             if part == "Fingers":
                 for phalanx, hull in phalanges("L" if side > 0.0 else "R"):
                     file.add(f"{owner}.{phalanx}", _cover(hull, _GAP, _MIRROR_Z))
     return file.text
+
+
+def _by_version(found: list[tuple[str, str, Floats]]) -> Iterator[tuple[str, str, Floats, str]]:
+    """Yield the pieces, each followed by "" or, if the shape of V3.2 differs, for the others and then for "@v3.2"."""
+    newer, older = ([points for *_, points in pieces(versions)] for versions in (VERSIONS[1:], VERSIONS[:1]))
+    for (joint, name, points), new, old in zip(found, newer, older, strict=True):
+        faces = ConvexHull(old).equations
+        differs = (_products(points, faces[:, :3]) + faces[:, 3]).max() > _GAP
+        yield joint, name, new if differs else points, ""
+        if differs:
+            yield joint, name, old, f"@{VERSIONS[0]}"
 
 
 class _ObjFile:
@@ -260,21 +275,20 @@ def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
     The pairs with the reason "Default" touch in a posture in which the robot stands or, if two joints separate them, in
     any posture. A pair with the reason "Never" is proven apart within the limits of every version.
     """
-    nao = load_nao("v6")
-    found = LinkShapes(nao, hulls_in(hulls), disabled={})
+    nao, *others = map(load_nao, reversed(VERSIONS))
+    found, *older = (LinkShapes(robot, hulls_in(hulls, robot.version), disabled={}) for robot in (nao, *others))
     disabled = found.found_disabled(_SAMPLES, 0)
     standing = np.array([nao.posture(name) for name in nao.posture_names if name.startswith("Stand")])
     touching = found.count(standing, set(found.pairs) - set(disabled))
     disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
-    others = [load_nao(version) for version in VERSIONS if version != nao.version]
     for (one, other), reason in sorted(disabled.items()):
         mirrored = min(_mirrored(one), _mirrored(other)), max(_mirrored(one), _mirrored(other))
         # Rounding may end the proof of a mirrored pair at another number of boxes.
         if mirrored in disabled and (
             reason != NEVER
             or all(
-                never_touch(robot, found.capsules, pair, _SAMPLES)
-                for robot in others
+                never_touch(robot, shapes.capsules, pair, _SAMPLES)
+                for robot, shapes in zip(others, older, strict=True)
                 for pair in ((one, other), mirrored)
             )
         ):

@@ -124,7 +124,7 @@ class OverlapOptions:
 
     tolerance: float = option("M", "Overlap of links that is accepted [m].", default=0.0)
     allow: list[str] | None = option("LINK,LINK", "Two links that may overlap; repeatable.")
-    exact: bool = flag("Where hulls overlap, compare the meshes.")
+    exact: bool = flag("Compare the meshes wherever hulls overlap, not only by less than 3 mm.")
 
     @property
     def rule(self) -> CollisionRule:
@@ -137,7 +137,7 @@ class OverlapOptions:
             if len(names) != 2:
                 raise BadArgument(f"--allow {quoted(text)}: expected two links, as in l_ankle,r_ankle")
             pairs.append((names[0], names[1]))
-        return CollisionRule(self.tolerance, pairs, self.exact)
+        return CollisionRule(self.tolerance, pairs, self.exact or None)
 
 
 def read_columns(

@@ -110,7 +110,8 @@ class CollisionRule:
     Attributes:
         tolerance: overlap that is accepted, of every pair of links [m].
         allowed: pairs of links that may overlap.
-        exact: whether the meshes decide, fingers at the opening of the hand, where hulls overlap.
+        exact: whether the meshes decide, fingers at the opening of the hand, where hulls overlap: None for where they
+            overlap by less than 3 mm, True for everywhere, False for nowhere.
         obstacles: what stands near the robot; its names serve in pairs as those of links do.
 
     Raises:
@@ -125,12 +126,13 @@ class CollisionRule:
 
     tolerance: float = 0.0
     allowed: Sequence[LinkPair] = ()
-    exact: bool = False
+    exact: bool | None = None
     obstacles: Sequence[Obstacle] = ()
 
     def __post_init__(self) -> None:
         check_tolerance(self.tolerance)
-        flag(self.exact, "exact")
+        if self.exact is not None:
+            flag(self.exact, "exact")
         for pair in self.allowed:
             if isinstance(pair, str) or len(pair) != 2:
                 raise BadArgument(f"allowed must be pairs of names of links, got {quoted(pair)}")
@@ -170,7 +172,7 @@ class Contact:
             >>> nao = nk.load_nao()
             >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04, "LHand": 1.0})
             >>> nao.collisions(q)[0].describe()
-            'RBicep and l_wrist overlap by 14.5 mm'
+            'RBicep and l_wrist overlap by 10.2 mm'
         """
         apart = "overlap by" if self.distance < 0.0 else "are apart by"
         where = f" (configuration {', '.join(map(str, self.index))})" if self.index else ""

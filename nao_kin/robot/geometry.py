@@ -345,14 +345,18 @@ def hull_corners(shape: Geometry, packages: Packages) -> Floats:
     )
 
 
-def hulls_in(text: str) -> Iterator[Shape]:
+def hulls_in(text: str, version: str) -> Iterator[Shape]:
     """Yield the shapes of an OBJ file: the hull of each object, in the link after which it is named ("torso.2").
 
-    "l_wrist.Fingers.LThumb1_link" is a part of the object "l_wrist.Fingers", in the link LThumb1_link.
+    "l_wrist.Fingers.LThumb1_link" is a part of the object "l_wrist.Fingers", in the link LThumb1_link. "LBicep@v3.2"
+    replaces the object "LBicep" in that version.
     """
     hulls, parts = dict[str, Shape](), defaultdict[str, list[Shape]](list)
     for block in text.split("\no ")[1:]:
-        name, *lines = block.splitlines()
+        header, *lines = block.splitlines()
+        name, _, only = header.partition("@")
+        if only not in ("", version):
+            continue
         points = np.array([line.split()[1:] for line in lines if line.startswith("v ")], dtype=float)
         owner, *others = name.split(".")
         if len(others) == 2:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations, product
 from pathlib import Path
@@ -36,7 +37,7 @@ from nao_kin.robot.geometry import (
 )
 from nao_kin.robot.joint_arrays import ROOT
 from nao_kin.robot.kinematic_robot import KinematicRobot
-from nao_kin.robot.urdf import Collision, Packages, Sphere, UnreadableShape, Visual
+from nao_kin.robot.urdf import Collision, MeshFile, Packages, Sphere, UnreadableShape, Visual
 
 # Random configurations, and boxes in a proof, that sort the pairs of a robot whose semantics do not.
 _SAMPLES = 1000
@@ -47,6 +48,9 @@ _FEW = 64
 _TOUCHING = 1e-5
 # Overlaps that differ by less are equal: coal and the kernel find them to some tolerance [m].
 _SAME = 1e-5
+# Overlap of hulls up to which meshes decide by default [m]: hardly any deeper overlap of the NAO's hulls is a false
+# alarm, and a comparison of meshes takes as long as ten of hulls.
+_SHALLOW = 0.003
 # Least and largest number of random configurations drawn at a time, and drawn without success before giving up.
 _DRAWN, _MOST_AT_ONCE, _MOST_DRAWN = 256, 4096, 100_000
 _SIGNED = coal.DistanceRequest()
@@ -178,6 +182,25 @@ class LinkShapes:
             return self._alone.meshes.among(self.obstacles)
         return LinkMeshes(self._robot, self.links, self._meshes)
 
+    @cached_property
+    def _shallow(self) -> Floats:
+        """Overlaps of hulls up to which the meshes decide by default, shape (pairs,) [m]; zero without meshes.
+
+        They are less than the thickness of both shapes: a mesh inside another one, which touches nothing, is deeper.
+        The extent along a principal axis is at most √3 times the thickness of a cube, whose axes are undetermined.
+        """
+        if not any(isinstance(row.geometry, MeshFile) for row in self._alone._meshes):
+            return np.zeros(len(self.pairs))
+        thickness = np.array([2.0 * shape.radius + 0.5 * _least_extent(shape.points) for shape in self._all])
+        thinnest = np.array([thickness[own.start : own.stop].min() for own in self._counting])
+        shallow = np.full(len(self.pairs), _SHALLOW)
+        np.minimum.at(shallow, self._owner, thinnest[self._places].min(axis=1))
+        return shallow
+
+    def _decided_by_meshes(self, exact: bool | None) -> Floats:
+        """Return up to which overlap of their hulls the meshes of each pair decide, shape (pairs,) [m]."""
+        return self._shallow if exact is None else np.full(len(self.pairs), np.inf if exact else 0.0)
+
     def allowed(self, rule: CollisionRule) -> NDArray[np.bool_]:
         """Return which pairs a rule allows to overlap, shape (pairs,)."""
         if not rule.allowed:
@@ -211,12 +234,11 @@ class LinkShapes:
         *,
         tolerance: float = 0.0,
         checked: NDArray[np.bool_] | None = None,
-        exact: bool = False,
+        exact: bool | None = False,
     ) -> Clearance:
         """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair.
 
-        `checked` is which pairs are checked, shape (pairs,); None for all. If `exact`, the meshes of links whose hulls
-        overlap decide.
+        `checked` is which pairs are checked, shape (pairs,); None for all. `exact` is that of a `CollisionRule`.
         """
         rows, places, owner = q.reshape(-1, q.shape[-1]), self._places, self._owner
         if checked is not None and not checked.all():
@@ -231,33 +253,36 @@ class LinkShapes:
             else:
                 self._by_coal(rows[part], places, gaps[part], which[part])
         which = np.where(which >= 0, owner[which], -1) if len(places) else which
-        if exact:
-            self._by_meshes(rows, below, checked, gaps, which)
+        if exact is not False:
+            self._by_meshes(rows, below, checked, exact, gaps, which)
         shape = q.shape[:-1]
         return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs, tolerance, tuple(self.notes))
 
     def _by_meshes(
-        self, q: Floats, below: float, checked: NDArray[np.bool_] | None, gaps: Floats, which: NDArray[np.int64]
+        self,
+        q: Floats,
+        below: float,
+        checked: NDArray[np.bool_] | None,
+        exact: bool | None,
+        gaps: Floats,
+        which: NDArray[np.int64],
     ) -> None:
-        """Let the meshes decide where hulls overlap; mostly the links whose hulls overlap most do touch."""
-        overlapping = np.flatnonzero((gaps < 0.0) & (which >= 0))
-        every = self.meshes.poses(q[overlapping])
-        poses = {k: {link: T[row] for link, T in every.items()} for row, k in enumerate(overlapping.tolist())}
-        apart = [k for k in poses if not self.meshes.touch(self.pairs[which[k]], poses[k])]
-        depths: dict[int, dict[int, float]] = {k: {} for k in apart}
-        for row, pair, result in self.near(q[apart], 0.0, None if checked is None else ~checked):
-            known = depths[apart[row]]
-            known[pair] = min(result.min_distance, known.get(pair, 0.0))
-        for k, found in depths.items():
-            others = sorted((depth, pair) for pair, depth in found.items() if pair != which[k])
-            least = next((one for one in others if self.meshes.touch(self.pairs[one[1]], poses[k])), None)
-            if least is None:
-                rest = np.ones(len(self.pairs), dtype=np.bool_) if checked is None else checked.copy()
-                rest[list(found)] = False
-                other = self.clearance(q[k], checked=rest)
-                meshes = ((self.meshes.nearest(self.pairs[pair], poses[k]).min_distance, pair) for pair in found)
-                least = min((float(other.distance), int(other.pair_index)), *meshes)
-            gaps[k], which[k] = least if least[0] < below else (below, -1)
+        """Let the meshes decide where hulls overlap; if they are apart, the next pair may be nearer."""
+        rows = np.flatnonzero((gaps < 0.0) & (which >= 0))
+        rows = rows[gaps[rows] > -self._decided_by_meshes(exact)[which[rows]]]
+        if not len(rows):
+            return
+        poses, apart = self.meshes.poses(q[rows]), defaultdict[int, dict[int, float]](dict)
+        for row, k in enumerate(rows.tolist()):
+            if (found := self.meshes.apart(self.pairs[which[k]], poses, row)) is not None:
+                apart[int(which[k])][k] = found.min_distance
+        for pair, distances in apart.items():
+            own, distance = list(distances), np.array(list(distances.values()))
+            rest = np.ones(len(self.pairs), dtype=np.bool_) if checked is None else checked.copy()
+            rest[pair] = False
+            other = self.clearance(q[own], below, checked=rest, exact=exact)
+            which[own] = np.where(distance < other.distance, pair, other.pair_index)
+            gaps[own] = np.minimum(distance, other.distance)
 
     def clearance_from(self, q: Floats, near: Floats, rule: CollisionRule, columns: Sequence[int]) -> Clearance:
         """Return the clearance of configurations whose columns of q were found by a solver, over the pairs they move.
@@ -393,11 +418,10 @@ class LinkShapes:
     def contacts(self, q: Floats, margin: float, rule: CollisionRule) -> tuple[Contact, ...]:
         """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance."""
         rows = q.reshape(-1, q.shape[-1])
-        nearest: dict[tuple[int, int], Any] = {}
+        nearest, decided = dict[tuple[int, int], Any](), self._decided_by_meshes(rule.exact)
         for sample, owner, result in self.near(rows, margin, self.allowed(rule)):
-            if rule.exact and result.min_distance < 0.0:
-                pair, poses = self.pairs[owner], self.meshes.poses(rows[sample])
-                result = result if self.meshes.touch(pair, poses) else self.meshes.nearest(pair, poses)
+            if -decided[owner] < result.min_distance < 0.0:
+                result = self.meshes.apart(self.pairs[owner], self.meshes.poses(rows[[sample]]), 0) or result
                 if result.min_distance >= margin:
                     continue
             known = nearest.get((sample, owner))
@@ -409,6 +433,12 @@ class LinkShapes:
             points = np.array([result.getNearestPoint1(), result.getNearestPoint2()])
             found.append(Contact(self.pairs[owner], float(result.min_distance), points, index))
         return tuple(found)
+
+
+def _least_extent(points: Floats) -> float:
+    """Return the extent of points along their shortest principal axis."""
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    return float(np.ptp(points @ axes[-1]))
 
 
 def _collide(one: Any, T_one: Any, other: Any, T_other: Any) -> bool:
@@ -429,7 +459,7 @@ class LinkMeshes:
         for joint in robot.tree.joints:  # outwards
             if joint.parent in owners:
                 owners.setdefault(joint.child, owners[joint.parent])
-        found: list[tuple[str, Any, Floats]] = []
+        found: list[Shape] = []
         meshes: dict[str, list[tuple[Any, Floats]]] = defaultdict(list)
         for row in rows:
             try:
@@ -439,13 +469,13 @@ class LinkMeshes:
             if isinstance(geometry, coal.BVHModelBase):
                 meshes[row.link].append((geometry, row.origin.matrix))
             else:
-                found.append((row.link, geometry, row.origin.matrix))
-        found += [(link, _joined(parts), np.eye(4)) for link, parts in meshes.items()]
-        self._own: dict[str, list[tuple[str, Any, Floats]]] = defaultdict(list)
+                found.append(_shape(row.link, geometry, row.origin.matrix))
+        found += [_shape(link, _joined(parts), np.eye(4)) for link, parts in meshes.items()]
+        self._own: dict[str, list[Shape]] = defaultdict(list)
         for shape in found:
-            if shape[0] in owners:
-                self._own[owners[shape[0]]].append(shape)
-        self.links = tuple(dict.fromkeys(link for shapes in self._own.values() for link, _, _ in shapes))
+            if shape.link in owners:
+                self._own[owners[shape.link]].append(shape)
+        self.links = tuple(dict.fromkeys(shape.link for shapes in self._own.values() for shape in shapes))
         self._standing = dict[str, Floats]()
 
     def among(self, obstacles: tuple[Obstacle, ...]) -> LinkMeshes:
@@ -453,7 +483,7 @@ class LinkMeshes:
         made = copy(self)
         made._standing = {obstacle.name: obstacle.T for obstacle in obstacles}
         geometries = {obstacle.name: shape_geometry(obstacle.geometry, Packages(Path())) for obstacle in obstacles}
-        made._own = self._own | {name: [(name, geometry, np.eye(4))] for name, geometry in geometries.items()}
+        made._own = self._own | {name: [_shape(name, geometry, np.eye(4))] for name, geometry in geometries.items()}
         return made
 
     def poses(self, q: Floats) -> dict[str, Floats]:
@@ -461,24 +491,38 @@ class LinkMeshes:
         poses = dict(zip(self.links, np.moveaxis(self._robot.fk(q, self.links), -3, 0), strict=True))
         return poses | {name: np.broadcast_to(T, (*q.shape[:-1], 4, 4)) for name, T in self._standing.items()}
 
-    def _pairs(self, pair: LinkPair, poses: dict[str, Floats]) -> list[Any]:
-        ours, others = (
-            [(geometry, _transform(poses[link] @ T)) for link, geometry, T in self._own[owner]] for owner in pair
-        )
-        return list(product(ours, others))
+    def apart(self, pair: LinkPair, poses: dict[str, Floats], row: int) -> Any:
+        """Return coal's distance of two links at a row of the poses, None if they touch, or if one has no shape.
 
-    def touch(self, pair: LinkPair, poses: dict[str, Floats]) -> bool:
-        """Return whether the shapes of two links touch; so they do if one has none."""
-        pairs = self._pairs(pair, poses)
-        return not pairs or any(_collide(*one, *other) for one, other in pairs)
+        It is that of the hulls of their meshes or, where these overlap, of the meshes.
+        """
+        results = []
+        for shapes in product(*(self._own[owner] for owner in pair)):
+            one, other = ((s.geometry, _transform(poses[s.link][row] @ s.T_link_geometry)) for s in shapes)
+            result = _measured(*one, *other)
+            if result.min_distance <= _TOUCHING:
+                meshes = (s.triangles or (s.geometry, s.T_link_geometry) for s in shapes)
+                placed = zip(shapes, meshes, strict=True)
+                one, other = ((mesh, _transform(poses[s.link][row] @ T)) for s, (mesh, T) in placed)
+                if _collide(*one, *other):
+                    return None
+                result = _measured(*one, *other)
+            results.append(result)
+        return min(results, key=lambda result: result.min_distance, default=None)
 
-    def nearest(self, pair: LinkPair, poses: dict[str, Floats]) -> Any:
-        """Return coal's distance of the shapes of two links that do not touch."""
-        pairs = self._pairs(pair, poses)
-        results = [coal.DistanceResult() for _ in pairs]
-        for (one, other), result in zip(pairs, results, strict=True):
-            coal.distance(*one, *other, coal.DistanceRequest(), result)
-        return min(results, key=lambda result: result.min_distance)
+
+def _shape(link: str, geometry: Any, T: Floats) -> Shape:
+    """Return a shape, of a mesh with its triangles, at a pose in the link; its points are not needed."""
+    if isinstance(geometry, coal.BVHModelBase):
+        hull = hull_shape(link, np.array(geometry.vertices()))
+        return replace(hull, T_link_geometry=T @ hull.T_link_geometry, triangles=(geometry, T))
+    return Shape(link, np.empty((0, 3)), 0.0, geometry, T)
+
+
+def _measured(*placed: Any) -> Any:
+    result = coal.DistanceResult()
+    coal.distance(*placed, coal.DistanceRequest(), result)
+    return result
 
 
 def _transform(T: Floats) -> Any:

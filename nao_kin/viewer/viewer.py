@@ -768,9 +768,9 @@ class Viewer(Guessing):
         """Colour links that overlap orange, in this configuration and whenever the robot moves; False ends this.
 
         This presses the page's button *Overlaps*. The page itself finds the links, by the rules of
-        `RobotModel.collisions`, also in a saved file. If the robot's semantics name the pairs of links that cannot
-        collide, it has the button from the beginning; for other robots this call finds these pairs, which may take
-        seconds.
+        `RobotModel.collisions` with `exact=False`, also in a saved file. If the robot's semantics name the pairs of
+        links that cannot collide, it has the button from the beginning; for other robots this call finds these pairs,
+        which may take seconds.
 
         Args:
             on: whether to show them.

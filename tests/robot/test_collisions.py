@@ -15,6 +15,7 @@ from typing import Any
 import coal
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings, strategies as st
 from loops import EACH_VERSION, full
 from made_up_robots import J, made_up
@@ -239,14 +240,16 @@ def test_the_fingers_are_where_the_opening_of_the_hand_puts_them() -> None:
     assert all("l_wrist" in touching.pair[k] for k in hits)  # type: ignore[index]
 
 
-def test_hulls_are_near_the_meshes_and_left_and_right_alike() -> None:
-    nao = nk.load_nao()
+@pytest.mark.parametrize("version", ["v3.2", "v3.3", "v6"])
+def test_hulls_are_near_the_meshes_and_left_and_right_alike(version: str) -> None:
+    nao = nk.load_nao(version)
     q = [nao.configuration({"LHand": opening}, limits="ignore") for opening in np.linspace(0.0, 1.0, 11)]
     hulls = nao.link_shapes.shapes
-    for link in ("Head", "LPelvis", "LThigh", "LTibia", "l_ankle"):
+    gaps = {"Head": 0.0016, "LBicep": 0.0011, "LForeArm": 0.0028}  # hulls of several versions are farther from each
+    for link in (*gaps, "LPelvis", "LThigh", "LTibia", "l_ankle"):
         (hull,) = [shape for shape in hulls if shape.link == link]
         mesh = ConvexHull(_corners(nao, q[0], link, link)).equations
-        assert (hull.points @ mesh[:, :3].T + mesh[:, 3]).max() < 0.0021
+        assert (hull.points @ mesh[:, :3].T + mesh[:, 3]).max() < gaps.get(link, 0.0021), link
     for link in ("LForeArm", "l_wrist", "LThigh"):
         left, right = (
             [shape.points for shape in hulls if shape.link == name]
@@ -356,8 +359,16 @@ def _verdicts(version: str, n: int, seed: int) -> None:
     overlapping = set(np.flatnonzero(~nao.clearance(q).is_free).tolist())
     assert 0.2 * n < len(touching)
     assert touching <= overlapping
-    # V3.2 has the most false alarms, for the shapes contain the longer arms of the other versions, too.
-    assert len(overlapping) < 1.4 * len(touching)
+    assert len(overlapping) <= 1.01 * len(touching) + 1
+    assert len(touching) < (nao.clearance(q, exact=False).distance < 0.0).sum() < 1.12 * len(touching)
+
+
+def test_an_arm_beside_the_head_does_not_overlap_it() -> None:
+    nao = nk.load_nao("v5")
+    for side, sign in (("L", -1.0), ("R", 1.0)):
+        q = nao.posture("Stand", **{f"{side}ShoulderPitch": -1.4, f"{side}ShoulderRoll": sign * 0.18})
+        found = nao.clearance(q, exact=False)
+        assert (found.pair, found.is_free) == (("Head", f"{side}Bicep"), True)
 
 
 def test_left_and_right_are_alike() -> None:
@@ -376,7 +387,7 @@ def test_left_and_right_are_alike() -> None:
 
 def test_the_postures_are_free_but_for_what_touches_in_the_meshes_or_nearly() -> None:
     nao = nk.load_nao()
-    deepest = {"Crouch": -0.006, "Sit": -0.004}
+    deepest = {"Crouch": -0.006, "Sit": -0.005}
     for name in nao.posture_names:
         assert nao.clearance(nao.posture(name)).distance > deepest.get(name, 0.002), name
         assert bool(nao.collisions(nao.posture(name))) == (name in deepest)
@@ -536,6 +547,22 @@ def test_without_collision_elements_the_visuals_count(tmp_path: Path) -> None:
     gone = replace(nao.tree, path=tmp_path / "nao.urdf")
     with pytest.warns(MissingShapeWarning, match="left out"), pytest.raises(BadArgument, match="has no shapes"):
         nk.RobotModel(replace(gone, collisions=()), nao.semantics).clearance(nao.neutral())
+
+
+@pytest.mark.parametrize("kind", ["boxes", "meshes"])
+def test_what_is_thin_and_inside_a_hollow_mesh_overlaps_it_by_default(tmp_path: Path, kind: str) -> None:
+    edges, shapes = (0.2, 0.002), [Box((0.2, 0.2, 0.2)), Box((0.002, 0.002, 0.002))]
+    if kind == "meshes":
+        for edge in edges:
+            trimesh.creation.box([edge] * 3).export(tmp_path / f"{edge}.stl")
+        shapes = [MeshFile(f"{edge}.stl") for edge in edges]
+    places = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0988 - 1.0)  # 0.2 mm below the surface
+    rows = zip(("base", "b_l"), shapes, places, strict=True)
+    robot = _shaped(tmp_path, *rows, disabled_collisions=[("a_l", "base", "User")])
+    assert robot.clearance(np.zeros(2)).distance == pytest.approx(-0.0022, abs=1e-6)
+    assert bool(robot.collisions(np.zeros(2)))
+    assert "meshes" not in vars(robot.link_shapes)  # not read in vain
+    assert robot.clearance(np.zeros(2), exact=True).is_free == (kind == "meshes")
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 50])

@@ -59,7 +59,7 @@ def test_distances_to_obstacles_are_coals(tmp_path: Path, base: Any) -> None:
         "ball": (coal.Sphere(0.03), BALL.T),
         "cone": (mesh.convex, T[1]),
     }
-    own, found = nao.clearance(q), nao.clearance(q, obstacles=obstacles)
+    own, found = nao.clearance(q, exact=False), nao.clearance(q, exact=False, obstacles=obstacles)
     shapes = [(whole.link, shape) for whole in nao.link_shapes.shapes for shape in whole.parts or (whole,)]
     nearest = []
     for k, row in enumerate(q):

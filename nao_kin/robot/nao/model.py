@@ -58,7 +58,7 @@ class NaoModel(RobotModel):
 
     def _collision_shapes(self) -> Iterable[Shape]:
         """Return the convex hulls of the meshes; the URDF has simple shapes around these hulls, for simulators."""
-        return hulls_in(nao_urdf_path(self.version).with_name(HULLS).read_text(encoding="utf-8"))
+        return hulls_in(nao_urdf_path(self.version).with_name(HULLS).read_text(encoding="utf-8"), self.version)
 
     def _exact_shapes(self) -> tuple[Visual, ...]:
         """Return the visual shapes, which are the meshes."""
