@@ -468,10 +468,10 @@ def likely_mistake(problem: Problem) -> str:
         except NaoKinError:
             return np.inf
 
-    tried = [(misfit(changed), what) for what, changed in _changes(problem, given)]
-    best, what = min(tried, key=lambda pair: pair[0])
-    if best < limit:
-        return f"; they agree if {what}"
+    *tried, lens = [(misfit(changed), what) for what, changed in _changes(problem, given)]
+    for best, what in (min(tried), lens):
+        if best < limit:
+            return f"; they agree if {what}"
     return _wrong_size(given, misfit, limit)
 
 
@@ -518,7 +518,6 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
     if named:
         yield f"the points are in reverse order in {'; '.join(named)}", turned
     changes: list[tuple[str, Callable[[Pixels], dict[str, Any]]]] = [
-        ("the lens is not the one given", lambda one: {"camera": replace(one.camera, nominal=True)}),
         ("joint values are in degrees, not in radians", lambda one: {"q": np.radians(one.q), "moving": None}),
     ]
     for unit, metres in _UNITS.items():
@@ -526,6 +525,8 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
     for scale in _RESOLUTIONS:
         size = f"{scale:g} times" if scale > 1.0 else f"1/{1 / scale:g} of"
         changes.append((f"the pixels are in images of {size} the size of the camera's", partial(_scaled_pixels, scale)))
+    # A free lens bends to much else: it is the mistake if no other explains the residuals.
+    changes.append(("the lens is not the one given", lambda one: {"camera": replace(one.camera, nominal=True)}))
     for what, change in changes:
         yield what, _changed(given, change)
 
