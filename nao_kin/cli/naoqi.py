@@ -27,6 +27,7 @@ from nao_kin.errors import BadArgument
 if TYPE_CHECKING:
     from nao_kin.naoqi import Event, JointReading, VirtualNao
     from nao_kin.viewer import Viewer
+    from nao_kin.world import State
 
 
 _FRAMES_PER_SECOND = 25.0
@@ -196,7 +197,8 @@ def live(
 ) -> None:
     """Show a robot's current joints in a live page, or record them, until Ctrl-C or for some seconds.
 
-    The joints are only read: no command is ever sent. A lost connection is reestablished.
+    The page also says what the robot does, and where it has walked, as far as its sensors show it. The joints are only
+    read: no command is ever sent. A lost connection is reestablished.
     """
     if (address is None) == (lola is None):
         raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
@@ -214,7 +216,10 @@ def live(
     with ExitStack() as running:
         viewer = None
         if view:
+            from nao_kin.world import StateEstimator
+
             viewer = running.enter_context(closing(page.viewer(model)))
+            estimator, doing = StateEstimator(model), viewer.add_text("state")
             print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
         # A signal ends the reading; the readings so far are still written.
         ended = running.enter_context(uninterrupted())
@@ -228,6 +233,7 @@ def live(
             since = time.monotonic()
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
+                doing.value = _described(estimator.update(reading.time, reading.q, **reading.sensors))
             if output is None:
                 found.clear()  # without a recording, the last reading is enough
             found.append(reading)
@@ -240,6 +246,14 @@ def live(
 
             write_motion(recorded(found, model), output, overwrite=written.force)
         _report(model.joint_names, found, output, written.json)
+
+
+def _described(now: State) -> str:
+    """Return what a robot does, on which soles, and where it is, in the words of its page."""
+    x, y, heading = now.odometry.pose[0]
+    on = {"both": ", on both soles", "none": ""}.get(str(now.support[0]), f", on {now.support[0]}")
+    at = f"; {x:.2f}, {y:.2f} m, {math.degrees(heading):.0f}°" if now.valid[0] else ""
+    return f"{now.doing[0]}{on}{at}"
 
 
 def _report(names: tuple[str, ...], found: list[JointReading], output: str | None, json: bool) -> None:

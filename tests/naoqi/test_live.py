@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -211,6 +212,15 @@ def test_a_recording_is_a_motion_that_can_be_read(nao: nk.NaoModel, short_folder
     assert times[-2] < 0.4 <= times[-1]
     yaw = motion.keys[motion.joint_names.index("HeadYaw")]
     assert (np.diff(yaw) > 0.0).all()
+
+
+def test_the_page_says_what_the_robot_does(short_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    texts, add = [], nk.Viewer.add_text
+    monkeypatch.setattr(nk.Viewer, "add_text", lambda *given: texts.append(add(*given)) or texts[-1])
+    with _lola_robot(short_folder, 50) as (path, _):
+        assert run(["live", "--lola", path, "--seconds", "0.3"]) == 0
+    (state,) = texts
+    assert re.fullmatch(r"\w+(, on .+)?(; .* m, .*°)?", state.value), state.value
 
 
 @pytest.mark.full
