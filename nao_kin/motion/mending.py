@@ -290,9 +290,10 @@ _SLACK = 1.0 + 1e-10
 
 # Where a motion tips the robot, its time is stretched by the share _MORE, less and less up to _EASE [s] before and
 # after, and this is done up to so many times, until it tilts by less than _MOST_TILT [rad]: joints do not follow a
-# motion exactly (docs/balance.md). The stretch is known at so many times a second.
+# motion exactly (docs/balance.md). The stretch changes at keys, and at _GRID times a second that are
+# farther from them than _APART [s].
 _MOST_TILT = math.radians(2.0)
-_TRIES, _MORE, _EASE, _GRID = 15, 0.15, 0.3, 100.0
+_TRIES, _MORE, _EASE, _GRID, _APART = 15, 0.15, 0.3, 20.0, 0.005
 
 
 def slow_down(
@@ -338,7 +339,9 @@ def slow_down(
 def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> MendedMotion:
     """Return a motion that takes longer where it tips the robot, until the robot does not fall."""
     motion = mended.motion
-    times = np.linspace(motion.start, motion.end, math.ceil(_GRID * motion.duration) + 1)
+    keys, grid = motion.key_times, np.linspace(motion.start, motion.end, math.ceil(_GRID * motion.duration) + 1)
+    near = keys[np.searchsorted(keys, grid + _APART) - 1] > grid - _APART
+    times = np.union1d(grid[~near], keys)
     now = times
     for _ in range(_TRIES):
         found = motion.balance(robot, fill=fill)
@@ -352,8 +355,11 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
             away = np.maximum(np.maximum(first - now, now - last), 0.0) / _EASE
             slower = np.maximum(slower, eased(1.0 - np.minimum(away, 1.0)))
         steps = np.diff(now) * (1.0 + _MORE * 0.5 * (slower[1:] + slower[:-1]))
-        later = now[0] + np.concatenate([[0.0], np.cumsum(steps)])
-        motion, now = time_warp(motion, partial(np.interp, xp=now, fp=later)), later
+        now = now[0] + np.concatenate([[0.0], np.cumsum(steps)])
+        # With a key wherever the stretch changes, the joints pass through the same configurations.
+        factors = np.diff(now) / np.diff(times)
+        changes = times[1:-1][np.abs(np.diff(factors)) > 1e-9]
+        motion = time_warp(cut(mended.motion, changes), partial(np.interp, xp=times, fp=now))
     else:
         worst = int((found.rocking > _MOST_TILT).argmax())
         outside = f": its centre of mass is {-1e3 * found.com_margin[worst]:.3g} mm outside its support"

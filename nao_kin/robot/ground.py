@@ -360,6 +360,8 @@ def _read_floor(robot: KinematicRobot) -> Floor:
     centres = np.array([(own.min(axis=0) + own.max(axis=0)) / 2.0 for own in vertices]).reshape(-1, 3)
     radii = np.array([np.linalg.norm(own - c, axis=1).max() for own, c in zip(vertices, centres, strict=True)])
     rows = np.array([robot.link_names.index(name) for name in links], dtype=np.intp)
+    for array in (rows, centres, radii, *vertices, *outermost):
+        array.flags.writeable = False  # robots share them
     return Floor(links, rows, centres, radii, vertices, outermost)
 
 

@@ -458,7 +458,8 @@ def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
         late.tab.wait_for_timeout(800)
         assert late.q[0] < page.q[0] - 0.1
         assert len(heard) > 6
-        assert heard == sorted(heard)
+        begun = heard[heard.index(min(heard)) :]  # the page may still tell where it was before
+        assert begun == sorted(begun)
         # Now this one is the one that somebody uses.
         late.tab.get_by_label("Time").focus()
         late.tab.keyboard.press("Home")
