@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import Any
+from copy import copy
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,6 +45,8 @@ _FIRST, _FIRST_ROWS = np.radians(1.0) ** 2, 20.0
 
 
 _UNKNOWN = np.full((1, 3, 3), np.nan), np.full((1, 3), np.nan)
+
+_Result = TypeVar("_Result", State, Odometry)
 
 
 class StateEstimator:
@@ -142,7 +145,7 @@ class StateEstimator:
         moment, now = float(time), self._now
         before = -math.inf if now is None else float(now.times[0])
         if now is not None and moment == before:
-            return now
+            return _copied(now)
         if not before < moment < math.inf:
             raise BadArgument(f"times must ascend: {moment!r} s comes after {before!r} s")
         if self._first is None:
@@ -178,8 +181,9 @@ class StateEstimator:
             # The filter has averaged few rows, or turns by a bias that is not known.
             drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
             angle = angle + np.eye(2) * (drift + _ROW**2 / max(self._vertical.averaged, 1.0))
-        self._now = self._rules.state(log, carrying, up, doing, path, angle)
-        return self._now
+        found = self._rules.state(log, carrying, up, doing, path, angle)
+        self._now = _copied(found)  # the caller may change the arrays
+        return found
 
     def _read(self, what: str, value: ArrayLike, width: int) -> Floats:
         """Return the values of a sensor, (width,), where they are NaN those before, or 0."""
@@ -329,3 +333,12 @@ def _velocity(first: Sequence[float], last: Sequence[float]) -> Floats:
         return np.full((1, 3), np.nan)
     c, s = math.cos(last[3]), math.sin(last[3])
     return np.array([[c * x + s * y, c * y - s * x, turn]]) / step
+
+
+def _copied(found: _Result) -> _Result:
+    """Return a state, or its odometry, with arrays of its own."""
+    made = copy(found)
+    for name, value in vars(found).items():
+        if isinstance(value, np.ndarray | Odometry):
+            object.__setattr__(made, name, value.copy() if isinstance(value, np.ndarray) else _copied(value))
+    return made

@@ -122,7 +122,8 @@ def test_a_gap_begins_a_segment_and_a_row_that_repeats_its_time_changes_nothing(
     estimator, q = nk.world.StateEstimator(nao, soles=["LLeg", "RLeg"]), nao.posture("Stand")
     first = estimator.update(0.0, q)
     assert first.valid.all()
-    assert estimator.update(0.0, 0.0 * q) is first
+    again = estimator.update(0.0, 0.0 * q)
+    np.testing.assert_array_equal(again.T_world_base, first.T_world_base)
     assert estimator.update(0.4, q).odometry.segment.tolist() == [0]
     assert estimator.update(1.0, q).odometry.segment.tolist() == [1]
     lifted = [estimator.update(1.0 + 0.07 * k, q, contacts=[False, False]) for k in range(1, 5)]
