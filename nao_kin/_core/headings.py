@@ -66,28 +66,22 @@ _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)
 # A longer text is no heading; matching it would take the square of its length.
 LONGEST_HEADING = 200
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
+# Patterns are compiled when they are first used: most commands read no sensors.
 # Names of sensors, of ALMemory, LoLA, ROS (Imu, nao_lola's messages) and rUNSWift, after the path to them.
 _PATH = r"(?:.*[/.]|InertialSensor_)?"
-_INERTIAL = re.compile(
+_INERTIAL = (
     rf"{_PATH}(?:(?P<Gyro>gyro(?:scope)?|angular_velocity)|(?P<Acc>acc(?:elerometer)?|linear_acceleration)"
-    r"|(?P<Angle>angles?))[/._]?(?P<axis>[xyz012])",
-    re.IGNORECASE,
+    r"|(?P<Angle>angles?))[/._]?(?P<axis>[xyz012])"
 )
-_FORCE = re.compile(
-    rf"{_PATH}(?P<side>[lr])_?foot(?:[/_]fsr)?[/_](?P<end>front|rear|back)_?(?P<half>left|right)", re.IGNORECASE
-)
-_SOLE = re.compile(
-    rf"{_PATH}(?P<side>[lr])(?:fsr|(?:eft|ight)?_?foot(?:[/_]fsr)?[/_]?(?:total_?weight|(?P<contact>contact)))",
-    re.IGNORECASE,
-)
+_FORCE = rf"{_PATH}(?P<side>[lr])_?foot(?:[/_]fsr)?[/_](?P<end>front|rear|back)_?(?P<half>left|right)"
+_SOLE = rf"{_PATH}(?P<side>[lr])(?:fsr|(?:eft|ight)?_?foot(?:[/_]fsr)?[/_]?(?:total_?weight|(?P<contact>contact)))"
 # Values in lists of LoLA and in vectors of ROS, and columns beside those of sensors that are never read.
 _ENTRY = re.compile(r"(?P<list>.+)\[(?P<at>\d\d?|[xyz])\]")
-_LIST = re.compile(rf"{_PATH}(?P<list>position|fsr)s?", re.IGNORECASE)
-_UNREAD = re.compile(
+_LIST = rf"{_PATH}(?P<list>position|fsr)s?"
+_UNREAD = (
     rf"/.*|Device/SubDeviceList/.*|{_PATH}effectors/.*"
     rf"|{_PATH}(?:stiffness|temperature|current|status|battery|sonar|touch|robotconfig)\[\d+\]"
-    rf"|{_PATH}(?:orientation[/._][xyzw]|\w+_covariance[\[/._]?\d\]?|header[/.\[].*)",
-    re.IGNORECASE,
+    rf"|{_PATH}(?:orientation[/._][xyzw]|\w+_covariance[\[/._]?\d\]?|header[/.\[].*)"
 )
 _PLOTTED = re.compile(r"(?P<topic>.*)/(?P<joint>[^/]+)/position")
 # Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
@@ -145,13 +139,13 @@ def sensor_name(text: str) -> str:
     Names of the two soles of a NAO, such as LFsr, become LLeg/TotalWeight; a name of no sensor remains.
     """
     name = read_heading(text).name.removesuffix("/Sensor/Value")
-    if match := _INERTIAL.fullmatch(name):
+    if match := re.fullmatch(_INERTIAL, name, re.IGNORECASE):
         kind = next(kind for kind in ("Gyro", "Acc", "Angle") if match[kind])
         return kind + "XYZXYZ"["xyz012".index(match["axis"].lower())]
-    if match := _FORCE.fullmatch(name):
+    if match := re.fullmatch(_FORCE, name, re.IGNORECASE):
         end = "Front" if match["end"].lower() == "front" else "Rear"
         return f"{match['side'].upper()}Foot/FSR/{end}{match['half'].title()}"
-    if match := _SOLE.fullmatch(name):
+    if match := re.fullmatch(_SOLE, name, re.IGNORECASE):
         return f"{match['side'].upper()}Leg/{'Contact' if match['contact'] else 'TotalWeight'}"
     return name
 
@@ -164,7 +158,7 @@ def entry_name(text: str, joints: Sequence[str], force_sensors: Sequence[str]) -
     match = None if "effectors" in text else _ENTRY.fullmatch(text.strip())
     if match is None:
         return text
-    of_list, at = _LIST.fullmatch(match["list"]), match["at"]
+    of_list, at = re.fullmatch(_LIST, match["list"], re.IGNORECASE), match["at"]
     if of_list is not None:
         names = joints if of_list["list"].lower() == "position" else force_sensors
         return names[int(at)] if at.isdigit() and int(at) < len(names) else text
@@ -174,7 +168,7 @@ def entry_name(text: str, joints: Sequence[str], force_sensors: Sequence[str]) -
 
 def is_never_read(text: str) -> bool:
     """Return whether a heading that names no joint and no sensor is one of ROS, ALMemory or LoLA."""
-    return _UNREAD.fullmatch(text) is not None
+    return re.fullmatch(_UNREAD, text, re.IGNORECASE) is not None
 
 
 def resembles_time(text: str) -> bool:

@@ -31,10 +31,10 @@ from nao_kin._core.files import read_json, read_text
 from nao_kin.errors import BadInputFile
 from nao_kin.rotations import matrix_from_euler, matrix_from_rpy, rpy_from_matrix
 
-_LINE = re.compile(r"^\s*\w+\s*=[^#]*;\s*$", re.MULTILINE)
-_TOKEN = re.compile(r"(\w+)\s*=\s*(?:(\{)|([^;{}]*);)|(\})")
-_JOINT = re.compile(r"(?:joints|offsets)\.(\w+)(?:\.offset)?")
-_TURN = re.compile(
+_LINE = r"(?m)^\s*\w+\s*=[^#]*;\s*$"
+_TOKEN = r"(\w+)\s*=\s*(?:(\{)|([^;{}]*);)|(\})"
+_JOINT = r"(?:joints|offsets)\.(\w+)(?:\.offset)?"
+_TURN = (
     r"(?:cameraRotationCorrections\.)?(upper|lower|body)(?:(?:Camera)?RotationCorrection)?\.([xyz])"
     r"|(upper|lower|body)(?:Camera)?(Roll|Tilt|Pan)Correction"
 )
@@ -45,7 +45,7 @@ def read_team_file(path: Path | str) -> dict[str, Any] | None:
     name, found = str(path), dict[str, Any]()
     try:
         text = read_text(name)
-        if not text.lstrip().startswith("{") and not _LINE.search(text):
+        if not text.lstrip().startswith("{") and not re.search(_LINE, text):
             return None
     except (BadInputFile, TypeError):
         return None  # the error is reported where the file is read as TOML
@@ -63,12 +63,12 @@ def read_team_file(path: Path | str) -> dict[str, Any] | None:
 
 def _of_b_human(text: str) -> dict[str, Any]:
     joints, turns, path = dict[str, float](), dict[str, dict[str, float]](), list[str]()
-    for key, opens, given, closes in _TOKEN.findall(re.sub(r"//[^\n]*", "", text)):
+    for key, opens, given, closes in re.findall(_TOKEN, re.sub(r"//[^\n]*", "", text)):
         if opens or closes:
             path = [*path, key] if opens else path[:-1]
             continue
         name = ".".join([*path, key])
-        joint, turn = _JOINT.fullmatch(name), _TURN.fullmatch(name)
+        joint, turn = re.fullmatch(_JOINT, name), re.fullmatch(_TURN, name)
         if joint or turn:
             unit = np.pi / 180.0 if given.endswith("deg") else 1.0
             value = unit * float(re.sub(r"(deg|rad)$", "", given))

@@ -149,7 +149,9 @@ def dynamic_balance(
     measured = None if ground.rule == "joints" else log.feet.loaded(ground.pressed)[given]
     rest = balance(robot, rows, soles=soles, contacts=measured)
     support, acceleration, moment = _lasting(rest.down.touching), *np.full((2, len(rows), 3), np.nan)
-    R_world_sole = (rest.down.T_world_base @ rigid_inverse(rest.T_sole_base[np.arange(len(rows)), support]))[:, :3, :3]
+    T_base_soles = rigid_inverse(rest.T_sole_base)
+    T_world_soles = rest.down.T_world_base[:, None] @ T_base_soles
+    R_world_sole = T_world_soles[np.arange(len(rows)), support, :3, :3]
     parts, covariance = _parts(moments, log.notes), np.zeros((len(rows), 2, 2))
     check_tolerance(joint_noise, "joint_noise")
     noise = None if joint_noise == 0.0 else _noise(robot, rows, rest.down, support, joint_noise)
@@ -177,7 +179,6 @@ def dynamic_balance(
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
     if ground.rule == "forces" and ground.sensors is not None:
         pressure = StateRules(robot, log.feet).pressure(ground)[given]
-        T_base_soles = rigid_inverse(rest.T_sole_base)
         centre = centre_of_pressure(rest.down.T_world_base, T_base_soles, pressure, ground.pressed[given])
         felt: Mask = np.asarray(np.isfinite(centre).all(axis=1))
         zmp, flies = np.where(felt[:, None], centre, zmp), flies & ~felt
@@ -186,7 +187,8 @@ def dynamic_balance(
         log.notes.append("the zero-moment point is the centre of pressure of the force sensors")
     supported = np.isfinite(rest.margin)
     stands = rest.down.touching.any(axis=1) & (supported | rest.down.stands) & np.isfinite(zmp).all(axis=1)
-    stands &= ~Feet.of(robot, rest.down.soles).others(robot, rest.down.links).any(axis=1)
+    feet = Feet.of(robot, rest.down.soles)
+    stands &= ~feet.others(robot, rest.down.links).any(axis=1)
     stands &= (ground.known & ground.stands)[given]
     lost = stands & ~supported  # on an edge or a corner of its soles
     vertices, distances, margin, nearest = hulls(rest.vertices, np.where(stands[:, None], zmp, 0.0))
@@ -195,8 +197,6 @@ def dynamic_balance(
     nearest = np.where(flies, moments_about.argmin(axis=1), nearest)
     R_robot_world = rest.T_robot_base[:, :3, :3] @ rest.down.T_world_base[:, :3, :3].swapaxes(1, 2)
     rocks = np.full(len(rows), np.nan)
-    feet = Feet.of(robot, soles)
-    T_world_soles = rest.down.T_world_base[:, None] @ rigid_inverse(rest.T_sole_base)
     placed = feet.placed(T_world_soles)
     carrying, corners = on_floor(rest.down, feet, placed, TOUCHING), np.einsum("nij,nkj->nki", R_robot_world, placed)
     turned = [np.einsum("nij,nj->ni", R_robot_world[:, :2, :2], vector) for vector in (rest.com[:, :2], lever)]
@@ -327,10 +327,11 @@ def _noise(robot: RobotModel, rows: Floats, down: SetDown, support: NDArray[np.i
     """
     noise = np.empty((len(rows), 2, 2, robot.nv))
     for sole in np.unique(support):
-        own = support == sole
-        of_centre, of_momentum = momentum_jacobians(robot, rows[own], down.T_world_base[own], down.soles[sole])
-        noise[own, 0] = joint_noise * of_centre[:, :2]
-        noise[own, 1] = joint_noise / (robot.mass * GRAVITY) * of_momentum[:, [1, 0]] * [[1.0], [-1.0]]
+        every = np.flatnonzero(support == sole)
+        for own in np.split(every, range(_AT_ONCE, len(every), _AT_ONCE)):
+            of_centre, of_momentum = momentum_jacobians(robot, rows[own], down.T_world_base[own], down.soles[sole])
+            noise[own, 0] = joint_noise * of_centre[:, :2]
+            noise[own, 1] = joint_noise / (robot.mass * GRAVITY) * of_momentum[:, [1, 0]] * [[1.0], [-1.0]]
     return noise
 
 

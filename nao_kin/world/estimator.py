@@ -138,10 +138,6 @@ class StateEstimator:
             >>> bool(now.contact[0]), now.posture[0].item()
             (False, 'upright')
         """
-        forces, angles = corrected(self._robot, "forces", forces), corrected(self._robot, "angles", angles)
-        gyro, accelerometer = (
-            corrected(self._robot, what, value) for what, value in (("gyro", gyro), ("accelerometer", accelerometer))
-        )
         moment, now = float(time), self._now
         before = -math.inf if now is None else float(now.times[0])
         if now is not None and moment == before:
@@ -186,8 +182,8 @@ class StateEstimator:
         return found
 
     def _read(self, what: str, value: ArrayLike, width: int) -> Floats:
-        """Return the values of a sensor, (width,), where they are NaN those before, or 0."""
-        values = shaped(value, (width,), what, gaps=True)
+        """Return the values of a sensor, (width,), without its known errors; where they are NaN those before, or 0."""
+        values = shaped(corrected(self._robot, what, value), (width,), what, gaps=True)
         missing = np.isnan(values)
         if missing.any():
             values = np.where(missing, self._kept.get(what, 0.0), values)

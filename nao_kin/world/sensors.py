@@ -89,7 +89,7 @@ def corrected(robot: RobotModel, what: str, given: ArrayLike | None) -> Any:
     in those of the root link, and an orientation R_unit is R_unit R. A force is gain · (value − zero).
     """
     known, sensors = robot.semantics.sensors, robot.semantics.force_sensors
-    width = {"forces": len(sensors), "angles": 2}.get(what, 3)
+    width = {"forces": len(sensors), "angles": 2, "gyro": 3, "accelerometer": 3}.get(what)  # none of others
     if given is None or not known or np.shape(given)[-1:] != (width,):  # another shape is refused later
         return given
     values = as_numbers(given, what)

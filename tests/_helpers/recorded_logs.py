@@ -41,8 +41,8 @@ class Recording:
     angles: np.ndarray
 
 
-def walk(nao: nk.NaoModel, x: float, y: float = 0.0, turn: float = 0.0, *, slip: float = 0.0) -> Truth:
-    """A walk of the virtual NAO after and before 1.5 s of standing; `slip` is the share of the way that is lost."""
+def walk(nao: nk.NaoModel, x: float, y: float = 0.0, turn: float = 0.0) -> Truth:
+    """A walk of the virtual NAO after and before 1.5 s of standing."""
     rows = []
     with nk.naoqi.VirtualNao(nao, stepped=True, posture="StandInit") as virtual:
         virtual.call("ALMotion", "wakeUp")
@@ -52,7 +52,6 @@ def walk(nao: nk.NaoModel, x: float, y: float = 0.0, turn: float = 0.0, *, slip:
             rows.append((state.q, state.T_world_torso, LEGS.index(virtual.base.support)))
             virtual.step(STEP)
     q, T, support = (np.array(part) for part in zip(*rows, strict=True))
-    T[:, :2, 3] = T[0, :2, 3] + (1.0 - slip) * (T[:, :2, 3] - T[0, :2, 3])
     # The weight moves within 60 ms.
     share = np.convolve(np.pad(support, 6, mode="edge"), np.full(7, 1.0 / 7.0), "same")[6:-6]
     still = round(1.5 / STEP)
@@ -121,9 +120,9 @@ def joined(*parts: Truth) -> Truth:
     return Truth(STEP * np.arange(len(whole[0])), *whole)
 
 
-def life(nao: nk.NaoModel, *, slip: float = 0.0) -> Truth:
+def life(nao: nk.NaoModel) -> Truth:
     """Stand, walk, fall to the front, get up, be lifted, fall to the side, get up, fall on the back."""
-    first = walk(nao, 0.4, 0.1, 0.5, slip=slip)
+    first = walk(nao, 0.4, 0.1, 0.5)
     q, T = first.q[-1], first.T[-1]
     belly = fall(nao, "front", q, T, "LyingBelly")
     still = stand(nao, 150, q, T)
@@ -135,19 +134,8 @@ def life(nao: nk.NaoModel, *, slip: float = 0.0) -> Truth:
     return joined(first, belly, still, up, placed, side, placed, back, placed)
 
 
-def recorded(
-    nao: nk.NaoModel,
-    truth: Truth,
-    rng: np.random.Generator,
-    *,
-    encoder: float = 0.1,
-    gyro_noise: float = 0.01,
-    bias: tuple[float, float, float] = (0.01, -0.02, 0.015),
-    acceleration: float = 0.3,
-    angle: float = 0.5,
-    delay: int = 0,
-) -> Recording:
-    """The truth as sensors see it; noise in ° of encoders and angles, rad/s and m/s²; delay in rows."""
+def recorded(nao: nk.NaoModel, truth: Truth, rng: np.random.Generator) -> Recording:
+    """The truth as sensors see it: noise of 0.1° of encoders, 0.5° of angles, 0.01 rad/s and 0.3 m/s², and a bias."""
     n = len(truth.times)
     R = truth.T[:, :3, :3]
     turns = Rotation.from_matrix(R[:-1].swapaxes(1, 2) @ R[1:]).as_rotvec() / STEP
@@ -160,14 +148,13 @@ def recorded(
     angles = np.column_stack([np.arctan2(R[:, 2, 1], R[:, 2, 2]), np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0))])
     weight = 5.4 * truth.share * (1.0 + rng.normal(0.0, 0.03, (n, 2)))
     sensors = np.repeat(weight / 4.0, 4, axis=1) + np.abs(rng.normal(0.0, 0.02, (n, 8)))
-    late = np.maximum(np.arange(n) - delay, 0)
     return Recording(
         truth.times,
-        truth.q + rng.normal(0.0, np.radians(encoder), truth.q.shape),
-        sensors[late],
-        force[late] + rng.normal(0.0, acceleration, (n, 3)),
-        gyro[late] + bias + rng.normal(0.0, gyro_noise, (n, 3)),
-        angles[late] + rng.normal(0.0, np.radians(angle), (n, 2)),
+        truth.q + rng.normal(0.0, np.radians(0.1), truth.q.shape),
+        sensors,
+        force + rng.normal(0.0, 0.3, (n, 3)),
+        gyro + np.array([0.01, -0.02, 0.015]) + rng.normal(0.0, 0.01, (n, 3)),
+        angles + rng.normal(0.0, np.radians(0.5), (n, 2)),
     )
 
 
