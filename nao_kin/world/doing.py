@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,6 +71,23 @@ def contact(loaded: Mask, moments: Floats) -> Mask:
     return found
 
 
+class Seen(NamedTuple):
+    """What is seen of a robot in a row.
+
+    `up` is the vertical in the root link, NaN if it is not known; `stands` whether the soles have contact, `flat`
+    whether one that carries is level; `share` of the weight on the soles, NaN if it is not known; `low` whether the
+    hips are low over the soles; `quiet` whether the trunk is, None if no sensor shows it.
+    """
+
+    moment: float
+    up: tuple[float, float, float]
+    stands: bool
+    flat: bool
+    share: float
+    low: bool
+    quiet: bool | None
+
+
 class Doing:
     """What a robot with an inertial unit does.
 
@@ -87,27 +105,15 @@ class Doing:
         self._rises, self._fastest, self._fell = False, 0.0, -1
         self._ups: deque[tuple[float, float, float, float]] = deque()
 
-    def row(
-        self,
-        moment: float,
-        up: tuple[float, float, float],
-        stands: bool,
-        flat: bool,
-        share: float,
-        low: bool,
-        quiet: bool | None,
-    ) -> int:
-        """Decide what it does `now`; return the row, counted from 0, from which on this holds.
-
-        `up` is the vertical in the root link, NaN if it is not known; `share` of the weight on the soles, NaN likewise;
-        `low` whether the hips are low over the soles; `quiet` whether the trunk is, None if no sensor shows it.
-        """
+    def row(self, seen: Seen) -> int:
+        """Decide what it does `now`; return the row, counted from 0, from which on this holds."""
+        moment, up, stands, _, share, _, quiet = seen
         k, self._count = self._count, self._count + 1
         if quiet:
             self._quiet_at = moment
         if not share < HALF:
             self._light_at = moment
-        kind, turning = self._kind_of(moment, up, stands, flat, share, low, quiet is None), self._turning(moment, up)
+        kind, turning = self._kind_of(seen), self._turning(moment, up)
         if kind != self._kind:
             rises = (self._kind, self.now) in (("down", "lying"), ("sitting", "sitting"))
             if rises or self._kind in ("standing", "unknown"):
@@ -160,17 +166,10 @@ class Doing:
         turned = math.dist((x, y, z), up)
         return turned / (moment - begin) if moment - begin > 0.5 * _OVER and turned == turned else 0.0
 
-    def _kind_of(
-        self,
-        moment: float,
-        up: tuple[float, float, float],
-        stands: bool,
-        flat: bool,
-        share: float,
-        low: bool,
-        blind: bool,
-    ) -> str:
+    def _kind_of(self, seen: Seen) -> str:
         """Return the kind of a row by its values alone, but for lying, which lasts until it is upright."""
+        moment, up, stands, flat, share, low, quiet = seen
+        blind = quiet is None
         tilt = math.acos(min(max(up[2], -1.0), 1.0)) if up[2] == up[2] else math.nan
         if tilt != tilt:
             return "unknown"

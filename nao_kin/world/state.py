@@ -20,7 +20,7 @@ from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel, serial_chain
 from nao_kin.rotations import matrix_from_rpy
-from nao_kin.world.doing import DOINGS, Doing
+from nao_kin.world.doing import DOINGS, Doing, Seen
 from nao_kin.world.odometry import LegLog, Odometry
 from nao_kin.world.path import Column, columns, cosine_sine, poses
 from nao_kin.world.rest import Mask, Turns
@@ -405,7 +405,7 @@ class StateRules:
         blind = np.full(len(up), None) if quiet is None else quiet
         found = np.empty(len(up), dtype="<U8")
         for k, row in enumerate(zip(*(column.tolist() for column in (*values, blind)), strict=True)):
-            before, since = rule.now, rule.row(*row)
+            before, since = rule.now, rule.row(Seen(*row))
             found[min(since, k) if rule.now != before else k : k + 1] = rule.now
         return found
 
