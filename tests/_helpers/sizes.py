@@ -12,6 +12,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from syntax import statements
+
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED = {"_build", "_generated", "node_modules", "__pycache__", "gallery", "lecture"}
 
@@ -20,7 +22,7 @@ GENERATED = {"_build", "_generated", "node_modules", "__pycache__", "gallery", "
 def python_lines(text: str) -> int:
     """Return the number of lines of code of a module."""
     told = set[int]()
-    for node in ast.walk(ast.parse(text)):
+    for node in statements(ast.parse(text)):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
             first = node.body[0] if node.body else None
             if ast.get_docstring(node) is not None and first is not None:
@@ -57,5 +59,5 @@ def size(places: Iterable[str], root: Path = ROOT) -> int:
 if __name__ == "__main__":
     for folder in sorted(path for path in (ROOT / "nao_kin").iterdir() if path.is_dir() and path.name not in GENERATED):
         print(f"{folder.name:12} {size([f'nao_kin/{folder.name}']):6}")
-    for place in ("nao_kin", "web/src", "web/test", "tests", "scripts", "benchmarks", "examples", "docs"):
+    for place in ("nao_kin", "web/src", "web/tests", "tests", "scripts", "benchmarks", "examples", "docs"):
         print(f"{place:12} {size([place]):6}")

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from public_names import called
+from syntax import statements
 
 ROOT = Path(__file__).resolve().parents[2]
 # A call in a text that is no module: an example of a docstring, or a page.
@@ -19,9 +20,9 @@ CALL = re.compile(r"(\w+)\(((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)")
 
 def calls_in(text: str) -> Iterator[tuple[str, int, list[str]]]:
     """Yield the calls of a module: the function's name, the number of arguments without names, and those with."""
-    tree = ast.parse(text)
-    yield from calls_with_options(tree)
-    for node in ast.walk(tree):
+    nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call | ast.Dict | ast.FunctionDef)]
+    yield from calls_with_options(nodes)
+    for node in nodes:
         if isinstance(node, ast.Call):
             named = [keyword.arg for keyword in node.keywords if keyword.arg]
             # Of `partial(function, …)` and `pytest.raises(error, function, …)` the names count.
@@ -36,13 +37,13 @@ def calls_in(text: str) -> Iterator[tuple[str, int, list[str]]]:
             )
 
 
-def calls_with_options(tree: ast.AST) -> Iterator[tuple[str, int, list[str]]]:
+def calls_with_options(nodes: list[ast.Call | ast.Dict | ast.FunctionDef]) -> Iterator[tuple[str, int, list[str]]]:
     """Yield the functions called with `**options`, with the options in the module's dictionaries and wrappers."""
     wrappers, options, functions = {"dict"}, set[str](), set[str]()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef) and node.args.kwarg:
             wrappers.add(node.name)
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Dict):
             options |= {key.value for key in node.keys if isinstance(key, ast.Constant) and isinstance(key.value, str)}
         elif isinstance(node, ast.Call):
@@ -110,7 +111,10 @@ def test_each_option_is_used_or_shown_outside_the_tests() -> None:
     """What counts is the word: an option such as `near` is shown once for all functions that have it."""
     code = modules("nao_kin", "examples", "scripts", "benchmarks")
     pages = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", *(ROOT / "examples").rglob("*.ipynb")]
-    texts = [*code, *(path.read_text(encoding="utf-8") for path in pages)]
+    told = (statements(ast.parse(text)) for text in code)
+    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    docstrings = [ast.get_docstring(node) or "" for nodes in told for node in nodes if isinstance(node, kinds)]
+    texts = [*docstrings, *(path.read_text(encoding="utf-8") for path in pages)]
     names, places = given(
         [*(c for text in code for c in calls_in(text)), *(c for text in texts for c in calls_on(text))]
     )
