@@ -38,6 +38,7 @@ def test_every_version_agrees_with_everyone(each_nao: nk.NaoModel) -> None:
     assert row_of(report, "poses from elementary rotations", "yourdfpy").pairs == 30 * len(each_nao.frame_names)
 
 
+@pytest.mark.full
 def test_romeo_agrees_with_everyone() -> None:
     romeo = nk.load_robot("romeo")
     report = crosscheck.run(romeo, 30)

@@ -405,6 +405,7 @@ def _identity(x: float) -> float:
     return x
 
 
+@pytest.mark.full
 def test_the_lock_of_a_process_that_was_killed_holds_nobody_up(small: str, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     hanging = small.replace(

@@ -26,7 +26,13 @@ MODULES = sorted(
 )
 
 
-@pytest.mark.parametrize("name", MODULES)
+# Pictures, packages and proofs, which take seconds each.
+SLOW = ("nao_kin.viewer.viewer", "nao_kin.crosscheck.report", "nao_kin.export.ros2", "nao_kin.export.srdf")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.full if name in SLOW else ()) for name in MODULES]
+)
 def test_the_examples_of_a_module_print_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,6 +7,7 @@ import inspect
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from doc_commands import ENDS_WITH, SKIPPED, check, commands_of, run_page, why_skipped
@@ -19,19 +20,22 @@ import nao_kin as nk
 WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
 WITH_COMMANDS = [page for page in PAGES if page not in (ROOT / "README.md", *PRINTED) and commands_of(page)]
 
+# What is read first runs in every test, all other pages in the full ones.
+FIRST = ("README.md", "getting_started.md", "command_line.md")
 
-@pytest.mark.parametrize(
-    "page",
-    [pytest.param(page, marks=() if page.name == "README.md" else pytest.mark.full) for page in WITH_PYTHON],
-    ids=lambda page: page.name,
-)
+
+def first(pages: list[Path]) -> list[Any]:
+    return [pytest.param(page, marks=() if page.name in FIRST else pytest.mark.full) for page in pages]
+
+
+@pytest.mark.parametrize("page", first(WITH_PYTHON), ids=lambda page: page.name)
 def test_pages_run_as_they_are_written(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(nk.load_nao().urdf_path, tmp_path / "robot.urdf")
     monkeypatch.chdir(tmp_path)
     check(run_page(page, python=True))
 
 
-@pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", first(WITH_COMMANDS), ids=lambda page: page.name)
 def test_command_lines_run_as_they_are_written(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     check(run_page(page))

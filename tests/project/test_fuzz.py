@@ -35,6 +35,7 @@ print(*fuzz.fuzz("broken", case, 3, 3, pathlib.Path("."))[1], sep="\\n")
 """
 
 
+@pytest.mark.full
 @for_all(
     ("body", "said"),
     (

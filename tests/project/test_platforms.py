@@ -24,6 +24,7 @@ nk.Viewer(nao).save_html(sys.argv[1] + "/nao.html")
 """
 
 
+@pytest.mark.full
 def test_without_posix_all_is_computed_and_nothing_compiled(tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", "-c", SCRIPT, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)

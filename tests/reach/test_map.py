@@ -321,6 +321,7 @@ def test_what_makes_no_sense_is_refused(
         workspace(nao, *arguments, **more)
 
 
+@pytest.mark.full
 def test_the_voxel_that_the_message_names_is_taken(nao: nk.NaoModel) -> None:
     with pytest.raises(BadArgument) as error:
         workspace(nao, "LArm", 10, voxel=1e-5)

@@ -204,6 +204,7 @@ def test_what_is_broadcast_is_not_copied(nao: nk.NaoModel) -> None:
     np.testing.assert_array_equal(found[7], nao.velocity(q[7], v[0], "LArm", threads=1))
 
 
+@pytest.mark.full
 @needs_numba
 def test_a_result_takes_no_more_memory_than_itself(nao: nk.NaoModel) -> None:
     q = nao.random(0, 100_000)

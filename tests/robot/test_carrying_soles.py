@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loops import for_all
+from loops import for_all, full
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 from standing_truth import Standing, feet_on_the_floor, gestures, walk, with_backlash
@@ -215,10 +215,10 @@ def test_corners_that_hang_five_millimetres_in_the_air_do_not_carry(nao: nk.NaoM
 # --- soles below their frames -----------------------------------------------------------------------------------------
 
 
-@for_all(
+@pytest.mark.parametrize(
     "name, soles, height, drop",
     [
-        ("g1_29dof_rev_1_0", ["left_ankle_roll_link", "right_ankle_roll_link"], 0.792, 0.035),
+        *full(("g1_29dof_rev_1_0", ["left_ankle_roll_link", "right_ankle_roll_link"], 0.792, 0.035)),
         ("romeo", ["l_ankle", "r_ankle"], None, 0.068),
     ],
 )

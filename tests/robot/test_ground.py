@@ -280,6 +280,7 @@ def test_what_cannot_be_set_down_is_refused(nao: nk.NaoModel, tmp_path: Path) ->
         nk.RobotModel.from_urdf(path).set_down(np.zeros(0))
 
 
+@pytest.mark.full
 def test_a_robot_without_soles_is_on_its_lowest_shapes() -> None:
     try:
         panda = nk.load_robot("panda")

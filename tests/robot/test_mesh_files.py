@@ -116,6 +116,7 @@ print("all")
     assert _run(code, json.dumps(FLAT)).endswith("all\n")
 
 
+@pytest.mark.full
 def test_any_scale_of_a_flat_mesh_is_exported_or_refused(tmp_path: Path) -> None:
     vertices = "".join(f"v {x} {y} {0.3 * x}\n" for y in range(11) for x in range(11))
     faces = "".join(f"f {11 * y + x + 1} {11 * y + x + 2} {11 * y + x + 13}\n" for y in range(10) for x in range(10))
@@ -149,6 +150,7 @@ DAMAGED = {
 }
 
 
+@pytest.mark.full
 def test_a_damaged_mesh_is_left_out_everywhere(tmp_path: Path) -> None:
     code = """
 import pathlib, sys, warnings

@@ -77,7 +77,7 @@ def test_distances_to_obstacles_are_coals(tmp_path: Path, base: Any) -> None:
 
 def test_one_configuration_and_a_batch_without_compiled_code_say_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     nao = nk.load_nao()
-    q = nao.random(4, 40)
+    q = nao.random(4, 10)
     expected = nao.clearance(q, obstacles=[TABLE, BALL])
     fresh = nk.load_nao()
     monkeypatch.setattr("nao_kin.robot.link_shapes.may_compile", lambda: False)

@@ -128,6 +128,7 @@ def test_a_floating_base_and_a_joint_that_slides_have_offsets_too(tmp_path: Path
     assert np.abs(mine.fk(q, "turn_l") - robot.fk(q + np.array([0.05, -0.1]), "turn_l")).max() < 1e-12
 
 
+@pytest.mark.full
 def test_the_cross_check_agrees_about_a_calibrated_robot(calibrated: nk.NaoModel) -> None:
     report = nk.crosscheck.run(calibrated, samples=30)
     assert report.ok, report.failures

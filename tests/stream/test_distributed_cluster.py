@@ -149,6 +149,7 @@ def _dask(stack: contextlib.ExitStack, *arguments: str | Path) -> subprocess.Pop
     return program
 
 
+@pytest.mark.full
 def test_an_error_comes_back_from_a_worker_and_nothing_is_left_behind(nao: nk.NaoModel) -> None:
     q = nao.random(3, 200)
     q[130, nao.joint_names.index("HeadYaw")] = np.inf

@@ -154,6 +154,7 @@ def test_margins_follow_gravity_and_the_outline(nao: nk.NaoModel) -> None:
     assert nk.world.margin(floating, floating.posture("StandZero")) == pytest.approx(float(level), abs=1e-9)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["romeo", *full("icub")])
 def test_any_humanoid_has_a_margin(name: str) -> None:
     try:

@@ -54,6 +54,7 @@ def test_the_files_are_in_step_with_the_parameters() -> None:
     assert check.returncode == 0, check.stderr
 
 
+@pytest.mark.full
 def test_check_notices_a_file_out_of_step(tmp_path: Path) -> None:
     script = [sys.executable, ROOT / "scripts/generate_urdf.py", "--output", tmp_path]
     assert subprocess.run(script, capture_output=True).returncode == 0

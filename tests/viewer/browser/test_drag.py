@@ -341,6 +341,7 @@ def test_a_finger_drags_a_hand_and_a_second_one_gives_both_to_the_camera(page: P
     assert np.abs(page.q - q).max() > 0.01
 
 
+@pytest.mark.full
 def test_forty_pinches_over_the_robot_zoom_and_move_no_joint(phone: Page) -> None:
     rng = np.random.default_rng(5)
     handles = phone.run("() => naoKin.drag.handles.map(({ limb }) => limb.frame)")
