@@ -11,6 +11,8 @@ import sys
 for name in ("fcntl", "grp", "pwd"):
     sys.modules[name] = None  # as if it were not there
 import numpy as np
+import pytest
+
 import nao_kin as nk
 
 nao = nk.load_nao()

@@ -216,7 +216,7 @@ def test_corners_that_hang_five_millimetres_in_the_air_do_not_carry(nao: nk.NaoM
 
 
 @pytest.mark.parametrize(
-    "name, soles, height, drop",
+    ("name", "soles", "height", "drop"),
     [
         *full(("g1_29dof_rev_1_0", ["left_ankle_roll_link", "right_ankle_roll_link"], 0.792, 0.035)),
         ("romeo", ["l_ankle", "r_ankle"], None, 0.068),
