@@ -6,13 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = """
 import sys
 for name in ("fcntl", "grp", "pwd"):
     sys.modules[name] = None  # as if it were not there
 import numpy as np
-import pytest
-
 import nao_kin as nk
 
 nao = nk.load_nao()
