@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,14 @@ html_theme = "furo"
 html_title = f"nao_kin {release}"
 html_static_path = ["_static", "_generated/static"]
 html_css_files = ["site.css"]
+# Each page leads to its source, and says how to get the library until there is a release.
+REPOSITORY = dict(line.split(", ") for line in metadata("nao-kin").get_all("Project-URL") or ())["Source"]
+html_theme_options = {"source_repository": REPOSITORY, "source_branch": "main", "source_directory": "docs/"}
+if "dev" in release:
+    html_theme_options["announcement"] = (
+        f"Not on PyPI yet: <code>git clone {REPOSITORY} && pip install ./nao_kin</code>. Then each "
+        "<code>pip install 'nao-kin[…]'</code> of these pages adds an extra."
+    )
 html_show_sourcelink = False
 html_search_scorer = str(HERE / "search_scorer.js")
 

@@ -64,7 +64,6 @@ def test_the_readme_leads_to_files_that_are_here() -> None:
     for target in targets:
         assert (ROOT / target).is_file(), target
     assert not re.search(r"<(?:img|a)\b", text)
-    assert "nao-kin/nao_kin" not in text
 
 
 def test_the_readme_begins_with_the_commands_that_work_on_a_fresh_machine() -> None:
