@@ -22,6 +22,7 @@ from nao_kin._core.arrays import finite_decimal
 from nao_kin._core.text import abbreviated, nearest_names, quoted
 from nao_kin.cli import sample
 from nao_kin.cli.options import COMMANDS, Needs, RobotOptions
+from nao_kin.cli.slips import ELSEWHERE, mended
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ _EXCLUDING = (
 )
 
 
-class _Option(NamedTuple):
+class Option(NamedTuple):
     """An option or an argument: the name and the type of its parameter, and what is declared."""
 
     name: str
@@ -63,6 +64,11 @@ class _Option(NamedTuple):
     def label(self) -> str:
         """The option in a message."""
         return self.flags[0].partition("/")[0] if self.flags else self.field.metadata["metavar"].strip("[]")
+
+    @property
+    def takes_value(self) -> bool:
+        """Whether a word after it is its value."""
+        return self.kind is not bool
 
     @property
     def several(self) -> bool:
@@ -108,18 +114,18 @@ class _Option(NamedTuple):
         return number if self.kind is float else int(text) if text.strip().lstrip("+-").isdigit() else int(number)
 
 
-def _option(name: str, kind: Any, declared: Field[Any]) -> _Option:
+def _option(name: str, kind: Any, declared: Field[Any]) -> Option:
     alone = [part for part in get_args(kind) if part is not NoneType] if get_origin(kind) in (Union, UnionType) else []
-    return _Option(name, alone[0] if alone else kind, declared)
+    return Option(name, alone[0] if alone else kind, declared)
 
 
-def options_of(name: str) -> tuple[dict[str, _Option], dict[str, tuple[Any, list[str]]], Needs]:
+def options_of(name: str) -> tuple[dict[str, Option], dict[str, tuple[Any, list[str]]], Needs]:
     """Return the options of a command by name, its groups (class and names) by parameter, and what each option needs.
 
     The annotations of the function are evaluated now and not before, because one of them may import a library.
     """
     declared = COMMANDS[name]
-    options, groups, needs = dict[str, _Option](), dict[str, tuple[Any, list[str]]](), dict(declared.needs)
+    options, groups, needs = dict[str, Option](), dict[str, tuple[Any, list[str]]](), dict(declared.needs)
     for parameter in inspect.signature(declared.function, eval_str=True).parameters.values():
         kind = parameter.annotation
         if not is_dataclass(kind):
@@ -158,7 +164,7 @@ def with_options(name: str) -> Callable[..., None]:
     return run
 
 
-def _check(options: Mapping[str, _Option], given: Mapping[str, Any], needs: Needs) -> None:
+def _check(options: Mapping[str, Option], given: Mapping[str, Any], needs: Needs) -> None:
     """Refuse options that exclude each other, and options without those that they need."""
     for one, other in _EXCLUDING:
         if one in given and other in given:
@@ -195,14 +201,16 @@ class Group(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names; its options are made now, those of the others never."""
         if args[0] not in self.commands:
-            near = nearest_names(args[0], self.commands)
+            near = nearest_names(args[0], self.commands, similar=0.75)
             advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
+            advice = f"that is {ELSEWHERE[args[0]]}" if args[0] in ELSEWHERE else advice
             raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
         name = " ".join([*ctx.command_path.split()[1:], args[0]])
         if name in COMMANDS:
             alone = typer.Typer(add_completion=False, rich_markup_mode=None)
             alone.command(args[0], epilog=COMMANDS[name].example)(with_options(name))
             self.commands[args[0]] = typer.main.get_command(alone)
+            args = [args[0], *mended(args[1:], options_of(name)[0])]
         return super().resolve_command(ctx, args)
 
 
@@ -235,7 +243,7 @@ _NAMES: dict[str, Callable[[Callable[[], RobotModel]], Iterable[str]]] = {
 }
 
 
-def _completed(option: _Option) -> Callable[[Any, str], list[str]] | None:
+def _completed(option: Option) -> Callable[[Any, str], list[str]] | None:
     """Return typer's function for the names that complete the value of an option; None if there are none."""
     table = _NAMES.get(option.name)
     if table is None and not option.choices:

@@ -13,11 +13,12 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from command_line import refused_line as _refused
-from loops import full
+from loops import for_all, full
 
 import nao_kin as nk
 from nao_kin.cli import options
@@ -309,12 +310,43 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("reach", "LArm", "--by", "mean"), "--by needs --html or --output"),
         (("fk", "a.csv", "b.csv"), "2 files; several files need --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
+        (("fk", "LArm", "0", "0"), "'0' is a number, expected a file; --joint NAME=VALUE sets a joint"),
+        (("ik", "LArm", "0.1", "0.2"), "'0.1' is a number, expected a file; numbers stand after their option"),
+        (("limits",), "no such command 'limits' (that is nao-kin joints)"),
+        (("info", "LArm"), "nexpected extra argument"),
     ],
 )
 def test_bad_input_is_one_line_on_standard_error(
     capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
 ) -> None:
     assert message in _refused(capsys, *arguments)
+
+
+@for_all(
+    ("slip", "meant"),
+    [
+        ("ik LArm --target 0.15 -0.12 0.05", ["ik", "LArm", "--target", "0.15 -0.12 0.05"]),
+        ("camera CameraTop --pixel 320 240", ["camera", "CameraTop", "--pixel", "320,240"]),
+        ("balance --gravity 0 0 -1", ["balance", "--gravity", "0,0,-1"]),
+        ("fk --joint HeadYaw 0.3 --joint HeadPitch=-0.1", ["fk", "--joint", "HeadYaw=0.3", "--joint", "HeadPitch=-0.1"]),
+        ("fk --frame LArm RArm --deg", ["fk", "--frame", "LArm,RArm", "--deg"]),
+        ("fk LArm RArm", ["fk", "--frame", "LArm,RArm"]),
+        ("info V5", ["info", "--nao", "v5"]),
+    ],
+)
+def test_numbers_without_quotes_and_names_without_options_are_what_they_can_only_be(
+    slip: str, meant: list[str], capsys: pytest.CaptureFixture
+) -> None:
+    answers = [(run([*words, "--json"]), capsys.readouterr()) for words in (slip.split(), meant)]
+    assert answers[0] == answers[1]
+    assert answers[0][0] != 2
+
+
+def test_a_file_may_be_called_like_a_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("LArm").write_text("HeadYaw\n0.1\n")
+    assert run(["fk", "LArm", "--missing", "Stand", "--frame", "Head", "--json"]) == 0
+    assert '"configurations"' in capsys.readouterr().out
 
 
 def test_h_is_help_everywhere(capsys: pytest.CaptureFixture) -> None:
