@@ -151,6 +151,17 @@ class BadArgument(NaoKinError):
     """
 
 
+# Expected shape, the last axes of what was given, and what takes that.
+_WAYS: tuple[tuple[str, tuple[int, ...], str], ...] = (
+    ("(..., 25)", (26,), "the 26 values of NAOqi's Body become q by nao.from_body"),
+    ("(..., 3, 3)", (4, 4), "the rotation of a pose is T[..., :3, :3]"),
+    ("(..., 3, 3)", (3,), "nk.rotations.exp takes a rotation vector, nk.ik.look_at a point"),
+    ("(..., 3, 3)", (4,), "nk.rotations.matrix_from_quat takes a quaternion"),
+    ("(..., 4, 4)", (3, 3), "nk.screws.pose makes one of a rotation and a translation"),
+    ("(..., 4, 4)", (3,), "nk.ik.numeric takes a position alone"),
+)
+
+
 class WrongShape(NaoKinError):
     """An array of the wrong shape, or arrays whose batch shapes do not broadcast.
 
@@ -168,7 +179,8 @@ class WrongShape(NaoKinError):
 
     def __init__(self, what: str, expected: str, got: tuple[int, ...] | str) -> None:
         self.what, self.expected, self.got = what, expected, got
-        super().__init__(f"{what} must have shape {expected}, got {got}")
+        hint = next((f"; {way}" for there, ends, way in _WAYS if there == expected and got[-len(ends) :] == ends), "")
+        super().__init__(f"{what} must have shape {expected}, got {got}{hint}")
 
 
 class NotFinite(NaoKinError):

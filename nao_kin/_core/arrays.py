@@ -65,7 +65,8 @@ def as_numbers(value: ArrayLike, what: str) -> Floats:
         with np.errstate(over="ignore"):  # of long doubles, which become infinite
             return array.astype(np.float64)
     except (TypeError, ValueError, np.ma.MaskError):
-        raise BadArgument(f"{what} must be real numbers, got {quoted(value, 60)}") from None
+        way = "; robot.configuration takes joints by name, robot.posture names a posture" if what == "q" else ""
+        raise BadArgument(f"{what} must be real numbers, got {quoted(value, 60)}{way}") from None
 
 
 def refuse_non_finite(array: Floats, what: str) -> None:

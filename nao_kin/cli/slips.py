@@ -73,7 +73,7 @@ def _value(option: Option, left: deque[str]) -> str:
 
 def _after_its_option(word: str, options: Mapping[str, Option], words: list[str]) -> list[str]:
     """Return a word that stands alone, behind the option it means if it is no file."""
-    if "file" not in options and any(not option.flags for option in options.values()) or os.path.exists(word):
+    if ("file" not in options and any(not option.flags for option in options.values())) or os.path.exists(word):
         return [word]
     if word.lower() in nk.robot.nao.VERSIONS and "nao" in options and "--nao" not in words:
         return ["--nao", word.lower()]

@@ -44,6 +44,8 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
     """Return a copy of the model of a URDF tree with a fixed or floating base; the original is built once per tree."""
     if base not in ("fixed", "floating"):
         raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
+    if isinstance(tree, str):
+        raise BadArgument(f"RobotModel.from_file({quoted(tree)}) reads a file")
     if base not in tree.made:
         tree.made[base] = _built(tree, base)
     return tree.made[base].copy()
@@ -306,6 +308,8 @@ class FrameTable:
 
     def id(self, name: object) -> int:
         """Return the id of a frame."""
+        if not isinstance(name, str):
+            raise BadArgument(f"a frame is named by a text, got {quoted(name)}; q and targets have their own places")
         if name not in self._ids:
             raise UnknownName("frame", name, self.names, self._about_world if str(name) == WORLD else "")
         frames = self._ambiguous.pop(name, None)  # removed, so that only the first call warns
@@ -345,4 +349,8 @@ class FrameTable:
         """Return the ids of the frames with these names, or with one name; for None, those of all links."""
         if names is None:
             return self._link_ids
-        return self._known((names,) if isinstance(names, str) else tuple(names))
+        key = (names,) if isinstance(names, str) else tuple(names)
+        try:
+            return self._known(key)
+        except TypeError:  # what cannot be hashed is no name
+            return tuple(map(self.id, key))

@@ -77,6 +77,8 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     if name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
+    if name.lower() == "nao":
+        hint = "load_nao loads a NAO"
     if "/" in name or Path(name).suffix:
         hint = "a file is read with RobotModel.from_file, and on the command line with --urdf"
     raise UnknownName("robot", name, (*files, *described), hint)

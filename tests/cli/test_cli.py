@@ -328,7 +328,10 @@ def test_bad_input_is_one_line_on_standard_error(
         ("ik LArm --target 0.15 -0.12 0.05", ["ik", "LArm", "--target", "0.15 -0.12 0.05"]),
         ("camera CameraTop --pixel 320 240", ["camera", "CameraTop", "--pixel", "320,240"]),
         ("balance --gravity 0 0 -1", ["balance", "--gravity", "0,0,-1"]),
-        ("fk --joint HeadYaw 0.3 --joint HeadPitch=-0.1", ["fk", "--joint", "HeadYaw=0.3", "--joint", "HeadPitch=-0.1"]),
+        (
+            "fk --joint HeadYaw 0.3 --joint HeadPitch=-0.1",
+            ["fk", "--joint", "HeadYaw=0.3", "--joint", "HeadPitch=-0.1"],
+        ),
         ("fk --frame LArm RArm --deg", ["fk", "--frame", "LArm,RArm", "--deg"]),
         ("fk LArm RArm", ["fk", "--frame", "LArm,RArm"]),
         ("info V5", ["info", "--nao", "v5"]),

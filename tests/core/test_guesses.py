@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import for_all
 from public_names import ROOMS
 
 import nao_kin as nk
 from nao_kin._core.guesses import public_index
+from nao_kin.errors import NaoKinError
 
 PLACES = [place for places in public_index().values() for place in places if not place.startswith("viewer.")]
 NAO, NOD = nk.load_nao(), nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
@@ -71,6 +73,33 @@ def test_other_names_are_answered_with_the_nearest_or_nothing() -> None:
     with pytest.raises(AttributeError, match=r"has no attribute 'Kinematics'$"):  # nothing is better than "semantics"
         nk.Kinematics  # type: ignore[attr-defined]  # noqa: B018
     assert not hasattr(nao, "__array__")
+
+
+Q, POSE = NAO.neutral(), np.eye(4)
+
+
+@for_all(
+    ("ask", "way"),
+    [
+        (lambda: NAO.fk("LArm", Q), "frame is named by a text"),  # type: ignore[arg-type]
+        (lambda: nk.ik.numeric(NAO, POSE, "LArm"), "frame is named by a text"),  # type: ignore[arg-type]
+        (lambda: nk.ik.velocity(NAO, Q, "LArm", np.zeros(6)), "frame is named by a text"),  # type: ignore[arg-type]
+        (lambda: NAO.fk(np.zeros(26), "LArm"), "nao.from_body"),
+        (lambda: NAO.fk({"HeadYaw": 0.1}, "LArm"), "robot.configuration"),  # type: ignore[arg-type]
+        (lambda: NAO.fk("StandInit", "LArm"), "robot.posture"),  # type: ignore[arg-type]
+        (lambda: nk.rotations.quat_from_matrix(POSE), "T[..., :3, :3]"),
+        (lambda: nk.rotations.log([1.0, 0.0, 0.0, 0.0]), "nk.rotations.matrix_from_quat"),
+        (lambda: nk.ik.leg(NAO, "L", [0.0, 0.05, -0.3]), "nk.ik.numeric takes a position"),
+        (lambda: nk.ik.head(NAO, [1.0, 0.0, 0.0]), "nk.ik.look_at a point"),
+        (lambda: nk.RobotModel("r.urdf"), "RobotModel.from_file('r.urdf')"),  # type: ignore[arg-type]
+        (lambda: nk.load_nao("r.urdf"), "RobotModel.from_file"),
+        (lambda: nk.load_robot("nao"), "load_nao"),
+    ],
+)
+def test_what_is_given_in_the_wrong_place_is_answered_with_what_takes_it(ask: Any, way: str) -> None:
+    with pytest.raises(NaoKinError) as error:
+        ask()
+    assert way in str(error.value)
 
 
 def test_what_fails_inside_a_property_is_not_hidden_and_copies_work() -> None:

@@ -246,7 +246,8 @@ def version_named(name: str) -> Version:
         number = version.removeprefix("v")
         if wanted == number or ("." not in number and wanted == f"{number}.0"):
             return version
-    raise UnknownName("NAO version", name, VERSIONS)
+    is_file = wanted.endswith((".urdf", ".xml", ".xacro"))
+    raise UnknownName("NAO version", name, VERSIONS, "RobotModel.from_file reads a file" if is_file else "")
 
 
 def nao_parameters(version: str = "v6") -> NaoParameters:
