@@ -135,23 +135,25 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
     return cache.warm_up(names)
 
 
-def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        from nao_kin._core.guesses import unknown_attribute
+if not TYPE_CHECKING:  # for type checkers, every name would exist
 
-        raise unknown_attribute("module 'nao_kin'", name, __all__)
-    try:
-        module = importlib.import_module(_HOME.get(name) or _INSIDE.get(name, f"nao_kin.{name}"))
-    except ImportError as error:
-        from nao_kin._core.extras import with_remedy
+    def __getattr__(name: str) -> Any:
+        if name not in __all__:
+            from nao_kin._core.guesses import unknown_attribute
 
-        remedy = with_remedy(str(error))
-        if remedy != str(error):
-            raise ImportError(remedy, name=error.name, path=error.path) from None
-        raise
-    value = getattr(module, name) if name in _HOME else module
-    globals()[name] = value
-    return value
+            raise unknown_attribute("module 'nao_kin'", name, __all__)
+        try:
+            module = importlib.import_module(_HOME.get(name) or _INSIDE.get(name, f"nao_kin.{name}"))
+        except ImportError as error:
+            from nao_kin._core.extras import with_remedy
+
+            remedy = with_remedy(str(error))
+            if remedy != str(error):
+                raise ImportError(remedy, name=error.name, path=error.path) from None
+            raise
+        value = getattr(module, name) if name in _HOME else module
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

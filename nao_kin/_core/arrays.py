@@ -302,6 +302,7 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
 
 # What to do with joint values outside their limits: refuse them, move them to the nearest limit, or accept them.
 LimitPolicy = Literal["enforce", "clamp", "ignore", "measured"]
+SolverLimits = Literal["enforce", "ignore"]  # of inverse kinematics
 _POLICIES: tuple[LimitPolicy, ...] = get_args(LimitPolicy)
 
 

@@ -8,15 +8,12 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import Any
 
 import nao_kin as nk
 from nao_kin._core.arrays import finite_decimal
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-
-if TYPE_CHECKING:
-    from nao_kin.cli.parsing import Option
 
 # Words that are no commands → what does that.
 ELSEWHERE = {
@@ -39,8 +36,11 @@ ELSEWHERE = {
 }
 
 
-def mended(words: list[str], options: Mapping[str, Option]) -> list[str]:
-    """Return the words after a command with numbers after an option as one value, and names after their option."""
+def mended(words: list[str], options: Mapping[str, Any]) -> list[str]:
+    """Return the words after a command with numbers after an option as one value, and names after their option.
+
+    `options` are those of the command by name, each an `Option` of the module `parsing`, which calls this one.
+    """
     flags = {flag: option for option in options.values() for name in option.flags for flag in name.split("/")}
     left, out = deque(words), list[str]()
     while left:
@@ -57,7 +57,7 @@ def mended(words: list[str], options: Mapping[str, Option]) -> list[str]:
     return out
 
 
-def _value(option: Option, left: deque[str]) -> str:
+def _value(option: Any, left: deque[str]) -> str:
     """Take the value of an option from the words that are left: `0.15 0.12 0.05`, `HeadYaw 0.3`, `LArm RArm`."""
     value, form = left.popleft(), option.field.metadata["metavar"] or ""
     if form == "NAME=VALUE" and "=" not in value and left and _is_number(left[0]):
@@ -71,7 +71,7 @@ def _value(option: Option, left: deque[str]) -> str:
     return value
 
 
-def _after_its_option(word: str, options: Mapping[str, Option], words: list[str]) -> list[str]:
+def _after_its_option(word: str, options: Mapping[str, Any], words: list[str]) -> list[str]:
     """Return a word that stands alone, behind the option it means if it is no file."""
     if ("file" not in options and any(not option.flags for option in options.values())) or os.path.exists(word):
         return [word]

@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, LimitPolicy, check_tolerance, join_poses
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, SolverLimits, check_tolerance, join_poses
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
@@ -61,7 +61,7 @@ def analytic(
     reference: str | None = None,
     locked: Mapping[str, float] | None = None,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,

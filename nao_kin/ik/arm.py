@@ -9,7 +9,7 @@ from typing import Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, unit
+from nao_kin._core.arrays import Floats, SolverLimits, as_floats, choice, unit
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.arm_equations import (
@@ -71,7 +71,7 @@ def arm(
     criterion: Criterion = _CRITERION,
     frame: str | None = None,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
 ) -> IKResult:

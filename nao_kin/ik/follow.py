@@ -11,7 +11,7 @@ from typing import Any, SupportsIndex, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, between_samples, choice
+from nao_kin._core.arrays import Floats, SolverLimits, as_floats, between_samples, choice
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
@@ -225,7 +225,7 @@ def follow(
     directions: Mapping[str, ArrayLike] | None = None,
     frames: Mapping[str, str] | None = None,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     speed: float = 1.0,
     priority: Priority = "balanced",
     free: Free | None = None,

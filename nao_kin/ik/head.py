@@ -10,7 +10,7 @@ from typing import NamedTuple, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, LimitPolicy, as_floats
+from nao_kin._core.arrays import Floats, SolverLimits, as_floats
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument, UnknownName
@@ -55,7 +55,7 @@ def head(
     position: ArrayLike | None = None,
     frame: str = "Head",
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
 ) -> IKResult:
@@ -120,7 +120,7 @@ def look_at(
     camera: str = "CameraTop",
     *,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
 ) -> IKResult:

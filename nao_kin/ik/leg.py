@@ -9,7 +9,7 @@ from typing import NamedTuple, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin._core.arrays import Floats, SolverLimits
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.branches import (
     NEEDED,
@@ -62,7 +62,7 @@ def leg(
     *,
     frame: str | None = None,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     threads: SupportsIndex | None = None,
     collisions: bool | CollisionRule = False,
 ) -> IKResult:

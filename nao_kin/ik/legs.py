@@ -10,7 +10,7 @@ from typing import Any, Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, LimitPolicy, batch_index, choice, rigid_inverse
+from nao_kin._core.arrays import Floats, SolverLimits, batch_index, choice, rigid_inverse
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
 from nao_kin.ik.branches import (
@@ -178,7 +178,7 @@ def legs(
     *,
     frames: Sequence[str] | None = None,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     priority: Priority = "balanced",
     base: Base = "fixed",
     torso: ArrayLike | None = None,

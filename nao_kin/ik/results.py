@@ -10,7 +10,7 @@ import enum
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,15 +189,17 @@ class IKResult(Outcome):
     notes: tuple[str, ...] = field(default=())
     units: tuple[str, ...] = field(default=())
 
-    def __getattr__(self, name: str) -> Any:
-        own = self.__dict__
-        if (parts := own.get("_parts")) is not None:
-            for attribute, value in parts().items():
-                own.setdefault(attribute, value)  # the first of two threads wins
-            own.pop("_parts", None)
-        if name in own:
-            return own[name]
-        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+    if not TYPE_CHECKING:  # for type checkers, every name would exist
+
+        def __getattr__(self, name: str) -> Any:
+            own = self.__dict__
+            if (parts := own.get("_parts")) is not None:
+                for attribute, value in parts().items():
+                    own.setdefault(attribute, value)  # the first of two threads wins
+                own.pop("_parts", None)
+            if name in own:
+                return own[name]
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     @property
     def q(self) -> Floats:

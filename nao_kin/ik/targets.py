@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
     Floats,
-    LimitPolicy,
+    SolverLimits,
     as_floats,
     as_numbers,
     common_batch,
@@ -25,8 +25,8 @@ from nao_kin.screws import refuse_not_rigid as refuse_not_rigid, rigid_poses as 
 
 Shape: TypeAlias = tuple[int, ...]
 Threads: TypeAlias = SupportsIndex | None
-_ENFORCE: LimitPolicy = "enforce"
-_POLICIES: tuple[LimitPolicy, ...] = ("enforce", "ignore")
+_ENFORCE: SolverLimits = "enforce"
+_POLICIES: tuple[SolverLimits, ...] = ("enforce", "ignore")
 
 
 def as_poses(T: ArrayLike, what: str) -> Floats:

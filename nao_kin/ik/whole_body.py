@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import (
     MAX_SEARCHES,
     Floats,
-    LimitPolicy,
+    SolverLimits,
     batch_index,
     check_tolerance,
     common_batch,
@@ -191,7 +191,7 @@ def whole_body(
     posture: ArrayLike | None = None,
     weights: Mapping[str, ArrayLike | tuple[ArrayLike, ArrayLike]] | None = None,
     near: ArrayLike | None = None,
-    limits: LimitPolicy = "enforce",
+    limits: SolverLimits = "enforce",
     restarts: SupportsIndex = 50,
     tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
