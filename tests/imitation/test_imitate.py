@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -127,6 +127,23 @@ def test_uneven_frames_become_even(nao: nk.NaoModel) -> None:
     made = imitate(nao, person(nao, times, q), legs="ignore", collisions=False)
     assert np.ptp(np.diff(made.times)) < 1e-9
     assert np.abs(made.q - swing(nao, made.times))[:, columns(nao)].max() < 0.05
+
+
+def test_a_lead_begins_and_ends_in_the_posture(nao: nk.NaoModel) -> None:
+    times = np.arange(10) / 20.0
+    q = np.tile(nao.posture("StandInit", LShoulderPitch=-1.0, HeadYaw=1.5), (10, 1))
+    seen = person(nao, times, q)
+    options: Any = {"legs": "ignore", "cutoff": 0.0, "collisions": False}
+    made, led = (imitate(nao, seen, lead=lead, **options) for lead in (0.0, 0.75))
+    # The first keys are those of the first frame, after the time that the robot has from wherever it is.
+    assert led.motion.start == led.played[0] == 0.75
+    np.testing.assert_allclose(led.motion.sample(led.played), made.motion.sample(made.played), atol=1e-12)
+    joints = [nao.joint_names.index(name) for name in led.motion.joint_names]
+    np.testing.assert_allclose(led.motion.sample(led.motion.end), nao.posture("StandInit")[joints], atol=1e-12)
+    assert led.motion.end - led.played[-1] == pytest.approx(0.75)
+    assert led.report.as_dict()["start"] == 0.0  # the way there is checked too
+    # A shoulder that turns by 2.4 rad takes longer than the time given.
+    assert imitate(nao, seen, lead=0.1, **options).motion.start > 0.25
 
 
 @pytest.mark.parametrize("name", nk.imitation.SAMPLES)
