@@ -239,6 +239,7 @@ def imitate(
         True
     """
     check_tolerance(cutoff, "cutoff")
+    check_tolerance(lead, "lead")
     choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
     choice(target, TARGETS, "target")
     rule, solver = CollisionRule.of(collisions), LimbMap(robot)

@@ -167,6 +167,8 @@ def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
         imitate(nao, seen, cutoff=-1.0)
     with pytest.raises(BadArgument, match="slack must be a number ≥ 0"):
         imitate(nao, seen, slack=-1.0)
+    with pytest.raises(BadArgument, match="lead"):
+        imitate(nao, seen, lead=-1.0)
     with pytest.raises(UnknownName, match="unknown treatment of legs 'walk'"):
         imitate(nao, seen, legs="walk")  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="unknown target 'hands'"):
