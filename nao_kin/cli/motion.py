@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import io
+import math
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+from zipfile import ZIP_DEFLATED, ZipFile
 
+import numpy as np
 import typer
 
 from nao_kin._core import files as atomic
@@ -44,6 +47,7 @@ def convert(
     limits: Literal["clamp", "ignore"] = option(None, shared.OUTSIDE, default="ignore"),
     slow_down: bool = flag("Slow down where a joint would be too fast."),
     balance: bool = flag("With --slow-down: also until the robot does not tip."),
+    lead: float = option("S", "Begin so many seconds later: NAOqi refuses keys at 0 s.", default=0.0),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
     written: OutputOptions,
     robot: RobotOptions,
@@ -52,7 +56,7 @@ def convert(
 
     Each format has its unit of angles, or the file says it; --deg writes csv in degrees, with [deg] in its headings.
     The changes are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --limits,
-    --slow-down, --rate.
+    --slow-down, --lead, --rate.
     """
     from nao_kin import motion as motions
 
@@ -81,6 +85,7 @@ def convert(
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
     motion = mended(motions.clamp(model, motion)) if limits == "clamp" else motion
     motion = mended(motions.slow_down(model, motion, balance=balance)) if slow_down else motion
+    motion = motions.time_warp(motion, lambda times: times + lead) if lead else motion
     motions.write_motion(motion, sink, format=to, rate=rate, degrees=source.deg, overwrite=True)
     if written.json:
         print_json(
@@ -265,6 +270,9 @@ def _cell(value: object) -> str:
 
 # Configurations per second of the page.
 _FPS = 30.0
+# Formats that NAOqi plays: seconds to the first key, frames per second, and how far lines between keys may be from them
+# [rad].
+_FOR_NAOQI, _LEAD, _FRAMES, _WITHIN = ("python", "naoqi", "xar"), 1.0, 100.0, math.radians(0.5)
 
 
 @command("imitate", "Example: nao-kin imitate circles.bvh -o circles.xar --html circles.html --legs follow")
@@ -288,6 +296,10 @@ def imitate(
     hands: Literal["direction", "place", "mixed"] = option(
         None, "Directions of the arms, places of the hands, or places where hands are near.", default="direction"
     ),
+    lead: float | None = option(
+        "S",
+        "Move from StandInit to the first frame, and back, in so many seconds. Default: 1 for .py and .xar, else 0.",
+    ),
     cutoff: float = option("HZ", "Filter out motion above this frequency; 0 for no filter.", default=4.0),
     accepted: OverlapOptions,
     written: OutputOptions,
@@ -298,6 +310,9 @@ def imitate(
     Arms and head take the person's directions, legs lean the trunk or make steps, arms make room for other links, and
     the motion takes longer where a joint would be too fast or the robot would tip. The report says how far it is from
     the person.
+
+    Files for NAOqi (.py, .xar) get no more keys than straight lines within 0.5° of 100 frames per second need. An .npz
+    also has the floating base in the person's own time, in the layout of BeyondMimic, mjlab and GMR.
     """
     from nao_kin import imitation
     from nao_kin.motion import write_motion
@@ -305,6 +320,7 @@ def imitate(
     sink = target.path
     written.check({"": sink, "--html": html})
     check_motion_file(sink, to)
+    thin = to in _FOR_NAOQI or (to is None and Path(sink).suffix.lower() in (".py", ".xar"))
     model = robot.load()
     points = settings(names, "--names", "POINT=JOINT, as in left_wrist=LeftHand") or None
     skeleton = imitation.read_skeleton(file, source=source, names=points, rate=rate, units=units, up=up)
@@ -318,17 +334,39 @@ def imitate(
             target=hands,
             cutoff=cutoff,
             collisions=accepted.rule,
+            lead=(_LEAD if thin else 0.0) if lead is None else lead,
         )
-    write_motion(made.motion, sink, format=to, overwrite=True)
+    written_motion, thinned = _with_few_keys(model, made.motion) if thin else (made.motion, {})
+    write_motion(written_motion, sink, format=to, overwrite=True)
+    if (to or Path(sink).suffix) in ("npz", ".npz"):
+        with ZipFile(sink, "a", ZIP_DEFLATED) as archive:
+            for name, array in made.clip(model).items():
+                with archive.open(f"{name}.npy", "w") as entry:
+                    np.lib.format.write_array(entry, array)
     if html is not None:
         _write_page(model, made, html, overwrite=written.force)
     if written.json:
-        print_json({"output": sink, "html": html, **made.as_dict()})
+        print_json({"output": sink, "html": html, **thinned, **made.as_dict()})
     else:
         print_written(sink, *([] if html is None else [html]))
         typer.echo(made.describe(), err=True)
+        if thinned:
+            typer.echo("keys: {keys}, {error_deg:.2g}° away at most".format(**thinned), err=True)
     if not made.ok:
         raise typer.Exit(1)
+
+
+def _with_few_keys(model: RobotModel, motion: Motion) -> tuple[Motion, dict[str, Any]]:
+    """Return a motion with few keys, and how many it has and how far it is from the other.
+
+    It consists of straight Bezier curves, for NAOqi rounds the corners of angleInterpolation.
+    """
+    from nao_kin.motion import resample
+
+    frames = np.arange(math.floor(motion.start * _FRAMES), math.ceil(motion.end * _FRAMES) + 1)
+    few = resample(motion, times=frames[frames > 0] / _FRAMES, tolerance=_WITHIN, robot=model)
+    error = float(np.abs(few.sample(motion.key_times) - motion.sample(motion.key_times)).max())
+    return few.as_bezier(), {"keys": sum(map(len, few.keys)), "error_deg": math.degrees(error)}
 
 
 def _write_page(model: RobotModel, made: Imitation, path: str, *, overwrite: bool) -> None:

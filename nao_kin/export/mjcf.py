@@ -181,7 +181,8 @@ def mjcf(
 
     # Links on fixed joints become sites, and merged joints are joints of one body.
     tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
-    bodies = mjcf_model.bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
+    groups = group_joints(RobotModel(tree)) if typed else None
+    bodies = mjcf_model.bodies_of(tree, groups, robot.semantics.stall_torques)
     if floating and inertia == "physical":
         changes += mjcf_model.give_the_root_mass(bodies)
     tree, lowered = mjcf_model.on_their_soles(tree, bodies, robot.semantics)

@@ -47,6 +47,7 @@ class BodyJoint:
     kind: str  # "hinge", "slide" or "ball"
     axes: Floats  # in the body's frame with all joints at zero, shape (n, 3): one, or the three of a ball
     rows: tuple[UrdfJoint, ...]  # the joints of the tree for each axis
+    motor: Servo  # of a ball the weakest of its three, because all three reach this effort
 
 
 @dataclass(eq=False)
@@ -78,8 +79,8 @@ class Bodies:
             yield from body.joints
 
 
-def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
-    """Return the bodies of a tree, with the joints of `groups` merged.
+def bodies_of(tree: UrdfTree, groups: JointGroups | None, stall: Mapping[str, float]) -> Bodies:
+    """Return the bodies of a tree, with the joints of `groups` merged, and motors with stall torques [N m].
 
     A universal joint becomes two hinges of one body, a spherical joint a ball, or three hinges of one body if one of
     its axes is coupled, because MuJoCo couples only joints of one coordinate.
@@ -114,7 +115,7 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
             ]
         elif row.parent in between:
             between.add(row.child)
-        bodies.append(Body(row.child, index, T_joint, _joints(parts, coupled)))
+        bodies.append(Body(row.child, index, T_joint, _joints(parts, coupled, stall)))
         places[row.child] = len(bodies) - 1, pin.SE3.Identity()
     for link in tree.links:
         index, T_body = places[link]
@@ -137,12 +138,17 @@ def give_the_root_mass(bodies: Bodies) -> tuple[str, ...]:
     return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, because it moves freely",)
 
 
-def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tuple[BodyJoint, ...]:
+def _joints(
+    parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str], stall: Mapping[str, float]
+) -> tuple[BodyJoint, ...]:
     rows = tuple(row for row, _ in parts)
+    motors = [servo(row, stall) for row in rows]
     if len(rows) == 3 and not coupled.intersection(row.name for row in rows):
-        return (BodyJoint("+".join(row.name for row in rows), "ball", np.stack([axis for _, axis in parts]), rows),)
+        axes, weakest = np.stack([axis for _, axis in parts]), min(motors, key=lambda motor: motor.effort)
+        return (BodyJoint("+".join(row.name for row in rows), "ball", axes, rows, weakest),)
     return tuple(
-        BodyJoint(row.name, "slide" if row.kind == "prismatic" else "hinge", axis[None], (row,)) for row, axis in parts
+        BodyJoint(row.name, "slide" if row.kind == "prismatic" else "hinge", axis[None], (row,), motor)
+        for (row, axis), motor in zip(parts, motors, strict=True)
     )
 
 
@@ -201,7 +207,7 @@ def _set_inertia(one: Any, body: Body) -> None:
 
 
 def _add_joint(one: Any, joint: BodyJoint) -> None:
-    motor, row = motor_of(joint), joint.rows[0]
+    motor, row = joint.motor, joint.rows[0]
     added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{joint.kind.upper()}"))
     if joint.kind != "ball":
         added.axis = joint.axes[0].tolist()
@@ -464,17 +470,19 @@ def _across_the_soles(data: Any, robot: RobotModel, bodies: Bodies) -> Floats:
 
 # --- Actuators.
 #
-# A URDF states the largest effort e and the largest speed v of a motor. Three estimates complete the servo:
+# A URDF states the largest effort e and the largest speed v of a motor, and the semantics perhaps a stall torque, which
+# the motor has for a moment. Three estimates complete the servo:
 #
-# - the full effort acts at an error of 0.05 rad (5 mm for a sliding joint): kp = e / 0.05;
-# - no effort is available at the largest speed, as for an ideal DC motor: damping = e / v;
+# - the effort e acts at an error of 1/60 rad (1/600 m for a sliding joint): kp = 60 e;
+# - the effort e is used up at the largest speed, as that of an ideal DC motor: damping = e / v;
 # - the rotor's inertia behind the gear is armature = 0.015 s · e / v: 0.007 kg m² for the NAO's knee, as for a rotor of
 #   4 g cm² behind the published ratio of 130.85.
 #
-# The derivative gain makes the servo critically damped on its own rotor.
+# The derivative gain makes the servo critically damped on its own rotor. The NAO's knee then follows its control 1/80 s
+# later, as in B-Human's SimRobot (ServoMotor p="80": BHumanCodeRelease, Config/Scenes/Includes/NaoV6H25.rsi2).
 
 # Estimates, not published.
-FULL_EFFORT_ERROR = {"revolute": 0.05, "prismatic": 0.005}  # [rad, m]
+FULL_EFFORT_ERROR = {"revolute": 1.0 / 60.0, "prismatic": 1.0 / 600.0}  # [rad, m]
 ROTOR_TIME = 0.015  # armature / damping [s]
 _NARROWEST = 1e-9  # half the range of a joint that cannot move [rad, m]
 UNKNOWN_GAIN = 100.0  # where no effort is published [N m / rad, N / m]
@@ -491,20 +499,15 @@ class Servo:
     effort: float  # largest effort, ∞ where none is published
 
 
-def servo(row: UrdfJoint) -> Servo:
-    """Return the motor of a joint from the published effort and speed; infinite values and effort 0 are unknown."""
+def servo(row: UrdfJoint, stall: Mapping[str, float]) -> Servo:
+    """Return the motor of a joint from published efforts and speed; infinite values and effort 0 are unknown."""
     effort = row.effort if 0.0 < row.effort < math.inf else math.inf
     known = effort < math.inf and row.velocity < math.inf
     slope = effort / row.velocity if known else 0.0
     armature = ROTOR_TIME * slope
     kp = effort / FULL_EFFORT_ERROR[row.kind] if effort < math.inf else UNKNOWN_GAIN
     kv = max(2.0 * math.sqrt(kp * armature) - slope, 0.0) if known else 0.1 * kp
-    return Servo(kp, kv, row.damping + slope, armature, effort)
-
-
-def motor_of(joint: BodyJoint) -> Servo:
-    """Return the motor of a joint; a ball has the weakest of its three, because all three reach this effort."""
-    return min(map(servo, joint.rows), key=lambda motor: motor.effort)
+    return Servo(kp, kv, row.damping + slope, armature, max(effort, stall.get(row.name, 0.0)))
 
 
 def proper_range(lower: float, upper: float) -> tuple[float, float]:
@@ -521,7 +524,7 @@ def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
     """
     unknown = []
     for joint in joints:
-        motor = motor_of(joint)
+        motor = joint.motor
         if joint.kind == "ball":
             for place, letter in enumerate("xyz"):
                 _add_actuator(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), place)

@@ -14,10 +14,11 @@ from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
 from nao_kin.imitation.bones import CONFIDENCE
+from nao_kin.imitation.clips import clip_of
 from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
 from nao_kin.imitation.skeleton import POINTS, Skeleton, lacking_notes, left_and_trunk
-from nao_kin.imitation.stance import followed, in_place, stood
-from nao_kin.motion import Change, Motion, MotionReport, check, clamp, slow_down
+from nao_kin.imitation.stance import base_in, followed, in_place, stood
+from nao_kin.motion import Change, Motion, MotionReport, check, clamp, concatenate, slow_down
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.rotations import nearest_rotation, rot_z
 
@@ -53,7 +54,11 @@ class Imitation:
             upper arms, forearms, hands and gaze.
         clamped: name → why, shape (n,), a sum: 1 if ShoulderPitch, ElbowYaw, WristYaw or HeadYaw is at its limit, 2 if
             ShoulderRoll, ElbowRoll or HeadPitch is, 4 for an unknown direction, 8 for an arm that made room.
+        T_world_base: the pose of the robot's root in each frame, in which feet on the floor stay in place, with heading
+            and steps of legs="follow"; shape (n, 4, 4) [m].
+        contacts: which feet, left and right, are on the floor, shape (n, 2).
         lean: the share of the trunk's lean that the feet allow, shape (n,); NaN if the legs are ignored.
+        missed: the frames for which no balanced pose was found, shape (k,); their legs are interpolated.
         changes: how the motion was changed so that it can be played, as in `nk.motion.MendedMotion`.
         report: what a check of the motion found, as of `nk.motion.check`.
         notes: on the skeleton, unknown points, steps and frames.
@@ -66,7 +71,10 @@ class Imitation:
     q: Floats
     errors: Mapping[str, Floats]
     clamped: Mapping[str, NDArray[np.int64]]
+    T_world_base: Floats
+    contacts: NDArray[np.bool_]
     lean: Floats
+    missed: NDArray[np.intp]
     changes: tuple[Change, ...]
     report: MotionReport
     notes: tuple[str, ...]
@@ -74,8 +82,8 @@ class Imitation:
 
     @property
     def ok(self) -> bool:
-        """Whether the check of the motion found no violation."""
-        return self.report.ok
+        """Whether the check of the motion found no violation, and a balanced pose was found for each frame."""
+        return self.report.ok and not len(self.missed)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result for JSON: mean and largest angles [rad], shares of frames, changes, check and notes."""
@@ -143,6 +151,30 @@ class Imitation:
         figure[..., 1] += _BESIDE
         return figure
 
+    def clip(self, robot: RobotModel) -> dict[str, NDArray[Any]]:
+        """Return the motion of a floating base in the person's own time, for reinforcement learning.
+
+        Joints have limits, room and lean as in `motion`, but times are the person's: speeds may be above the limits.
+
+        Args:
+            robot: the robot that imitates.
+
+        Returns:
+            Arrays for `numpy.savez`, with 50 frames a second, as BeyondMimic's and mjlab's `csv_to_npz` writes them:
+            fps (1,), joint_pos and joint_vel (frames, joints), body_pos_w, body_quat_w (scalar first), body_lin_vel_w
+            and body_ang_vel_w (frames, bodies, …); as GMR's pickles have them: root_pos, root_rot (scalar last),
+            dof_pos, local_body_pos, link_body_list; and dof_names, body_names, and contacts (frames, 2) of the left and
+            the right foot. Joints, with the mimic joints, and bodies are in the order of `nk.export.mjcf`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> wave = nk.imitation.imitate(nao, nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"]))
+            >>> wave.clip(nao)["body_pos_w"].shape
+            (161, 43, 3)
+        """
+        q = self.motion.configurations(robot, times=self.played, fill=self.q[0]).q
+        return clip_of(robot, self.times, q, self.T_world_base, self.contacts)
+
     def __repr__(self) -> str:
         joints, seconds = len(self.motion.joint_names), self.motion.duration
         return f"<Imitation: {len(self.times)} frames, {joints} joints, {seconds:.4g} s, {self.report!r}>"
@@ -160,6 +192,7 @@ def imitate(
     cutoff: float = 4.0,
     slack: float = 0.1,
     collisions: bool | CollisionRule = True,
+    lead: float = 0.0,
 ) -> Imitation:
     """Return a person's motion as a motion that the robot can play.
 
@@ -188,6 +221,9 @@ def imitate(
             four times this angle from the line.
         collisions: whether arms make room for other links, as in `nk.motion.check`: True, or a
             `nk.robot.CollisionRule` with an overlap that is accepted. They stay 2 mm farther away.
+        lead: the time [s] in which the robot moves from the posture "StandInit" to the first frame, and from the last
+            one back to it. The motion then begins with the keys of the first frame, at this time: NAOqi moves there
+            from where the robot is, and refuses keys at 0 s.
 
     Raises:
         BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or the slack is below zero;
@@ -203,6 +239,7 @@ def imitate(
         True
     """
     check_tolerance(cutoff, "cutoff")
+    check_tolerance(lead, "lead")
     choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
     choice(target, TARGETS, "target")
     rule, solver = CollisionRule.of(collisions), LimbMap(robot)
@@ -222,7 +259,7 @@ def imitate(
     solved = solver.solve(wanted, start, slack=slack)
     q, codes = solved.q, solved.codes
     hands = opened(robot, points, q)
-    lean, least, stance, misses = np.full(len(q), np.nan), np.zeros(len(q) - 1), None, 0
+    lean, least, stance, misses = np.full(len(q), np.nan), np.zeros(len(q) - 1), None, np.zeros(0, dtype=np.intp)
     if legs != "ignore":
         stance = in_place(robot, start, torso) if legs == "stand" else followed(robot, start, times, points, torso)
         least, notes = stance.least, (*notes, *stance.notes)
@@ -238,11 +275,21 @@ def imitate(
     at = [robot.joint_names.index(name) + robot.nq_base for name in joints]
     steps = np.maximum(np.diff(times), least)
     motion = Motion(np.concatenate([[0.0], np.cumsum(steps)]), joints, q[:, at])
-    motion, played, changes, more = _playable(robot, motion, start, balance=legs != "ignore" and not misses)
+    rest = Motion([0.0], joints, start[None, at])
+    motion = concatenate([rest, motion, rest], gap=lead) if lead else motion
+    motion, played, changes, more = _playable(robot, motion, start, balance=legs != "ignore")
+    report = check(robot, motion, fill=start, rate=_RATE, collisions=rule or False, balance=stance is not None)
+    if lead:
+        # The robot is in its first keys already.
+        played = played[1:-1]
+        motion = Motion([row[1:] for row in motion.times], joints, [row[1:] for row in motion.keys])
+    framed = motion.configurations(robot, times=played, fill=start).q
+    down = robot.set_down(framed).T_world_base if robot.semantics.soles else np.tile(np.eye(4), (len(q), 1, 1))
     if (steps > np.diff(times) + 1e-9).any():
         notes = (*notes, f"{(steps - np.diff(times)).sum():.3g} s more for shifting the weight from foot to foot")
-    if misses:
-        notes = (*notes, f"no balanced pose was found for {misses} of {len(q)} frames")
+    if len(misses):
+        first = f"the first at {times[misses[0]]:.4g} s of the person"
+        notes = (*notes, f"no balanced pose was found for {len(misses)} of {len(q)} frames, {first}: interpolated")
     return Imitation(
         motion=motion,
         times=times,
@@ -250,9 +297,12 @@ def imitate(
         q=q,
         errors=dict(zip(DIRECTIONS, solver.errors(wanted, q, solved.errors).T, strict=True)),
         clamped=dict(zip(DIRECTIONS, codes.T, strict=True)),
+        T_world_base=down if stance is None else base_in(robot, framed, stance),
+        contacts=np.ones((len(q), 2), dtype=bool) if stance is None else stance.carries,
         lean=lean,
+        missed=misses,
         changes=changes,
-        report=check(robot, motion, fill=start, rate=_RATE, collisions=rule or False, balance=stance is not None),
+        report=report,
         notes=tuple(dict.fromkeys((*skeleton.notes, *lacking, *notes, *person.notes, *more))),
         skeleton=skeleton,
     )

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, eased, join_poses, norm, runs
+from nao_kin._core.arrays import Floats, eased, join_poses, norm, rigid_inverse, runs
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
 from nao_kin.imitation.limbs import SIDES
 from nao_kin.robot import Feet, RobotModel
-from nao_kin.rotations import power, rot_z
+from nao_kin.rotations import nearest_rotation, power, rot_z
 
 FEET = ("LLeg", "RLeg")
 # The lean is smaller where it is missed by this [rad], or the place of the centre of mass by this [m].
@@ -92,13 +92,14 @@ def in_place(robot: RobotModel, start: Floats, torso: Floats) -> Stance:
 
 def stood(
     robot: RobotModel, times: Floats, q: Floats, stance: Stance, fixed: NDArray[np.intp]
-) -> tuple[Floats, Floats, int]:
+) -> tuple[Floats, Floats, NDArray[np.intp]]:
     """Return configurations in a stance, the share of the trunk's lean that the feet allow, (n,), and misses.
 
-    Coordinates `fixed`, those of arms and head, keep their values. Misses are frames for which no pose was found.
+    Coordinates `fixed`, those of arms and head, keep their values. Misses are frames for which no pose was found; their
+    legs are interpolated.
     """
     n, made, share = len(q), np.array(q), np.ones(len(q))
-    todo = np.arange(n)
+    todo, failed = np.arange(n), np.zeros(n, dtype=bool)
     for _ in range(_TRIES):
         failed = np.zeros(n, dtype=bool)
         for carries in ((True, True), (True, False), (False, True)):
@@ -112,7 +113,18 @@ def stood(
         slower = slowly(times, share, _EASING)
         todo = np.flatnonzero(failed | (slower < share))
         share = slower
-    return made, share, int(failed.sum())
+    if failed.any() and not failed.all():
+        found = np.stack([np.interp(times, times[~failed], column[~failed]) for column in made.T], axis=1)
+        found[:, fixed] = q[:, fixed]
+        made = np.where(failed[:, None], found, made)
+    return made, share, np.flatnonzero(failed)
+
+
+def base_in(robot: RobotModel, q: Floats, stance: Stance) -> Floats:
+    """Return T_world_base, shape (n, 4, 4), of a robot whose feet on the floor have their places in a stance."""
+    T = stance.feet @ rigid_inverse(robot.fk(q, FEET, reference=robot.tree.root))
+    mean = (T * stance.carries[..., None, None]).sum(axis=1) / stance.carries.sum(axis=1)[:, None, None]
+    return join_poses(nearest_rotation(mean[:, :3, :3]), mean[:, :3, 3])
 
 
 def _solved(

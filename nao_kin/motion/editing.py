@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, eased, shaped, whole_number
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, eased, shaped, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion.curves import slowest
@@ -37,13 +37,23 @@ def reverse(motion: Motion) -> Motion:
     return Motion(times, motion.joint_names, keys, motion.interpolation, handles or None)
 
 
-def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | None = None) -> Motion:
+def resample(
+    motion: Motion,
+    rate: float | None = None,
+    *,
+    times: ArrayLike | None = None,
+    tolerance: float = 0.0,
+    robot: RobotModel | None = None,
+) -> Motion:
     """Return a linear motion with keys at given times, the same for all joints, and the values of the motion there.
 
     Args:
         motion: a motion of any interpolation.
         rate: keys per second, from the first key on; the last one is at the last key.
         times: the times instead of a rate, ascending, shape (n,) [s].
+        tolerance: leave out keys of each joint that are at most so far away from the straight lines between the others
+            [rad, m or ratio] (Ramer 1972; Douglas and Peucker 1973). No line is then steeper than before.
+        robot: with a tolerance, keep the keys without which joints of this robot would leave their coupled limits.
 
     Raises:
         BadArgument: neither or both of rate and times, times that do not ascend, or more than 4 million keys.
@@ -52,11 +62,56 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
         >>> nk.motion.resample(nod, rate=10.0).times[0].size
         11
+        >>> nk.motion.resample(nod, rate=10.0, tolerance=0.01).times[0].tolist()
+        [0.0, 0.5, 1.0]
     """
     if rate is None and times is None:
         raise BadArgument("resample needs a rate or times")
     at = sampling_times(motion, rate, times)
-    return Motion(at, motion.joint_names, motion.sample(at))
+    full = Motion(at, motion.joint_names, motion.sample(at))
+    if not _number(tolerance, "tolerance"):
+        return full
+    kept = [_bends(at, keys, float(tolerance)) for keys in full.keys]
+    while True:
+        keys = [keys[rows] for keys, rows in zip(full.keys, kept, strict=True)]
+        few = Motion([at[rows] for rows in kept], full.joint_names, keys)
+        more = [] if robot is None else _outside_tables(robot, few, full)
+        if not more:
+            return few
+        for column, rows in more:
+            kept[column] = np.union1d(kept[column], rows)
+
+
+def _bends(times: Floats, values: Floats, tolerance: float) -> NDArray[np.intp]:
+    """Return the rows of the keys between which straight lines are within a tolerance of all keys."""
+    kept, parts = [0, len(times) - 1], [(0, len(times) - 1)]
+    while parts:
+        first, last = parts.pop()
+        line = np.interp(times[first : last + 1], times[[first, last]], values[[first, last]])
+        away = np.abs(values[first : last + 1] - line)
+        worst = first + int(away.argmax())
+        if away.max() > tolerance:
+            kept.append(worst)
+            parts += [(first, worst), (worst, last)]
+    return np.unique(kept)
+
+
+def _outside_tables(robot: RobotModel, few: Motion, full: Motion) -> list[tuple[int, NDArray[np.intp]]]:
+    """Return columns, and rows of the full motion, at which only the motion with few keys leaves coupled limits."""
+    at = full.times[0]
+    values, given, found = few.sample(at), full.sample(at), []
+    for table in robot.coupled_limits:
+        if {table.joint, table.of} <= set(few.joint_names):
+            columns = [few.joint_names.index(name) for name in (table.joint, table.of)]
+            away = [
+                np.maximum(low - own, own - high)
+                for own, low, high in (
+                    (rows[:, columns[0]], *table.range(rows[:, columns[1]])) for rows in (values, given)
+                )
+            ]
+            rows = np.flatnonzero(away[0] > np.maximum(away[1], 0.0) + LIMIT_TOLERANCE)
+            found += [(column, rows) for column in columns if len(rows)]
+    return found
 
 
 def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Motion:

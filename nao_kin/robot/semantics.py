@@ -33,6 +33,9 @@ They may be written in a small TOML file beside the URDF:
     [units]
     l_gripper = "1"
 
+    [stall_torques]
+    l_elbow = 2.6                        # for a moment, where it is more than the effort in the URDF [N m]
+
     [fields_of_view]
     camera = [0.98, 0.76]                # horizontal and vertical [rad]
 
@@ -244,6 +247,8 @@ class Semantics:
         start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
         coupled_limits: tables in which one joint's range depends on another's value.
         units: joint → "rad", "m" or "1", if it is not "rad" for a turning joint or "m" for a sliding one.
+        stall_torques: joint → the torque that its motor has for a moment, at rest [N m, or N], if this is more than the
+            effort in the URDF, such as where that is the torque that the motor can give for long.
         views: close views by name.
         version: version of the robot; "" if there is only one.
         root: name of the frame in which poses are given; "" for the name of the root link.
@@ -287,6 +292,7 @@ class Semantics:
     resolutions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     lenses: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     sensors: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    stall_torques: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("start", "version", "root"):
@@ -303,6 +309,7 @@ class Semantics:
         object.__setattr__(self, "disabled_collisions", rows)
         made: dict[str, Callable[[object, str], Any]] = {"chains": _chain, "fields_of_view": _view_angles}
         made |= {"resolutions": _size, "lenses": _lens, "sensors": _sensor, "outlines": _corners}
+        made["stall_torques"] = _positive
         for name, make in made.items():
             values = _mapping(getattr(self, name), name)
             object.__setattr__(self, name, MappingProxyType({key: make(each, key) for key, each in values.items()}))
@@ -316,7 +323,7 @@ class Semantics:
         parts += [(joints, ("chain", name)) for name, joints in self.chains.items()]
         parts += [(posture.angles, ("posture", name)) for name, posture in self.postures.items()]
         parts += [((table.joint, table.of), ("a coupled limit", "")) for table in self.coupled_limits]
-        parts += [(self.units, ("the units", ""))]
+        parts += [(self.units, ("the units", "")), (self.stall_torques, ("the stall torques", ""))]
         parts += [(view.joints, ("view", name)) for name, view in self.views.items()]
         return _named_first(parts)
 
@@ -385,6 +392,13 @@ def _view_angles(values: object, camera: str) -> tuple[float, ...]:
     if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
         raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(values)}")
     return pair
+
+
+def _positive(value: object, joint: str) -> float:
+    number = float(shaped(value, (), f"stall torque of {joint}"))  # type: ignore[arg-type]
+    if number <= 0.0:
+        raise BadArgument(f"stall torque of {joint} must be positive, got {number:g}")
+    return number
 
 
 def _size(values: object, resolution: str) -> tuple[int, int]:

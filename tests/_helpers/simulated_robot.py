@@ -1,8 +1,7 @@
 """A NAO in MuJoCo that stands, walks, kicks, sits, is pushed and carried: logs of its sensors, with the truth.
 
-The robot is the library's own MJCF export, on a plane. Its servos have three times the exported stiffness and torque:
-the exported torques are those that a motor can give for long, the stall torques are three times as large. The truth is
-that of MuJoCo.
+The robot is the library's own MJCF export, on a plane, with servos that are damped a little less, so that its feet slip
+as they do on a floor. The truth is that of MuJoCo.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ GRAVITY = 9.81
 LYING = ("front", "back", "left", "right")
 # Directions in which a robot is pushed to fall on a side, in its own axes.
 SIDES = {"front": (1.0, 0.0), "back": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
-_SERVO, _SETTLES = 3.0, 0.3  # factor; time before the first row, in which the feet begin to press [s]
+_SETTLES = 0.3  # time before the first row, in which the feet begin to press [s]
 
 
 @dataclass(frozen=True)
@@ -118,10 +117,8 @@ class Scene:
         self.nao, self.model = nao, _model(nao.version).__copy__()
         model = self.model
         model.geom_friction[:, 0] = friction
-        model.actuator_gainprm[:, 0] *= _SERVO
-        model.actuator_biasprm[:, 1] *= _SERVO
-        model.actuator_biasprm[:, 2] *= _SERVO**0.5
-        model.actuator_forcerange *= _SERVO
+        damping = model.dof_damping.reshape(model.nv, -1)[model.jnt_dofadr[model.actuator_trnid[:, 0]], 0]
+        model.actuator_biasprm[:, 2] += (3.0**0.5 - 1.0) * damping
         self.data = data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, model.key(posture).id)
         self.q = nao.posture(posture)  # what the servos shall do

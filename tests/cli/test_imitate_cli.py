@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import nao_kin as nk
 from nao_kin.cli.app import run
+from nao_kin.naoqi.virtual import VirtualNao
 
 WAVE = str(nk.imitation.SAMPLES["wave"])
 SHORT = ("--end", "0.5", "--legs", "ignore")
@@ -34,6 +36,67 @@ def test_json_says_how_far_the_robot_is_from_the_person(tmp_path: Path, capsys: 
     assert report["check"]["ok"] is True
     assert report["directions"]["left_forearm"].keys() == {"mean", "most", "outside_limits", "made_room"}
     assert report["least_lean"] is None
+
+
+@pytest.mark.parametrize("posture", ["StandInit", "Crouch"])
+def test_the_virtual_nao_plays_what_is_written_for_naoqi(
+    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str], posture: str
+) -> None:
+    names = ("wave.py", "wave.xar")
+    for name in names:
+        assert run(["imitate", WAVE, str(tmp_path / name), "--end", "0.6", "--lead", "0.8"]) == 0
+        assert "° away at most" in capsys.readouterr().err
+    motion = nk.motion.read_motion(tmp_path / "wave.py")
+    assert motion.start == 0.8
+    with VirtualNao(nao, stepped=True, posture=posture, behaviors=tmp_path) as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        said = len(virtual.log.lines)
+        for name in names:
+            if name.endswith(".py"):
+                lists: dict[str, list] = {}
+                exec((tmp_path / name).read_text(), lists)
+                arguments = [lists[key] for key in ("names", "times", "keys")]
+                call = virtual.post("ALMotion", "angleInterpolationBezier", *arguments)
+            else:
+                call = virtual.post("ALBehaviorManager", "runBehavior", "wave")
+            virtual.step(1.0)
+            command = virtual.call("ALMotion", "getAngles", list(motion.joint_names), False)
+            np.testing.assert_allclose(command, motion.sample(1.0), atol=1e-3)
+            virtual.step(motion.end)
+            assert call.done()
+        assert virtual.log.lines[said:] == []  # nothing is late, clipped or refused
+
+
+def test_files_for_naoqi_have_few_keys_and_begin_late(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    motions = {}
+    for name, more in (("few.py", ()), ("led.csv", ("--lead", "1")), ("all.csv", ())):
+        assert run(["imitate", WAVE, str(tmp_path / name), *SHORT, "--json", *more]) == 0
+        report = json.loads(capsys.readouterr().out)
+        motions[name] = nk.motion.read_motion(tmp_path / name)
+        if name == "few.py":
+            assert report["keys"] == sum(map(len, motions[name].keys))
+            assert report["error_deg"] < 1.0
+    few, led, every = motions.values()
+    assert (few.start, led.start, every.start) == (1.0, 1.0, 0.0)
+    assert sum(map(len, few.keys)) < 0.5 * sum(map(len, led.keys))
+    assert min(np.diff(times).min() for times in few.times) > 0.009
+    assert np.abs(few.sample(led.key_times) - led.sample(led.key_times)).max() < np.radians(1.0)
+
+
+def test_an_npz_also_has_the_floating_base(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "clip.npz"
+    assert run(["imitate", WAVE, str(path), *SHORT]) == 0
+    capsys.readouterr()
+    assert nk.motion.read_motion(path).start == 0.0
+    with np.load(path) as arrays:  # without pickles
+        # What BeyondMimic's and mjlab's MotionLoader read, and what a pickle of GMR has.
+        shapes = {name: arrays[name].shape for name in arrays.files}
+        assert arrays["root_rot"][0] @ arrays["body_quat_w"][0, 0, [1, 2, 3, 0]] == pytest.approx(1.0)
+    assert shapes["fps"] == (1,)
+    for name, last in (("pos", (3,)), ("quat", (4,)), ("lin_vel", (3,)), ("ang_vel", (3,))):
+        assert shapes[f"body_{name}_w"] == (26, 43, *last)
+    assert shapes["joint_pos"] == shapes["joint_vel"] == shapes["dof_pos"] == (26, 42)
+    assert (shapes["root_pos"], shapes["local_body_pos"], shapes["link_body_list"]) == ((26, 3), (26, 43, 3), (43,))
 
 
 def test_a_page_shows_the_person_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

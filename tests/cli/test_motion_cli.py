@@ -193,7 +193,7 @@ def test_convert_prints_the_file_and_notes_what_changed(
 
 def test_convert_edits_in_the_order_it_says(capsys: pytest.CaptureFixture, nod: str, tmp_path: Path) -> None:
     out = str(tmp_path / "edited.json")
-    options = ("--mirror", "--reverse", "--stretch", "2", "--loop", "2", "--gap", "1")
+    options = ("--mirror", "--reverse", "--stretch", "2", "--loop", "2", "--gap", "1", "--lead", "0.5")
     assert run(["motion", "convert", nod, out, *options]) == 0
     capsys.readouterr()
     found = read_motion(out)
@@ -201,7 +201,7 @@ def test_convert_edits_in_the_order_it_says(capsys: pytest.CaptureFixture, nod: 
     assert found.duration == pytest.approx(5.0)
     t = np.linspace(0.0, 1.0, 50)
     expected = _nod().sample(1.0 - t) * (-1.0, 1.0)
-    for start in (0.0, 3.0):
+    for start in (0.5, 3.5):
         assert np.allclose(found.sample(start + 2.0 * t), expected, rtol=0, atol=1e-9)
 
 

@@ -24,8 +24,11 @@ def test_the_nao_comes_back_from_mujoco_as_it_went(tmp_path: Path, version: str)
     assert set(robot.semantics.force_sensors) == set(nao.semantics.force_sensors)
     assert set(robot.posture_names) == set(nao.posture_names)
     columns = [nao.joint_names.index(name) for name in robot.joint_names]
-    for ours, theirs in (("lower", 1e-12), ("upper", 1e-12), ("effort_limits", 1e-12)):
-        assert np.allclose(getattr(robot, ours), getattr(nao, ours)[columns], rtol=0.0, atol=theirs), ours
+    for ours in ("lower", "upper"):
+        assert np.allclose(getattr(robot, ours), getattr(nao, ours)[columns], rtol=0.0, atol=1e-12), ours
+    stall = [nao.semantics.stall_torques[name] for name in robot.joint_names]
+    np.testing.assert_allclose(robot.effort_limits, stall)
+    assert (robot.effort_limits > nao.effort_limits[columns]).all()
     q = nao.random(0, 20)
     assert np.allclose(robot.fk(q[:, columns], nao.link_names), nao.fk(q), rtol=0.0, atol=1e-12)
     for name in nao.posture_names:

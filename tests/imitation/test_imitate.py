@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -129,6 +129,23 @@ def test_uneven_frames_become_even(nao: nk.NaoModel) -> None:
     assert np.abs(made.q - swing(nao, made.times))[:, columns(nao)].max() < 0.05
 
 
+def test_a_lead_begins_and_ends_in_the_posture(nao: nk.NaoModel) -> None:
+    times = np.arange(10) / 20.0
+    q = np.tile(nao.posture("StandInit", LShoulderPitch=-1.0, HeadYaw=1.5), (10, 1))
+    seen = person(nao, times, q)
+    options: Any = {"legs": "ignore", "cutoff": 0.0, "collisions": False}
+    made, led = (imitate(nao, seen, lead=lead, **options) for lead in (0.0, 0.75))
+    # The first keys are those of the first frame, after the time that the robot has from wherever it is.
+    assert led.motion.start == led.played[0] == 0.75
+    np.testing.assert_allclose(led.motion.sample(led.played), made.motion.sample(made.played), atol=1e-12)
+    joints = [nao.joint_names.index(name) for name in led.motion.joint_names]
+    np.testing.assert_allclose(led.motion.sample(led.motion.end), nao.posture("StandInit")[joints], atol=1e-12)
+    assert led.motion.end - led.played[-1] == pytest.approx(0.75)
+    assert led.report.as_dict()["start"] == 0.0  # the way there is checked too
+    # A shoulder that turns by 2.4 rad takes longer than the time given.
+    assert imitate(nao, seen, lead=0.1, **options).motion.start > 0.25
+
+
 @pytest.mark.parametrize("name", nk.imitation.SAMPLES)
 def test_the_samples_can_be_played(nao: nk.NaoModel, name: str) -> None:
     made = imitate(nao, nk.imitation.read_skeleton(nk.imitation.SAMPLES[name]))
@@ -150,6 +167,8 @@ def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
         imitate(nao, seen, cutoff=-1.0)
     with pytest.raises(BadArgument, match="slack must be a number ≥ 0"):
         imitate(nao, seen, slack=-1.0)
+    with pytest.raises(BadArgument, match="lead"):
+        imitate(nao, seen, lead=-1.0)
     with pytest.raises(UnknownName, match="unknown treatment of legs 'walk'"):
         imitate(nao, seen, legs="walk")  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="unknown target 'hands'"):

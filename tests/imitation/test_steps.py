@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
+import pinocchio as pin
 import pytest
 from people import walker
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.imitation import Imitation, Skeleton, imitate
-from nao_kin.imitation.stance import _walked, slowly
+from nao_kin.imitation.stance import _walked, in_place, slowly, stood
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +109,89 @@ def test_steps_of_a_person_elsewhere_and_of_another_size_are_the_same(nao: nk.Na
     again = imitate(nao, Skeleton(seen.times, points), legs="follow")
     assert np.abs(again.q - walked.q).max() < 1e-4
     np.testing.assert_allclose(again.motion.end, walked.motion.end, rtol=1e-3)
+
+
+def test_a_walk_stands_in_mujoco(nao: nk.NaoModel, walked: Imitation) -> None:
+    """The library's own export, with its servos as they are, follows the plan."""
+    pytest.importorskip("mujoco")
+    from simulated_robot import STEP, Scene
+
+    times = np.arange(walked.motion.start, walked.motion.end, STEP)
+    plan = walked.motion.configurations(nao, times=times, fill="StandInit").q
+    scene = Scene(nao).go(plan[0], 1.0).play(plan)
+    up = scene.truth().T[-len(plan) :: 10, 2, :3]
+    wanted = nao.set_down(nao.clamp(plan[::10])).T_world_base[:, 2, :3]
+    assert np.degrees(np.arccos(np.clip((up * wanted).sum(axis=1), -1.0, 1.0))).max() < 3.0
+
+
+def test_legs_of_frames_without_a_balanced_pose_are_interpolated(nao: nk.NaoModel) -> None:
+    start, times = nao.posture("StandInit"), np.arange(9) / 20.0
+    stance = in_place(nao, start, np.tile(np.eye(3), (9, 1, 1)))
+    com = stance.com + 0.5 * np.isin(np.arange(9), (4, 5))[:, None]  # half a metre away
+    arms = np.arange(12)
+    q, _, misses = stood(nao, times, np.tile(start, (9, 1)), replace(stance, com=com), arms)
+    assert misses.tolist() == [4, 5]
+    np.testing.assert_allclose(q[4], (2.0 * q[3] + q[6]) / 3.0, atol=1e-12)
+
+
+def test_a_note_says_where_no_pose_is_balanced(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = sys.modules["nao_kin.imitation.imitate"]
+    monkeypatch.setattr(
+        module,
+        "stood",
+        lambda robot, times, q, stance, fixed: (q, np.ones(len(q)), np.array([3, 4])),
+    )
+    made = imitate(nao, leaning(np.zeros(10), np.zeros(10)), cutoff=0.0, collisions=False)
+    first = "the first at 0.15 s of the person"
+    assert f"no balanced pose was found for 2 of 10 frames, {first}: interpolated" in made.notes
+    assert made.report.ok
+    assert not made.ok
+    assert made.missed.tolist() == [3, 4]
+
+
+def test_a_clip_is_what_pinocchio_finds_and_its_feet_do_not_slip(nao: nk.NaoModel, walked: Imitation) -> None:
+    clip = walked.clip(nao)
+    frames, dt = len(clip["joint_pos"]), 1.0 / clip["fps"][0]
+    assert abs(frames - 1 - (walked.times[-1] - walked.times[0]) / dt) < 1.0
+    model = pin.buildModelFromUrdf(str(nao.urdf_path), pin.JointModelFreeFlyer())
+    data = model.createData()
+    places = [model.joints[model.getJointId(name)] for name in clip["dof_names"]]
+    soles = np.empty((frames, 2, 3))
+    for k in range(1, frames - 1):
+        q, v = pin.neutral(model), np.zeros(model.nv)
+        q[:3], q[3:7] = clip["root_pos"][k], clip["root_rot"][k]
+        for place, value, speed in zip(places, clip["dof_pos"][k], clip["joint_vel"][k], strict=True):
+            q[place.idx_q], v[place.idx_v] = value, speed
+        R = pin.Quaternion(q[3:7]).matrix()
+        v[:3], v[3:6] = (R.T @ clip[f"body_{part}_vel_w"][k, 0] for part in ("lin", "ang"))
+        pin.forwardKinematics(model, data, q, v)
+        pin.updateFramePlacements(model, data)
+        for row, name in enumerate(clip["body_names"]):
+            frame = model.getFrameId(str(name))
+            T = data.oMf[frame]
+            assert np.abs(T.translation - clip["body_pos_w"][k, row]).max() < 1e-9
+            turned = nk.rotations.matrix_from_quat(clip["body_quat_w"][k, row])
+            assert np.abs(T.rotation - turned).max() < 1e-9
+            V = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+            assert np.abs(V.linear - clip["body_lin_vel_w"][k, row]).max() < 0.03
+            assert np.abs(V.angular - clip["body_ang_vel_w"][k, row]).max() < 0.5
+        soles[k] = [data.oMf[model.getFrameId(name)].translation for name in ("l_sole", "r_sole")]
+    on = clip["contacts"][1:-1]
+    soles = soles[1:-1]
+    stay = on[1:] & on[:-1]
+    # Feet on the floor are on it, and slip by less than a millimetre from frame to frame.
+    assert np.abs(soles[..., 2][on]).max() < 1e-3
+    assert np.linalg.norm(np.diff(soles, axis=0), axis=-1)[stay].max() < 1e-3
+    assert (np.ptp(soles[:, :, 0], axis=0) > (0.02, 0.005)).all()  # and both feet step
+    np.testing.assert_allclose(clip["local_body_pos"][:, 0], 0.0, atol=1e-12)
+
+
+def test_a_clip_is_in_the_order_of_mujoco(nao: nk.NaoModel, walked: Imitation, tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_path(str(nk.export.mjcf(nao, tmp_path / "nao", meshes="none").path))
+    clip = walked.clip(nao)
+    assert clip["body_names"].tolist() == [model.body(k).name for k in range(1, model.nbody)]
+    assert clip["dof_names"].tolist() == [model.joint(k).name for k in range(1, model.njnt)]
 
 
 @pytest.mark.full

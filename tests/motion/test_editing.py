@@ -598,3 +598,27 @@ def test_the_mirror_reads_the_axes_of_any_robot(tmp_path: Path) -> None:
         assert _close(robot.position(images, other), robot.position(q, frame) * (1.0, -1.0, 1.0), 1e-12), frame
     with pytest.raises(nk.errors.BadArgument, match="left_odd and right_odd are not mirror images"):
         mirror(robot, nk.Motion([0.0], ["left_odd"], [[0.1]]))
+
+
+def test_keys_within_a_tolerance_of_the_lines_between_others_are_left_out(nao: nk.NaoModel) -> None:
+    times = np.arange(201) / 50.0
+    swing = 0.4 * np.sin(2.0 * times)
+    dense = nk.Motion(times, ["HeadYaw", "LElbowYaw"], np.stack([swing, 0.0 * times], axis=1))
+    few = nk.motion.resample(dense, times=times, tolerance=0.01)
+    assert np.abs(few.sample(times) - dense.sample(times)).max() <= 0.01
+    assert 8 < len(few.times[0]) < 30
+    assert few.times[1].tolist() == [0.0, 4.0]
+    assert set(few.times[0]) <= set(times)
+    for column in (0, 1):
+        steepest = [np.abs(np.diff(m.keys[column]) / np.diff(m.times[column])).max() for m in (few, dense)]
+        assert steepest[0] <= steepest[1] + 1e-12
+    # An ankle that follows its narrowing range leaves it on the lines between few keys; not if the robot is known.
+    pitch = np.linspace(-1.15, -0.4, 201)
+    (table,) = (row for row in nao.coupled_limits if row.joint == "LAnkleRoll")
+    edge = nk.Motion(times, ["LAnklePitch", "LAnkleRoll"], np.stack([pitch, table.range(pitch)[1]], axis=1))
+    rolls = [nk.motion.resample(edge, times=times, tolerance=0.1, robot=robot) for robot in (None, nao)]
+    over = [(m.sample(times)[:, 1] - table.range(m.sample(times)[:, 0])[1]).max() for m in rolls]
+    assert over[0] > 1e-3
+    assert over[1] <= 1e-6
+    with pytest.raises(nk.errors.BadArgument, match="tolerance must be a number"):
+        nk.motion.resample(dense, times=times, tolerance=-1.0)

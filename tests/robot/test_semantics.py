@@ -44,6 +44,9 @@ upper = [0.5, 1.0, 0.5]
 [units]
 c = "1"
 
+[stall_torques]
+a = 7.5
+
 [views.close]
 direction = [1, 0.5, 0]
 joints = ["c"]
@@ -72,6 +75,7 @@ def test_a_toml_file_says_what_python_says(toml: Path) -> None:
         start="bent",
         coupled_limits=(CoupledLimit("b", "a", (-1.0, 0.0, 1.0), (-0.5, -1.0, -0.5), (0.5, 1.0, 0.5)),),
         units={"c": "1"},
+        stall_torques={"a": 7.5},
         views={"close": View((1.0, 0.5, 0.0), ("c",))},
         root="the base",
     )
@@ -144,6 +148,7 @@ def test_a_file_beside_the_urdf_that_does_not_fit_keeps_no_robot_from_loading(
         (Semantics(postures={"p": Posture({"tip": 1.0})}), "posture 'p' names the joint 'tip'"),
         (Semantics(start="p"), "start names the posture 'p'"),
         (Semantics(units={"x": "m"}), "the units names the joint 'x'"),
+        (Semantics(stall_torques={"x": 1.0}), "the stall torques names the joint 'x'"),
         (Semantics(views={"v": View((1.0, 0.0, 0.0), ("x",))}), "view 'v' names the joint 'x'"),
     ],
 )

@@ -314,7 +314,7 @@ def _write_python(motion: Motion, _: Motion) -> bytes:
 def _warn_of_zero(motion: Motion) -> None:
     if any(times[0] <= 0.0 for times in motion.times):
         warn_caller(
-            "NAOqi refuses keys at 0 s; nk.motion.time_warp(motion, lambda t: t + 1.0) begins a second later",
+            "NAOqi refuses keys at 0 s; nk.motion.time_warp(motion, lambda t: t + 1.0) (--lead 1) begins 1 s later",
             MotionFileWarning,
         )
 

@@ -189,6 +189,7 @@ def _semantics(version: Version) -> Semantics:
         start="StandInit",
         coupled_limits=parameters.coupled_limits,
         units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
+        stall_torques=v6.STALL_TORQUES,
         views={
             "hands": View((1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
             "feet": View((1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),

@@ -283,6 +283,7 @@ SOURCES: dict[str, str] = {
     "L32": "Aldebaran documentation 2.5, V3.2 links: family/robots/links_robot_v32.html",
     "J6": "Aldebaran documentation 2.8, NAO6 joints: doc.aldebaran.com/2-8/family/nao_technical/joints_naov6.html",
     "J32": "Aldebaran documentation 2.4, V3.2 joints: doc.aldebaran.com/2-4/family/nao_h21/joints_h21_v32.html",
+    "M33": "Aldebaran documentation 2.5, V3.3 motors: family/nao_h25/motors_h25_v33.html",
     "BP6": "Aldebaran documentation 2.8, NAO6 body parts: doc.aldebaran.com/2-8/family/nao_technical/bodyparts_naov6.html",
     "U6": "official URDF NAOH25V60 as published in HULKs/hulk, webots/protos/NAO.urdf",
     "U5": "official URDF NAOH25V50 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV50_generated_urdf",

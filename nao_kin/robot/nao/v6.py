@@ -178,6 +178,22 @@ _ACTUATORS: tuple[ActuatorRow, ...] = (
     *actuators(6.40239, 3.0226, "U6", "RHipPitch", "RKneePitch", "RAnklePitch"),
 )
 
+# Torques of the joints while their motors are stalled [N m]: those of the V3.3 motors, as the speeds are, times the
+# reductions, the same for every version. V4 and later versions have 14 % more in the legs (68 mN m), and gears lose some.
+# The efforts in the URDFs are a third of them in the legs: what the motors can give for long.
+STALL_TORQUES: dict[str, float] = {
+    joint: 1e-3 * torque * reduction  # source "M33"
+    for torque, reduction, joints in (
+        (15.1, 150.27, "HeadYaw LShoulderPitch RShoulderPitch LElbowYaw RElbowYaw"),
+        (15.1, 173.22, "HeadPitch LShoulderRoll RShoulderRoll LElbowRoll RElbowRoll"),
+        (15.1, 50.61, "LWristYaw RWristYaw"),
+        (15.1, 36.24, "LHand RHand"),
+        (59.5, 201.3, "LHipYawPitch LHipRoll RHipRoll LAnkleRoll RAnkleRoll"),
+        (59.5, 130.85, "LHipPitch RHipPitch LKneePitch RKneePitch LAnklePitch RAnklePitch"),
+    )
+    for joint in joints.split()
+}
+
 # One table for all versions.
 # fmt: off
 # The right ankle has the mirror image.
