@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.calibration.unknowns import Motion, Moving, State
+from nao_kin.calibration.unknowns import Motion, Moving, State, positive_noise
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, right_jacobian_inverse
@@ -526,11 +526,3 @@ def errors_of(where: str) -> Iterator[None]:
 def named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
     """Return names and meanings of those poses that have a name."""
     return tuple((name, meaning) for name, meaning in poses if name is not None)
-
-
-def positive_noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return standard deviations, which are positive."""
-    noise = shaped(values, shape, what)
-    if not (noise > 0.0).all():
-        raise BadArgument(f"{what} must be positive, got {quoted(values)}")
-    return noise

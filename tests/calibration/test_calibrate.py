@@ -510,7 +510,7 @@ def test_the_covariance_of_held_offsets_is_that_of_before(nao: nk.NaoModel) -> N
         ({"HeadYa": 0.1}, UnknownName, r"calibrated joint or frame of prior: 'HeadYa' \(nearest: HeadYaw"),
         ({"HeadYaw": [0.1, 0.2]}, nk.errors.WrongShape, r"prior of HeadYaw must have shape \(\)"),
         ({"CameraTop": 0.1}, nk.errors.WrongShape, r"prior of CameraTop must have shape \(6,\)"),
-        ({"HeadYaw": 0.0}, BadArgument, "prior of HeadYaw must be standard deviations > 0, got 0.0"),
+        ({"HeadYaw": 0.0}, BadArgument, "prior of HeadYaw must be positive, got 0.0"),
         ({"HeadYaw": np.nan}, nk.NaoKinError, "prior of HeadYaw must be finite"),
     ],
 )
