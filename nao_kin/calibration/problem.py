@@ -85,10 +85,14 @@ class Problem:
         zeros = dict.fromkeys(name for path in paths for name in path.coordinates if robot.unit(name) == "rad")
         cameras = [one.given.camera for one in self.observations if isinstance(one.given, Pixels | Lines)]
         self.nominal = {robot.body_frame(camera.frame): camera for camera in cameras if camera.nominal}
-        clocks = dict.fromkeys(one.motion.camera for one in self.observations if one.motion is not None)
-        self.unknowns = unknowns = Unknowns(
-            robot, joints, frames, coordinates, prior, zeros=zeros, lenses=self.nominal, clocks=clocks
-        )
+        bodies = dict.fromkeys(robot.body_frame(camera.frame) for camera in cameras)
+        nuisances = {
+            "zeros": zeros,
+            "cameras": [body for body in bodies if body in robot.semantics.cameras],
+            "lenses": self.nominal,
+            "clocks": dict.fromkeys(one.motion.camera for one in self.observations if one.motion is not None),
+        }
+        self.unknowns = unknowns = Unknowns(robot, joints, frames, coordinates, prior, **nuisances)
         self.labels, self.size = unknowns.labels, len(unknowns.labels)
         if not unknowns.nuisances:
             raise BadArgument("nothing to calibrate: name joints or frames, or unknown poses in the observations")
@@ -277,15 +281,14 @@ class Problem:
             if free[places[0]]
         ]
         others = [
-            name
-            for name, i in unknowns.zeros.items()
-            if i >= unknowns.nuisances and _correlated(covariance, i)[: unknowns.offsets].any()
+            self.labels[i]
+            for i in range(unknowns.nuisances, self.size)
+            if i not in unknowns.stated and _correlated(covariance, i)[: unknowns.offsets].any()
         ]
         if others:
-            more = f" and {len(others) - _MOST_NAMED} more" if len(others) > _MOST_NAMED else ""
             notes.append(
-                f"the zeros of {', '.join(others[:_MOST_NAMED])}{more} move what is seen and are in the standard "
-                f"deviations, with 1° before; name them in joints to have them in the result"
+                f"{_listed(others)} are unknown too, and in the standard deviations; name them in joints and frames to "
+                "have them in the result"
             )
         return [self.labels[i] for i in unknowns.stated[unknowns.offsets :] if free[i]], notes
 
@@ -389,6 +392,11 @@ def size_of(value: float, unit: str) -> str:
     return f"{np.degrees(value):.2g}°" if unit == "rad" else f"{value:.2g}" + f" {unit}" * (unit != "1")
 
 
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more
+
+
 def told(problem: Problem, held: int, members: Sequence[int]) -> str:
     """Return a note on an undetermined number and on those that trade with it, with what to observe."""
     unknowns, label, offsets = problem.unknowns, problem.labels[held], problem.unknowns.offsets
@@ -397,14 +405,12 @@ def told(problem: Problem, held: int, members: Sequence[int]) -> str:
         left += f" ± {size_of(min(unknowns.prior[held], unknowns.scales[held]), unknowns.units[held])}"
     if len(members) == 1:
         return f"the data say nothing about {label}: {left}; observe what it moves"
-    names = [problem.labels[i] for i in members]
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     advice = "observe postures and points in which these differ"
     if held >= unknowns.nuisances:
         advice = "give the measured lens, or observe a board at a measured place, from several distances"
     elif any(offsets <= i < unknowns.nuisances for i in members):
         advice = "observe points at measured places, or marks on the robot itself"
-    return f"the data cannot tell apart {', '.join(names[:_MOST_NAMED])}{more}: {left}; {advice}"
+    return f"the data cannot tell apart {_listed([problem.labels[i] for i in members])}: {left}; {advice}"
 
 
 # --- First estimates of unknown poses, from the nominal robot.

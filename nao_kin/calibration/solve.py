@@ -434,6 +434,8 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
 
 # A mistake is named if this quantile of the residuals is without it below this part of the one with it, and of σ.
 _QUANTILE, _BETTER, _GOOD = 0.85, 0.25, 5.0
+# The score of observations that no calibration explains.
+_HOPELESS = 1e12
 # Units that are taken for metres, and their size.
 _UNITS = {"mm": 1e-3, "cm": 1e-2}
 # Sizes of images, as multiples of the camera's, in which pixels are found by mistake.
@@ -464,7 +466,7 @@ def likely_mistake(problem: Problem, of_readings: bool = False) -> str:
                 warnings.simplefilter("ignore", DegreesWarning)
                 return _scores(problem.again(changed))[of_readings]
         except NaoKinError:
-            return np.inf
+            return _HOPELESS
 
     def stretched(power: float) -> float:
         return score(_changed(given, lambda one: {"points": _stretched(one.points, _LARGEST_RATIO**power)}))
@@ -537,13 +539,15 @@ def _stretched(points: ArrayLike, size: float) -> Floats:
 def _scores(problem: Problem) -> tuple[float, float]:
     """Return a high quantile of the residuals of pixels after a calibration, in σ, and the sum of squares of all.
 
-    They are infinite if the search cannot start.
+    They are hopeless if the search cannot start, or ends beyond the priors.
     """
     x = np.zeros(problem.size)
     if any((part == BEHIND).any() for part in problem.misfits(x)):
-        return np.inf, np.inf
+        return _HOPELESS, _HOPELESS
     problem.take_readings(x)
     x = problem.solved(x, np.ones(problem.size, dtype=bool), "linear", _STEPS)
+    if problem.unlikely(x):
+        return _HOPELESS, _HOPELESS
     seen = zip(problem.misfits(x), problem.observations, strict=True)
     pixels = np.concatenate([np.linalg.norm(part, axis=-1) for part, one in seen if isinstance(one.given, Pixels)])
     return float(np.quantile(pixels, _QUANTILE)), float(np.square(problem.residuals(x)).sum())

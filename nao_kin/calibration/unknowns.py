@@ -62,7 +62,9 @@ PRIORS: tuple[PriorRow, ...] = (
 )
 # The numbers of a lens that was not measured.
 LENS = tuple(name for row in PRIORS if row.of == "lens" for name in row.coordinates)
-_TYPICAL = {(row.of, name): row.deviation for row in PRIORS for name in row.coordinates or ("",)}
+_TYPICAL: dict[tuple[str, str], float] = {
+    (row.of, name): row.deviation for row in PRIORS for name in row.coordinates or ("",)
+}
 # Step of differences by a number of a lens, which are exact: pixels are linear in each of them.
 _STEP = 1e-5
 

@@ -23,6 +23,8 @@ from nao_kin.errors import BadArgument, OtherRobotWarning, UnknownName
 
 HEAD_AND_ARM = ["HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
 SEEDS = 100
+# The cameras of these robots are where they should be.
+IN_PLACE = {"CameraTop": (1e-5, 1e-5, 1e-5, *np.radians((1.0, 5.0, 2.0)))}
 
 
 def squared_error(found: Calibration, numbers: np.ndarray) -> float:
@@ -42,7 +44,8 @@ def head_and_arm(nao: nk.NaoModel, seed: int, postures: int = 30, **more: Any) -
     true, numbers = planted(nao, rng, HEAD_AND_ARM, ["CameraTop"])
     q = looking(true, rng, postures, ["LArm"])
     pixels = misread([seen(true, measured(nao), q, "LArm", rng)], rng)
-    return calibrate(nao, pixels, joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, **more), numbers
+    found = calibrate(nao, pixels, joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, prior=IN_PLACE, **more)
+    return found, numbers
 
 
 def test_planted_offsets_of_head_arm_and_camera_are_found(nao: nk.NaoModel) -> None:
@@ -157,7 +160,7 @@ def test_numbers_that_the_data_cannot_tell_apart_are_named_and_held(nao: nk.NaoM
     T_board = nk.screws.pose(nk.rotations.matrix_from_rpy((1.5, 0.2, -1.4)), (0.6, 0.0, 0.2))
     pixels = pixels_of(true, camera, q, np.repeat(T_board[None], 15, axis=0))
     one = Pixels(q, camera, pixels, MARKS, board="board")
-    with pytest.raises(BadArgument, match=r"cannot tell apart HeadYaw offset, x of board, y of board,.* yaw of board"):
+    with pytest.raises(BadArgument, match=r"cannot tell apart HeadYaw offset, x of board, y of board, z of board, pitch"):
         calibrate(nao, [one], joints=["HeadYaw"], indistinguishable="refuse")
     found = calibrate(nao, [one], joints=["HeadYaw"])
     assert found.held == ("HeadYaw offset",)
@@ -174,8 +177,8 @@ def test_numbers_that_the_data_cannot_tell_apart_are_named_and_held(nao: nk.NaoM
         "the data say nothing about LKneePitch offset: LKneePitch offset is held at 0 ± 11°; observe"
     )
     assert others == (
-        "the zeros of HeadPitch move what is seen and are in the standard deviations, with 1° before; name them in "
-        "joints to have them in the result"
+        "zero of HeadPitch, x of CameraTop's mounting, y of CameraTop's mounting are unknown too, and in the standard "
+        "deviations; name them in joints and frames to have them in the result"
     )
     assert found.joints["HeadYaw"] == pytest.approx(0.04, abs=1e-6)
 
@@ -189,7 +192,7 @@ def test_a_whole_mounting_takes_the_place_of_the_joint_below_it(nao: nk.NaoModel
     assert len(found.held) == 1
     assert "cannot tell apart HeadPitch offset, " in found.notes[0]
     assert "pitch of CameraTop's mounting" in found.notes[0]
-    fewer = calibrate(nao, [one], joints=["HeadYaw", "HeadPitch"], frames={"CameraTop": ["roll", "pitch", "yaw"]})
+    fewer = calibrate(nao, [one], joints=["HeadYaw", "HeadPitch"], frames={"CameraTop": ANGLES}, prior=IN_PLACE)
     assert not fewer.held
 
 
@@ -201,7 +204,8 @@ def test_outliers_are_named_and_do_not_bend_the_result(nao: nk.NaoModel) -> None
     pixels = np.array(one.pixels)
     pixels[3, 2] += (80.0, -40.0)
     pixels[11] += 25.0
-    found = calibrate(nao, [replace(one, pixels=pixels)], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES})
+    bad = replace(one, pixels=pixels)
+    found = calibrate(nao, [bad], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, prior=IN_PLACE)
     assert {outlier.item for outlier in found.outliers} == {
         "posture 3, point 2",
         *(f"posture 11, point {k}" for k in range(9)),
@@ -213,8 +217,7 @@ def test_outliers_are_named_and_do_not_bend_the_result(nao: nk.NaoModel) -> None
     )
     assert np.abs((found.values - numbers) / np.sqrt(np.diag(found.covariance))).max() < 5.0
     # Squares bend everything towards the outliers.
-    bad = replace(one, pixels=pixels)
-    wide = dict.fromkeys(HEAD_AND_ARM, 0.1)
+    wide = dict.fromkeys(HEAD_AND_ARM, 0.1) | IN_PLACE
     bent = calibrate(nao, [bad], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, loss="linear", prior=wide)
     assert np.abs((bent.values - numbers) / np.sqrt(np.diag(bent.covariance))).max() > 5.0
 

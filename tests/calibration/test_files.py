@@ -142,7 +142,7 @@ def test_the_command_prints_and_writes_the_offsets(
     output = tmp_path / "nao_7.toml"
     assert run(["calibrate", str(path), "-o", str(output), "--deg", "--next"]) == 0
     out, err = capsys.readouterr()
-    assert err.startswith("nao-kin: the zeros of HeadPitch, LShoulderPitch, LWristYaw move what is seen")
+    assert err.startswith("nao-kin: zero of LShoulderPitch, zero of LWristYaw, y of CameraTop's mounting, yaw")
     assert err.count("\n") == 1
     assert "HeadYaw offset" in out
     assert "roll of CameraTop's mounting" in out
@@ -175,7 +175,7 @@ def test_the_command_prints_json(path: Path, document: dict[str, Any], capsys: p
     assert run(["calibrate", str(path), "--json", "--next"]) == 0
     out, err = capsys.readouterr()
     found = json.loads(out)
-    assert err.startswith("nao-kin: the zeros of HeadPitch")
+    assert "are unknown too, and in the standard deviations; name them in joints and frames" in err
     assert (found["cameras"], found["clocks"]) == ({}, {})
     assert found["joints"] == pytest.approx(TRUE, abs=0.003)
     assert set(found["standard_deviations"]) == {"HeadYaw offset", "LElbowYaw offset", "roll of CameraTop's mounting"}
