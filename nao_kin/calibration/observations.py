@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.calibration.unknowns import Motion, Moving, State, positive_noise
+from nao_kin.calibration.unknowns import Motion, Moving, State, positive
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, right_jacobian_inverse
@@ -90,8 +90,7 @@ class Pixels(_Observed):
         if points.ndim != 2:
             raise WrongShape("points", "(k, 3)", points.shape)
         pixels = one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
-        noise = positive_noise(self.noise, (), "noise of pixels")
-        known_frames(robot, self.camera.frame, self.frame)
+        noise = positive(self.noise, (), "noise of pixels")
         own = motion(robot, q, self.camera, self.moving)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -149,9 +148,8 @@ class Poses(_Observed):
         """Return the checked observation."""
         q = configurations(robot, self.q)
         poses = one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
-        noise = np.repeat(positive_noise(self.noise, (2,), "noise of poses"), 3)
+        noise = np.repeat(positive(self.noise, (2,), "noise of poses"), 3)
         robot.frame_ids([self.frame])
-        known_frames(robot, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             inside = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)
@@ -193,7 +191,7 @@ class Contacts(_Observed):
         """Return the checked observation."""
         q = configurations(robot, self.q)
         height = shaped(self.height, (), "height")
-        noise = positive_noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
+        noise = positive(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
         robot.frame_ids([self.frame, self.reference])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -276,31 +274,14 @@ class Field:
         return {name: size for name, size in areas.items() if any(size)}
 
 
+_BOOK = (
+    "SPL rule books of 2020 to 2025; as in HULKs/hulk 716f64d6, etc/parameters/default.json (2025), and in "
+    "BHumanCodeRelease d89d603f, Config/Locations/Default/fieldDimensions.cfg"
+)
+_OLD_BOOK = "SPL rule book of 2014, section 1.1 and figure 1; the field of 2013 to 2019, without goal areas"
 FIELDS: Mapping[str, Field] = {
-    field.name: field
-    for field in (
-        Field(
-            "SPL 2020",
-            9.0,
-            6.0,
-            (1.65, 4.0),
-            (0.6, 2.2),
-            1.3,
-            1.5,
-            "SPL rule books of 2020 to 2025; as in HULKs/hulk 716f64d6, etc/parameters/default.json (2025), and in "
-            "BHumanCodeRelease d89d603f, Config/Locations/Default/fieldDimensions.cfg",
-        ),
-        Field(
-            "SPL 2013",
-            9.0,
-            6.0,
-            (0.6, 2.2),
-            (0.0, 0.0),
-            1.3,
-            1.5,
-            "SPL rule book of 2014, section 1.1 and figure 1; the field of 2013 to 2019, without goal areas",
-        ),
-    )
+    "SPL 2020": Field("SPL 2020", 9.0, 6.0, (1.65, 4.0), (0.6, 2.2), 1.3, 1.5, _BOOK),
+    "SPL 2013": Field("SPL 2013", 9.0, 6.0, (0.6, 2.2), (0.0, 0.0), 1.3, 1.5, _OLD_BOOK),
 }
 
 
@@ -362,8 +343,7 @@ class Lines(_Observed):
         """Return the checked observation."""
         q, (C, L) = configurations(robot, self.q), self._curves()
         pixels = one_each(as_pixels(self.pixels), self.q, (len(C), 2), "pixels")
-        noise = positive_noise(self.noise, (), "noise of lines")
-        known_frames(robot, self.camera.frame, self.frame)
+        noise = positive(self.noise, (), "noise of lines")
         if np.isnan(_rays(self.camera, pixels)[..., 1:][np.isfinite(pixels)]).any():
             raise BadArgument(f"the distortion of {self.camera.name} cannot be inverted at some pixels")
 
@@ -506,11 +486,6 @@ def camera_at(state: State, q: Floats, camera: Camera, at: Motion | None = None)
     mounted = state.frame(q, camera.frame, at)
     T_mounted_body = state.unknowns.robot.pose_in_optical_frame(camera.frame)
     return mounted if T_mounted_body is None else mounted @ Moving(T_mounted_body, state.fixed.J)
-
-
-def known_frames(robot: RobotModel, *frames: str | None) -> None:
-    """Refuse unknown frames."""
-    robot.frame_ids([frame for frame in frames if frame is not None])
 
 
 @contextmanager

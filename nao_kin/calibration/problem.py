@@ -17,8 +17,8 @@ from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pi
 from nao_kin.calibration.unknowns import COORDINATES, FIXED, PLANAR, State, Unknowns
 from nao_kin.errors import BadArgument, DegreesWarning
 from nao_kin.robot import RobotModel, serial_chain
-from nao_kin.rotations import exp, mean_rotation, nearest_rotation
-from nao_kin.screws import nearest_pose
+from nao_kin.rotations import exp, mean_rotation, nearest_rotation, rot_z
+from nao_kin.screws import nearest_pose, pose
 from nao_kin.world import outside_image
 
 AnyObservation = Pixels | Lines | Poses | Contacts
@@ -76,8 +76,9 @@ class Problem:
         for number, one in enumerate(observations):
             with errors_of(f"observation {number}"):
                 self.observations.append(one._checked(robot))
+                robot.frame_ids([end for end in self.observations[-1].ends if end is not None])
         names = dict[str, str]()
-        for name, meaning in (pose for one in self.observations for pose in one.poses):
+        for name, meaning in (named for one in self.observations for named in one.poses):
             if names.setdefault(name, meaning) != meaning:
                 raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
         coordinates = {name: PLANAR if names[name].startswith(PLACE) else COORDINATES for name in names}
@@ -202,7 +203,8 @@ class Problem:
 
         if not free.any():
             return x
-        prior = np.diag(1.0 / self._deviations[free])
+        prior, exact = np.diag(1.0 / self._deviations[free]), dict.fromkeys(("xtol", "ftol", "gtol"), 1e-12)
+        options = {"x_scale": self.unknowns.scales[free], "f_scale": _HUBER, "max_nfev": steps, **exact}
 
         def whole(part: Floats) -> Floats:
             found: Floats = x.copy()
@@ -216,13 +218,8 @@ class Problem:
                     lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
                     x[free],
                     lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
-                    x_scale=self.unknowns.scales[free],
                     loss=stage,
-                    f_scale=_HUBER,
-                    xtol=1e-12,
-                    ftol=1e-12,
-                    gtol=1e-12,
-                    max_nfev=steps,
+                    **options,
                 )
                 x = whole(found.x)
         return x
@@ -585,7 +582,7 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
         p = on_floor(place[3:])
         # From a distance on the floor to the angle that the eye sees.
         angles = eyes[:, 2] / (eyes[:, 2] ** 2 + ((p - eyes[:, :2]) ** 2).sum(axis=-1)) / _PIXEL
-        f = np.concatenate(((p - place[:2]) @ _turn(place[2]), np.ones((len(p), 1))), axis=-1)
+        f = np.concatenate(((p - place[:2]) @ rot_z(place[2])[:2, :2], np.ones((len(p), 1))), axis=-1)
         c = 2.0 * np.einsum("mij,mj->mi", C, f) + L
         off_line = (f * (c + L)).sum(axis=-1) / 2.0 / np.maximum(np.hypot(c[:, 0], c[:, 1]), 1e-9)
         points = (f[is_point, :2] - X[is_point]) * angles[is_point, None]
@@ -593,7 +590,7 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
 
     p, tried = on_floor(np.zeros(2)), []
     for yaw in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False):
-        R = _turn(yaw)
+        R = rot_z(yaw)[:2, :2]
         normals = L[across, :2] @ R.T
         rows = np.concatenate((np.tile(np.eye(2), (int(both.sum()), 1)), normals))
         right = (p[across] * normals).sum(axis=-1) + L[across, 2]
@@ -603,11 +600,4 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
     bound = np.array([np.inf, np.inf, np.inf, _LARGEST_TILT, _LARGEST_TILT])
     searches = (least_squares(off, x, loss="soft_l1", f_scale=3.0, bounds=(-bound, bound)) for x in tried[:_CONTINUED])
     best = min(searches, key=lambda one: float(one.cost))
-    T = np.eye(4)
-    T[:2, :2], T[:2, 3] = _turn(best.x[2]), best.x[:2]
-    return T
-
-
-def _turn(angle: float) -> Floats:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])
+    return pose(rot_z(best.x[2]), (*best.x[:2], 0.0))

@@ -468,8 +468,9 @@ def likely_mistake(problem: Problem, of_readings: bool = False) -> str:
         except NaoKinError:
             return _HOPELESS
 
-    def stretched(power: float) -> float:
-        return score(_changed(given, lambda one: {"points": _stretched(one.points, _LARGEST_RATIO**power)}))
+    def stretched(power: float) -> float:  # from the first point
+        ratio = _LARGEST_RATIO**power
+        return score(_changed(given, lambda one: _scaled("points", ratio, np.asarray(one.points)[0], one)))
 
     now = score(given)
     limit = now - _LESS if of_readings else min(_GOOD, _BETTER * now)
@@ -510,9 +511,11 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
         "joint values are in degrees, not in radians": lambda one: {"q": np.radians(one.q), "moving": None}
     }
     for unit, metres in _UNITS.items():
-        changes[f"the points are in {unit}, not in metres"] = partial(_scaled, "points", metres)
+        changes[f"the points are in {unit}, not in metres"] = partial(_scaled, "points", metres, 0.0)
     for size, ratio in _RESOLUTIONS.items():
-        changes[f"the pixels are in images of {size} the size of the camera's"] = partial(_scaled, "pixels", 1 / ratio)
+        changes[f"the pixels are in images of {size} the size of the camera's"] = partial(
+            _scaled, "pixels", 1.0 / ratio, -0.5
+        )
     # A free lens bends to much else: it is the mistake if no other explains the residuals.
     changes["the lens is not the one given"] = lambda one: {"camera": replace(one.camera, nominal=True)}
     for what, change in changes.items():
@@ -524,16 +527,9 @@ def _changed(given: Sequence[AnyObservation], change: Callable[[Pixels], dict[st
     return [replace(one, **change(one)) if isinstance(one, Pixels) else one for one in given]
 
 
-def _scaled(name: str, scale: float, one: Pixels) -> dict[str, Any]:
-    """Return points or pixels in another unit; pixels have half of one at the edge of the image."""
-    edge = 0.5 if name == "pixels" else 0.0
-    return {name: scale * (np.asarray(getattr(one, name)) + edge) - edge}
-
-
-def _stretched(points: ArrayLike, size: float) -> Floats:
-    """Return points that are so many times as far from the first one."""
-    array = np.asarray(points, dtype=np.float64)
-    return np.asarray(array[0] + size * (array - array[0]))
+def _scaled(name: str, scale: float, centre: ArrayLike, one: Pixels) -> dict[str, Any]:
+    """Return points or pixels that are so many times as far from a centre."""
+    return {name: centre + scale * (np.asarray(getattr(one, name)) - centre)}
 
 
 def _scores(problem: Problem) -> tuple[float, float]:

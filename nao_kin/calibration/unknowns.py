@@ -183,8 +183,9 @@ class Unknowns:
         self.clocks = {camera: self._add(f"clock of {camera}", "s", "clock") for camera in clocks}
         # The numbers of the result: offsets, lenses and clocks.
         self.stated = [*range(self.offsets), *range(first, len(self.labels))]
-        self._places = list(self.zeros.values())
-        self._columns = [robot.nv - len(robot.joint_names) + robot.joint_names.index(joint) for joint in self.zeros]
+        self._places = np.array([*self.zeros.values()], dtype=int)
+        first_joint = robot.nv - len(robot.joint_names)
+        self._columns = np.array([first_joint + robot.joint_names.index(joint) for joint in self.zeros], dtype=int)
         self.scales = np.where(np.array(self.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
         self.prior = np.array(deviations)  # infinite if it is not known
         self.scales[self.nuisances :] = self.prior[self.nuisances :]
@@ -233,9 +234,8 @@ class Unknowns:
 
     def reported(self, x: Floats, q: Floats) -> Floats:
         """Return joint values with their offsets."""
-        q, first = q.copy(), self.robot.nq - self.robot.nv
-        for place, column in zip(self._places, self._columns, strict=True):
-            q[..., first + column] += x[place]
+        q = q.copy()
+        q[..., self.robot.nq - self.robot.nv + self._columns] += x[self._places]
         return q
 
     def at(self, x: Floats) -> State:
@@ -355,13 +355,13 @@ def _own_priors(prior: object, joints: Iterable[str], frames: Iterable[str]) -> 
     found = dict[str, list[float]]()
     for name, values in prior.items():
         choice(name, [*joints, *frames], "calibrated joint or frame of prior:")
-        found[name] = positive_noise(values, () if name in joints else (6,), f"prior of {name}").ravel().tolist()
+        found[name] = positive(values, () if name in joints else (6,), f"prior of {name}").ravel().tolist()
     return found
 
 
-def positive_noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return standard deviations, which are positive."""
-    noise = shaped(values, shape, what)
-    if not (noise > 0.0).all():
+def positive(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """Return numbers, which are positive."""
+    array = shaped(values, shape, what)
+    if not (array > 0.0).all():
         raise BadArgument(f"{what} must be positive, got {quoted(values)}")
-    return noise
+    return array

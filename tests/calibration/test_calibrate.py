@@ -160,7 +160,9 @@ def test_numbers_that_the_data_cannot_tell_apart_are_named_and_held(nao: nk.NaoM
     T_board = nk.screws.pose(nk.rotations.matrix_from_rpy((1.5, 0.2, -1.4)), (0.6, 0.0, 0.2))
     pixels = pixels_of(true, camera, q, np.repeat(T_board[None], 15, axis=0))
     one = Pixels(q, camera, pixels, MARKS, board="board")
-    with pytest.raises(BadArgument, match=r"cannot tell apart HeadYaw offset, x of board, y of board, z of board, pitch"):
+    with pytest.raises(
+        BadArgument, match=r"cannot tell apart HeadYaw offset, x of board, y of board, z of board, pitch"
+    ):
         calibrate(nao, [one], joints=["HeadYaw"], indistinguishable="refuse")
     found = calibrate(nao, [one], joints=["HeadYaw"])
     assert found.held == ("HeadYaw offset",)
