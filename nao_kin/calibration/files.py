@@ -19,7 +19,7 @@ from nao_kin._core.files import MAX_NUMBERS, described, read_bytes, read_json, r
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
-from nao_kin.calibration.problem import AnyObservation
+from nao_kin.calibration.problem import AnyObservation, listed
 from nao_kin.calibration.unknowns import positive
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning, UnknownName
 from nao_kin.robot import RobotModel
@@ -301,25 +301,20 @@ def from_photos(
     taken = _times(paths, times, read.times)
     q = _interpolated(robot, read.times, read.q, taken, paths)
     pixels, (width, height) = _corners(paths, columns, rows)
-    given = {} if lens is None else _lens(lens)
-    seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **given})
+    seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **({} if lens is None else _lens(lens))})
     without = [path.name for path, found in zip(paths, pixels, strict=True) if np.isnan(found[0, 0])]
     sides = f"{columns} × {rows} inner corners"
     if len(without) == len(paths):
         raise BadArgument(f"none of {len(paths)} photos shows a whole chessboard with {sides}")
     if without:
-        rest = " …" if len(without) > _MOST_LISTED else ""
-        text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: "
-        warn_caller(text + ", ".join(without[:_MOST_LISTED]) + rest, NaoKinWarning)
+        text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: {listed(without)}"
+        warn_caller(text, NaoKinWarning)
     y, x = np.divmod(np.arange(columns * rows), columns)
     points = size * np.stack((x, y, np.zeros_like(x)), axis=-1)
     moving, unknown = partial(_later, robot, read.times, read.q, taken), name if place is None else None
     if place is not None:
         points = transform_point(pose_of(place, "place"), points)
     return Pixels(q, seen_by, pixels, points, frame, unknown, noise, moving=moving)
-
-
-_MOST_LISTED = 5
 
 
 def _lens(numbers: ArrayLike) -> dict[str, Floats]:
@@ -353,13 +348,12 @@ def _times(paths: Sequence[Path], times: Mapping[str, float] | Path | str | None
     """Return the times of photos [s]."""
     if times is None:
         ends = [re.search(r"\d+(\.\d+)?$", path.stem) for path in paths]
-        for path, end in zip(paths, ends, strict=True):
-            if end is None:
-                what = "a time at the end of its name, as in top_12.250.png"
-                raise BadArgument(f"the photo {path.name} has not {what}; give times")
+        if None in ends:
+            what = "a time at the end of its name, as in top_12.250.png"
+            raise BadArgument(f"the photo {paths[ends.index(None)].name} has not {what}; give times")
         given = np.array([float(end[0]) for end in ends if end is not None])
-        fits = (unit for unit in _UNITS if (_outside(given / unit, moments) == 0.0).all())
-        return np.asarray(given / next(fits, 1.0))
+        low, high = given.min(), given.max()
+        return np.asarray(given / next((u for u in _UNITS if moments[0] <= low / u and high / u <= moments[-1]), 1.0))
     known = times if isinstance(times, Mapping) else _read_times(str(times))
     for path in paths:
         choice(path.name, known, "photo in times")
@@ -369,10 +363,8 @@ def _times(paths: Sequence[Path], times: Mapping[str, float] | Path | str | None
 def _read_times(path: str) -> dict[str, float]:
     """Return the times in a CSV file with the columns file and time."""
     text = read_text(path)
-    head = text.partition("\n")[0]
-    rows = list(csv.DictReader(text.splitlines(), delimiter=delimiter_of(head), skipinitialspace=True))
-    found = dict[str, float]()
-    for number, row in enumerate(rows, start=2):
+    mark, found = delimiter_of(text.partition("\n")[0]), dict[str, float]()
+    for number, row in enumerate(csv.DictReader(text.splitlines(), delimiter=mark, skipinitialspace=True), start=2):
         time = finite_decimal(row.get("time") or "")
         if not row.get("file") or time is None:
             raise BadInputFile(path, f"line {number}: expected the columns file and time [s], as in top_1.png,12.25")
@@ -380,19 +372,13 @@ def _read_times(path: str) -> dict[str, float]:
     return found
 
 
-def _outside(times: Floats, moments: Floats) -> Floats:
-    """Return by how much times are before the first or after the last moment [s]."""
-    return np.asarray(np.maximum(np.maximum(moments[0] - times, times - moments[-1]), 0.0))
-
-
 def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
     """Return the configurations at the times of photos."""
-    early = _outside(times, moments)
-    worst, ends = int(early.argmax()), f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
-    if early[worst] > 0.0:
-        raise BadArgument(f"the photo {paths[worst].name} is of {times[worst]:.6f} s, and the log {ends}")
     found = configurations_at(robot, moments, q, times, longest_gap=_LONGEST_GAP)
-    for path, row in zip(paths, found, strict=True):
+    for path, time, row in zip(paths, times, found, strict=True):
+        if not moments[0] <= time <= moments[-1]:
+            ends = f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
+            raise BadArgument(f"the photo {path.name} is of {time:.6f} s, and the log {ends}")
         if np.isnan(row).any():
             raise BadArgument(f"the log has a gap of more than {_LONGEST_GAP:.3g} s around the photo {path.name}")
     return found

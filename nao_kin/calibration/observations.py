@@ -45,8 +45,7 @@ class _Observed:
     """An observation, which keeps copies of the arrays that it is given."""
 
     def __post_init__(self) -> None:
-        arrays = {name: value for name, value in vars(self).items() if name in _ARRAYS}
-        vars(self).update(copy.deepcopy(arrays))
+        vars(self).update(copy.deepcopy({name: value for name, value in vars(self).items() if name in _ARRAYS}))
 
 
 @one_line_repr
@@ -160,8 +159,8 @@ class Poses(_Observed):
             residuals = np.concatenate((error.T[:, :3, 3], turn), axis=1)
             return Seen((residuals / noise)[:, None], (J / noise[:, None])[:, None])
 
-        world = self.world, f"world of {self.reference or 'the root'}"
-        names = named(world, (self.marker, f"marker on {self.frame}"))
+        meaning = f"world of {self.reference or 'the root'}"
+        names = named((self.world, meaning), (self.marker, f"marker on {self.frame}"))
         return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self, (self.reference, self.frame))
 
 
@@ -393,13 +392,12 @@ class Lines(_Observed):
             raise BadArgument(f"lines must be a list of names or of pairs of points, got {quoted(self.lines)}")
         straight, C, L = field.lines, np.zeros((len(self.lines), 3, 3)), np.zeros((len(self.lines), 3))
         for k, line in enumerate(self.lines):
-            if (
-                isinstance(line, str)
-                and choice(line, [_CIRCLE, *straight], f"line of the field {field.name}") == _CIRCLE
-            ):
+            where = f"line of the field {field.name}"
+            name = choice(line, [_CIRCLE, *straight], where) if isinstance(line, str) else ""
+            if name == _CIRCLE:
                 C[k] = np.diag([1.0, 1.0, -(field.circle**2) / 4.0])
             else:
-                L[k] = _line(straight[line] if isinstance(line, str) else line)
+                L[k] = _line(straight[name] if name else line)
         return C, L
 
     def _place(self, state: State, q: Floats, at: Motion | None) -> Moving:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -87,13 +87,10 @@ class Problem:
         cameras = [one.given.camera for one in self.observations if isinstance(one.given, Pixels | Lines)]
         self.nominal = {robot.body_frame(camera.frame): camera for camera in cameras if camera.nominal}
         bodies = dict.fromkeys(robot.body_frame(camera.frame) for camera in cameras)
-        nuisances = {
-            "zeros": zeros,
-            "cameras": [body for body in bodies if body in robot.semantics.cameras],
-            "lenses": self.nominal,
-            "clocks": dict.fromkeys(one.motion.camera for one in self.observations if one.motion is not None),
-        }
-        self.unknowns = unknowns = Unknowns(robot, joints, frames, coordinates, prior, **nuisances)
+        mounted = [body for body in bodies if body in robot.semantics.cameras]
+        clocks = dict.fromkeys(one.motion.camera for one in self.observations if one.motion is not None)
+        more: dict[str, Any] = {"zeros": zeros, "cameras": mounted, "lenses": self.nominal, "clocks": clocks}
+        self.unknowns = unknowns = Unknowns(robot, joints, frames, coordinates, prior, **more)
         self.labels, self.size = unknowns.labels, len(unknowns.labels)
         if not unknowns.nuisances:
             raise BadArgument("nothing to calibrate: name joints or frames, or unknown poses in the observations")
@@ -122,14 +119,9 @@ class Problem:
         self._joint_noise = joint_noise
         self._readings: Readings | None = None
         # The same problem with other observations.
-        self.again = partial(
-            Problem,
-            robot,
-            joints=unknowns.joints,
-            frames=unknowns.named,
-            start=start,
-            prior=prior,
-            joint_noise=joint_noise,
+        given: dict[str, Any] = {"joints": unknowns.joints, "frames": unknowns.named, "start": start, "prior": prior}
+        self.again: Callable[[Sequence[AnyObservation]], Problem] = partial(
+            Problem, robot, joint_noise=joint_noise, **given
         )
 
     def _seen(self, x: Floats) -> tuple[Floats, Floats]:
@@ -158,11 +150,10 @@ class Problem:
         """Take errors of the reported joint values out of the residuals from now on, as their effects are at x."""
         if not self._joint_noise > 0.0:
             return
-        postures, rows = [], []
         by_readings = self.reading_jacobians(x, [one.q for one in self.observations])
-        for one, J in zip(self.observations, by_readings, strict=True):
-            postures.append(np.repeat(one.q[np.nonzero(one.mask)[0]], one.measured.shape[-1], axis=0))
-            rows.append(J[one.mask].reshape(-1, J.shape[-1]))
+        pairs = list(zip(self.observations, by_readings, strict=True))
+        postures = [np.repeat(one.q[np.nonzero(one.mask)[0]], one.measured.shape[-1], axis=0) for one, _ in pairs]
+        rows = [J[one.mask].reshape(-1, J.shape[-1]) for one, J in pairs]
         self._readings = Readings(np.concatenate(postures), np.concatenate(rows), self._kept)
 
     def reading_jacobians(self, x: Floats, qs: Sequence[Floats], trial: bool = False) -> list[Floats]:
@@ -204,7 +195,7 @@ class Problem:
         if not free.any():
             return x
         prior, exact = np.diag(1.0 / self._deviations[free]), dict.fromkeys(("xtol", "ftol", "gtol"), 1e-12)
-        options = {"x_scale": self.unknowns.scales[free], "f_scale": _HUBER, "max_nfev": steps, **exact}
+        options: dict[str, Any] = {"x_scale": self.unknowns.scales[free], "f_scale": _HUBER, "max_nfev": steps, **exact}
 
         def whole(part: Floats) -> Floats:
             found: Floats = x.copy()
@@ -233,12 +224,11 @@ class Problem:
         # The errors of the free ones change with the errors of the others by −S.
         S = part @ J[:, free].T @ J[:, ~free]
         others = np.diag(np.minimum(self.unknowns.prior, self.unknowns.scales)[~free] ** 2)
-        found = np.zeros((self.size, self.size))
-        found[np.ix_(free, free)] = part + S @ others @ S.T
-        found[np.ix_(free, ~free)] = -S @ others
-        found[np.ix_(~free, free)] = -others @ S.T
-        found[np.ix_(~free, ~free)] = others
-        return found
+        by_others = np.zeros((self.size, len(others)))
+        by_others[free], by_others[~free] = -S, np.eye(len(others))
+        found = by_others @ others @ by_others.T
+        found[np.ix_(free, free)] += part
+        return np.asarray(found)
 
     def undetermined(self, x: Floats, free: NDArray[np.bool_]) -> tuple[int, list[int]] | None:
         """Return the free number that the data determine least, and those correlated with it; None if they do all.
@@ -264,8 +254,7 @@ class Problem:
         worst = int(ratios.argmax())
         if not ratios[worst] > _UNLIKELY:
             return ""
-        size = size_of(x[worst], self.unknowns.units[worst])
-        prior = size_of(self.unknowns.prior[worst], self.unknowns.units[worst])
+        size, prior = (size_of(y[worst], self.unknowns.units[worst]) for y in (x, self.unknowns.prior))
         return f"{self.labels[worst]} would be {size}, {ratios[worst]:.1f} times its prior standard deviation, {prior}"
 
     def loose(self, covariance: Floats) -> tuple[list[str], list[str]]:
@@ -284,7 +273,7 @@ class Problem:
         ]
         if others:
             notes.append(
-                f"{_listed(others)} are unknown too, and in the standard deviations; name them in joints and frames to "
+                f"{listed(others)} are unknown too, and in the standard deviations; name them in joints and frames to "
                 "have them in the result"
             )
         return [self.labels[i] for i in unknowns.stated[unknowns.offsets :] if free[i]], notes
@@ -389,7 +378,8 @@ def size_of(value: float, unit: str) -> str:
     return f"{np.degrees(value):.2g}°" if unit == "rad" else f"{value:.2g}" + f" {unit}" * (unit != "1")
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many follow."""
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(names[:_MOST_NAMED]) + more
 
@@ -407,7 +397,7 @@ def told(problem: Problem, held: int, members: Sequence[int]) -> str:
         advice = "give the measured lens, or observe a board at a measured place, from several distances"
     elif any(offsets <= i < unknowns.nuisances for i in members):
         advice = "observe points at measured places, or marks on the robot itself"
-    return f"the data cannot tell apart {_listed([problem.labels[i] for i in members])}: {left}; {advice}"
+    return f"the data cannot tell apart {listed([problem.labels[i] for i in members])}: {left}; {advice}"
 
 
 # --- First estimates of unknown poses, from the nominal robot.

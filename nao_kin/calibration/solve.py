@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import partial
@@ -17,7 +18,7 @@ from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import need_extra
 from nao_kin.calibration.observations import BEHIND, Pixels
-from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
+from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, listed, told
 from nao_kin.calibration.unknowns import PRIORS, names_of
 from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError
 from nao_kin.robot import RobotModel, write_offsets
@@ -247,10 +248,8 @@ def calibrate(
     x, free, notes = np.zeros(problem.size), np.ones(problem.size, dtype=bool), list[str]()
     initial = problem.misfits(x)
     if any((residuals == BEHIND).any() for residuals in initial):
-        raise BadArgument(
-            "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
-            + likely_mistake(problem)
-        )
+        text = "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
+        raise BadArgument(text + likely_mistake(problem))
     for _ in range(_MOST_PASSES):
         problem.take_readings(x)
         while True:
@@ -419,12 +418,12 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
     observed = np.concatenate([one.q for one in calibration._problem.observations])
     first = robot.nq_base
     if joints is None:
-        places = [first + i for i in np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0).tolist()]
-        if not places:
+        places = first + np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0)
+        if not len(places):
             raise BadArgument("no joint differed between the observed postures: name joints=…, or give candidates")
     else:
         chosen = (choice(name, robot.joint_names, "joint") for name in names_of(joints, "joints"))
-        places = [first + robot.joint_names.index(name) for name in chosen]
+        places = first + np.array([robot.joint_names.index(name) for name in chosen], dtype=int)
     q = np.repeat(observed[:1], count, axis=0)
     q[:, places] = robot.random(rng, count)[:, places]
     return q
@@ -444,7 +443,6 @@ _RESOLUTIONS = {"1/4 of": 0.25, "1/2 of": 0.5, "2 times": 2.0, "4 times": 4.0}
 _LARGEST_RATIO, _MOST_SIZES = 2.0, 20
 # By how much the right size reduces the sum of squares.
 _LESS = 50.0
-_MAX_NAMED = 5
 # Steps of a search, which needs fewer if the observations agree.
 _STEPS = 25
 
@@ -461,12 +459,10 @@ def likely_mistake(problem: Problem, of_readings: bool = False) -> str:
         return ""
 
     def score(changed: Sequence[AnyObservation]) -> float:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", DegreesWarning)
-                return _scores(problem.again(changed))[of_readings]
-        except NaoKinError:
-            return _HOPELESS
+        with suppress(NaoKinError), warnings.catch_warnings():
+            warnings.simplefilter("ignore", DegreesWarning)
+            return _scores(problem.again(changed))[of_readings]
+        return _HOPELESS
 
     def stretched(power: float) -> float:  # from the first point
         ratio = _LARGEST_RATIO**power
@@ -501,9 +497,7 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
             rows[reverse] = rows[reverse, ::-1]
             turned[number] = replace(one.given, pixels=pixels)
             if reverse.any():
-                listed = [str(row) for row in np.flatnonzero(reverse)]
-                more = " …" if len(listed) > _MAX_NAMED else ""
-                where = "" if reverse.all() else f"posture {', '.join(listed[:_MAX_NAMED])}{more} of "
+                where = "" if reverse.all() else f"posture {listed([*map(str, np.flatnonzero(reverse))])} of "
                 named.append(f"{where}observation {number}")
     if named:
         yield f"the points are in reverse order in {'; '.join(named)}", turned
@@ -527,7 +521,7 @@ def _changed(given: Sequence[AnyObservation], change: Callable[[Pixels], dict[st
     return [replace(one, **change(one)) if isinstance(one, Pixels) else one for one in given]
 
 
-def _scaled(name: str, scale: float, centre: ArrayLike, one: Pixels) -> dict[str, Any]:
+def _scaled(name: str, scale: float, centre: Floats | float, one: Pixels) -> dict[str, Any]:
     """Return points or pixels that are so many times as far from a centre."""
     return {name: centre + scale * (np.asarray(getattr(one, name)) - centre)}
 

@@ -72,8 +72,7 @@ _STEP = 1e-5
 def with_lens(camera: Camera, numbers: Floats) -> Camera:
     """Return a camera whose lens differs from its own by these numbers, in the order of `LENS`."""
     focal, aspect, cx, cy = numbers[:4].tolist()
-    coefficients = np.zeros(max(4, len(camera.distortion)))
-    coefficients[: len(camera.distortion)] = camera.distortion
+    coefficients = np.array(camera.distortion or (0.0,) * 4)
     coefficients[:4] += numbers[4:]
     return replace(
         camera,
@@ -114,12 +113,11 @@ def _carried(T_bc: Floats, J: Floats) -> Floats:
 class Block:
     """An unknown pose, start · (x, y, z, roll, pitch, yaw), with the places of its six numbers; −1 for a fixed zero."""
 
-    label: str
     places: tuple[int, ...]
     start: Floats = field(default_factory=lambda: np.eye(4))
 
 
-FIXED = Block("", (-1,) * len(COORDINATES))
+FIXED = Block((-1,) * len(COORDINATES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +158,7 @@ class Unknowns:
         self._own = _own_priors(prior, {*self.joints, *zeros}, {*self.named, *cameras})
         self._typical = {} if prior == "none" else _TYPICAL
         # Of each number its name, its unit ("rad", "m", "s" or "1"), and its standard deviation before the calibration.
-        self.labels, self.units, deviations = list[str](), list[str](), list[float]()
-        self._deviations = deviations
+        self.labels, self.units, self._deviations = list[str](), list[str](), list[float]()
         self.zeros = {joint: self._add(f"{joint} offset", robot.unit(joint), "joint", joint) for joint in self.joints}
         self.frames = {frame: self._block(f"{frame}'s mounting", names, frame) for frame, names in self.named.items()}
         self.offsets = len(self.labels)  # how many numbers belong to offsets
@@ -184,10 +181,11 @@ class Unknowns:
         # The numbers of the result: offsets, lenses and clocks.
         self.stated = [*range(self.offsets), *range(first, len(self.labels))]
         self._places = np.array([*self.zeros.values()], dtype=int)
-        first_joint = robot.nv - len(robot.joint_names)
-        self._columns = np.array([first_joint + robot.joint_names.index(joint) for joint in self.zeros], dtype=int)
+        # Columns of the joints in configurations and Jacobians, from the last one.
+        names = robot.joint_names
+        self._columns = np.array([names.index(joint) - len(names) for joint in self.zeros], dtype=int)
         self.scales = np.where(np.array(self.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
-        self.prior = np.array(deviations)  # infinite if it is not known
+        self.prior = np.array(self._deviations)  # infinite if it is not known
         self.scales[self.nuisances :] = self.prior[self.nuisances :]
 
     def _add(self, thing: str, unit: str, of: str = "", name: str = "", coordinate: str = "") -> int:
@@ -202,10 +200,8 @@ class Unknowns:
     def _block(self, label: str, chosen: Iterable[str], frame: str = "") -> Block:
         of = "camera" if frame in self.robot.semantics.cameras else ""
         units = {name: "m" if name in "xyz" else "rad" for name in COORDINATES}
-        return Block(
-            label,
-            tuple(self._add(label, unit, of, frame, name) if name in chosen else -1 for name, unit in units.items()),
-        )
+        places = (self._add(label, unit, of, frame, name) if name in chosen else -1 for name, unit in units.items())
+        return Block(tuple(places))
 
     def _check_frame(self, frame: str) -> None:
         robot = self.robot
@@ -235,7 +231,7 @@ class Unknowns:
     def reported(self, x: Floats, q: Floats) -> Floats:
         """Return joint values with their offsets."""
         q = q.copy()
-        q[..., self.robot.nq - self.robot.nv + self._columns] += x[self._places]
+        q[..., self._columns] += x[self._places]
         return q
 
     def at(self, x: Floats) -> State:

@@ -189,6 +189,7 @@ def test_a_focal_length_that_photos_do_not_determine_is_said(nao: nk.NaoModel) -
     assert found.standard_deviations["focal length of CameraTop's lens"] > 0.02
 
 
+@pytest.mark.full
 def test_a_lens_and_photos_far_beyond_their_priors_are_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(BadArgument, match=r"focal length of CameraTop's lens would be 0.1\d, .* deviation, 0.03"):
         another_lens(focal=1.15)(nao, np.random.default_rng(0))
