@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -118,11 +117,11 @@ class Problem:
         check_tolerance(joint_noise, "joint_noise")
         self._joint_noise = joint_noise
         self._readings: Readings | None = None
-        # The same problem with other observations.
-        given: dict[str, Any] = {"joints": unknowns.joints, "frames": unknowns.named, "start": start, "prior": prior}
-        self.again: Callable[[Sequence[AnyObservation]], Problem] = partial(
-            Problem, robot, joint_noise=joint_noise, **given
-        )
+        self._given: Any = {"joints": unknowns.joints, "frames": unknowns.named, "start": start, "prior": prior}
+
+    def again(self, observations: Sequence[AnyObservation]) -> Problem:
+        """Return the same problem with other observations."""
+        return Problem(self.unknowns.robot, observations, joint_noise=self._joint_noise, **self._given)
 
     def _seen(self, x: Floats) -> tuple[Floats, Floats]:
         """Return the residuals of everything that was seen, shape (m,), and their derivatives, shape (m, unknowns)."""
