@@ -19,12 +19,13 @@ from nao_kin._core.files import MAX_NUMBERS, described, read_bytes, read_json, r
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
-from nao_kin.calibration.problem import AnyObservation
+from nao_kin.calibration.problem import AnyObservation, listed
+from nao_kin.calibration.unknowns import positive
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning, UnknownName
 from nao_kin.robot import RobotModel
 from nao_kin.screws import pose_of, transform_point
 from nao_kin.stream import read_log
-from nao_kin.world import Camera, camera, configurations_at
+from nao_kin.world import camera, configurations_at
 
 # --- Observations in a JSON file.
 
@@ -32,14 +33,15 @@ _HEAD = {"joints", "frames", "start", "prior", "joint_noise", "observations"}
 _CAMERA = "resolution", "intrinsics", "distortion"
 # Of each type of observation: the members that must be names, all others, and those of each posture.
 _MEMBERS = {
-    "pixels": (("camera",), {*_CAMERA, "points", "frame", "board", "on_floor", "field"}, {"pixels"}),
-    "lines": (("camera",), {*_CAMERA, "frame", "board", "field"}, {"lines"}),
+    "pixels": (("camera",), {*_CAMERA, "points", "frame", "board", "on_floor", "field"}, {"pixels", "velocities"}),
+    "lines": (("camera",), {*_CAMERA, "frame", "board", "field"}, {"lines", "velocities"}),
     "poses": (("frame",), {"world", "marker", "reference"}, {"pose"}),
     "contacts": (("frame", "reference"), {"height"}, set[str]()),
 }
 _COMMON = {"type", "noise", "posture", "seen"}
-# Members that are the attributes of the same names.
-_PASSED_ON = ("frame", "board", "world", "marker", "reference", "height", "noise", "on_floor")
+# Members that are texts, and that are the attributes of the same names.
+_TEXTS = ("frame", "board", "world", "marker", "reference")
+_PASSED_ON = (*_TEXTS, "height", "noise", "on_floor")
 # Intrinsics that differ from the published ones by more than this factor, or place the axis so far from the middle of
 # the image, in parts of its size, belong to another resolution.
 _OTHER_FOCUS, _OFF_CENTRE = 1.5, 0.2
@@ -55,6 +57,8 @@ def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
     not named as in the `posture` of the observation, or zero) and `pixels` ([u, v] or null for each point), `lines`
     (name of a line → list of [u, v]) or `pose` (six numbers, or rows of four). A camera is named, with a `resolution`
     and perhaps its own `intrinsics` [fx, fy, cx, cy] and `distortion`. `points` may be names of points of a `field`.
+    If joints move in images, `velocities` beside `joints` (name → [rad/s], others are still) tell `calibrate` to
+    estimate how late the images are.
 
     Args:
         robot: the nominal robot.
@@ -89,14 +93,12 @@ def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
         start = {
             board: pose_of(T, f"start of {board}") for board, T in _object(document.get("start", {}), "start").items()
         }
+        observations = []
+        for number, one in enumerate(given):
+            with errors_of(f"observation {number}"):
+                observations.append(_observation(robot, one))
     except NaoKinError as error:
         raise BadInputFile(name, str(error)) from None
-    observations = []
-    for number, one in enumerate(given):
-        try:
-            observations.append(_observation(robot, one))
-        except NaoKinError as error:
-            raise BadInputFile(name, f"observation {number}: {error}") from None
     options = {key: document[key] for key in ("prior", "joint_noise") if key in document}
     return {"observations": observations, "joints": joints, "frames": frames, "start": start, **options}
 
@@ -110,29 +112,36 @@ def _observation(robot: RobotModel, given: Any) -> AnyObservation:
     for key in names:
         if not isinstance(given.get(key), str):
             raise BadArgument(f"{key} must be given: the name of a frame")
-    for key in ("frame", "board", "world", "marker", "reference"):
+    for key in _TEXTS:
         if not isinstance(given.get(key), str | None):
             raise BadArgument(f"{key} must be a text, got {quoted(given[key])}")
-    seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
+    own = {key: given[key] for key in _PASSED_ON if key in given}
+    seen, posture, rows, speeds = _list(given.get("seen"), "seen"), given.get("posture"), [], []
+    with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
     for number, one in enumerate(seen):
         _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
-        joints = _object(one.get("joints", {}), f"joints of seen {number}")
-        with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
         with errors_of(f"seen {number}"):
-            rows.append(with_posture(joints, limits="ignore"))
-    own = {key: given[key] for key in _PASSED_ON if key in given}
+            rows.append(with_posture(_object(one.get("joints", {}), "joints"), limits="ignore"))
+            speeds.append(robot.configuration(_object(one.get("velocities", {}), "velocities"), limits="ignore"))
+    q, v = np.array(rows), np.array(speeds) - robot.configuration({})
+    if v.any():
+        own["moving"] = partial(_moving, q, v)
     if kind == "contacts":
-        return Contacts(np.array(rows), **own)
+        return Contacts(q, **own)
     if kind == "poses":
         poses = [pose_of(one.get("pose"), f"pose of seen {number}") for number, one in enumerate(seen)]
-        return Poses(np.array(rows), poses=np.array(poses), **own)
+        return Poses(q, poses=np.array(poses), **own)
     if kind == "lines":
-        return _lines(
-            np.array(rows), _camera(robot, given), seen, own | {k: given[k] for k in ("field",) if k in given}
-        )
+        own |= {"field": given["field"]} if "field" in given else {}
+        return Lines(q, _camera(robot, given), *_lines(seen), **own)
     points = _points(_list(given.get("points"), "points"), given.get("field"))
     pixels = [_pixels(one.get("pixels"), len(points), f"pixels of seen {number}") for number, one in enumerate(seen)]
-    return Pixels(np.array(rows), _camera(robot, given), np.array(pixels), points, **own)
+    return Pixels(q, _camera(robot, given), np.array(pixels), points, **own)
+
+
+def _moving(q: Floats, velocities: Floats, later: float) -> Floats:
+    """Return the configurations at times later than those of the images."""
+    return q + later * velocities
 
 
 def _points(given: list[Any], name: Any) -> Floats:
@@ -144,40 +153,31 @@ def _points(given: list[Any], name: Any) -> Floats:
     return as_floats([known[choice(p, known, where)] if isinstance(p, str) else p for p in given], (3,), "points")
 
 
-def _lines(q: Floats, found: Camera, seen: list[Any], own: dict[str, Any]) -> Lines:
-    """Return an observation of lines, with a column for the most pixels that one posture has of each line."""
+def _lines(seen: list[Any]) -> tuple[Floats, list[str]]:
+    """Return pixels on lines, with a column for the most pixels that one posture has of each line, and their lines."""
     given = [_object(one.get("lines"), f"lines of seen {number}") for number, one in enumerate(seen)]
     parts, lines = list[Floats](), list[str]()
     for name in dict.fromkeys(name for one in given for name in one):
-        rows = [
-            _pixels(one[name], len(_list(one[name], "pixels")), f"{name} of seen {number}") if name in one else None
-            for number, one in enumerate(given)
-        ]
-        most = max(len(row) for row in rows if row is not None)
-        part = np.full((len(q), most, 2), np.nan)
-        for k, row in enumerate(rows):
-            if row is not None:
-                part[k, : len(row)] = row
-        parts.append(part)
+        rows = [_list(one[name], f"{name} of seen {n}") if name in one else [] for n, one in enumerate(given)]
+        most = max(map(len, rows))
+        filled = ([*row, *[None] * (most - len(row))] for row in rows)
+        parts.append(np.array([_pixels(row, most, f"{name} of seen {n}") for n, row in enumerate(filled)]))
         lines += [name] * most
     if not lines:
         raise BadArgument("lines must name at least one line")
-    return Lines(q, found, np.concatenate(parts, axis=1), lines, **own)
+    return np.concatenate(parts, axis=1), lines
 
 
 def _camera(robot: RobotModel, given: Mapping[str, Any]) -> Any:
     resolution = given.get("resolution", "VGA")
     found = camera(robot, given["camera"], tuple(resolution) if isinstance(resolution, list) else resolution)
     if "intrinsics" in given:
-        found = replace(found, nominal=False)
-        numbers = as_floats(given["intrinsics"], (4,), "intrinsics").tolist()
-        own = replace(found, **dict(zip(("fx", "fy", "cx", "cy"), numbers, strict=True)))
-        centre = (own.cx + 0.5) / own.width - 0.5, (own.cy + 0.5) / own.height - 0.5
-        ratio = own.fx / found.fx
-        if max(map(abs, centre)) > _OFF_CENTRE or not 1.0 / _OTHER_FOCUS < ratio < _OTHER_FOCUS:
-            size = f"{round(2.0 * own.cx)} × {round(2.0 * own.cy)}"
-            raise BadArgument(f"intrinsics are of images of about {size} pixels, not {own.width} × {own.height}")
-        found = own
+        fx, fy, cx, cy = as_floats(given["intrinsics"], (4,), "intrinsics").tolist()
+        centre = (cx + 0.5) / found.width - 0.5, (cy + 0.5) / found.height - 0.5
+        if max(map(abs, centre)) > _OFF_CENTRE or not 1.0 / _OTHER_FOCUS < fx / found.fx < _OTHER_FOCUS:
+            size = f"{round(2.0 * cx)} × {round(2.0 * cy)}"
+            raise BadArgument(f"intrinsics are of images of about {size} pixels, not {found.width} × {found.height}")
+        found = replace(found, fx=fx, fy=fy, cx=cx, cy=cy, nominal=False)
     if "distortion" in given:
         found = replace(found, distortion=tuple(as_floats(given["distortion"], (), "distortion").ravel().tolist()))
     return found
@@ -292,9 +292,7 @@ def from_photos(
         raise BadArgument(f"board must be the columns and rows of inner corners, got {quoted(board)}")
     columns = whole_number(board[0], "columns of board", 3, _MOST_CORNERS)
     rows = whole_number(board[1], "rows of board", 3, _MOST_CORNERS)
-    size = float(shaped(square, (), "square"))
-    if not size > 0.0:
-        raise BadArgument(f"square must be positive, got {quoted(square)}")
+    size = float(positive(square, (), "square"))
     read = read_log(robot, log, limits="ignore", hips="average", missing=missing, degrees=degrees)
     for note in read.notes:
         warn_caller(f"{quoted(str(log))}: {note}", NaoKinWarning)
@@ -303,25 +301,20 @@ def from_photos(
     taken = _times(paths, times, read.times)
     q = _interpolated(robot, read.times, read.q, taken, paths)
     pixels, (width, height) = _corners(paths, columns, rows)
-    given = {} if lens is None else _lens(lens)
-    seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **given})
+    seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **({} if lens is None else _lens(lens))})
     without = [path.name for path, found in zip(paths, pixels, strict=True) if np.isnan(found[0, 0])]
     sides = f"{columns} × {rows} inner corners"
     if len(without) == len(paths):
         raise BadArgument(f"none of {len(paths)} photos shows a whole chessboard with {sides}")
     if without:
-        rest = " …" if len(without) > _MOST_LISTED else ""
-        text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: "
-        warn_caller(text + ", ".join(without[:_MOST_LISTED]) + rest, NaoKinWarning)
+        text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: {listed(without)}"
+        warn_caller(text, NaoKinWarning)
     y, x = np.divmod(np.arange(columns * rows), columns)
     points = size * np.stack((x, y, np.zeros_like(x)), axis=-1)
-    more: dict[str, Any] = {"noise": noise, "moving": partial(_later, robot, read.times, read.q, taken)}
+    moving, unknown = partial(_later, robot, read.times, read.q, taken), name if place is None else None
     if place is not None:
-        return Pixels(q, seen_by, pixels, transform_point(pose_of(place, "place"), points), frame, **more)
-    return Pixels(q, seen_by, pixels, points, frame, board=name, **more)
-
-
-_MOST_LISTED = 5
+        points = transform_point(pose_of(place, "place"), points)
+    return Pixels(q, seen_by, pixels, points, frame, unknown, noise, moving=moving)
 
 
 def _lens(numbers: ArrayLike) -> dict[str, Floats]:
@@ -355,13 +348,12 @@ def _times(paths: Sequence[Path], times: Mapping[str, float] | Path | str | None
     """Return the times of photos [s]."""
     if times is None:
         ends = [re.search(r"\d+(\.\d+)?$", path.stem) for path in paths]
-        for path, end in zip(paths, ends, strict=True):
-            if end is None:
-                what = "a time at the end of its name, as in top_12.250.png"
-                raise BadArgument(f"the photo {path.name} has not {what}; give times")
+        if None in ends:
+            what = "a time at the end of its name, as in top_12.250.png"
+            raise BadArgument(f"the photo {paths[ends.index(None)].name} has not {what}; give times")
         given = np.array([float(end[0]) for end in ends if end is not None])
-        fits = (unit for unit in _UNITS if (_outside(given / unit, moments) == 0.0).all())
-        return np.asarray(given / next(fits, 1.0))
+        low, high = given.min(), given.max()
+        return np.asarray(given / next((u for u in _UNITS if moments[0] <= low / u and high / u <= moments[-1]), 1.0))
     known = times if isinstance(times, Mapping) else _read_times(str(times))
     for path in paths:
         choice(path.name, known, "photo in times")
@@ -371,10 +363,8 @@ def _times(paths: Sequence[Path], times: Mapping[str, float] | Path | str | None
 def _read_times(path: str) -> dict[str, float]:
     """Return the times in a CSV file with the columns file and time."""
     text = read_text(path)
-    head = text.partition("\n")[0]
-    rows = list(csv.DictReader(text.splitlines(), delimiter=delimiter_of(head), skipinitialspace=True))
-    found = dict[str, float]()
-    for number, row in enumerate(rows, start=2):
+    mark, found = delimiter_of(text.partition("\n")[0]), dict[str, float]()
+    for number, row in enumerate(csv.DictReader(text.splitlines(), delimiter=mark, skipinitialspace=True), start=2):
         time = finite_decimal(row.get("time") or "")
         if not row.get("file") or time is None:
             raise BadInputFile(path, f"line {number}: expected the columns file and time [s], as in top_1.png,12.25")
@@ -382,21 +372,13 @@ def _read_times(path: str) -> dict[str, float]:
     return found
 
 
-def _outside(times: Floats, moments: Floats) -> Floats:
-    """Return by how much times are before the first or after the last moment [s]."""
-    return np.asarray(np.maximum(np.maximum(moments[0] - times, times - moments[-1]), 0.0))
-
-
 def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
     """Return the configurations at the times of photos."""
-    if (np.diff(moments) < 0.0).any():
-        raise BadArgument("the times of the log must ascend")
-    early = _outside(times, moments)
-    if early.max() > 0.0:
-        worst, ends = int(early.argmax()), f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
-        raise BadArgument(f"the photo {paths[worst].name} is of {times[worst]:.6f} s, and the log {ends}")
     found = configurations_at(robot, moments, q, times, longest_gap=_LONGEST_GAP)
-    for path, row in zip(paths, found, strict=True):
+    for path, time, row in zip(paths, times, found, strict=True):
+        if not moments[0] <= time <= moments[-1]:
+            ends = f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
+            raise BadArgument(f"the photo {path.name} is of {time:.6f} s, and the log {ends}")
         if np.isnan(row).any():
             raise BadArgument(f"the log has a gap of more than {_LONGEST_GAP:.3g} s around the photo {path.name}")
     return found

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.calibration.unknowns import Motion, Moving, State
+from nao_kin.calibration.unknowns import Motion, Moving, State, positive
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, right_jacobian_inverse
@@ -45,8 +45,7 @@ class _Observed:
     """An observation, which keeps copies of the arrays that it is given."""
 
     def __post_init__(self) -> None:
-        arrays = {name: value for name, value in vars(self).items() if name in _ARRAYS}
-        vars(self).update(copy.deepcopy(arrays))
+        vars(self).update(copy.deepcopy({name: value for name, value in vars(self).items() if name in _ARRAYS}))
 
 
 @one_line_repr
@@ -90,8 +89,7 @@ class Pixels(_Observed):
         if points.ndim != 2:
             raise WrongShape("points", "(k, 3)", points.shape)
         pixels = one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
-        noise = positive_noise(self.noise, (), "noise of pixels")
-        known_frames(robot, self.camera.frame, self.frame)
+        noise = positive(self.noise, (), "noise of pixels")
         own = motion(robot, q, self.camera, self.moving)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -149,9 +147,8 @@ class Poses(_Observed):
         """Return the checked observation."""
         q = configurations(robot, self.q)
         poses = one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
-        noise = np.repeat(positive_noise(self.noise, (2,), "noise of poses"), 3)
+        noise = np.repeat(positive(self.noise, (2,), "noise of poses"), 3)
         robot.frame_ids([self.frame])
-        known_frames(robot, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
             inside = state.frame(q, self.reference).inverse() @ state.frame(q, self.frame)
@@ -162,8 +159,8 @@ class Poses(_Observed):
             residuals = np.concatenate((error.T[:, :3, 3], turn), axis=1)
             return Seen((residuals / noise)[:, None], (J / noise[:, None])[:, None])
 
-        world = self.world, f"world of {self.reference or 'the root'}"
-        names = named(world, (self.marker, f"marker on {self.frame}"))
+        meaning = f"world of {self.reference or 'the root'}"
+        names = named((self.world, meaning), (self.marker, f"marker on {self.frame}"))
         return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self, (self.reference, self.frame))
 
 
@@ -193,7 +190,7 @@ class Contacts(_Observed):
         """Return the checked observation."""
         q = configurations(robot, self.q)
         height = shaped(self.height, (), "height")
-        noise = positive_noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
+        noise = positive(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
         robot.frame_ids([self.frame, self.reference])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -276,31 +273,14 @@ class Field:
         return {name: size for name, size in areas.items() if any(size)}
 
 
+_BOOK = (
+    "SPL rule books of 2020 to 2025; as in HULKs/hulk 716f64d6, etc/parameters/default.json (2025), and in "
+    "BHumanCodeRelease d89d603f, Config/Locations/Default/fieldDimensions.cfg"
+)
+_OLD_BOOK = "SPL rule book of 2014, section 1.1 and figure 1; the field of 2013 to 2019, without goal areas"
 FIELDS: Mapping[str, Field] = {
-    field.name: field
-    for field in (
-        Field(
-            "SPL 2020",
-            9.0,
-            6.0,
-            (1.65, 4.0),
-            (0.6, 2.2),
-            1.3,
-            1.5,
-            "SPL rule books of 2020 to 2025; as in HULKs/hulk 716f64d6, etc/parameters/default.json (2025), and in "
-            "BHumanCodeRelease d89d603f, Config/Locations/Default/fieldDimensions.cfg",
-        ),
-        Field(
-            "SPL 2013",
-            9.0,
-            6.0,
-            (0.6, 2.2),
-            (0.0, 0.0),
-            1.3,
-            1.5,
-            "SPL rule book of 2014, section 1.1 and figure 1; the field of 2013 to 2019, without goal areas",
-        ),
-    )
+    "SPL 2020": Field("SPL 2020", 9.0, 6.0, (1.65, 4.0), (0.6, 2.2), 1.3, 1.5, _BOOK),
+    "SPL 2013": Field("SPL 2013", 9.0, 6.0, (0.6, 2.2), (0.0, 0.0), 1.3, 1.5, _OLD_BOOK),
 }
 
 
@@ -362,8 +342,7 @@ class Lines(_Observed):
         """Return the checked observation."""
         q, (C, L) = configurations(robot, self.q), self._curves()
         pixels = one_each(as_pixels(self.pixels), self.q, (len(C), 2), "pixels")
-        noise = positive_noise(self.noise, (), "noise of lines")
-        known_frames(robot, self.camera.frame, self.frame)
+        noise = positive(self.noise, (), "noise of lines")
         if np.isnan(_rays(self.camera, pixels)[..., 1:][np.isfinite(pixels)]).any():
             raise BadArgument(f"the distortion of {self.camera.name} cannot be inverted at some pixels")
 
@@ -413,13 +392,12 @@ class Lines(_Observed):
             raise BadArgument(f"lines must be a list of names or of pairs of points, got {quoted(self.lines)}")
         straight, C, L = field.lines, np.zeros((len(self.lines), 3, 3)), np.zeros((len(self.lines), 3))
         for k, line in enumerate(self.lines):
-            if (
-                isinstance(line, str)
-                and choice(line, [_CIRCLE, *straight], f"line of the field {field.name}") == _CIRCLE
-            ):
+            where = f"line of the field {field.name}"
+            name = choice(line, [_CIRCLE, *straight], where) if isinstance(line, str) else ""
+            if name == _CIRCLE:
                 C[k] = np.diag([1.0, 1.0, -(field.circle**2) / 4.0])
             else:
-                L[k] = _line(straight[line] if isinstance(line, str) else line)
+                L[k] = _line(straight[name] if name else line)
         return C, L
 
     def _place(self, state: State, q: Floats, at: Motion | None) -> Moving:
@@ -508,11 +486,6 @@ def camera_at(state: State, q: Floats, camera: Camera, at: Motion | None = None)
     return mounted if T_mounted_body is None else mounted @ Moving(T_mounted_body, state.fixed.J)
 
 
-def known_frames(robot: RobotModel, *frames: str | None) -> None:
-    """Refuse unknown frames."""
-    robot.frame_ids([frame for frame in frames if frame is not None])
-
-
 @contextmanager
 def errors_of(where: str) -> Iterator[None]:
     """Name the place of an error at the beginning of its message."""
@@ -526,11 +499,3 @@ def errors_of(where: str) -> Iterator[None]:
 def named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
     """Return names and meanings of those poses that have a name."""
     return tuple((name, meaning) for name, meaning in poses if name is not None)
-
-
-def positive_noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return standard deviations, which are positive."""
-    noise = shaped(values, shape, what)
-    if not (noise > 0.0).all():
-        raise BadArgument(f"{what} must be positive, got {quoted(values)}")
-    return noise

@@ -5,19 +5,19 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, check_tolerance, choice, join_poses, rigid_inverse, shaped
 from nao_kin._core.text import quoted
-from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pixels, Poses, Seen, camera_at, errors_of
-from nao_kin.calibration.unknowns import COORDINATES, PLANAR, ZERO, State, Unknowns
+from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pixels, Poses, camera_at, errors_of
+from nao_kin.calibration.unknowns import COORDINATES, FIXED, PLANAR, State, Unknowns
 from nao_kin.errors import BadArgument, DegreesWarning
 from nao_kin.robot import RobotModel, serial_chain
-from nao_kin.rotations import exp, mean_rotation, nearest_rotation
-from nao_kin.screws import nearest_pose
+from nao_kin.rotations import exp, mean_rotation, nearest_rotation, rot_z
+from nao_kin.screws import nearest_pose, pose
 from nao_kin.world import outside_image
 
 AnyObservation = Pixels | Lines | Poses | Contacts
@@ -75,30 +75,31 @@ class Problem:
         for number, one in enumerate(observations):
             with errors_of(f"observation {number}"):
                 self.observations.append(one._checked(robot))
+                robot.frame_ids([end for end in self.observations[-1].ends if end is not None])
         names = dict[str, str]()
-        for name, meaning in (pose for one in self.observations for pose in one.poses):
+        for name, meaning in (named for one in self.observations for named in one.poses):
             if names.setdefault(name, meaning) != meaning:
                 raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
         coordinates = {name: PLANAR if names[name].startswith(PLACE) else COORDINATES for name in names}
-        paths = {
-            one.ends: serial_chain(robot, *(end or robot.tree.root for end in one.ends)) for one in self.observations
-        }
-        zeros = dict.fromkeys(name for path in paths.values() for name in path.coordinates if robot.unit(name) == "rad")
+        paths = [serial_chain(robot, *(end or robot.tree.root for end in one.ends)) for one in self.observations]
+        zeros = dict.fromkeys(name for path in paths for name in path.coordinates if robot.unit(name) == "rad")
         cameras = [one.given.camera for one in self.observations if isinstance(one.given, Pixels | Lines)]
         self.nominal = {robot.body_frame(camera.frame): camera for camera in cameras if camera.nominal}
+        bodies = dict.fromkeys(robot.body_frame(camera.frame) for camera in cameras)
+        mounted = [body for body in bodies if body in robot.semantics.cameras]
         clocks = dict.fromkeys(one.motion.camera for one in self.observations if one.motion is not None)
-        self.unknowns = Unknowns(
-            robot, joints, frames, coordinates, prior, zeros=zeros, lenses=self.nominal, clocks=clocks
-        )
-        self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
-        if not self.unknowns.nuisances:
+        more: dict[str, Any] = {"zeros": zeros, "cameras": mounted, "lenses": self.nominal, "clocks": clocks}
+        self.unknowns = unknowns = Unknowns(robot, joints, frames, coordinates, prior, **more)
+        self.labels, self.size = unknowns.labels, len(unknowns.labels)
+        if not unknowns.nuisances:
             raise BadArgument("nothing to calibrate: name joints or frames, or unknown poses in the observations")
-        known, self._scales = np.isfinite(self.unknowns.prior), self.unknowns.scales
-        self._deviations = np.where(known, self.unknowns.prior, _WIDER * self._scales)
-        self._limits = np.where(known, _DETERMINED * self.unknowns.prior, self._scales)
-        self._limits[self.unknowns.nuisances :] = np.inf  # they keep their prior
-        count = sum(int(one.mask.sum()) * one.measured.shape[-1] for one in self.observations)
-        needed = max(self.unknowns.nuisances - self.unknowns.offsets, 1)
+        known = np.isfinite(unknowns.prior)
+        self._deviations = np.where(known, unknowns.prior, _WIDER * unknowns.scales)
+        self._limits = np.where(known, _DETERMINED * unknowns.prior, unknowns.scales)
+        self._limits[unknowns.nuisances :] = np.inf  # they keep their prior
+        self._sizes = [int(one.mask.sum()) * one.measured.shape[-1] for one in self.observations]
+        count = sum(self._sizes)
+        needed = max(unknowns.nuisances - unknowns.offsets, 1)
         if count < needed:
             raise BadArgument(f"too few observations: {count} numbers for {needed} of unknown poses")
         for name in start:
@@ -109,29 +110,27 @@ class Problem:
         for rich in sorted(self.observations, key=lambda one: -int(one.mask.sum())):
             add_starts(nominal, rich, starts)
         starts |= place_starts(nominal, self.observations, starts)
-        for name, block in self.unknowns.poses.items():
-            self.unknowns.poses[name] = replace(block, start=starts[name])
-        self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
-        self._last: tuple[bytes, list[Seen]] | None = None
+        for name, block in unknowns.poses.items():
+            unknowns.poses[name] = replace(block, start=starts[name])
+        self._kept = np.ones(count)
+        self._last: tuple[bytes, tuple[Floats, Floats]] | None = None
         check_tolerance(joint_noise, "joint_noise")
-        self._again, self._joint_noise = (dict(start), prior, joint_noise), joint_noise
+        self._joint_noise = joint_noise
         self._readings: Readings | None = None
+        self._given: Any = {"joints": unknowns.joints, "frames": unknowns.named, "start": start, "prior": prior}
 
     def again(self, observations: Sequence[AnyObservation]) -> Problem:
         """Return the same problem with other observations."""
-        unknowns = self.unknowns
-        frames = {
-            name: [coordinate for coordinate, place in zip(COORDINATES, block.places, strict=True) if place >= 0]
-            for name, block in unknowns.frames.items()
-        }
-        return Problem(unknowns.robot, observations, unknowns.joints, frames, *self._again)
+        return Problem(self.unknowns.robot, observations, joint_noise=self._joint_noise, **self._given)
 
-    def seen(self, x: Floats) -> list[Seen]:
-        """Return the residuals of each observation, and their derivatives."""
+    def _seen(self, x: Floats) -> tuple[Floats, Floats]:
+        """Return the residuals of everything that was seen, shape (m,), and their derivatives, shape (m, unknowns)."""
         key = x.tobytes()  # residuals and derivatives are asked for one after the other
         if self._last is None or self._last[0] != key:
             state = self.unknowns.at(x)
-            self._last = key, [one.at(state) for one in self.observations]
+            parts = [one.at(state) for one in self.observations]
+            J = np.concatenate([part.J.reshape(-1, self.size) for part in parts])
+            self._last = key, (np.concatenate([part.residuals.ravel() for part in parts]), J)
         return self._last[1]
 
     def outside(self) -> str:
@@ -150,81 +149,69 @@ class Problem:
         """Take errors of the reported joint values out of the residuals from now on, as their effects are at x."""
         if not self._joint_noise > 0.0:
             return
-        postures, rows, kept = [], [], []
         by_readings = self.reading_jacobians(x, [one.q for one in self.observations])
-        for one, J, keeps in zip(self.observations, by_readings, self._kept, strict=True):
-            numbers = one.measured.shape[-1]
-            postures.append(np.repeat(one.q[np.nonzero(one.mask)[0]], numbers, axis=0))
-            rows.append(J[one.mask].reshape(-1, J.shape[-1]))
-            kept.append(np.repeat(keeps, numbers))
-        self._readings = Readings(*map(np.concatenate, (postures, rows, kept)))
+        pairs = list(zip(self.observations, by_readings, strict=True))
+        postures = [np.repeat(one.q[np.nonzero(one.mask)[0]], one.measured.shape[-1], axis=0) for one, _ in pairs]
+        rows = [J[one.mask].reshape(-1, J.shape[-1]) for one, J in pairs]
+        self._readings = Readings(np.concatenate(postures), np.concatenate(rows), self._kept)
 
     def reading_jacobians(self, x: Floats, qs: Sequence[Floats], trial: bool = False) -> list[Floats]:
         """Return the derivatives of each observation's predictions at configurations by the readings' noise."""
         robot, state = self.unknowns.robot, self.unknowns.at(x)
         turning = [name for name in robot.joint_names if robot.unit(name) == "rad" and name not in robot.mimics]
         readings = Unknowns(robot, turning, (), {})
-        for name, block in self.unknowns.poses.items():
-            readings.poses[name] = replace(block, places=(-1,) * len(COORDINATES), start=state.pose(name).T)
+        for name in self.unknowns.poses:
+            readings.poses[name] = replace(FIXED, start=state.pose(name).T)
         at = readings.at(np.zeros(len(turning)))
         return [
             np.nan_to_num(one.measure(at, self.unknowns.reported(x, q), trial).J) * self._joint_noise
             for one, q in zip(self.observations, qs, strict=True)
         ]
 
+    def _counted(self, rows: Floats) -> Floats:
+        """Return rows of residuals or derivatives, zero for items left out, and then those of readings."""
+        kept = rows * (self._kept if rows.ndim == 1 else self._kept[:, None])
+        return np.asarray(kept if self._readings is None else self._readings.taken_out(kept))
+
     def residuals(self, x: Floats) -> Floats:
         """Return all residuals, zero for items left out, and then the errors of readings over their noise."""
-        found = np.concatenate(
-            [(part.residuals * kept[:, None]).ravel() for part, kept in zip(self.seen(x), self._kept, strict=True)]
-        )
-        return found if self._readings is None else self._readings.taken_out(found)
+        return self._counted(self._seen(x)[0])
 
     def jacobian(self, x: Floats) -> Floats:
         """Return the derivatives of all residuals, shape (m, unknowns)."""
-        parts = [part.J * kept[:, None, None] for part, kept in zip(self.seen(x), self._kept, strict=True)]
-        found = np.concatenate([part.reshape(-1, self.size) for part in parts])
-        return np.asarray(found if self._readings is None else self._readings.taken_out(found))
+        return self._counted(self._seen(x)[1])
 
     def misfits(self, x: Floats) -> list[Floats]:
         """Return the residuals of each observation, shape (items seen, numbers), without the effect of the readings."""
-        seen = [part.residuals for part in self.seen(x)]
-        if self._readings is None:
-            return seen
-        flat = self._readings.misfits(np.concatenate([part.ravel() for part in seen]))
-        ends = np.cumsum([part.size for part in seen])[:-1]
-        return [part.reshape(own.shape) for part, own in zip(np.split(flat, ends), seen, strict=True)]
+        r = self._seen(x)[0]
+        parts = np.split(r if self._readings is None else self._readings.misfits(r), np.cumsum(self._sizes)[:-1])
+        return [part.reshape(-1, one.measured.shape[-1]) for part, one in zip(parts, self.observations, strict=True)]
 
     def solved(self, x: Floats, free: NDArray[np.bool_], loss: str, steps: int | None = None) -> Floats:
         """Return the unknowns of least loss, after at most so many `steps`; those that are not free stay."""
         from scipy.optimize import least_squares
 
-        scales = self._scales[free]
-        if not len(scales):
+        if not free.any():
             return x
+        prior, exact = np.diag(1.0 / self._deviations[free]), dict.fromkeys(("xtol", "ftol", "gtol"), 1e-12)
+        options: dict[str, Any] = {"x_scale": self.unknowns.scales[free], "f_scale": _HUBER, "max_nfev": steps, **exact}
 
         def whole(part: Floats) -> Floats:
             found: Floats = x.copy()
             found[free] = part
             return found
 
-        prior = np.diag(1.0 / self._deviations[free])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DegreesWarning)  # of steps that are taken back
             for stage in dict.fromkeys(("linear", loss)):  # squares first: they lead there from far away
-                x = whole(
-                    least_squares(
-                        lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
-                        x[free],
-                        lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
-                        x_scale=scales,
-                        loss=stage,
-                        f_scale=_HUBER,
-                        xtol=1e-12,
-                        ftol=1e-12,
-                        gtol=1e-12,
-                        max_nfev=steps,
-                    ).x
+                found = least_squares(
+                    lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
+                    x[free],
+                    lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
+                    loss=stage,
+                    **options,
                 )
+                x = whole(found.x)
         return x
 
     def covariance(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
@@ -235,13 +222,12 @@ class Problem:
         part = _posterior(J[:, free], self._deviations[free])
         # The errors of the free ones change with the errors of the others by −S.
         S = part @ J[:, free].T @ J[:, ~free]
-        others = np.diag(np.minimum(self.unknowns.prior, self._scales)[~free] ** 2)
-        found = np.zeros((self.size, self.size))
-        found[np.ix_(free, free)] = part + S @ others @ S.T
-        found[np.ix_(free, ~free)] = -S @ others
-        found[np.ix_(~free, free)] = -others @ S.T
-        found[np.ix_(~free, ~free)] = others
-        return found
+        others = np.diag(np.minimum(self.unknowns.prior, self.unknowns.scales)[~free] ** 2)
+        by_others = np.zeros((self.size, len(others)))
+        by_others[free], by_others[~free] = -S, np.eye(len(others))
+        found = by_others @ others @ by_others.T
+        found[np.ix_(free, free)] += part
+        return np.asarray(found)
 
     def undetermined(self, x: Floats, free: NDArray[np.bool_]) -> tuple[int, list[int]] | None:
         """Return the free number that the data determine least, and those correlated with it; None if they do all.
@@ -267,8 +253,7 @@ class Problem:
         worst = int(ratios.argmax())
         if not ratios[worst] > _UNLIKELY:
             return ""
-        size = size_of(x[worst], self.unknowns.units[worst])
-        prior = size_of(self.unknowns.prior[worst], self.unknowns.units[worst])
+        size, prior = (size_of(y[worst], self.unknowns.units[worst]) for y in (x, self.unknowns.prior))
         return f"{self.labels[worst]} would be {size}, {ratios[worst]:.1f} times its prior standard deviation, {prior}"
 
     def loose(self, covariance: Floats) -> tuple[list[str], list[str]]:
@@ -280,18 +265,23 @@ class Problem:
             for places in unknowns.lenses.values()
             if free[places[0]]
         ]
-        others = [name for name, i in unknowns.zeros.items() if _correlated(covariance, i)[: unknowns.offsets].any()]
+        others = [
+            self.labels[i]
+            for i in range(unknowns.nuisances, self.size)
+            if i not in unknowns.stated and _correlated(covariance, i)[: unknowns.offsets].any()
+        ]
         if others:
-            more = f" and {len(others) - _MOST_NAMED} more" if len(others) > _MOST_NAMED else ""
             notes.append(
-                f"the zeros of {', '.join(others[:_MOST_NAMED])}{more} move what is seen and are in the standard "
-                f"deviations, with {np.degrees(ZERO):.2g}° before; name them in joints to have them in the result"
+                f"{listed(others)} are unknown too, and in the standard deviations; name them in joints and frames to "
+                "have them in the result"
             )
         return [self.labels[i] for i in unknowns.stated[unknowns.offsets :] if free[i]], notes
 
-    def leave_out(self, seen: list[Floats]) -> None:
-        """Leave out the items that are beyond their noise at these residuals, and no others."""
-        self._kept = [(~_beyond(residuals)).astype(float) for residuals in seen]
+    def leave_out(self, seen: list[Floats]) -> bool:
+        """Leave out just the items that are beyond their noise at these residuals; return whether that is a change."""
+        before = self._kept
+        self._kept = np.concatenate([np.repeat(~_beyond(part), part.shape[1]) for part in seen]).astype(float)
+        return not np.array_equal(before, self._kept)
 
     def outliers(self, seen: list[Floats]) -> tuple[list[Outlier], int]:
         """Return the items beyond their noise, the largest first, and the number of all items."""
@@ -335,27 +325,26 @@ class Readings:
     """
 
     def __init__(self, postures: Floats, J: Floats, kept: Floats) -> None:
-        from scipy.sparse import block_diag, coo_array, csr_array
+        from scipy.sparse import coo_array, eye_array
+        from scipy.sparse.linalg import splu
 
-        group = np.unique(postures, axis=0, return_inverse=True)[1].ravel()
-        order = np.argsort(group, kind="stable")
-        parts, gains = list[Floats](), list[Floats]()
-        for rows in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
-            part = J[rows][:, J[rows].any(axis=0)]
-            counted = part * kept[rows, None]
-            parts.append(part)
-            gains.append(np.asarray(np.linalg.solve(counted.T @ counted + np.eye(part.shape[1]), counted.T)))
-        back = np.argsort(order)
-        self._kept, self._group = kept, group
-        self._owner = np.repeat(np.arange(len(gains)), [len(gain) for gain in gains])
-        self._effects = csr_array(block_diag([*map(coo_array, parts)], format="csr")[back])
-        self._gains = csr_array(block_diag([*map(coo_array, gains)], format="csr")[:, back])
+        self._group = np.unique(postures, axis=0, return_inverse=True)[1].ravel()
+        rows, joints = np.nonzero(J)
+        # One column for each joint that matters in a posture.
+        moved, columns = np.unique(self._group[rows] * J.shape[1] + joints, return_inverse=True)
+        self._owner = moved // J.shape[1]
+        self._effects = coo_array((J[rows, joints], (rows, columns)), (len(J), len(moved))).tocsr()
+        self._counted = (self._effects * kept[:, None]).T.tocsr()
+        self._solve = splu((self._counted @ self._counted.T + eye_array(len(moved))).tocsc()).solve
+        self._kept = kept
+
+    def _errors(self, r: Floats) -> Floats:
+        return np.asarray(-self._solve(self._counted @ r))
 
     def taken_out(self, r: Floats) -> Floats:
         """Return residuals of kept items, or derivatives, without the effects of the errors, and then the errors."""
-        d = -self._gains @ r
-        kept = self._kept if r.ndim == 1 else self._kept[:, None]
-        return np.concatenate((r + kept * (self._effects @ d), d))
+        d = self._errors(r)
+        return np.concatenate((r + self._counted.T @ d, d))
 
     def misfits(self, r: Floats) -> Floats:
         """Return the residuals of all items, without the effects of the errors that the kept ones show.
@@ -364,7 +353,7 @@ class Readings:
         """
         from scipy.stats import chi2
 
-        d = -self._gains @ (self._kept * r)
+        d = self._errors(r)
         counts = np.bincount(self._owner, minlength=int(self._group.max()) + 1)
         sizes = np.bincount(self._owner, d * d, len(counts))
         return np.asarray(r + (sizes <= chi2.isf(_RARE, np.maximum(counts, 1)))[self._group] * (self._effects @ d))
@@ -388,6 +377,12 @@ def size_of(value: float, unit: str) -> str:
     return f"{np.degrees(value):.2g}°" if unit == "rad" else f"{value:.2g}" + f" {unit}" * (unit != "1")
 
 
+def listed(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many follow."""
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more
+
+
 def told(problem: Problem, held: int, members: Sequence[int]) -> str:
     """Return a note on an undetermined number and on those that trade with it, with what to observe."""
     unknowns, label, offsets = problem.unknowns, problem.labels[held], problem.unknowns.offsets
@@ -396,14 +391,12 @@ def told(problem: Problem, held: int, members: Sequence[int]) -> str:
         left += f" ± {size_of(min(unknowns.prior[held], unknowns.scales[held]), unknowns.units[held])}"
     if len(members) == 1:
         return f"the data say nothing about {label}: {left}; observe what it moves"
-    names = [problem.labels[i] for i in members]
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     advice = "observe postures and points in which these differ"
     if held >= unknowns.nuisances:
         advice = "give the measured lens, or observe a board at a measured place, from several distances"
     elif any(offsets <= i < unknowns.nuisances for i in members):
         advice = "observe points at measured places, or marks on the robot itself"
-    return f"the data cannot tell apart {', '.join(names[:_MOST_NAMED])}{more}: {left}; {advice}"
+    return f"the data cannot tell apart {listed([problem.labels[i] for i in members])}: {left}; {advice}"
 
 
 # --- First estimates of unknown poses, from the nominal robot.
@@ -578,7 +571,7 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
         p = on_floor(place[3:])
         # From a distance on the floor to the angle that the eye sees.
         angles = eyes[:, 2] / (eyes[:, 2] ** 2 + ((p - eyes[:, :2]) ** 2).sum(axis=-1)) / _PIXEL
-        f = np.concatenate(((p - place[:2]) @ _turn(place[2]), np.ones((len(p), 1))), axis=-1)
+        f = np.concatenate(((p - place[:2]) @ rot_z(place[2])[:2, :2], np.ones((len(p), 1))), axis=-1)
         c = 2.0 * np.einsum("mij,mj->mi", C, f) + L
         off_line = (f * (c + L)).sum(axis=-1) / 2.0 / np.maximum(np.hypot(c[:, 0], c[:, 1]), 1e-9)
         points = (f[is_point, :2] - X[is_point]) * angles[is_point, None]
@@ -586,7 +579,7 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
 
     p, tried = on_floor(np.zeros(2)), []
     for yaw in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False):
-        R = _turn(yaw)
+        R = rot_z(yaw)[:2, :2]
         normals = L[across, :2] @ R.T
         rows = np.concatenate((np.tile(np.eye(2), (int(both.sum()), 1)), normals))
         right = (p[across] * normals).sum(axis=-1) + L[across, 2]
@@ -596,11 +589,4 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
     bound = np.array([np.inf, np.inf, np.inf, _LARGEST_TILT, _LARGEST_TILT])
     searches = (least_squares(off, x, loss="soft_l1", f_scale=3.0, bounds=(-bound, bound)) for x in tried[:_CONTINUED])
     best = min(searches, key=lambda one: float(one.cost))
-    T = np.eye(4)
-    T[:2, :2], T[:2, 3] = _turn(best.x[2]), best.x[:2]
-    return T
-
-
-def _turn(angle: float) -> Floats:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])
+    return pose(rot_z(best.x[2]), (*best.x[:2], 0.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import partial
@@ -16,8 +17,8 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import one_line_repr
 from nao_kin._core.warn import need_extra
-from nao_kin.calibration.observations import BEHIND, Checked, Pixels
-from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
+from nao_kin.calibration.observations import BEHIND, Pixels
+from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, listed, told
 from nao_kin.calibration.unknowns import PRIORS, names_of
 from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError
 from nao_kin.robot import RobotModel, write_offsets
@@ -245,13 +246,10 @@ def calibrate(
     if outside := problem.outside():
         raise BadArgument(outside + likely_mistake(problem))
     x, free, notes = np.zeros(problem.size), np.ones(problem.size, dtype=bool), list[str]()
-    initial = [part.residuals for part in problem.seen(x)]
+    initial = problem.misfits(x)
     if any((residuals == BEHIND).any() for residuals in initial):
-        raise BadArgument(
-            "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
-            + likely_mistake(problem)
-        )
-    known: list[Outlier] = []
+        text = "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
+        raise BadArgument(text + likely_mistake(problem))
     for _ in range(_MOST_PASSES):
         problem.take_readings(x)
         while True:
@@ -266,27 +264,21 @@ def calibrate(
             notes.append(text)
         seen = problem.misfits(x)
         outliers, items = problem.outliers(seen)
-        if len(outliers) > _MOST_OUTLIERS * items:
-            raise BadArgument(
-                f"the observations contradict each other: {len(outliers)} of {items} are beyond their noise: "
-                f"{'; '.join(map(str, outliers[:3]))}" + (likely_mistake(problem) or _WRONG)
-            )
-        if loss == "linear" or {(o.observation, o.item) for o in outliers} == {(o.observation, o.item) for o in known}:
-            break
-        known = outliers
-        problem.leave_out(seen)
-    unknowns, stated = problem.unknowns, problem.unknowns.stated
-    if outliers:
         text = f"{len(outliers)} of {items} observed items are beyond their noise: {'; '.join(map(str, outliers[:3]))}"
-        mistake = likely_mistake(problem) if len(outliers) > _MANY_OUTLIERS * items else ""
-        if mistake:
+        if len(outliers) > _MOST_OUTLIERS * items:
+            raise BadArgument(f"the observations contradict each other: {text}{likely_mistake(problem) or _WRONG}")
+        if loss == "linear" or not problem.leave_out(seen):
+            break
+    if outliers:
+        if len(outliers) > _MANY_OUTLIERS * items and (mistake := likely_mistake(problem)):
             raise BadArgument(text + mistake)
         notes.append(text)
+    unknowns, stated = problem.unknowns, problem.unknowns.stated
     ratio, of_readings = problem.noise_ratios(x, int(free[: unknowns.nuisances].sum()))
     if of_readings is not None:
         text = f"errors of the joint values are {of_readings:.2g} times as large as joint_noise explains"
-        if size := wrong_size(problem):
-            raise BadArgument(text + size)
+        if mistake := likely_mistake(problem, of_readings=True):
+            raise BadArgument(text + mistake)
         notes.append(f"{text}: is a board, a posture or a size wrong?")
     if unlikely := problem.unlikely(x):
         raise BadArgument(unlikely + (likely_mistake(problem) or _CAUSES))
@@ -296,13 +288,14 @@ def calibrate(
             "the stated noise alone"
         )
     state, covariance = unknowns.at(x), problem.covariance(x, free, loss)
+    named = unknowns.at(np.where(np.arange(problem.size) < unknowns.offsets, x, 0.0))
     loose, more = problem.loose(covariance)
     offsets = {name: float(x[i]) for i, name in enumerate(unknowns.joints)}
     followers = {name: m.multiplier * offsets[m.joint] for name, m in robot.mimics.items() if m.joint in offsets}
     return Calibration(
         robot=robot,
         joints=offsets | followers,
-        frames={name: tuple(state.six(block).tolist()) for name, block in unknowns.frames.items()},
+        frames={name: tuple(named.six(unknowns.frames[name]).tolist()) for name in unknowns.named},
         cameras={name: state.lens(camera) for name, camera in problem.nominal.items()},
         clocks={name: float(x[place]) for name, place in unknowns.clocks.items()},
         poses={name: state.pose(name).T for name in unknowns.poses},
@@ -425,12 +418,12 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
     observed = np.concatenate([one.q for one in calibration._problem.observations])
     first = robot.nq_base
     if joints is None:
-        places = [first + i for i in np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0).tolist()]
-        if not places:
+        places = first + np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0)
+        if not len(places):
             raise BadArgument("no joint differed between the observed postures: name joints=…, or give candidates")
     else:
         chosen = (choice(name, robot.joint_names, "joint") for name in names_of(joints, "joints"))
-        places = [first + robot.joint_names.index(name) for name in chosen]
+        places = first + np.array([robot.joint_names.index(name) for name in chosen], dtype=int)
     q = np.repeat(observed[:1], count, axis=0)
     q[:, places] = robot.random(rng, count)[:, places]
     return q
@@ -440,65 +433,54 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
 
 # A mistake is named if this quantile of the residuals is without it below this part of the one with it, and of σ.
 _QUANTILE, _BETTER, _GOOD = 0.85, 0.25, 5.0
+# The score of observations that no calibration explains.
+_HOPELESS = 1e12
 # Units that are taken for metres, and their size.
 _UNITS = {"mm": 1e-3, "cm": 1e-2}
 # Sizes of images, as multiples of the camera's, in which pixels are found by mistake.
-_RESOLUTIONS = (0.25, 0.5, 2.0, 4.0)
+_RESOLUTIONS = {"1/4 of": 0.25, "1/2 of": 0.5, "2 times": 2.0, "4 times": 4.0}
 # Sizes of squares are seldom wrong by more; most sizes that are tried.
 _LARGEST_RATIO, _MOST_SIZES = 2.0, 20
 # By how much the right size reduces the sum of squares.
 _LESS = 50.0
-_MAX_NAMED = 5
 # Steps of a search, which needs fewer if the observations agree.
 _STEPS = 25
 
 
-def likely_mistake(problem: Problem) -> str:
-    """Return which usual mistake explains bad residuals of `Pixels`, to end a message; "" if none does."""
-    given = [one.given for one in problem.observations]
-    if not any(isinstance(one, Pixels) for one in given):
-        return ""
-    limit = min(_GOOD, _BETTER * _misfit(problem))
+def likely_mistake(problem: Problem, of_readings: bool = False) -> str:
+    """Return which usual mistake explains bad residuals of `Pixels`, to end a message; "" if none does.
 
-    def misfit(changed: Sequence[AnyObservation]) -> float:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", DegreesWarning)
-                return _misfit(problem.again(changed))
-        except NaoKinError:
-            return np.inf
-
-    *tried, lens = [(misfit(changed), what) for what, changed in _changes(problem, given)]
-    for best, what in (min(tried), lens):
-        if best < limit:
-            return f"; they agree if {what}"
-    return _wrong_size(given, misfit, limit)
-
-
-def wrong_size(problem: Problem) -> str:
-    """Return which size of the points explains improbable errors of readings, to end a message; "" if none does."""
-    given = [one.given for one in problem.observations]
-    if not any(isinstance(one, Pixels) for one in given):
-        return ""
-    return _wrong_size(given, lambda changed: _squares(problem.again(changed)), _squares(problem) - _LESS)
-
-
-def _wrong_size(
-    given: Sequence[AnyObservation], misfit: Callable[[Sequence[AnyObservation]], float], limit: float
-) -> str:
-    """Return the size of the points of least misfit, if it is below the limit."""
+    Only a wrong size of the points shows in errors of readings alone.
+    """
     from scipy.optimize import minimize_scalar
 
-    found = minimize_scalar(
-        lambda power: misfit(_changed(given, lambda one: {"points": _stretched(one.points, _LARGEST_RATIO**power)})),
-        bounds=(-1.0, 1.0),
-        method="bounded",
-        options={"maxiter": _MOST_SIZES, "xatol": 1e-3},
-    )
-    if found.fun < limit:
-        ratio = _LARGEST_RATIO**found.x
-        return f"; they agree if the points are {ratio:.3g} times as far apart (is the size of a square right?)"
-    return ""
+    given = [one.given for one in problem.observations]
+    if not any(isinstance(one, Pixels) for one in given):
+        return ""
+
+    def score(changed: Sequence[AnyObservation]) -> float:
+        with suppress(NaoKinError), warnings.catch_warnings():
+            warnings.simplefilter("ignore", DegreesWarning)
+            return _scores(problem.again(changed))[of_readings]
+        return _HOPELESS
+
+    def stretched(power: float) -> float:  # from the first point
+        ratio = _LARGEST_RATIO**power
+        return score(_changed(given, lambda one: _scaled("points", ratio, np.asarray(one.points)[0], one)))
+
+    now = score(given)
+    limit = now - _LESS if of_readings else min(_GOOD, _BETTER * now)
+    if not of_readings:
+        *tried, lens = [(score(changed), what) for what, changed in _changes(problem, given)]
+        for best, what in (min(tried), lens):
+            if best < limit:
+                return f"; they agree if {what}"
+    options = {"maxiter": _MOST_SIZES, "xatol": 1e-3}
+    found = minimize_scalar(stretched, bounds=(-1.0, 1.0), method="bounded", options=options)
+    if not found.fun < limit:
+        return ""
+    ratio = _LARGEST_RATIO**found.x
+    return f"; they agree if the points are {ratio:.3g} times as far apart (is the size of a square right?)"
 
 
 def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tuple[str, list[AnyObservation]]]:
@@ -508,26 +490,29 @@ def _changes(problem: Problem, given: Sequence[AnyObservation]) -> Iterator[tupl
     for number, one in enumerate(problem.observations):
         if isinstance(one.given, Pixels):
             predicted = one.measure(state, one.q).residuals
-            reverse = _distances(one.measured[:, ::-1], predicted) < _distances(one.measured, predicted)
+            off, back = (np.linalg.norm(seen - predicted, axis=-1) for seen in (one.measured, one.measured[:, ::-1]))
+            reverse = np.nansum(back, axis=-1) < np.nansum(off, axis=-1)
             pixels = np.array(one.given.pixels, dtype=np.float64)
             rows = pixels.reshape(-1, *pixels.shape[-2:])
             rows[reverse] = rows[reverse, ::-1]
             turned[number] = replace(one.given, pixels=pixels)
             if reverse.any():
-                named.append(_postures(number, one, np.flatnonzero(reverse).tolist()))
+                where = "" if reverse.all() else f"posture {listed([*map(str, np.flatnonzero(reverse))])} of "
+                named.append(f"{where}observation {number}")
     if named:
         yield f"the points are in reverse order in {'; '.join(named)}", turned
-    changes: list[tuple[str, Callable[[Pixels], dict[str, Any]]]] = [
-        ("joint values are in degrees, not in radians", lambda one: {"q": np.radians(one.q), "moving": None}),
-    ]
+    changes: dict[str, Callable[[Pixels], dict[str, Any]]] = {
+        "joint values are in degrees, not in radians": lambda one: {"q": np.radians(one.q), "moving": None}
+    }
     for unit, metres in _UNITS.items():
-        changes.append((f"the points are in {unit}, not in metres", partial(_scaled_points, metres)))
-    for scale in _RESOLUTIONS:
-        size = f"{scale:g} times" if scale > 1.0 else f"1/{1 / scale:g} of"
-        changes.append((f"the pixels are in images of {size} the size of the camera's", partial(_scaled_pixels, scale)))
+        changes[f"the points are in {unit}, not in metres"] = partial(_scaled, "points", metres, 0.0)
+    for size, ratio in _RESOLUTIONS.items():
+        changes[f"the pixels are in images of {size} the size of the camera's"] = partial(
+            _scaled, "pixels", 1.0 / ratio, -0.5
+        )
     # A free lens bends to much else: it is the mistake if no other explains the residuals.
-    changes.append(("the lens is not the one given", lambda one: {"camera": replace(one.camera, nominal=True)}))
-    for what, change in changes:
+    changes["the lens is not the one given"] = lambda one: {"camera": replace(one.camera, nominal=True)}
+    for what, change in changes.items():
         yield what, _changed(given, change)
 
 
@@ -536,55 +521,23 @@ def _changed(given: Sequence[AnyObservation], change: Callable[[Pixels], dict[st
     return [replace(one, **change(one)) if isinstance(one, Pixels) else one for one in given]
 
 
-def _scaled_points(metres: float, one: Pixels) -> dict[str, Any]:
-    return {"points": metres * np.asarray(one.points)}
+def _scaled(name: str, scale: float, centre: Floats | float, one: Pixels) -> dict[str, Any]:
+    """Return points or pixels that are so many times as far from a centre."""
+    return {name: centre + scale * (np.asarray(getattr(one, name)) - centre)}
 
 
-def _scaled_pixels(scale: float, one: Pixels) -> dict[str, Any]:
-    return {"pixels": (np.asarray(one.pixels) + 0.5) / scale - 0.5}
+def _scores(problem: Problem) -> tuple[float, float]:
+    """Return a high quantile of the residuals of pixels after a calibration, in σ, and the sum of squares of all.
 
-
-def _stretched(points: ArrayLike, size: float) -> Floats:
-    """Return points that are so many times as far from the first one."""
-    array = np.asarray(points, dtype=np.float64)
-    return np.asarray(array[0] + size * (array - array[0]))
-
-
-def _postures(number: int, one: Checked, rows: list[int]) -> str:
-    """Return the name of an observation, and of its postures if they are not all of it."""
-    if len(rows) == len(one.q):
-        return f"observation {number}"
-    listed = ", ".join(map(str, rows[:_MAX_NAMED])) + (" …" if len(rows) > _MAX_NAMED else "")
-    return f"posture {listed} of observation {number}"
-
-
-def _distances(measured: Floats, predicted: Floats) -> Floats:
-    """Return the mean distance of the points that are seen in each posture, shape (n,); 0 if there is none."""
-    distances = np.linalg.norm(measured - predicted, axis=-1)
-    known = np.isfinite(distances)
-    return np.asarray(np.where(known, distances, 0.0).sum(axis=-1) / np.maximum(known.sum(axis=-1), 1))
-
-
-def _solved(problem: Problem) -> Floats | None:
-    """Return the unknowns of least squares; None if the search cannot start."""
+    They are hopeless if the search cannot start, or ends beyond the priors.
+    """
     x = np.zeros(problem.size)
-    if any((part.residuals == BEHIND).any() for part in problem.seen(x)):
-        return None
+    if any((part == BEHIND).any() for part in problem.misfits(x)):
+        return _HOPELESS, _HOPELESS
     problem.take_readings(x)
-    return problem.solved(x, np.ones(problem.size, dtype=bool), "linear", _STEPS)
-
-
-def _misfit(problem: Problem) -> float:
-    """Return a high quantile of the residuals of pixels after a calibration, in σ; infinite if it cannot start."""
-    x = _solved(problem)
-    if x is None:
-        return np.inf
+    x = problem.solved(x, np.ones(problem.size, dtype=bool), "linear", _STEPS)
+    if problem.unlikely(x):
+        return _HOPELESS, _HOPELESS
     seen = zip(problem.misfits(x), problem.observations, strict=True)
-    pixels = [part for part, one in seen if isinstance(one.given, Pixels)]
-    return float(np.quantile(np.concatenate([np.linalg.norm(part, axis=-1) for part in pixels]), _QUANTILE))
-
-
-def _squares(problem: Problem) -> float:
-    """Return the sum of squares of all residuals and errors after a calibration; infinite if it cannot start."""
-    x = _solved(problem)
-    return np.inf if x is None else float(np.square(problem.residuals(x)).sum())
+    pixels = np.concatenate([np.linalg.norm(part, axis=-1) for part, one in seen if isinstance(one.given, Pixels)])
+    return float(np.quantile(pixels, _QUANTILE)), float(np.square(problem.residuals(x)).sum())

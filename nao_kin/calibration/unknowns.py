@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, choice, cross_matrix, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, choice, cross_matrix, join_poses, rigid_inverse, shaped, texts
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 from nao_kin.world import Camera
@@ -60,9 +60,11 @@ PRIORS: tuple[PriorRow, ...] = (
     PriorRow("lens", ("p1", "p2"), 0.003, f"{_ROS}: up to 0.0055"),
     PriorRow("clock", (), 0.05, "an estimate: one or two periods of a camera with 30 images a second"),
 )
-# The numbers of a lens that was not measured, with their standard deviations.
-LENS = {name: row.deviation for row in PRIORS if row.of == "lens" for name in row.coordinates}
-ZERO, CLOCK = (next(row.deviation for row in PRIORS if row.of == of) for of in ("joint", "clock"))
+# The numbers of a lens that was not measured.
+LENS = tuple(name for row in PRIORS if row.of == "lens" for name in row.coordinates)
+_TYPICAL: dict[tuple[str, str], float] = {
+    (row.of, name): row.deviation for row in PRIORS for name in row.coordinates or ("",)
+}
 # Step of differences by a number of a lens, which are exact: pixels are linear in each of them.
 _STEP = 1e-5
 
@@ -70,8 +72,7 @@ _STEP = 1e-5
 def with_lens(camera: Camera, numbers: Floats) -> Camera:
     """Return a camera whose lens differs from its own by these numbers, in the order of `LENS`."""
     focal, aspect, cx, cy = numbers[:4].tolist()
-    coefficients = np.zeros(max(4, len(camera.distortion)))
-    coefficients[: len(camera.distortion)] = camera.distortion
+    coefficients = np.array(camera.distortion or (0.0,) * 4)
     coefficients[:4] += numbers[4:]
     return replace(
         camera,
@@ -112,9 +113,11 @@ def _carried(T_bc: Floats, J: Floats) -> Floats:
 class Block:
     """An unknown pose, start · (x, y, z, roll, pitch, yaw), with the places of its six numbers; −1 for a fixed zero."""
 
-    label: str
     places: tuple[int, ...]
     start: Floats = field(default_factory=lambda: np.eye(4))
+
+
+FIXED = Block((-1,) * len(COORDINATES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +133,7 @@ class Unknowns:
     """The unknown numbers of one calibration: offsets of joints and frames, poses of boards and the like, nuisances.
 
     Nuisances are numbers that are not asked for, and not known either: the zeros of other joints that move what is
-    seen, the lenses of cameras, and their clocks. All of them have a prior.
+    seen, the mountings of cameras, their lenses, and their clocks. All of them have a prior.
     """
 
     def __init__(
@@ -142,87 +145,63 @@ class Unknowns:
         prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "none",
         *,
         zeros: Iterable[str] = (),
+        cameras: Iterable[str] = (),
         lenses: Iterable[str] = (),
         clocks: Iterable[str] = (),
     ) -> None:
         self.robot = robot
         self.joints = _joints(robot, joints)
-        self.labels = [f"{joint} offset" for joint in self.joints]  # the name of each number
-        self.units = [robot.unit(joint) for joint in self.joints]  # "rad", "m", "s", or "1"
         self._parents = {joint.child: joint.parent for joint in robot.tree.joints if joint.kind == "fixed"}
-        choices = (
-            frames.items()
-            if isinstance(frames, Mapping)
-            else ((frame, COORDINATES) for frame in names_of(frames, "frames"))
-        )
-        self.frames: dict[str, Block] = {}
-        for frame, chosen in choices:
+        self.named = _coordinates(frames)  # the frames asked for, with their coordinates
+        for frame in self.named:
             self._check_frame(frame)
-            self.frames[frame] = self._block(f"{frame}'s mounting", _coordinates(frame, chosen))
+        self._own = _own_priors(prior, {*self.joints, *zeros}, {*self.named, *cameras})
+        self._typical = {} if prior == "none" else _TYPICAL
+        # Of each number its name, its unit ("rad", "m", "s" or "1"), and its standard deviation before the calibration.
+        self.labels, self.units, self._deviations = list[str](), list[str](), list[float]()
+        self.zeros = {joint: self._add(f"{joint} offset", robot.unit(joint), "joint", joint) for joint in self.joints}
+        self.frames = {frame: self._block(f"{frame}'s mounting", names, frame) for frame, names in self.named.items()}
         self.offsets = len(self.labels)  # how many numbers belong to offsets
         self.poses = {name: self._block(name, coordinates) for name, coordinates in poses.items()}
         self.nuisances = len(self.labels)  # from which number on
-        others = [joint for joint in zeros if joint not in self.joints]
-        self.zeros = {joint: self._nuisance(f"zero of {joint}", "rad") for joint in others}
-        # The zero of each joint, named or not.
-        self._zeros = {joint: place for place, joint in enumerate(self.joints)} | self.zeros
-        self.lenses = {name: [self._nuisance(f"{n} of {name}'s lens", "1") for n in LENS] for name in lenses}
-        self.clocks = {name: self._nuisance(f"clock of {name}", "s") for name in clocks}
+        self._typical = _TYPICAL
+        for joint in zeros:
+            if joint not in self.zeros:
+                self.zeros[joint] = self._add(f"zero of {joint}", "rad", "joint", joint)
+        for frame in cameras:
+            named = self.frames.get(frame, FIXED).places
+            rest = [name for name, place in zip(COORDINATES, named, strict=True) if place < 0]
+            block = self._block(f"{frame}'s mounting", rest, frame)
+            self.frames[frame] = replace(block, places=tuple(map(max, named, block.places)))
+        first = len(self.labels)
+        self.lenses = {
+            camera: [self._add(f"{camera}'s lens", "1", "lens", coordinate=name) for name in LENS] for camera in lenses
+        }
+        self.clocks = {camera: self._add(f"clock of {camera}", "s", "clock") for camera in clocks}
         # The numbers of the result: offsets, lenses and clocks.
-        self.stated = [*range(self.offsets), *range(self.nuisances + len(self.zeros), len(self.labels))]
-        self._places = list(self._zeros.values())
-        self._columns = [robot.nv - len(robot.joint_names) + robot.joint_names.index(joint) for joint in self._zeros]
+        self.stated = [*range(self.offsets), *range(first, len(self.labels))]
+        self._places = np.array([*self.zeros.values()], dtype=int)
+        # Columns of the joints in configurations and Jacobians, from the last one.
+        names = robot.joint_names
+        self._columns = np.array([names.index(joint) - len(names) for joint in self.zeros], dtype=int)
         self.scales = np.where(np.array(self.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
-        # The standard deviation of each number before the calibration; infinite if it is not known.
-        self.prior = np.full(len(self.labels), np.inf)
-        self._set_prior(prior)
+        self.prior = np.array(self._deviations)  # infinite if it is not known
         self.scales[self.nuisances :] = self.prior[self.nuisances :]
 
-    def _set_prior(self, given: Mapping[str, ArrayLike] | Literal["typical", "none"]) -> None:
-        if not isinstance(given, Mapping):
-            choice(given, ("typical", "none"), "prior")
-        self.prior[self.nuisances :] = ZERO
-        for places in self.lenses.values():
-            self.prior[places] = list(LENS.values())
-        self.prior[list(self.clocks.values())] = CLOCK
-        for row in PRIORS if given != "none" else ():
-            for i, _ in enumerate(self.joints) if row.of == "joint" else ():
-                if self.units[i] == "rad":
-                    self.prior[i] = row.deviation
-            for frame in self.robot.semantics.cameras if row.of == "camera" else ():
-                self._set_deviations(frame, row.coordinates, row.deviation)
-        if not isinstance(given, Mapping):
-            return
-        for name, values in given.items():
-            choice(name, [*self._zeros, *self.frames], "calibrated joint or frame of prior:")
-            what = f"prior of {name}"
-            array, shape = as_floats(values, (), what), () if name in self._zeros else (6,)
-            if array.shape != shape:
-                raise WrongShape(what, str(shape), array.shape)
-            if not (array > 0.0).all():
-                raise BadArgument(f"{what} must be standard deviations > 0, got {quoted(values)}")
-            if name in self._zeros:
-                self.prior[self._zeros[name]] = array
-            else:
-                for coordinate, value in zip(COORDINATES, array.tolist(), strict=True):
-                    self._set_deviations(name, (coordinate,), value)
-
-    def _set_deviations(self, frame: str, coordinates: Iterable[str], value: float) -> None:
-        places = self.frames[frame].places if frame in self.frames else ()
-        for coordinate, place in zip(COORDINATES, places, strict=False):
-            if coordinate in coordinates and place >= 0:
-                self.prior[place] = value
-
-    def _block(self, label: str, chosen: tuple[str, ...]) -> Block:
-        places = tuple(len(self.labels) + chosen.index(c) if c in chosen else -1 for c in COORDINATES)
-        self.labels += [f"{coordinate} of {label}" for coordinate in chosen]
-        self.units += ["m" if coordinate in "xyz" else "rad" for coordinate in chosen]
-        return Block(label, places)
-
-    def _nuisance(self, label: str, unit: str) -> int:
-        self.labels.append(label)
+    def _add(self, thing: str, unit: str, of: str = "", name: str = "", coordinate: str = "") -> int:
+        """Add a number with its prior, your own or the typical one, and return its place."""
+        self.labels.append(f"{coordinate} of {thing}" if coordinate else thing)
         self.units.append(unit)
+        typical = self._typical.get((of, coordinate), np.inf) if of != "joint" or unit == "rad" else np.inf
+        own = self._own.get(name)
+        self._deviations.append(own[COORDINATES.index(coordinate or "x")] if own else typical)
         return len(self.labels) - 1
+
+    def _block(self, label: str, chosen: Iterable[str], frame: str = "") -> Block:
+        of = "camera" if frame in self.robot.semantics.cameras else ""
+        units = {name: "m" if name in "xyz" else "rad" for name in COORDINATES}
+        places = (self._add(label, unit, of, frame, name) if name in chosen else -1 for name, unit in units.items())
+        return Block(tuple(places))
 
     def _check_frame(self, frame: str) -> None:
         robot = self.robot
@@ -251,9 +230,8 @@ class Unknowns:
 
     def reported(self, x: Floats, q: Floats) -> Floats:
         """Return joint values with their offsets."""
-        q, first = q.copy(), self.robot.nq - self.robot.nv
-        for place, column in zip(self._places, self._columns, strict=True):
-            q[..., first + column] += x[place]
+        q = q.copy()
+        q[..., self._columns] += x[self._places]
         return q
 
     def at(self, x: Floats) -> State:
@@ -287,8 +265,7 @@ class State:
         A lens that was measured stays as it is.
         """
         places = self.unknowns.lenses.get(self.unknowns.robot.body_frame(camera.frame), [])
-        places = places if camera.nominal else []
-        if not places:
+        if not (places and camera.nominal):
             return camera
         lens = with_lens(camera, self.x[places])
         if J is not None and measure is not None:
@@ -301,19 +278,18 @@ class State:
         unknowns, robot = self.unknowns, self.unknowns.robot
         q, first_joint = unknowns.reported(self.x, q), -len(robot.joint_names)
         clock = None if motion is None else unknowns.clocks.get(motion.camera)
-        if motion is not None and clock is not None:
-            late = self.x[clock]
+        late = 0.0 if clock is None else self.x[clock]
+        if motion is not None:
             q[:, first_joint:] += late * (motion.rate + 0.5 * late * motion.bend)
-        above = unknowns._above(unknowns._link(name))
         # The calibrated frames that carry this one, the outermost first.
         links = {unknowns._link(frame): frame for frame in unknowns.frames}
-        chain = [links[link] for link in reversed(above) if link in links]
+        chain = [links[link] for link in reversed(unknowns._above(unknowns._link(name))) if link in links]
         first = chain[0] if chain else name
         J = np.zeros((*q.shape[:-1], 6, len(self.x)))
         by_joints = robot.jacobian(q, first, "frame")
         J[..., unknowns._places] = by_joints[..., unknowns._columns]
         if motion is not None and clock is not None:
-            speeds = motion.rate + self.x[clock] * motion.bend
+            speeds = motion.rate + late * motion.bend
             J[..., clock] = (by_joints[..., first_joint:] @ speeds[..., None])[..., 0]
         found = Moving(robot.fk(q, first), J)
         for frame, following in pairwise([*chain, name] if chain else ()):
@@ -326,19 +302,16 @@ class State:
         return self.fixed if name is None else self._moved(self.unknowns.poses[name])
 
     def _moved(self, block: Block) -> Moving:
-        six = self.six(block)
-        R, J = matrix_from_rpy(six[3:]), self.fixed.J.copy()
-        rates = np.zeros((6, 6))
-        rates[:3, :3] = R.T
-        rates[3:, 3:] = euler_rate_jacobian(six[3:], "xyz", axes="fixed", expressed_in="moving")
-        for place, column in zip(block.places, rates.T, strict=True):
-            if place >= 0:
-                J[:, place] = column
-        return Moving(block.start @ join_poses(R, six[:3]), J)
+        six, J = self.six(block), np.zeros((6, len(self.x) + 1))
+        R = matrix_from_rpy(six[3:])
+        # The last column is that of fixed coordinates, whose place is −1.
+        J[:3, block.places[:3]] = R.T
+        J[3:, block.places[3:]] = euler_rate_jacobian(six[3:], "xyz", axes="fixed", expressed_in="moving")
+        return Moving(block.start @ join_poses(R, six[:3]), J[:, :-1])
 
     def six(self, block: Block) -> Floats:
         """Return (x, y, z, roll, pitch, yaw) of an unknown pose, from its start."""
-        return np.array([self.x[place] if place >= 0 else 0.0 for place in block.places])
+        return np.append(self.x, 0.0)[list(block.places)]
 
 
 def names_of(names: Iterable[str], what: str) -> tuple[str, ...]:
@@ -357,8 +330,34 @@ def _joints(robot: RobotModel, joints: Iterable[str]) -> tuple[str, ...]:
     return names
 
 
-def _coordinates(frame: str, chosen: Iterable[str]) -> tuple[str, ...]:
-    names = names_of(chosen, f"coordinates of {frame}")
-    for name in names:
-        choice(name, COORDINATES, f"coordinate of frame {quoted(frame)}:")
-    return tuple(name for name in COORDINATES if name in names)
+def _coordinates(frames: Mapping[str, Iterable[str]] | Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """Return which coordinates of frames are unknown; all of those of frames without a list of them."""
+    given = frames if isinstance(frames, Mapping) else dict.fromkeys(names_of(frames, "frames"), COORDINATES)
+    found = dict[str, tuple[str, ...]]()
+    for frame, chosen in given.items():
+        names = [
+            choice(name, COORDINATES, f"coordinate of frame {quoted(frame)}:")
+            for name in names_of(chosen, f"coordinates of {frame}")
+        ]
+        found[frame] = tuple(name for name in COORDINATES if name in names)
+    return found
+
+
+def _own_priors(prior: object, joints: Iterable[str], frames: Iterable[str]) -> dict[str, list[float]]:
+    """Return the prior standard deviations that are given: one of a joint, six of a frame."""
+    if not isinstance(prior, Mapping):
+        choice(prior, ("typical", "none"), "prior")
+        return {}
+    found = dict[str, list[float]]()
+    for name, values in prior.items():
+        choice(name, [*joints, *frames], "calibrated joint or frame of prior:")
+        found[name] = positive(values, () if name in joints else (6,), f"prior of {name}").ravel().tolist()
+    return found
+
+
+def positive(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """Return numbers, which are positive."""
+    array = shaped(values, shape, what)
+    if not (array > 0.0).all():
+        raise BadArgument(f"{what} must be positive, got {quoted(values)}")
+    return array

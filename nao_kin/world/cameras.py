@@ -421,11 +421,11 @@ class Camera:
     def _fold(self) -> float:
         """The square of the radius up to which the radial distortion increases; infinite if it always does."""
         k1, k2, _, _, k3, k4, k5, k6 = self._coefficients
-        N, D = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
-        s = np.polynomial.Polynomial([0, 1])
-        # The derivative of r N(r²)/D(r²) by r has the sign of this polynomial in s = r²; D has a pole at its root.
-        slope = (N + 2 * s * N.deriv()) * D - 2 * s * N * D.deriv()
-        roots = [complex(root) for p in (slope, D) for root in p.trim(1e-12).roots()]
+        N, D, even = np.array([k3, k2, k1, 1.0]), np.array([k6, k5, k4, 1.0]), np.array([6.0, 4.0, 2.0, 0.0])
+        # The derivative of r N(r²)/D(r²) by r has the sign of (N + 2 s N') D − 2 s N D' in s = r². D has a pole at its
+        # root.
+        slope = np.convolve(N * (even + 1.0), D) - np.convolve(N, D * even)
+        roots = [complex(root) for p in (slope, D) for root in np.roots(p)]
         ends = [root.real for root in roots if abs(root.imag) < 1e-12 * (1 + abs(root))]
         return min((end for end in ends if end > 0.0), default=math.inf)
 

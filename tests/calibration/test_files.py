@@ -107,6 +107,10 @@ def test_a_file_says_what_calibrate_takes(nao: nk.NaoModel, path: Path, document
         ),
         (("observations", 0, "points"), ["centre"], "points must be real numbers"),
         (("observations", 0, "field"), "SPL 2030", "observation 0: unknown field 'SPL 2030'"),
+        (("observations", 0, "seen", 3, "velocities"), {"HeadYa": 0}, "seen 3: unknown joint 'HeadYa'"),
+        (("observations", 0, "seen", 3, "velocities"), [0.1], "observation 0: seen 3: velocities must be an object"),
+        (("observations", 0, "seen", 3, "velocities"), {"HeadYaw": None}, "observation 0: seen 3: HeadYaw must be"),
+        (("observations", 1, "seen", 0, "velocities"), {}, "observation 1: unknown seen 0: member 'velocities'"),
     ],
 )
 def test_what_a_file_says_wrongly_is_named(
@@ -142,7 +146,7 @@ def test_the_command_prints_and_writes_the_offsets(
     output = tmp_path / "nao_7.toml"
     assert run(["calibrate", str(path), "-o", str(output), "--deg", "--next"]) == 0
     out, err = capsys.readouterr()
-    assert err.startswith("nao-kin: the zeros of HeadPitch, LShoulderPitch, LWristYaw move what is seen")
+    assert err.startswith("nao-kin: zero of LShoulderPitch, zero of LWristYaw, y of CameraTop's mounting, yaw")
     assert err.count("\n") == 1
     assert "HeadYaw offset" in out
     assert "roll of CameraTop's mounting" in out
@@ -175,7 +179,7 @@ def test_the_command_prints_json(path: Path, document: dict[str, Any], capsys: p
     assert run(["calibrate", str(path), "--json", "--next"]) == 0
     out, err = capsys.readouterr()
     found = json.loads(out)
-    assert err.startswith("nao-kin: the zeros of HeadPitch")
+    assert "are unknown too, and in the standard deviations; name them in joints and frames" in err
     assert (found["cameras"], found["clocks"]) == ({}, {})
     assert found["joints"] == pytest.approx(TRUE, abs=0.003)
     assert set(found["standard_deviations"]) == {"HeadYaw offset", "LElbowYaw offset", "roll of CameraTop's mounting"}
@@ -257,3 +261,32 @@ def test_what_a_file_says_wrongly_of_lines_is_named(
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
     assert message in err
+
+
+def test_a_file_may_have_velocities_for_the_clock_of_the_camera(
+    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from test_systematic import GRID, T_TORSO_BOARD, measured
+
+    rng, camera, late = np.random.default_rng(0), measured(nao), 0.03
+    heads, speeds = rng.uniform(-0.25, 0.25, (12, 2)), rng.uniform(-6.0, 6.0, (12, 2))
+    q = np.array([nao.configuration({"HeadYaw": y, "HeadPitch": p}) for y, p in heads + late * speeds])
+    points = nk.screws.transform_point(T_TORSO_BOARD, GRID)
+    pixels = camera.project(nk.screws.transform_point(nk.screws.inverse(nao.fk(q, "CameraTop"))[:, None], points))
+    rows: Any = np.where(camera.sees(pixels)[..., None], pixels, np.nan).tolist()
+    seen = [
+        {
+            "joints": {"HeadYaw": yaw, "HeadPitch": pitch},
+            "velocities": {"HeadYaw": fast, "HeadPitch": slow},
+            "pixels": [None if np.isnan(row[0]) else row for row in pixel],
+        }
+        for (yaw, pitch), (fast, slow), pixel in zip(heads.tolist(), speeds.tolist(), rows, strict=True)
+    ]
+    one = {"type": "pixels", "camera": "CameraTop", "points": points.tolist(), "seen": seen}
+    one["intrinsics"] = [camera.fx, camera.fy, camera.cx, camera.cy]
+    path = tmp_path / "moving.json"
+    path.write_text(json.dumps({"joints": ["HeadYaw"], "observations": [one]}))
+    assert run(["calibrate", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["clocks"]["CameraTop"] == pytest.approx(late, abs=2e-3)
+    assert abs(found["joints"]["HeadYaw"]) < 3e-3

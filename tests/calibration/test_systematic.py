@@ -27,12 +27,13 @@ Case = tuple[Calibration, np.ndarray, nk.RobotModel]
 
 
 def planted(nao: nk.RobotModel, rng: np.random.Generator, *joints: str) -> tuple[nk.RobotModel, np.ndarray]:
-    """A robot with wrong zeros of the head and of other joints and a tilted camera; the numbers of head and camera."""
+    """A robot with wrong zeros of the head and other joints and a displaced camera; the angles of head and camera."""
     zeros = np.radians(rng.normal(0.0, 1.0, len(HEAD) + len(joints)))
     tilt = np.radians(rng.normal(0.0, (1.0, 3.0, 2.0)))
     offsets = dict(zip((*HEAD, *joints), zeros.tolist(), strict=True))
     offsets |= {"RHipYawPitch": offsets["LHipYawPitch"]} if "LHipYawPitch" in offsets else {}
-    return nao.with_offsets(offsets, {"CameraTop": (0, 0, 0, *tilt)}), np.concatenate((zeros[:2], tilt))
+    place = rng.normal(0.0, 0.003, 3)
+    return nao.with_offsets(offsets, {"CameraTop": (*place, *tilt)}), np.concatenate((zeros[:2], tilt))
 
 
 def board(
@@ -182,12 +183,13 @@ def test_a_focal_length_that_photos_do_not_determine_is_said(nao: nk.NaoModel) -
     one = Pixels(q, nk.world.camera(nao, "CameraTop"), pixels[:, corners], GRID[corners], board="board")
     found = calibrate(nao, [one], frames={"CameraTop": ["roll"]})
     (note,) = [note for note in found.notes if "is not determined" in note]
-    assert note.startswith("the data cannot tell apart y of board, ")
+    assert note.startswith("the data cannot tell apart z of board, focal length")
     assert "focal length of CameraTop's lens is not determined ± 0.03; give the measured lens" in note
     assert "focal length of CameraTop's lens" in found.held
     assert found.standard_deviations["focal length of CameraTop's lens"] > 0.02
 
 
+@pytest.mark.full
 def test_a_lens_and_photos_far_beyond_their_priors_are_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(BadArgument, match=r"focal length of CameraTop's lens would be 0.1\d, .* deviation, 0.03"):
         another_lens(focal=1.15)(nao, np.random.default_rng(0))
@@ -220,3 +222,17 @@ def test_joints_that_accelerate_have_the_clock_of_their_camera(nao: nk.NaoModel)
     found = calibrate(nao, [Pixels(q, lens, pixels, points, moving=moving)], joints=HEAD, joint_noise=0.0)
     assert found.clocks["CameraTop"] == pytest.approx(0.03, abs=1e-4)
     assert found.joints["HeadYaw"] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_what_is_not_asked_for_is_not_in_the_result(nao: nk.NaoModel) -> None:
+    found, _, _ = another_lens()(nao, np.random.default_rng(0))
+    assert found.frames["CameraTop"][:3] == (0.0, 0.0, 0.0)
+    assert found.held == ("HeadPitch offset",)
+    one = found._problem.observations[0].given
+    alone = calibrate(nao, [one], joints=["HeadYaw"])
+    assert alone.frames == {}
+    (note,) = alone.notes
+    assert "yaw of CameraTop's mounting are unknown too, and in the standard deviations; name them" in note
+    # A mounting that is known is stated.
+    known = calibrate(nao, [one], joints=["HeadYaw"], prior={"CameraTop": [1e-6] * 6})
+    assert known.standard_deviations["HeadYaw offset"] < 0.3 * alone.standard_deviations["HeadYaw offset"]
