@@ -14,8 +14,9 @@ from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
 from nao_kin.imitation.bones import CONFIDENCE
+from nao_kin.imitation.layouts import POINTS
 from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
-from nao_kin.imitation.skeleton import POINTS, Skeleton, lacking_notes, left_and_trunk
+from nao_kin.imitation.skeleton import Skeleton, lacking_notes, left_and_trunk
 from nao_kin.imitation.stance import followed, in_place, stood
 from nao_kin.motion import Change, Motion, MotionReport, check, clamp, slow_down
 from nao_kin.robot import CollisionRule, RobotModel
