@@ -296,6 +296,30 @@ def test_a_file_with_z_up_is_read_like_one_with_y_up(tmp_path: Path) -> None:
         np.testing.assert_allclose(points, np.stack([y, -x, z], axis=1), atol=1e-12)  # another heading
 
 
+def test_the_rest_pose_tells_someone_who_lies_from_a_file_with_z_up(tmp_path: Path) -> None:
+    """Both turn the root by 90° in every frame: someone who lies is near zero along y, and anywhere along z."""
+    head, body = WAVE.split("MOTION\n")
+    label, frame_time, *rows = body.splitlines()
+    file = tmp_path / "person.bvh"
+    places = {
+        "lies": lambda k: f"{30 + k} 12 {200 + k}",
+        "stands": lambda k: f"{30 + k} 40 95",
+        "stays": lambda k: "0 0 0",
+    }
+    for name, place in places.items():
+        turned_rows = [" ".join([place(k), "0 90 0", *row.split()[6:]]) for k, row in enumerate(rows)]
+        file.write_text("\n".join([head + "MOTION", label, frame_time, *turned_rows]))
+        skeleton = nk.imitation.read_skeleton(file)
+        trunk = np.median(skeleton.points["neck"] - skeleton.points["pelvis"], axis=0)
+        assert (abs(trunk[2]) < 0.1) == (name == "lies")
+        assert any(
+            note.startswith("y points up, by the rest pose: the person lies along z") for note in skeleton.notes
+        ) == (name == "lies")
+        assert ("the root stays where it is" in str(skeleton.notes)) == (name == "stays")
+        stated = nk.imitation.read_skeleton(file, up="z")
+        assert np.median(stated.points["neck"] - stated.points["pelvis"], axis=0)[2] > 0.4
+
+
 LAST = len(WAVE.splitlines())
 FAULTS = {
     "empty": (lambda t: " \n", "empty; expected BVH"),
