@@ -37,11 +37,6 @@ _FEWEST = 3
 _MOST = 3.0
 
 
-def doubt_of(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> str:
-    """Return why points are not those of a person, as by `misfit`; empty if nothing speaks against it."""
-    return misfit(points, sure)[1]
-
-
 def misfit(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> tuple[float, str]:
     """Return how much the bones between points (n, 3) in any axes and units differ from a person's, and why.
 

@@ -13,14 +13,13 @@ from nao_kin._core.arrays import choice
 from nao_kin._core.files import read_arrays, read_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadInputFile
-from nao_kin.imitation.bvh import of_bvh
 from nao_kin.imitation.json_points import of_json
 from nao_kin.imitation.layouts import LAYOUTS
 from nao_kin.imitation.reading import Options, errors_of, of_array
-from nao_kin.imitation.recorders import is_ntu, of_c3d, of_motive, of_ntu, of_trc
+from nao_kin.imitation.recorders import is_ntu, of_c3d, of_ntu
 from nao_kin.imitation.skeleton import Skeleton
-from nao_kin.imitation.tables import of_rows, of_table
-from nao_kin.imitation.trees import of_amass
+from nao_kin.imitation.tables import of_motive, of_rows, of_table, of_trc
+from nao_kin.imitation.trees import of_amass, of_bvh
 
 _SAMPLES = Path(__file__).with_name("samples")
 #: Small skeletons of our own making, to try things with: name → file.
@@ -137,7 +136,7 @@ def _of_arrays(name: str, data: bytes, options: Options) -> Skeleton:
     if not data.startswith(b"PK"):
         array = read_arrays(name, data)[""]
         flat = array.ndim == 2 and array.shape[1] > 4 and array.dtype.kind == "f"
-        return of_rows(name, array.astype(float), options) if flat else of_array(name, array, None, options)
+        return of_rows(name, array.astype(float), options) if flat else of_array(name, array, options)
     wanted = ("poses", "root_orient", "pose_body", "trans", "mocap_framerate", "mocap_frame_rate")
     amass = read_arrays(name, data, wanted)
     if "pose_body" in amass and "root_orient" in amass:  # SMPL-X, whose poses may be those of the face too
@@ -150,4 +149,4 @@ def _of_arrays(name: str, data: bytes, options: Options) -> Skeleton:
     if len(points) != 1:
         listed = abbreviated(", ".join(f"{key} {array.shape}" for key, array in arrays.items()) or "none")
         raise BadInputFile(name, f"expected one array of points (n, k, 3 or 4), or poses of AMASS; arrays: {listed}")
-    return of_array(name, arrays[points[0]], times, options)
+    return of_array(name, arrays[points[0]], options, times=times)

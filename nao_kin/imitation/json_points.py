@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin.errors import BadInputFile
 from nao_kin.imitation.layouts import key_of
-from nao_kin.imitation.reading import Options, of_array, of_named
+from nao_kin.imitation.reading import Options, Points, of_array, skeleton_of
 from nao_kin.imitation.skeleton import Skeleton
 
 # Keys of the points of a frame, those in metres first: MediaPipe, tf.js, OpenPose, EasyMocap, Azure Kinect.
@@ -27,7 +27,6 @@ _POINTS = (
 _PEOPLE = ("people", "bodies", "persons", "poses")
 _FRAMES = ("frames", "data", "results")
 _TIMES = ("times", "timestamps", "timestamp", "time", "t", "timestampms", "timestampusec", "timems")
-_UNITS = {"timestampms": "ms", "timems": "ms", "timestampusec": "us"}
 _RATES = ("fps", "rate", "framerate")
 _CONFIDENCE = ("visibility", "score", "confidence", "confidencelevel", "c", "trackingstate")
 _EXPECTED = 'expected {"times": [s, …], "landmarks": [[[x, y, z, visibility], …], …]}, or a list of frames'
@@ -37,8 +36,8 @@ def _by_key(value: Any) -> dict[str, Any]:
     return {key_of(key): entry for key, entry in value.items()} if isinstance(value, dict) else {}
 
 
-def _first(keyed: Mapping[str, Any], keys: Sequence[str]) -> tuple[str, Any]:
-    return next(((key, keyed[key]) for key in keys if key in keyed), ("", None))
+def _first(keyed: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    return next((keyed[key] for key in keys if key in keyed), None)
 
 
 def of_json(name: str, texts: Sequence[str], options: Options) -> Skeleton:
@@ -47,19 +46,18 @@ def of_json(name: str, texts: Sequence[str], options: Options) -> Skeleton:
     document = documents[0] if len(documents) == 1 else documents
     keyed = _by_key(document)
     frames = document if isinstance(document, list) else None
-    times_key, times = _first(keyed, _TIMES)
+    times = _first(keyed, _TIMES)
     if frames is None:
-        frames = _first(keyed, (*_FRAMES, *_POINTS))[1]
-    elif _is_flat_person(frames):
-        frames = [frames]
+        frames = _first(keyed, (*_FRAMES, *_POINTS))
     if not isinstance(frames, list) or not all(entry is None or isinstance(entry, (list, dict)) for entry in frames):
         raise BadInputFile(name, _EXPECTED)
-    stamps = [_first(_by_key(frame), _TIMES) for frame in frames]
-    if times is None and any(value is not None for _, value in stamps):
-        times_key, times = stamps[0][0], [value for _, value in stamps]
-    rate = _first(keyed, _RATES)[1]
-    if times is None and is_finite_number(rate) and rate > 0.0:
-        times = [k / rate for k in range(len(frames))]
+    if times is None:
+        stamps = [_first(_by_key(frame), _TIMES) for frame in frames]
+        rate = _first(keyed, _RATES)
+        if any(stamp is not None for stamp in stamps):
+            times = stamps
+        elif is_finite_number(rate) and rate > 0.0:
+            times = [k / rate for k in range(len(frames))]
     notes: set[str] = set()
     found = [_points_of(name, frame, f"landmarks[{n}]", notes) for n, frame in enumerate(frames)]
     names = next((names for names, _ in found if names), ())
@@ -67,17 +65,11 @@ def of_json(name: str, texts: Sequence[str], options: Options) -> Skeleton:
     if np.isnan(rows[..., 3]).all():  # no point has a confidence
         rows = rows[..., :3]
     if not names:
-        return of_array(name, rows, times, options, unit=_UNITS.get(times_key), notes=sorted(notes))
+        return of_array(name, rows, options, notes=sorted(notes), times=times)
     joints = {joint: rows[:, k, :3] for k, joint in enumerate(names)}
     sure = {joint: rows[:, k, 3] for k, joint in enumerate(names) if rows.shape[2] == 4}
-    return of_named(name, joints, sure, times, _UNITS.get(times_key), options, notes=sorted(notes))
-
-
-def _is_flat_person(frames: list[Any]) -> bool:
-    """Return whether a list is one frame: points with coordinates, or people with keypoints."""
-    return bool(frames) and all(
-        isinstance(entry, dict) and {"x", "y", "z"} <= _by_key(entry).keys() for entry in frames
-    )
+    points = options.named(Points(joints, sure, times=times, notes=tuple(sorted(notes))))
+    return skeleton_of(name, points, options)
 
 
 def _stacked(name: str, frames: Sequence[list[list[float]]]) -> Floats:
@@ -95,13 +87,11 @@ def _points_of(name: str, frame: Any, where: str, notes: set[str]) -> tuple[tupl
     """Return the names of the points of a frame, none if they have only an order, and x, y, z and confidence."""
     keyed = _by_key(frame)
     if keyed:
-        inside = _first(keyed, (*_PEOPLE, *_POINTS))[1]
-        if inside is not None:
-            if isinstance(keyed.get("posekeypoints2d"), list) and not keyed.get("posekeypoints3d"):
-                raise BadInputFile(name, f"{where}: pose_keypoints_2d alone; two coordinates give no directions")
-            return _points_of(name, inside, where, notes)
-        if "posekeypoints2d" in keyed:
+        if keyed.get("posekeypoints2d") and not keyed.get("posekeypoints3d"):
             raise BadInputFile(name, f"{where}: pose_keypoints_2d alone; two coordinates give no directions")
+        inside = _first(keyed, (*_PEOPLE, *_POINTS))
+        if inside is not None:
+            return _points_of(name, inside, where, notes)
         points = {joint: point for joint, point in frame.items() if isinstance(point, (dict, list))}
         return tuple(points), [_point(name, point, f"{where}.{joint}") for joint, point in points.items()]
     if not isinstance(frame, list) or not frame:
@@ -132,7 +122,7 @@ def _point(name: str, entry: Any, where: str) -> list[float]:
     if isinstance(entry, dict):
         keyed = _by_key(entry)
         keyed = _by_key(keyed["position"]) | keyed if isinstance(keyed.get("position"), dict) else keyed
-        sure = _first(keyed, _CONFIDENCE)[1]
+        sure = _first(keyed, _CONFIDENCE)
         values = [keyed.get(key) for key in "xyz"] + ([] if sure is None else [sure])
     if isinstance(values, list) and len(values) in (3, 4):
         numbers = [math.nan if value in (None, "NaN") else value for value in values]

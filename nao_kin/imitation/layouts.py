@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -34,28 +34,11 @@ _ANIMAL = ("tail", "paw", "wing", "hoof", "snout", "muzzle")
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
 
 
-@cache
-def tables() -> dict[str, Any]:
-    """Return the document of `layouts.toml`."""
-    return read_toml(Path(__file__).with_name("layouts.toml"))
-
-
-@cache
-def _words() -> dict[str, tuple[str, ...]]:
-    """Return part → words, the preferred one first."""
-    return {part: tuple(text.split()) for part, text in tables()["words"].items()}
-
-
-@cache
-def _known() -> frozenset[str]:
-    return frozenset(word for words in _words().values() for alternative in words for word in alternative.split("+"))
-
-
-@cache
-def _side_words() -> dict[str, str]:
-    """Return word → side, longer words first."""
-    words = {word: f"{side}_" for side, text in tables()["sides"].items() for word in text.split()}
-    return dict(sorted(words.items(), key=lambda item: -len(item[0])))
+TABLES = read_toml(Path(__file__).with_name("layouts.toml"))
+# Part → words, the preferred one first; all of them; and word → side, longer words first.
+_WORDS: dict[str, tuple[str, ...]] = {part: tuple(text.split()) for part, text in TABLES["words"].items()}
+_KNOWN = {word for words in _WORDS.values() for alternative in words for word in alternative.split("+")}
+_SIDE_WORDS = {word: f"{side}_" for side, text in TABLES["sides"].items() for word in text.split()}
 
 
 def key_of(name: str) -> str:
@@ -69,20 +52,22 @@ def side_and_word(name: str) -> tuple[str, str]:
 
     Without a known word, both are empty.
     """
-    sides, known = _side_words(), _known()
     words = [word.lower().lstrip("0") or "0" for word in _WORD.findall(name)]
-    at = next((k for k, word in enumerate(words) if word in sides), None)
-    side = "" if at is None else sides[words.pop(at)]
+    at = next((k for k, word in enumerate(words) if word in _SIDE_WORDS), None)
+    side = "" if at is None else _SIDE_WORDS[words.pop(at)]
     for start in range(len(words)):
         key = "".join(words[start:])
-        plain = key.rstrip("0123456789")
-        if key in known or plain in known:
+        if _is_known(key):
             return side, key
-        for word, other in sides.items() if not side else ():
+        for word, other in _SIDE_WORDS.items() if not side else ():
             for rest in (key.removeprefix(word), key.removesuffix(word)):
-                if rest != key and (rest in known or rest.rstrip("0123456789") in known):
+                if rest != key and _is_known(rest):
                     return other, rest
     return "", ""
+
+
+def _is_known(key: str) -> bool:
+    return key in _KNOWN or key.rstrip("0123456789") in _KNOWN
 
 
 @lru_cache(maxsize=64)
@@ -96,7 +81,7 @@ def resolved(joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
                 at.setdefault((side, word if exact else word.rstrip("0123456789")), joint)
     found: dict[str, tuple[str, ...]] = {}
     used: set[str] = set()
-    for part, words in _words().items():
+    for part, words in _WORDS.items():
         for side in SIDES if part in _PAIRS else ("",):
             for word in words:
                 parts = tuple(at.get((side, one), "") for one in word.split("+"))
@@ -138,16 +123,17 @@ class Layout:
         return found
 
 
-def _layouts() -> dict[str, Layout]:
-    found = {}
-    for name, row in tables()["layouts"].items():
-        orders = tuple((*row["order"].split(), *ending.split()) for ending in row.get("endings", [""]))
-        axes = tuple(row["axes"]) if "axes" in row else None
-        found[name] = Layout(name, orders, axes, row.get("levels", 1.0), row.get("unit"), row.get("rate"))
-    return found
-
-
-LAYOUTS = _layouts()
+LAYOUTS = {
+    name: Layout(
+        name,
+        tuple((*row["order"].split(), *ending.split()) for ending in row.get("endings", [""])),
+        tuple(row["axes"]) if "axes" in row else None,
+        row.get("levels", 1.0),
+        row.get("unit"),
+        row.get("rate"),
+    )
+    for name, row in TABLES["layouts"].items()
+}
 
 
 def ordered_layout(source: str) -> Layout:
@@ -182,20 +168,18 @@ def check_shoulders(found: Mapping[str, tuple[str, ...]], joints: Sequence[str])
     if not lacking:
         return
     parts = [joint for joint in joints if any(word in key_of(joint) for word in _ANIMAL)]
-    animal = f"an animal's ({abbreviated(', '.join(parts))})" if parts else ""
-    what = animal or (
-        "no arms" if not any(side + part in found for side in SIDES for part in ("elbow", "wrist")) else ""
-    )
+    arms = any(side + part in found for side in SIDES for part in ("elbow", "wrist"))
+    what = f"an animal's ({abbreviated(', '.join(parts))}): " if parts else "" if arms else "no arms: "
     near = nearest_names(lacking[0], joints)
     advice = f"nearest: {', '.join(near)}" if near else f"joints: {abbreviated(', '.join(joints))}"
-    raise BadArgument(
-        f"{what}{': ' * bool(what)}no {' and no '.join(lacking)} under a known name ({advice}); "
-        "names= (--names) states names"
-    )
+    lack = f"{what}no {' and no '.join(lacking)} under a known name ({advice})"
+    raise BadArgument(f"{lack}; names= (--names) states names")
 
 
-def shown_joints(found: Mapping[str, tuple[str, ...]]) -> str:
-    """Return the joints of the left limbs, for a note."""
+def shown_joints(layout: Layout, joints: Sequence[str]) -> str:
+    """Return the joints of the left limbs, for a note; raise BadArgument if there are no shoulders."""
+    found = layout.resolved(joints)
+    check_shoulders(found, joints)
     parts = [part for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle") if "left_" + part in found]
     return ", ".join(f"{part} {' + '.join(found['left_' + part])}" for part in parts)
 

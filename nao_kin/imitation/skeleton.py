@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, single_number, texts
 from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
-from nao_kin.imitation.bones import doubt_of
+from nao_kin.imitation.bones import misfit
 from nao_kin.imitation.layouts import (
     POINTS,
     SIDES,
@@ -225,25 +225,12 @@ class Skeleton:
             >>> nk.imitation.Skeleton.from_landmarks(landmarks, "mediapipe").points["nose"].shape
             (1, 3)
         """
-        return of_landmarks(landmarks, ordered_layout(source), times=times, rate=rate, units=units, up=up)
-
-
-def of_landmarks(
-    landmarks: ArrayLike,
-    layout: Layout,
-    *,
-    times: ArrayLike | None,
-    rate: float | None = None,
-    units: str | None,
-    up: str | None,
-    notes: tuple[str, ...] = (),
-) -> Skeleton:
-    """Return the skeleton of an array of points, as `Skeleton.from_landmarks`, with notes on its order."""
-    array = landmark_array(landmarks, layout)
-    found, confidence = by_joint(array, layout)
-    refuse_plane(found)
-    stamps = frame_times(times, rate, len(array))
-    return assembled(stamps, found, layout, confidence, units=units, up=up, notes=notes)
+        layout = ordered_layout(source)
+        array = landmark_array(landmarks, layout)
+        found, confidence = by_joint(array, layout)
+        refuse_plane(found)
+        stamps = frame_times(times, rate, len(array))
+        return assembled(stamps, found, layout, confidence, units=units, up=up)
 
 
 def check_points(points: Mapping[str, Floats]) -> None:
@@ -302,7 +289,7 @@ def assembled(
         choice(up, UP_AXES, "axis")
     mean, sure = named_points(joints, layout, confidence)
     check_points(mean)
-    doubt = doubt_of(mean, sure)
+    doubt = misfit(mean, sure)[1]
     found = list(notes)
     left, trunk = left_and_trunk(mean)
     axes, note = _axes(mean, left, trunk, layout.axes, up, rest_up)

@@ -1,9 +1,14 @@
-"""Tables of points: CSV with a column for each coordinate, and rows of numbers without headings."""
+"""Tables of points: CSV with a column for each coordinate, rows of numbers alone, CSV of Motive, and TRC.
+
+Sources: docs.optitrack.com, Data Export: CSV; opensimconfluence.atlassian.net, Marker (.trc) Files.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +16,10 @@ import numpy as np
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
 from nao_kin._core.files import MAX_NUMBERS
-from nao_kin._core.headings import read_heading
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.imitation.layouts import LAYOUTS, Layout, by_joint
-from nao_kin.imitation.reading import Options, Ordered, of_array, of_named, person_among
+from nao_kin.imitation.layouts import LAYOUTS, Layout, by_joint, check_names, key_of, side_and_word
+from nao_kin.imitation.reading import BY_SOURCE, Options, Points, person_among, skeleton_of
 from nao_kin.imitation.skeleton import UNITS, Skeleton
 
 # A column of a coordinate or a confidence: SpineBase_X, left_wrist.y, left_wrist_visibility; or z11, v_11.
@@ -26,7 +30,7 @@ _SIGNS = " \t_.:-"
 _AROUND = re.compile(r"K4ABT_JOINT_|JointType_|landmark|[\s_.:-]position", re.IGNORECASE)
 # Words for numbers: states of Kinect, and whether a joint is inferred.
 _STATES = {"nottracked": "0", "inferred": "1", "tracked": "2", "false": "0", "true": "1"}
-_STATE_CELL = re.compile(r"(?<=[,;\t])\s*(" + "|".join(_STATES) + r")\s*(?=[,;\t\r\n]|$)", re.IGNORECASE)
+_STATE_CELL = re.compile(rf"(?<=[,;\t])\s*({'|'.join(_STATES)})\s*(?=[,;\t\r\n]|$)", re.IGNORECASE)
 # A frame of CAD-60 and CAD-120: its number; nine entries of an orientation, a confidence, x, y, z and a confidence of
 # eleven joints; x, y, z and a confidence of four joints.
 _CAD = (*(1 + 14 * k + 10 for k in range(11)), *(1 + 14 * 11 + 4 * k for k in range(4)))
@@ -35,6 +39,33 @@ _CAD_WIDTH = 1 + 14 * 11 + 4 * 4
 _FEWEST = 45
 # Numbers of frames ascend by at most this.
 _FRAMES = 5.0
+# Words of the names of markers, and of units.
+_MARKERS = {"sho", "elb", "wra", "asi", "kne"}
+_UNIT_WORDS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches": "inch", **{u: u for u in UNITS}}
+
+
+def of_table(name: str, text: str, options: Options) -> Skeleton:
+    """Return the skeleton in a table: with headings, or of numbers alone."""
+    head, _, rest = text.lstrip().partition("\n")
+    head = _with_coordinates(head)
+    if all(finite_decimal(field) is not None for field in re.split(r"[,;\s]+", head.strip(" ,;"))):
+        return _of_numbers(name, text, options)
+    rest = _STATE_CELL.sub(lambda match: _STATES[match[1].lower()], rest)
+    return _of_csv(name, f"{head}\n{rest}".encode(), options)
+
+
+def _with_coordinates(head: str) -> str:
+    """Return headings with x0, y0, z0, v0, x1 … in place of the numbers 0, 1, 2 … of a table that pandas wrote."""
+    fields = [field.strip() for field in head.split(",")]
+    numbers = [int(field) for field in fields if field.isdecimal()]
+    if len(numbers) < _FEWEST or numbers != [*range(numbers[0], numbers[0] + len(numbers))]:
+        return head
+    each = 3 + (len(numbers) % 4 == 0)
+    places = ((field, int(field) - numbers[0]) if field.isdecimal() else (field, None) for field in fields)
+    return ",".join(field if k is None else f"{'xyzv'[k % each]}{k // each}" for field, k in places)
+
+
+# --- A column for each coordinate.
 
 
 def _column(heading: str) -> tuple[str, str]:
@@ -50,17 +81,6 @@ def _column(heading: str) -> tuple[str, str]:
     return _AROUND.sub("", joint), what if what in (*"xyz", "inferred") else "v"
 
 
-def of_table(name: str, text: str, options: Options) -> Skeleton:
-    """Return the skeleton in a table: with headings, or of numbers alone."""
-    head = next(line for line in text.splitlines() if line.strip())
-    fields = re.split(r"[,;\s]+", head.strip().strip(",;"))
-    if all(finite_decimal(field) is not None for field in fields):
-        return _of_numbers(name, text, options)
-    first, _, rest = text.partition("\n")
-    rest = _STATE_CELL.sub(lambda match: _STATES[match[1].lower()], rest)
-    return _of_csv(name, f"{first}\n{rest}".encode(), options)
-
-
 def _of_csv(name: str, data: bytes, options: Options) -> Skeleton:
     """Return the skeleton in a table with a column for each coordinate of each joint."""
 
@@ -71,13 +91,6 @@ def _of_csv(name: str, data: bytes, options: Options) -> Skeleton:
         def error(reason: str, place: int) -> BadInputFile:
             return BadInputFile(name, reason, head.line, place + 1)
 
-        indices = [finite_decimal(field) is not None for field in head.fields]
-        if sum(indices) >= _FEWEST:
-            whole = [
-                field if at or read_heading(field).is_time else None
-                for field, at in zip(head.fields, indices, strict=True)
-            ]
-            return replace(TableColumns.of(whole, (), lambda *_: ("",), error)[0], gaps=True)
         table, _ = TableColumns.of(head.fields, (), units_of, error)
         known = {_column(heading) for heading in table.names}
         if not any({(joint, "y"), (joint, "z")} <= known for joint, what in known if what == "x"):
@@ -91,32 +104,47 @@ def _of_csv(name: str, data: bytes, options: Options) -> Skeleton:
     values, times = table.split(rows)
     if not len(rows):
         raise BadInputFile(name, "a header and no rows")
-    advice = "a heading such as time [s], or rate= (--rate), says otherwise"
-    if all(finite_decimal(heading) is not None for heading in table.names):
-        return of_rows(name, values, options, times, table.time_unit)
     columns: dict[str, dict[str, Floats]] = {}
     for heading, column in zip(table.names, values.T, strict=True):
         joint, what = _column(heading)
         columns.setdefault(joint, {})[what] = column
     joints = {joint: np.stack([c["x"], c["y"], c["z"]], 1) for joint, c in columns.items() if {*"xyz"} <= c.keys()}
-    stated = {unit for unit in table.units if unit}
-    if len(stated) > 1:
-        raise BadInputFile(name, f"columns in different units: {', '.join(sorted(stated))}")
+    units = {unit: None for unit in table.units if unit}
+    if len(units) > 1:
+        raise BadInputFile(name, f"columns in different units: {', '.join(sorted(units))}")
     confidence = {joint: columns[joint]["v"] for joint in joints if "v" in columns[joint]}
-    levels = options.layout(list(joints))[0].levels if any("inferred" in c for c in columns.values()) else 1.0
-    for joint in joints:
-        if "inferred" in columns[joint]:  # as likely as not
-            confidence[joint] = np.where(columns[joint]["inferred"] > 0.0, 0.5, 1.0) * levels
-    return of_named(
-        name,
-        joints,
-        confidence,
-        times,
-        table.time_unit,
-        options,
-        units=next(iter(stated), None),
-        advice=advice,
-    )
+    points = Points(joints, confidence, times=times, time_unit=table.time_unit, units=next(iter(units), None))
+    points = _numbered(points, options) or options.named(points)
+    inferred = {joint: columns[joint]["inferred"] > 0.0 for joint in joints if "inferred" in columns[joint]}
+    sure = {joint: np.where(less, 0.5, 1.0) * points.layout.levels for joint, less in inferred.items()}
+    points = replace(points, confidence={**points.confidence, **sure})
+    return skeleton_of(name, points, options, advice="a heading such as time [s], or rate= (--rate), says otherwise")
+
+
+def _numbered(points: Points, options: Options) -> Points | None:
+    """Return points with numbers in the order of a source, with a note; None unless there are some.
+
+    The order is that of a source with as many points, or of MediaPipe, counted from 0 or from 1. If the numbers allow
+    several, the lengths of bones decide.
+    """
+    at = {int(key_of(joint)): joint for joint in points.joints if re.fullmatch("[0-9]{1,3}", key_of(joint))}
+    if not at or any(key_of(part).isdecimal() for text in (options.names or {}).values() for part in text.split("+")):
+        return None
+    cases = {}
+    for layout in LAYOUTS.values():
+        for order, first in ((order, first) for order in layout.orders for first in (0, 1)):
+            whole = sorted(at) == [*range(first, first + len(order))]
+            part = layout.name == (options.source or "mediapipe") and first <= min(at) and max(at) < first + len(order)
+            if options.source in (None, layout.name) and (whole or part):
+                named, sure = (
+                    {order[k - first]: arrays[joint] for k, joint in at.items() if joint in arrays}
+                    for arrays in (points.joints, points.confidence)
+                )
+                check_names(options.names or {}, [*named])
+                case = replace(points, joints=named, confidence=sure, layout=replace(layout, stated=options.names))
+                cases[f"{layout.name}, counted from {first}"] = case
+    advice = f"{BY_SOURCE}, or names= (--names) such as left_shoulder=11"
+    return person_among(f"{len(at)} numbered points", cases, options, advice) if cases else None
 
 
 # --- Numbers without headings.
@@ -129,86 +157,135 @@ def _of_numbers(name: str, text: str, options: Options) -> Skeleton:
     """
     rows, counts = [], set()
     for line, content in enumerate(text.splitlines(), start=1):
-        fields = re.split(r"[,;\s]+", content.strip().strip(",;"))
-        if len(fields) >= 3:
-            values = [finite_decimal(field) if field.lower() != "nan" else np.nan for field in fields]
-            if None in values:
-                at = values.index(None)
-                raise BadInputFile(name, f"{quoted(fields[at], MAX_SHOWN)}, expected a number", line)
-            rows.append((line, values))
-        else:
+        fields = re.split(r"[,;\s]+", content.strip(" \t\r,;"))
+        if len(fields) < 3:
             counts.add(fields[0])
-    widths = [len(values) for _, values in rows]
-    odd = next((k for k, width in enumerate(widths) if width != widths[0]), None)
-    if odd is not None:
-        raise BadInputFile(name, f"{widths[odd]} numbers, the first row has {widths[0]}", rows[odd][0])
-    if sum(widths) > MAX_NUMBERS:
-        raise BadInputFile(name, f"more than {MAX_NUMBERS} numbers")
-    table = np.array([values for _, values in rows], dtype=np.float64)
-    if not table.size:
+            continue
+        rows.append(_floats(name, line, fields))
+        if len(fields) != len(rows[0]):
+            raise BadInputFile(name, f"{len(fields)} numbers, the first row has {len(rows[0])}", line)
+    if not rows:
         raise BadInputFile(name, "rows of fewer than 3 numbers; expected x, y, z of points")
-    if len(table) > 1 and any((table[0] == np.arange(first, first + table.shape[1])).all() for first in (0, 1)):
-        table = table[1:]  # headings, as pandas writes them
-    if "40" in counts and len(table) % 40 == 0:  # of MSR Daily Activity: each point, and its place in the image
-        table = table[::2]
-    return of_rows(name, table, options)
+    if len(rows) * len(rows[0]) > MAX_NUMBERS:
+        raise BadInputFile(name, f"more than {MAX_NUMBERS} numbers")
+    if "40" in counts and len(rows) % 40 == 0:  # of MSR Daily Activity: each point, and its place in the image
+        rows = rows[::2]
+    return of_rows(name, np.array(rows), options)
 
 
-def of_rows(
-    name: str, table: Floats, options: Options, times: Floats | None = None, unit: str | None = None
-) -> Skeleton:
+def _floats(name: str, line: int, cells: Sequence[str]) -> list[float]:
+    """Return the numbers of a row, NaN for empty cells."""
+    values = [finite_decimal(cell) if cell.strip().lower() not in ("", "nan") else np.nan for cell in cells]
+    for at, value in enumerate(values):
+        if value is None:
+            raise BadInputFile(name, f"{quoted(cells[at], MAX_SHOWN)}, expected a number", line, at + 1)
+    return [value for value in values if value is not None]
+
+
+def of_rows(name: str, table: Floats, options: Options) -> Skeleton:
     """Return the skeleton in a table of numbers, whose width and bones show what its columns are."""
     cases = {
-        f"{layout.name}, {how}": (Ordered(layout, *by_joint(array, layout)), array, stamps)
+        f"{layout.name}, {how}": points
         for layout in LAYOUTS.values()
         if options.source in (None, layout.name)
-        for how, array, stamps in _arrangements(table, layout)
+        for how, points in _arrangements(table, layout)
     }
     if not cases:
-        if table.shape[1] == 263:
-            raise BadArgument("263 numbers a row are features of HumanML3D; its folder new_joints has the points")
-        counts = sorted({len(order) for layout in LAYOUTS.values() for order in layout.orders})
-        what = f"{len(table)} rows of {table.shape[1]} numbers"
-        raise BadArgument(
-            f"{what} without headings: no source has so many; points of sources: {', '.join(map(str, counts))}"
-        )
-    what = f"{table.shape[1]} numbers a row"
-    chosen, note = person_among(what, {how: case for how, (case, *_) in cases.items()}, "source= (--source)")
-    _, array, first = next(case for case in cases.values() if case[0] is chosen)
-    notes = [note]
-    if times is None and first is not None:
-        times, rate = first, chosen.layout.rate
-        steps = np.diff(first)
-        whole = (first == np.rint(first)).all() and (steps >= 0.0).all()
-        if rate is not None and whole and first[-1] - first[0] <= _FRAMES * max(len(first) - 1, 1):
-            later = np.diff(first, prepend=-np.inf) > 0.0
-            array, times, unit = array[later], first[later] / rate, "s"
-            notes.append(
-                f"frames are numbered: {rate:g} per second as of {chosen.layout.name}; rate= (--rate) says otherwise"
-            )
-    options = replace(options, source=chosen.layout.name)
-    return of_array(name, array, times, options, unit=unit, notes=notes)
+        what = f"{len(table)} rows of {table.shape[1]} numbers without headings: no source has so many points"
+        features = "; 263 are features of HumanML3D, whose folder new_joints has the points" * (table.shape[1] == 263)
+        raise BadArgument(f"{what}{features}; state {BY_SOURCE}")
+    return skeleton_of(name, person_among(f"{table.shape[1]} numbers a row", cases, options), options)
 
 
-def _arrangements(table: Floats, layout: Layout) -> Iterator[tuple[str, Floats, Floats | None]]:
-    """Yield how rows may be the points of a layout, the points (n, k, 3 or 4), and times or frames, None for none."""
+def _arrangements(table: Floats, layout: Layout) -> Iterator[tuple[str, Points]]:
+    """Yield how rows may be the points of a layout, and the points, with times or numbers of frames before them."""
     rows, width = table.shape
     if layout.name == "cad60" and width == _CAD_WIDTH:
-        yield "orientations and places", np.stack([table[:, at : at + 4] for at in _CAD], axis=1), table[:, 0]
+        yield "orientations and places", _timed(table, np.stack([table[:, at : at + 4] for at in _CAD], axis=1), layout)
     for order in layout.orders:
         count = len(order)
         if width in (3, 4) and rows % count == 0 and layout.rate is not None:
-            yield "a row for each point", table.reshape(-1, count, width), None
+            yield "a row for each point", Points(*by_joint(table.reshape(-1, count, width), layout), layout)
         for each in (3, 4):
             before = width - each * count
-            if before not in (0, 1):
-                continue
-            array = table[:, before:].reshape(rows, count, each)
-            if each == 3 or _are_levels(array[..., 3]):
-                yield f"{each} numbers each", array, table[:, 0] if before else None
+            if before in (0, 1):
+                array = table[:, before:].reshape(rows, count, each)
+                if each == 3 or _are_levels(array[..., 3]):
+                    points = _timed(table, array, layout) if before else Points(*by_joint(array, layout), layout)
+                    yield f"{each} numbers each", points
+
+
+def _timed(table: Floats, array: Floats, layout: Layout) -> Points:
+    """Return points whose first column is a time or, of whole numbers, counts frames, of which some may be twice."""
+    first, steps = table[:, 0], np.diff(table[:, 0], prepend=-np.inf)
+    whole = (first == np.rint(first)).all() and (steps >= 0.0).all()
+    if layout.rate is None or not whole or first[-1] - first[0] > _FRAMES * len(first):
+        return Points(*by_joint(array, layout), layout, first)
+    note = f"frames are numbered: {layout.rate:g} per second as of {layout.name}; rate= (--rate) says otherwise"
+    kept = steps > 0.0
+    return Points(*by_joint(array[kept], layout), layout, first[kept] / layout.rate, "s", notes=(note,))
 
 
 def _are_levels(values: Floats) -> bool:
     """Return whether numbers may be confidences: between 0 and 1, or 0, 1, 2 and 3."""
     known = values[np.isfinite(values)]
     return bool((known >= 0.0).all() and ((known <= 1.0).all() or np.isin(known, (0.0, 1.0, 2.0, 3.0)).all()))
+
+
+# --- Wide tables: the names of points above three columns of each.
+
+
+def of_motive(name: str, text: str, options: Options) -> Skeleton:
+    """Return the skeleton in the CSV of OptiTrack's Motive: the positions of bones, else of markers."""
+    rows = _rows(text, ",")
+    start = next((k for k, (_, cells) in enumerate(rows) if cells[0].strip().lower() == "frame"), 0)
+    if start < 4:
+        raise BadInputFile(name, "no row Frame, Time (Seconds) below those of types, names and positions")
+    (_, types), (_, names), (_, kinds), (_, axes) = (rows[k] for k in (1, 2, start - 1, start))
+    at: dict[str, dict[str, int]] = {}
+    for k, (kind, label, what, axis) in enumerate(zip(types, names, kinds, axes, strict=False)):
+        if axis.strip().upper() == "X" and what.strip() == "Position":
+            at.setdefault(kind.strip(), {})[label.split(":")[-1]] = k
+    places = at.get("Bone") or at.get("Marker")
+    if not places:
+        raise BadInputFile(name, f"no positions of bones or markers of a person; types: {', '.join(at) or 'none'}")
+    return _of_wide(name, rows[start + 1 :], places, _after(rows[0][1], "length units"), options)
+
+
+def of_trc(name: str, text: str, options: Options) -> Skeleton:
+    """Return the skeleton in a TRC file, tab-separated or, as spreadsheets write it, with commas."""
+    rows = _rows(text, "\t" if "\t" in text[:200] else ",")
+    if len(rows) < 6 or rows[3][1][0].strip().lower() != "frame#":
+        raise BadInputFile(name, "no row Frame#, Time and names above the numbers of TRC")
+    places = {label.split(":")[-1]: k for k, label in enumerate(rows[3][1]) if k >= 2 and label.strip()}
+    stated = [cell for pair in zip(rows[1][1], rows[2][1], strict=False) for cell in pair]
+    return _of_wide(name, rows[5:], places, _after(stated, "units"), options)
+
+
+def _after(cells: Sequence[str], label: str) -> str:
+    """Return the cell after a label, in lower case."""
+    words = [cell.strip().lower() for cell in (*cells, label, "")]
+    return words[words.index(label) + 1]
+
+
+def _rows(text: str, delimiter: str) -> list[tuple[int, list[str]]]:
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    return [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
+
+
+def _of_wide(
+    name: str, rows: Sequence[tuple[int, list[str]]], places: Mapping[str, int], unit: str, options: Options
+) -> Skeleton:
+    """Return the skeleton of joint → the first of its three columns, below which times are in the second column."""
+    width = max(places.values()) + 3
+    table = np.array([_floats(name, line, (cells + [""] * width)[:width]) for line, cells in rows]).reshape(-1, width)
+    joints = {joint: table[:, k : k + 3] for joint, k in places.items()}
+    return of_recorded(name, joints, table[:, 1], unit, options)
+
+
+def of_recorded(name: str, joints: Mapping[str, Floats], times: Floats, unit: str, options: Options) -> Skeleton:
+    """Return the skeleton of joints or markers of motion capture, at times in seconds."""
+    skin = _MARKERS & {side_and_word(joint)[1] for joint in joints}
+    notes = ("markers on the skin stand for joints: directions are some degrees off",) if skin else ()
+    points = Points(joints, times=times, time_unit="s", units=_UNIT_WORDS.get(unit), notes=notes)
+    return skeleton_of(name, options.named(points), options)

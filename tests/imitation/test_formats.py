@@ -410,7 +410,7 @@ OTHER_FILES = {
     "take.csv": (b"Format Version,1.23,Take Name,a\n,Type\n", r"no row Frame, Time \(Seconds\)"),
     "box.csv": (
         b"Format Version,1.23\n,Type,Rigid Body\n,Name,Box\n,,Position\nFrame,Time (Seconds),X\n0,0,1\n",
-        "no positions of bones or markers of a person; types: rigid body",
+        "no positions of bones or markers of a person; types: Rigid Body",
     ),
     "short.skeleton": (
         b"2\n1\n" + b"1 2 3 4 5 6 7 8 9 10\n25\n" + b"1 2 3 4 5 6 7 8 9 10 11 12\n" * 7,
@@ -418,10 +418,10 @@ OTHER_FILES = {
     ),
     "2d.json": (json.dumps([{"people": [{"pose_keypoints_2d": [1, 2, 3] * 25}]}]).encode(), "pose_keypoints_2d alone"),
     "odd.txt": (b"1 2 3 4\n1 2 3\n", "line 2: 3 numbers, the first row has 4"),
-    "word.txt": (b"1 2 3 4\n1 2 a 4\n", "line 2: 'a', expected a number"),
+    "word.txt": (b"1 2 3 4\n1 2 a 4\n", "line 2, column 3: 'a', expected a number"),
     "few.txt": (b"1 2\n3 4\n", "rows of fewer than 3 numbers"),
     "many.txt": (lines(np.zeros((2, 50))).encode(), "2 rows of 50 numbers without headings: no source has so many"),
-    "vecs.txt": (lines(np.zeros((2, 263))).encode(), "features of HumanML3D; its folder new_joints"),
+    "vecs.txt": (lines(np.zeros((2, 263))).encode(), "features of HumanML3D, whose folder new_joints"),
     "damaged.c3d": (b"\x02\x50" + bytes(600), "not a readable C3D file|needs"),
 }
 

@@ -12,7 +12,7 @@ from people import ORDERS, OTHERS_OF_SMPL, RATE, array_of, person, walker
 
 import nao_kin as nk
 from nao_kin.errors import BadInputFile
-from nao_kin.imitation.bones import doubt_of
+from nao_kin.imitation.bones import misfit
 
 Floats = NDArray[np.float64]
 
@@ -162,5 +162,5 @@ def test_a_person_whose_bones_grow_and_shrink_is_doubted() -> None:
     person = walker(4.0)
     sizes = np.where(np.arange(len(person.times)) % 2, 1.0, 2.5)[:, None]
     points = {name: places * sizes for name, places in person.points.items()}
-    assert doubt_of(person.points, {}) == ""
-    assert doubt_of(points, {}).startswith("the lengths of bones change by")
+    assert misfit(person.points, {})[1] == ""
+    assert misfit(points, {})[1].startswith("the lengths of bones change by")
