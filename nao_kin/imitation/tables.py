@@ -38,7 +38,7 @@ _CAD_WIDTH = 1 + 14 * 11 + 4 * 4
 # Fewer columns with numbers for headings may be anything.
 _FEWEST = 45
 # Numbers of frames ascend by at most this.
-_FRAMES = 5.0
+_FRAMES = 10.0
 # Words of the names of markers, and of units.
 _MARKERS = {"sho", "elb", "wra", "asi", "kne"}
 _UNIT_WORDS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches": "inch", **{u: u for u in UNITS}}
