@@ -29,6 +29,7 @@ _FRAMES = ("frames", "data", "results")
 _TIMES = ("times", "timestamps", "timestamp", "time", "t", "timestampms", "timestampusec", "timems")
 _RATES = ("fps", "rate", "framerate")
 _CONFIDENCE = ("visibility", "score", "confidence", "confidencelevel", "c", "trackingstate")
+_UNKNOWN = [math.nan] * 4
 _EXPECTED = 'expected {"times": [s, …], "landmarks": [[[x, y, z, visibility], …], …]}, or a list of frames'
 
 
@@ -45,23 +46,21 @@ def of_json(name: str, texts: Sequence[str], options: Options) -> Skeleton:
     documents = [read_json(name, text) for text in texts]
     document = documents[0] if len(documents) == 1 else documents
     keyed = _by_key(document)
-    frames = document if isinstance(document, list) else None
-    times = _first(keyed, _TIMES)
-    if frames is None:
-        frames = _first(keyed, (*_FRAMES, *_POINTS))
+    times, rate = _first(keyed, _TIMES), _first(keyed, _RATES)
+    frames = document if isinstance(document, list) else _first(keyed, (*_FRAMES, *_POINTS))
     if not isinstance(frames, list) or not all(entry is None or isinstance(entry, (list, dict)) for entry in frames):
         raise BadInputFile(name, _EXPECTED)
-    if times is None:
-        stamps = [_first(_by_key(frame), _TIMES) for frame in frames]
-        rate = _first(keyed, _RATES)
-        if any(stamp is not None for stamp in stamps):
-            times = stamps
-        elif is_finite_number(rate) and rate > 0.0:
-            times = [k / rate for k in range(len(frames))]
+    stamps = [_first(_by_key(frame), _TIMES) for frame in frames]
+    if times is None and any(stamp is not None for stamp in stamps):
+        times = stamps
+    elif times is None and is_finite_number(rate) and rate > 0.0:
+        times = [k / rate for k in range(len(frames))]
     notes: set[str] = set()
     found = [_points_of(name, frame, f"landmarks[{n}]", notes) for n, frame in enumerate(frames)]
-    names = next((names for names, _ in found if names), ())
-    rows = _stacked(name, [points for _, points in found])
+    names = tuple(dict.fromkeys(joint for own, _ in found for joint in own))
+    by_name = (dict(zip(own, points, strict=True)) for own, points in found if names)
+    frames = [[at.get(joint, _UNKNOWN) for joint in names] for at in by_name] or [points for _, points in found]
+    rows = _stacked(name, frames)
     if np.isnan(rows[..., 3]).all():  # no point has a confidence
         rows = rows[..., :3]
     if not names:
@@ -103,9 +102,9 @@ def _points_of(name: str, frame: Any, where: str, notes: set[str]) -> tuple[tupl
         if len(frame) > 1:
             notes.add("several people: the first one of each frame is taken")
         return _points_of(name, frame[0], where, notes)
-    entries = [(_by_key(entry).get("name"), entry) for entry in frame]
-    rows = [_point(name, entry, f"{where}[{k}]") for k, (_, entry) in enumerate(entries)]
-    return tuple(str(joint) for joint, _ in entries) if all(joint for joint, _ in entries) else (), rows
+    names = [_by_key(entry).get("name") for entry in frame]
+    rows = [_point(name, entry, f"{where}[{k}]") for k, entry in enumerate(frame)]
+    return tuple(map(str, names)) if all(names) else (), rows
 
 
 def _people(frame: list[Any]) -> bool:

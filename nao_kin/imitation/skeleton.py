@@ -207,8 +207,9 @@ class Skeleton:
         Args:
             landmarks: shape (n, k, 3) or (n, k, 4), the fourth entry a confidence; (k, 3) or (k, 4) for one frame. NaN
                 for unknown points. k is the number of points of the source.
-            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "azure_kinect" (32), "coco17", "body25",
-                "h36m17", "h36m32" or "smpl" (24, or 22, 52 or 55).
+            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "kinect_v1" or "msr" (20), "azure_kinect"
+                (32), "nite", "kard" or "cad60" (15), "coco17", "coco18", "body25", "h36m17", "h36m32" or "smpl" (24,
+                or 22, 52 or 55).
             times: shape (n,), ascending [s]. Without times and rate, there must be one frame, whose time is 0.
             rate: frames per second, instead of times.
             units: "m", "cm", "mm", "inch" or "cmu" (1/0.45 inch); None finds it by the size of the trunk.

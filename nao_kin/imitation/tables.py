@@ -46,12 +46,13 @@ _UNIT_WORDS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches"
 
 def of_table(name: str, text: str, options: Options) -> Skeleton:
     """Return the skeleton in a table: with headings, or of numbers alone."""
-    head, _, rest = text.lstrip().partition("\n")
+    above = len(text) - len(text.lstrip())
+    head, _, rest = text[above:].partition("\n")
     head = _with_coordinates(head)
     if all(finite_decimal(field) is not None for field in re.split(r"[,;\s]+", head.strip(" ,;"))):
         return _of_numbers(name, text, options)
     rest = _STATE_CELL.sub(lambda match: _STATES[match[1].lower()], rest)
-    return _of_csv(name, f"{head}\n{rest}".encode(), options)
+    return _of_csv(name, f"{text[:above]}{head}\n{rest}".encode(), options)
 
 
 def _with_coordinates(head: str) -> str:

@@ -161,7 +161,9 @@ JSON: dict[str, tuple[Any, str]] = {
             {
                 "time": t,
                 "joints": {
-                    name: dict(zip("xyz", map(float, PERSON[name][k][[1, 2, 0]]), strict=True)) for name in LIMBS
+                    name: dict(zip("xyz", map(float, PERSON[name][k][[1, 2, 0]]), strict=True))
+                    for name in LIMBS[:: 1 - 2 * (k % 2)]  # in another order in every other frame
+                    if (k, name) != (5, "left_wrist")
                 },
             }
             for k, t in enumerate(STAMPS)
