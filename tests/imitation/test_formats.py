@@ -441,6 +441,13 @@ def test_a_folder_without_frames_is_refused(tmp_path: Path) -> None:
         nk.imitation.read_skeleton(tmp_path)
 
 
+def test_places_in_an_image_are_noted(tmp_path: Path) -> None:
+    """As in the skeletons of MSR Action3D that have pixels and depths: y points down."""
+    (tmp_path / "image.txt").write_text(lines((MSR * (100.0, -100.0, 100.0, 1.0)).reshape(-1, 4)))
+    notes = nk.imitation.read_skeleton(tmp_path / "image.txt").notes
+    assert any(note.startswith("upside down in the axes of msr") for note in notes)
+
+
 def test_several_people_are_noted(tmp_path: Path) -> None:
     frames = [[frame, frame] for frame in MEDIAPIPE]
     (tmp_path / "two.json").write_text(
