@@ -142,15 +142,15 @@ def person_among(what: str, cases: Mapping[str, Points], options: Options, advic
     """
     if options.source is not None and len(cases) == 1:
         return next(iter(cases.values()))
-    found = {label: points.misfit() for label, points in cases.items()}
-    fitting = sorted((value, label) for label, (value, doubt) in found.items() if not doubt)
-    if len(fitting) == 1 or (fitting and fitting[0][0] < _CLEARLY * fitting[1][0]):
-        best = fitting[0][1]
+    found = sorted((*points.misfit(), label) for label, points in cases.items())
+    fitting = [label for _, doubt, label in found if not doubt]
+    if fitting[:1] == [found[0][2]] and (len(found) == 1 or found[0][0] < _CLEARLY * found[1][0]):
+        best = fitting[0]
         others = " or ".join(label for label in cases if label != best)
         shown = f"by the lengths of bones, not {others}" if others else "by their number"
         return replace(cases[best], notes=(*cases[best].notes, f"{what} in the order of {best}, {shown}"))
-    why = f", but {next(iter(found.values()))[1]}" if not fitting else ""
-    raise BadArgument(f"{what}: {' or '.join([label for _, label in fitting] or cases)}{why}; state {advice}")
+    why = "" if fitting else f", but {found[0][1]}"
+    raise BadArgument(f"{what}: {' or '.join(sorted(fitting or cases))}{why}; state {advice}")
 
 
 def of_array(name: str, array: Any, options: Options, *, notes: Sequence[str] = (), times: Any = None) -> Skeleton:

@@ -307,10 +307,8 @@ def assembled(
         raise DegeneratePoints("shoulders and hips coincide in most frames, which show no trunk")
     if layout.name == "mediapipe":
         found += _image_landmarks(mean)
-    if layout.axes is not None and up is None and np.nanmedian(trunk @ A[2]) < 0.0:
-        found.append(
-            f"upside down in the axes of {layout.name}: are these places in an image? up= (--up) says otherwise"
-        )
+    if layout.axes is not None and up is None and size > 0.0 and np.nanmedian(trunk @ A[2]) < 0.0:
+        found.append(f"upside down in the axes of {layout.name}: are these places in an image? up= (--up) states them")
     if doubt:
         found.append(f"{doubt}: are these the points of {layout.name}?")
     points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
