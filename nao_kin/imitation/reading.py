@@ -18,7 +18,8 @@ from nao_kin.imitation.skeleton import Skeleton, assembled, check_points, frame_
 
 # Times of a Kinect in ticks of 100 ns, between two frames of a sensor with 30 frames per second, or 15 in the dark.
 _TICKS = (250_000.0, 800_000.0)
-# An order is taken if its bones differ by less than this part of those of the next one.
+# An order is taken if its bones differ by less than this part of those of the next one. In a single frame, which does
+# not show that lengths are constant, 4 of 1680 simulated people were taken in a wrong order.
 _CLEARLY = 0.5
 BY_SOURCE = "source= (--source)"
 
@@ -144,7 +145,8 @@ def person_among(what: str, cases: Mapping[str, Points], options: Options, advic
         return next(iter(cases.values()))
     found = sorted((*points.misfit(), label) for label, points in cases.items())
     fitting = [label for _, doubt, label in found if not doubt]
-    if fitting[:1] == [found[0][2]] and (len(found) == 1 or found[0][0] < _CLEARLY * found[1][0]):
+    several = len(next(iter(next(iter(cases.values())).joints.values()))) > 1
+    if fitting[:1] == [found[0][2]] and (len(found) == 1 or (several and found[0][0] < _CLEARLY * found[1][0])):
         best = fitting[0]
         others = " or ".join(label for label in cases if label != best)
         shown = f"by the lengths of bones, not {others}" if others else "by their number"

@@ -53,6 +53,13 @@ def test_an_order_that_cannot_be_known_is_asked_for(tmp_path: Path, count: int) 
     assert all(name in str(caught.value) for name in names)
 
 
+def test_a_single_frame_that_may_have_several_orders_is_asked_about(tmp_path: Path) -> None:
+    array = array_of(person(np.random.default_rng(0)), ORDERS["kinect_v2"], "kinect_v2")[:1]
+    with pytest.raises(BadInputFile, match="25 points: .*kinect_v2.*; state source="):
+        nk.imitation.read_skeleton(saved(tmp_path, array))
+    assert len(nk.imitation.read_skeleton(saved(tmp_path, array), source="kinect_v2")) == 1
+
+
 def test_another_order_of_as_many_points_is_refused_or_doubted(tmp_path: Path) -> None:
     points = person(np.random.default_rng(3), 0.01)
     scrambled = np.roll(array_of(points, ORDERS["mediapipe"], "mediapipe"), -1, axis=1)
