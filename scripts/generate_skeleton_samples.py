@@ -18,7 +18,7 @@ import numpy as np
 
 import nao_kin as nk
 from nao_kin._core.files import write_text
-from nao_kin.imitation.skeleton import NAMINGS
+from nao_kin.imitation.layouts import LAYOUTS
 
 FOLDER = Path(__file__).resolve().parents[1] / "nao_kin" / "imitation" / "samples"
 
@@ -173,7 +173,7 @@ def landmarks(text: str) -> str:
         points[side + "heel"] = points[side + "ankle"] + (-0.05, 0.0, -0.06)
         points[side + "foot_index"] = points[side + "toe"]
     middle = (points["left_hip"] + points["right_hip"]) / 2.0
-    ordered = np.stack([points[name] - middle for name in NAMINGS["mediapipe"].order], axis=1)
+    ordered = np.stack([points[name] - middle for name in LAYOUTS["mediapipe"].orders[0]], axis=1)
     image = np.stack([ordered[..., 1], -ordered[..., 2], -ordered[..., 0], np.ones(ordered.shape[:2])], axis=-1)
     document = {"times": person.times.round(4).tolist(), "landmarks": (image.round(3) + 0.0).tolist()}
     return json.dumps(document, separators=(",", ":")).replace("]],[[", "]],\n[[") + "\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import math
 from contextlib import closing
@@ -19,7 +20,7 @@ from nao_kin.cli import options as shared
 from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written, progress
 from nao_kin.cli.sources import MotionFile, OverlapOptions, check_motion_file, recorded, settings
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
     from nao_kin.imitation import Imitation
@@ -278,12 +279,14 @@ _FOR_NAOQI, _LEAD, _FRAMES, _WITHIN = ("python", "naoqi", "xar"), 1.0, 100.0, ma
 @command("imitate", "Example: nao-kin imitate circles.bvh -o circles.xar --html circles.html --legs follow")
 def imitate(
     *,
-    file: str = argument("FILE", "BVH, JSON, CSV, .npy or .npz file of a skeleton; - for standard input."),
+    file: str = argument("FILE", "BVH, JSON, CSV, TRC, C3D, .skeleton, .npy or .npz file of a skeleton, or a folder."),
     target: OutOptions,
     to: str | None = option("FORMAT", "Format of OUT, as in nao-kin motion. Default: by its suffix."),
     html: str | None = option("PAGE", "Also write a page of the robot beside the person as a stick figure."),
-    source: str | None = option("NAME", "Naming or order of points: mediapipe, mixamo, cmu … Default: found."),
-    names: list[str] | None = option("POINT=JOINT", "The joint of FILE that is a point; repeatable."),
+    source: str | None = option("NAME", "Order of points: mediapipe, kinect_v2, body25 … Default: found."),
+    names: list[str] | None = option(
+        "POINT=JOINT", "The joint of FILE that is a point; repeatable. Or a JSON or CSV file of points and joints."
+    ),
     rate: float | None = option("HZ", "Frames per second of a file without times, or instead of its times."),
     units: str | None = option("UNIT", "m, cm, mm, inch or cmu. Default: by the size of the trunk."),
     up: str | None = option("AXIS", "The axis that points up: z, y, -y … Default: that of the source."),
@@ -322,7 +325,7 @@ def imitate(
     check_motion_file(sink, to)
     thin = to in _FOR_NAOQI or (to is None and Path(sink).suffix.lower() in (".py", ".xar"))
     model = robot.load()
-    points = settings(names, "--names", "POINT=JOINT, as in left_wrist=LeftHand") or None
+    points = _named_points(names) or None
     skeleton = imitation.read_skeleton(file, source=source, names=points, rate=rate, units=units, up=up)
     skeleton = skeleton.between(start, end)
     with progress("imitate", shown=not written.json):
@@ -367,6 +370,24 @@ def _with_few_keys(model: RobotModel, motion: Motion) -> tuple[Motion, dict[str,
     few = resample(motion, times=frames[frames > 0] / _FRAMES, tolerance=_WITHIN, robot=model)
     error = float(np.abs(few.sample(motion.key_times) - motion.sample(motion.key_times)).max())
     return few.as_bezier(), {"keys": sum(map(len, few.keys)), "error_deg": math.degrees(error)}
+
+
+def _named_points(texts: list[str] | None) -> dict[str, str]:
+    """Return point → joint of --names, whose files are an object point → joint in JSON, or two columns in CSV."""
+    given = []
+    for text in texts or ():
+        if not text.lower().endswith((".json", ".csv")) or "=" in text:
+            given.append(text)
+            continue
+        content, is_json = atomic.read_table_text(text, "points and joints")
+        document = atomic.read_json(text, content) if is_json else None
+        rows = (
+            [*document.items()] if isinstance(document, dict) else [*csv.reader(content.splitlines())] * (not is_json)
+        )
+        if not rows or not all(len(row) == 2 and all(isinstance(name, str) for name in row) for row in rows):
+            raise BadInputFile(text, 'expected {"left_wrist": "LeftHand", …}, or rows such as left_wrist,LeftHand')
+        given += [f"{point}={joint}" for point, joint in rows]
+    return settings(given, "--names", "POINT=JOINT, as in left_wrist=LeftHand")
 
 
 def _write_page(model: RobotModel, made: Imitation, path: str, *, overwrite: bool) -> None:

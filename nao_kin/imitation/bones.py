@@ -37,8 +37,11 @@ _FEWEST = 3
 _MOST = 3.0
 
 
-def doubt_of(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> str:
-    """Return why points (n, 3) in any axes and units are not those of a person; empty if nothing speaks against it.
+def misfit(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> tuple[float, str]:
+    """Return how much the bones between points (n, 3) in any axes and units differ from a person's, and why.
+
+    The number is the mean of |log| of the ratios, over sides and limbs, plus that over time; inf where nothing is
+    known. The reason is empty if nothing speaks against a person.
 
     Args:
         points: name of `POINTS` → places; shoulders are among them.
@@ -68,12 +71,13 @@ def doubt_of(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> str:
     ratios = np.minimum(ratios[np.isfinite(ratios)], _MOST)
     frames = max((len(found) for found in lengths.values()), default=0)
     if len(ratios) < _FEWEST:
-        return ""
-    if ratios.mean() > _RATIOS + _RATIOS_OF_A_FRAME / np.sqrt(frames):
-        return f"left and right bones, and those of a limb, differ by {np.expm1(ratios.mean()):.0%} on the mean"
+        return np.inf, ""
     changes = [np.median(np.abs(np.log(found / np.median(found)))) for found in lengths.values() if len(found)]
+    total = float(ratios.mean() + np.mean(changes))
+    if ratios.mean() > _RATIOS + _RATIOS_OF_A_FRAME / np.sqrt(frames):
+        return total, f"left and right bones, and those of a limb, differ by {np.expm1(ratios.mean()):.0%} on the mean"
     if np.mean(changes) > _CHANGES:
-        return f"the lengths of bones change by {np.expm1(np.mean(changes)):.0%} on the mean"
+        return total, f"the lengths of bones change by {np.expm1(np.mean(changes)):.0%} on the mean"
     shoulders = (known["left_shoulder"] + known["right_shoulder"]) / 2.0
     pelvis = known.get("pelvis", np.full_like(shoulders, np.nan))
     trunk, up = shoulders - pelvis, known.get("head", np.full_like(shoulders, np.nan)) - pelvis
@@ -81,5 +85,5 @@ def doubt_of(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> str:
         cosines = dot(trunk, up) / (norm(trunk) * norm(up))
     cosines = cosines[np.isfinite(cosines)]
     if len(cosines) and np.median(cosines) < _UPRIGHT:
-        return "the head is not above the pelvis"
-    return ""
+        return total, "the head is not above the pelvis"
+    return total, ""

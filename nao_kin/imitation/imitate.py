@@ -10,34 +10,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm
-from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
 from nao_kin.imitation.bones import CONFIDENCE
 from nao_kin.imitation.clips import clip_of
 from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
-from nao_kin.imitation.skeleton import POINTS, Skeleton, lacking_notes, left_and_trunk
+from nao_kin.imitation.skeleton import Skeleton, lacking_notes, left_and_trunk
+from nao_kin.imitation.smoothing import bridged, filtered
 from nao_kin.imitation.stance import base_in, followed, in_place, stood
 from nao_kin.motion import Change, Motion, MotionReport, check, clamp, concatenate, slow_down
 from nao_kin.robot import CollisionRule, RobotModel
-from nao_kin.rotations import nearest_rotation, rot_z
+from nao_kin.rotations import rot_z
 
-# The points that nothing needs.
-_NEEDLESS = ("chest", "left_thumb", "right_thumb")
 # Length of a NAO's trunk, from the hips to the shoulders [m]: of the figure beside it.
 _TRUNK = 0.185
 # Samples per second of the check's collisions.
 _RATE = 200.0
 # Distance of the stick figure from the robot [m].
 _BESIDE = 0.4
-# Straight lines across longer gaps than this [s] are noted with their length.
-_NOTED = 1.0
 # In a longer pause between frames [s] nobody knows what the person did.
 _PAUSE = 5.0
-# Times that differ from evenly spaced ones by less than this share of a frame are evenly spaced.
-_EVEN = 0.01
-# Order of the low-pass filter, which runs forward and backward.
-_ORDER = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +135,7 @@ class Imitation:
         scale = _TRUNK / float(np.nanmedian(norm(trunk)))
         turned = bones @ rot_z(float(np.arctan2(*np.nanmedian(left[:, :2] * (-1.0, 1.0), axis=0))))
         columns = scale * turned.reshape(len(bones), -1)
-        found = np.stack([_bridged(self.skeleton.times, column, at) for column in columns.T], axis=1)
+        found = np.stack([bridged(self.skeleton.times, column, at) for column in columns.T], axis=1)
         figure = found.reshape(len(at), *bones.shape[1:])
         low = np.nan_to_num(np.nanmin(figure[..., 2], axis=(1, 2)))
         figure[..., 2] -= low[:, None, None]
@@ -244,7 +236,7 @@ def imitate(
     choice(target, TARGETS, "target")
     rule, solver = CollisionRule.of(collisions), LimbMap(robot)
     _refuse_pauses(skeleton.times)
-    times, points, turned, notes = _filtered(skeleton, float(cutoff))
+    times, points, turned, notes = filtered(skeleton, float(cutoff))
     if flag(mirror, "mirror"):
         points, turned = mirrored(points, turned)
     person = Directions.of(points, turned)
@@ -308,12 +300,6 @@ def imitate(
     )
 
 
-def _bridged(times: Floats, column: Floats, at: Floats) -> Floats:
-    """Return a column at other times, with straight lines across gaps; NaN if it is unknown."""
-    known = np.isfinite(column)
-    return np.interp(at, times[known], column[known]) if known.any() else np.full(len(at), np.nan)
-
-
 def _playable(
     robot: RobotModel, motion: Motion, start: Floats, *, balance: bool
 ) -> tuple[Motion, Floats, tuple[Change, ...], tuple[str, ...]]:
@@ -350,54 +336,3 @@ def _refuse_pauses(times: Floats) -> None:
             f"no frames between {times[k]:.6g} and {times[k + 1]:.6g} s; frames more than {_PAUSE:g} s apart are not "
             "joined: take a part with between() (--start, --end), or mend the times, which are in seconds"
         )
-
-
-def _longest_gap(times: Floats, known: NDArray[np.bool_]) -> float:
-    """Return the longest time between two known frames with unknown ones between, or to an end [s]."""
-    ends = np.concatenate([times[:1], times[known], times[-1:]])
-    unknown = np.concatenate([[not known[0]], np.diff(np.flatnonzero(known)) > 1, [not known[-1]]])
-    return float(np.max(np.diff(ends)[unknown], initial=0.0)) if known.any() else float(times[-1] - times[0])
-
-
-def _filtered(
-    skeleton: Skeleton, cutoff: float
-) -> tuple[Floats, dict[str, Floats], dict[str, Floats], tuple[str, ...]]:
-    """Return evenly spaced times, points and orientations without gaps and without fast motion, and notes on gaps."""
-    times, notes = skeleton.times, []
-    even, rate = times, 0.0
-    if cutoff > 0.0 and len(times) > 1:
-        rate = 1.0 / float(np.median(np.diff(times)))
-        spaced = np.linspace(times[0], times[-1], round(float(times[-1] - times[0]) * rate) + 1)
-        if len(spaced) != len(times) or np.abs(spaced - times).max() * rate > _EVEN:
-            even = spaced
-    found: list[dict[str, Floats]] = [{}, {}]
-    needed = {name: skeleton.points[name] for name in POINTS if name in skeleton.points and name not in _NEEDLESS}
-    for k, arrays in enumerate((needed, skeleton.orientations)):
-        for name, array in arrays.items():
-            columns = np.array(array).reshape(len(times), -1)
-            known: NDArray[np.bool_] = np.asarray(np.isfinite(columns).all(axis=1))
-            if k == 0:
-                known &= skeleton.confidence.get(name, np.ones(len(times))) >= CONFIDENCE
-            if not known.all():
-                label = name.replace("_", " ") + (" is unknown" if k == 0 else "'s orientation is unknown")
-                bridged = _longest_gap(times, known)
-                span = f", for up to {bridged:.2g} s" if bridged >= _NOTED else ""
-                notes.append(f"{label} in {np.count_nonzero(~known)} of {len(times)} frames{span}")
-            if not known.any():
-                found[k][name] = np.full((len(even), *array.shape[1:]), np.nan)
-                continue
-            columns = np.stack([_bridged(times, np.where(known, column, np.nan), even) for column in columns.T], axis=1)
-            if 0.0 < cutoff < 0.5 * rate:
-                columns = _low_pass(columns, cutoff / rate)
-            values = columns.reshape(len(even), *array.shape[1:])
-            found[k][name] = values if k == 0 else nearest_rotation(values)
-    return even, found[0], found[1], tuple(notes)
-
-
-def _low_pass(columns: Floats, cutoff: float) -> Floats:
-    """Return columns without frequencies above the cut-off, given in cycles per row, and without delay."""
-    need_extra("the filter of imitate (none with cutoff=0, --cutoff 0)", "calibration", "scipy")
-    from scipy.signal import butter, sosfiltfilt
-
-    sections = butter(_ORDER, 2.0 * cutoff, output="sos")
-    return np.asarray(sosfiltfilt(sections, columns, axis=0, padlen=min(len(columns) - 1, int(2.0 / cutoff))))

@@ -12,8 +12,9 @@ from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, fla
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.imitation.bones import CONFIDENCE
 from nao_kin.imitation.imitate import start_of
+from nao_kin.imitation.layouts import POINTS, ordered_layout
 from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
-from nao_kin.imitation.skeleton import POINTS, UP_AXES, axis_matrix, check_points, ordered_naming
+from nao_kin.imitation.skeleton import UP_AXES, axis_matrix, check_points
 from nao_kin.robot import RobotModel
 
 # After a pause of this length [s] every joint may be anywhere.
@@ -66,10 +67,11 @@ class Imitator:
         cutoff: float = 4.0,
         slack: float = 0.1,
     ) -> None:
-        self._naming = ordered_naming(source)
-        if up is None and self._naming.axes is None:
+        self._layout = ordered_layout(source)
+        known = self._layout.axes
+        if up is None and (known is None or "±" in known[1]):
             raise BadArgument(f'{source} has no fixed axes; state the one that points up, such as up="z"')
-        axes = self._naming.axes if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
+        axes = known if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
         check_tolerance(cutoff, "cutoff")
         check_tolerance(slack, "slack")
         self._map, self._slack, self._cutoff = LimbMap(robot), float(slack), float(cutoff)
@@ -150,14 +152,14 @@ class Imitator:
             points = {name: shaped(frame[name], (3,), name, gaps=True) for name in POINTS if name in frame}
             check_points({name: point[None] for name, point in points.items()})
             return tuple(points), np.array([*points.values()])
-        array, naming = as_floats(frame, (), "frame", gaps=True), self._naming
-        order = naming.order_of(len(array)) if array.ndim == 2 else ()
+        array, layout = as_floats(frame, (), "frame", gaps=True), self._layout
+        order = layout.order_of(len(array)) if array.ndim == 2 else ()
         if not order or array.shape[1] not in (3, 4):
-            counts = ", ".join(str(len(order)) for order in naming.orders)
+            counts = ", ".join(str(len(order)) for order in layout.orders)
             raise WrongShape("frame", f"({counts}, 3 or 4)", array.shape)
         places = array[:, :3]
         if array.shape[1] == 4:
-            places = np.where(array[:, 3:] >= CONFIDENCE * naming.levels, places, np.nan)
-        resolved = naming.resolved(order)
-        rows = [(order.index(parts[0]), order.index(parts[-1])) for parts in resolved.values()]
-        return tuple(resolved), np.asarray(places[rows, :].mean(axis=1) @ self._turn.T)
+            places = np.where(array[:, 3:] >= CONFIDENCE * layout.levels, places, np.nan)
+        resolved = layout.resolved(order)
+        rows = [[order.index(part) for part in parts] for parts in resolved.values()]
+        return tuple(resolved), np.array([places[row].mean(axis=0) for row in rows]) @ self._turn.T

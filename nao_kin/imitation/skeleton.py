@@ -1,32 +1,32 @@
 """A person as named points in the course of time, whatever recorded them, with axes, size and handedness checked.
 
-World axes are right-handed with z up. Sources differ in the names, axes and units of their points; `names.toml` has the
-names and axes of each, and the size of the person's trunk tells the unit.
+World axes are right-handed with z up. Sources differ in the names, axes and units of their points; `layouts.toml` has
+the names and axes of each, and the size of the person's trunk tells the unit.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, single_number, texts
-from nao_kin._core.files import read_toml
-from nao_kin._core.text import abbreviated, nearest_names, one_line_repr
-from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
-from nao_kin.imitation.bones import doubt_of
+from nao_kin._core.text import abbreviated, one_line_repr
+from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
+from nao_kin.imitation.bones import misfit
+from nao_kin.imitation.layouts import (
+    POINTS,
+    SIDES,
+    Layout,
+    by_joint,
+    check_shoulders,
+    landmark_array,
+    ordered_layout,
+)
 
-SIDES = ("left_", "right_")
-_TRUNK = ("pelvis", "chest", "neck", "head", "nose")
-_PAIRS = ("eye", "ear", "shoulder", "elbow", "wrist", "hand", "finger", "thumb", "hip", "knee", "ankle", "toe")
-POINTS = (*_TRUNK, *(side + part for part in _PAIRS for side in SIDES))
 PARTS = ("pelvis", "chest", "head", "left_hand", "right_hand")
 
 # The bones of a stick figure; "a + b" is the middle of two points.
@@ -67,6 +67,9 @@ _TRUNK_LENGTH = 0.5
 _SMALLEST = 1e-6
 # Of landmarks in an image, x and y are between 0 and 1, and the hips are farther than this from the origin.
 _IMAGE_HIPS = 0.1
+# Along an axis that points up, the lowest point is within this part of the trunk from zero; a root that moves less
+# shows no floor.
+_FLOOR, _STAYS = 0.2, 0.02
 # In left-handed axes, face, toes and knees point backwards; the sum of their cosines is below this, by as much more in
 # a single frame: there, errors of 3 cm in all points may give -1.3.
 _BACKWARDS, _BACKWARDS_OF_A_FRAME = -0.5, -0.8
@@ -204,8 +207,9 @@ class Skeleton:
         Args:
             landmarks: shape (n, k, 3) or (n, k, 4), the fourth entry a confidence; (k, 3) or (k, 4) for one frame. NaN
                 for unknown points. k is the number of points of the source.
-            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "azure_kinect" (32), "coco17", "body25",
-                "h36m17", "h36m32" or "smpl" (24, or 22, 52 or 55).
+            source: "mediapipe" (k = 33, world landmarks), "kinect_v2" (25), "kinect_v1" or "msr" (20), "azure_kinect"
+                (32), "nite", "kard" or "cad60" (15), "coco17", "coco18", "body25", "h36m17", "h36m32" or "smpl" (24,
+                or 22, 52 or 55).
             times: shape (n,), ascending [s]. Without times and rate, there must be one frame, whose time is 0.
             rate: frames per second, instead of times.
             units: "m", "cm", "mm", "inch" or "cmu" (1/0.45 inch); None finds it by the size of the trunk.
@@ -222,44 +226,12 @@ class Skeleton:
             >>> nk.imitation.Skeleton.from_landmarks(landmarks, "mediapipe").points["nose"].shape
             (1, 3)
         """
-        return of_landmarks(landmarks, ordered_naming(source), times=times, rate=rate, units=units, up=up)
-
-
-def of_landmarks(
-    landmarks: ArrayLike,
-    naming: Naming,
-    *,
-    times: ArrayLike | None,
-    rate: float | None = None,
-    units: str | None,
-    up: str | None,
-    notes: tuple[str, ...] = (),
-) -> Skeleton:
-    """Return the skeleton of an array of points, as `Skeleton.from_landmarks`, with notes on its order."""
-    array = landmark_array(landmarks, naming)
-    found, confidence = by_joint(array, naming)
-    refuse_plane(found)
-    stamps = frame_times(times, rate, len(array))
-    return assembled(stamps, found, naming, confidence, units=units, up=up, notes=notes)
-
-
-def landmark_array(landmarks: ArrayLike, naming: Naming) -> Floats:
-    """Return checked points in the order of a source, shape (n, k, 3 or 4)."""
-    array = as_floats(landmarks, (), "landmarks", gaps=True)
-    if array.ndim == 2:
-        array = array[None]
-    if array.ndim != 3 or not naming.order_of(array.shape[1]) or array.shape[2] not in (3, 4) or not len(array):
-        flat = "; two coordinates give no directions" if array.shape[-1:] == (2,) else ""
-        counts = ", ".join(str(len(order)) for order in naming.orders)
-        raise WrongShape("landmarks", f"(n, {counts}, 3 or 4) for {naming.name}{flat}", array.shape)
-    return array
-
-
-def by_joint(array: Floats, naming: Naming) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Return joint of the source → places (n, 3), and → confidence (n,), if it is given, of points in its order."""
-    order = naming.order_of(array.shape[1])
-    places = dict(zip(order, np.moveaxis(array[..., :3], 1, 0), strict=True))
-    return places, dict(zip(order, array[..., 3].T, strict=True)) if array.shape[2] == 4 else {}
+        layout = ordered_layout(source)
+        array = landmark_array(landmarks, layout)
+        found, confidence = by_joint(array, layout)
+        refuse_plane(found)
+        stamps = frame_times(times, rate, len(array))
+        return assembled(stamps, found, layout, confidence, units=units, up=up)
 
 
 def check_points(points: Mapping[str, Floats]) -> None:
@@ -288,98 +260,9 @@ def frame_times(times: ArrayLike | None, rate: float | None, count: int) -> Floa
     return np.arange(count) / (rate or 1.0)
 
 
-# --- Names.
-
-
-def key_of(name: str) -> str:
-    """Return a name without the differences that do not count: letter case, blanks and signs."""
-    return "".join(c for c in name.lower() if c.isalnum())
-
-
-@dataclass(frozen=True, eq=False)
-class Naming:
-    """The names that a source gives to points, a table of `names.toml`."""
-
-    name: str
-    points: Mapping[str, tuple[str, ...]]  # name of `POINTS` → alternatives in the source
-    orders: tuple[tuple[str, ...], ...] = ()  # of the points of an array; several, if it may have several lengths
-    axes: tuple[str, str, str] | None = None
-    levels: float = 1.0
-    unit: str | None = None  # where the trunk is not seen
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The usual order of the points of an array; none for names alone."""
-        return self.orders[0] if self.orders else ()
-
-    def order_of(self, count: int) -> tuple[str, ...]:
-        """Return the order of an array of so many points; none if the source has no such array."""
-        return next((order for order in self.orders if len(order) == count), ())
-
-    def resolved(self, joints: Iterable[str]) -> dict[str, tuple[str, ...]]:
-        """Return name → the joint, or the two joints, whose mean it is, for all points that the joints give."""
-        return _resolved(self, tuple(joints))
-
-
-@lru_cache(maxsize=64)
-def _resolved(naming: Naming, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    prefix = re.sub(r"[^:_]*$", "", joints[0]) if joints else ""
-    cut = len(prefix) if all(joint.startswith(prefix) for joint in joints) else 0
-    by_key = {key_of(joint[cut:]): joint for joint in joints}
-    found = {}
-    for name, alternatives in naming.points.items():
-        for alternative in alternatives:
-            parts = tuple(by_key.get(key_of(part), "") for part in alternative.split("+"))
-            if all(parts):
-                found[name] = parts
-                break
-    return found
-
-
-@cache
-def tables() -> dict[str, Any]:
-    """Return the document of `names.toml`."""
-    return read_toml(Path(__file__).with_name("names.toml"))
-
-
-def _namings() -> dict[str, Naming]:
-    found = {}
-    for name, table in tables().items():
-        points = {}
-        for part in (*_TRUNK, *_PAIRS):
-            for own, side in zip(SIDES, table["sides"], strict=True):
-                alternatives = tuple(text.replace("*", side).replace("^", side[0]) for text in table.get(part, ()))
-                points[part if part in _TRUNK else own + part] = alternatives
-        axes = tuple(table["axes"]) if "axes" in table else None
-        endings = table.get("endings", [[]]) if "order" in table else ()
-        orders = tuple((*table["order"], *ending) for ending in endings)
-        found[name] = Naming(name, points, orders, axes, table.get("levels", 1.0), table.get("unit"))
-    return found
-
-
-NAMINGS = _namings()
-
-
-def ordered_naming(source: str) -> Naming:
-    """Return the naming of a source whose points have an order, such as "mediapipe"."""
-    return NAMINGS[choice(source, [name for name, naming in NAMINGS.items() if naming.order], "source")]
-
-
 def axis_matrix(axes: Sequence[str]) -> Floats:
     """Return the rows of a matrix that turns vectors into axes ahead, left and up, given as "x", "-y" and so on."""
     return np.array([[axis.endswith(c) * (-1.0 if axis.startswith("-") else 1.0) for c in "xyz"] for axis in axes])
-
-
-def with_names(naming: Naming, names: Mapping[str, str] | None, joints: Sequence[str]) -> Naming:
-    """Return the naming with the names of the caller, name of `POINTS` → joint, in place of its own."""
-    if names is None:
-        return naming
-    for name, joint in names.items():
-        choice(name, POINTS, "point")
-        for part in str(joint).split("+"):
-            if key_of(part) not in map(key_of, joints):
-                raise UnknownName(f"joint for {name}", part.strip(), joints)
-    return replace(naming, points={**naming.points, **{name: (str(joint),) for name, joint in names.items()}})
 
 
 # --- From the points of a source to a skeleton: names, axes, units, handedness.
@@ -388,40 +271,46 @@ def with_names(naming: Naming, names: Mapping[str, str] | None, joints: Sequence
 def assembled(
     times: Floats,
     joints: Mapping[str, Floats],
-    naming: Naming,
+    layout: Layout,
     confidence: Mapping[str, Floats] = MappingProxyType({}),
     *,
     units: str | None = None,
     up: str | None = None,
     orientations: Mapping[str, Floats] = MappingProxyType({}),
+    rest_up: str | None = None,
     notes: tuple[str, ...] = (),
 ) -> Skeleton:
-    """Return the skeleton of points (n, 3) and orientations R_source_part in the axes and units of their source."""
+    """Return the skeleton of points (n, 3) and orientations R_source_part in the axes and units of their source.
+
+    `rest_up` is the axis that points up in the rest pose of the file.
+    """
     if units is not None:
         choice(units, UNITS, "unit")
     if up is not None:
         choice(up, UP_AXES, "axis")
-    mean, sure = named_points(joints, naming, confidence)
+    mean, sure = named_points(joints, layout, confidence)
     check_points(mean)
-    doubt = doubt_of(mean, sure)
+    doubt = misfit(mean, sure)[1]
     found = list(notes)
-    _, trunk = left_and_trunk(mean)
-    axes, note = _axes(trunk, naming.axes, up)
+    left, trunk = left_and_trunk(mean)
+    axes, note = _axes(mean, left, trunk, layout.axes, up, rest_up)
     found += note
     A = axis_matrix(axes)
     size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
     if units is None:
-        units = _unit(size, naming.unit)
+        units = _unit(size, layout.unit)
         seen = size > 0.0
         found.append(
             f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
         )
     if size * UNITS[units] < _SMALLEST:
         raise DegeneratePoints("shoulders and hips coincide in most frames, which show no trunk")
-    if naming.name == "mediapipe":
+    if layout.name == "mediapipe":
         found += _image_landmarks(mean)
+    if layout.axes is not None and up is None and size > 0.0 and np.nanmedian(trunk @ A[2]) < 0.0:
+        found.append(f"upside down in the axes of {layout.name}: are these places in an image? up= (--up) states them")
     if doubt:
-        found.append(f"{doubt}: are these the points of {naming.name}?")
+        found.append(f"{doubt}: are these the points of {layout.name}?")
     points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
     turned = {name: A @ R for name, R in orientations.items()}
     # Points that are not those of a person show no handedness.
@@ -433,25 +322,21 @@ def assembled(
             "and orientations are left out"
         )
     found += lacking_notes(points, turned)
-    return Skeleton(times, points, turned, sure, naming.name, tuple(found))
+    return Skeleton(times, points, turned, sure, layout.name, tuple(found))
 
 
 def named_points(
-    joints: Mapping[str, Floats], naming: Naming, confidence: Mapping[str, Floats] = MappingProxyType({})
+    joints: Mapping[str, Floats], layout: Layout, confidence: Mapping[str, Floats] = MappingProxyType({})
 ) -> tuple[dict[str, Floats], dict[str, Floats]]:
     """Return name of `POINTS` → places (n, 3), and → confidence in [0, 1], of the joints of a source."""
-    resolved = naming.resolved(joints)
-    for name in (side + "shoulder" for side in SIDES):
-        if name not in resolved:
-            near = nearest_names(name, joints)
-            advice = f"nearest: {', '.join(near)}" if near else f"joints: {abbreviated(', '.join(joints))}"
-            raise BadArgument(f"no {name} under a name of {naming.name} ({advice}); names= (--names) states names")
-    mean = {name: joints[a] if not b else (joints[a] + joints[b[0]]) / 2.0 for name, (a, *b) in resolved.items()}
+    resolved = layout.resolved(joints)
+    check_shoulders(resolved, tuple(joints))
+    mean = {name: np.mean([joints[part] for part in parts], axis=0) for name, parts in resolved.items()}
     sure = {}
     for name, parts in resolved.items():
         values = [confidence[part] for part in parts if part in confidence]
         if values:
-            least = np.minimum(values[0], values[-1]) / naming.levels
+            least = np.min(values, axis=0) / layout.levels
             sure[name] = np.where(least > 0.0, np.minimum(least, 1.0), 0.0)  # also for NaN
     return mean, sure
 
@@ -483,11 +368,26 @@ def left_and_trunk(points: Mapping[str, Floats]) -> tuple[Floats, Floats]:
     return left - right, (left + right) / 2.0 - hips
 
 
-def _axes(trunk: Floats, known: tuple[str, str, str] | None, up: str | None) -> tuple[tuple[str, str, str], list[str]]:
-    """Return the axes that point ahead, left and up, and a note if they are found by the direction of the trunk."""
+def _axes(
+    points: Mapping[str, Floats],
+    left: Floats,
+    trunk: Floats,
+    known: tuple[str, str, str] | None,
+    up: str | None,
+    rest_up: str | None,
+) -> tuple[tuple[str, str, str], list[str]]:
+    """Return the axes that point ahead, left and up, and a note if they are found: by the trunk, or by the rest pose.
+
+    Where the trunk is along another axis than in the rest pose, either the person lies, or the root turns the axes in
+    every frame, as of files with z up. In the second case the feet are at zero along the trunk.
+    """
     if up is not None:
         return UP_AXES[up], []
     if known is not None:
+        if known[1].startswith("±"):
+            along = left[np.isfinite(left).all(axis=1), "xyz".index(known[1][-1])]
+            towards = "-" if len(along) and np.median(along) < 0.0 else ""
+            return (known[0], towards + known[1][1:], known[2]), ["the person is taken to face the sensor"]
         return known, []
     along = trunk[np.isfinite(trunk).all(axis=-1)]
     along = along[norm(along) > 0.0]
@@ -495,8 +395,19 @@ def _axes(trunk: Floats, known: tuple[str, str, str] | None, up: str | None) -> 
         raise DegeneratePoints("no frame has shoulders and hips, which show the axis that points up; state it with up=")
     direction = np.median(along / norm(along)[:, None], axis=0)
     k = int(np.abs(direction).argmax())
-    up = ("-" if direction[k] < 0.0 else "") + "xyz"[k]
-    return UP_AXES[up], [f"{up} points up, by the direction of the trunk"]
+    sign = -1.0 if direction[k] < 0.0 else 1.0
+    up = ("-" if sign < 0.0 else "") + "xyz"[k]
+    if rest_up in (None, up):
+        return UP_AXES[up], [f"{up} points up, by the direction of the trunk"]
+    all_points, size = np.stack([*points.values()]), float(np.median(norm(along)))
+    lowest = float(np.nanmin(all_points[..., k] * sign))
+    stays = np.nanmax(np.ptp(points["pelvis"], axis=0)) < _STAYS * size if "pelvis" in points else True
+    if abs(lowest) < _FLOOR * size or stays:
+        why = "the root stays where it is" if abs(lowest) >= _FLOOR * size else "the feet are at 0 along it"
+        return UP_AXES[up], [f"{up} points up, by the direction of the trunk, not {rest_up} of the rest pose: {why}"]
+    return UP_AXES[rest_up], [
+        f"{rest_up} points up, by the rest pose: the person lies along {up}; up= (--up) says otherwise"
+    ]
 
 
 def _unit(size: float, usual: str | None) -> str:

@@ -6,7 +6,8 @@ import numpy as np
 
 import nao_kin as nk
 from explanations.drawing import AXES, INK, LINE, PALE, VIOLET, Drawing, View
-from nao_kin.imitation.skeleton import NAMINGS, UP_AXES
+from nao_kin.imitation.layouts import LAYOUTS
+from nao_kin.imitation.skeleton import UP_AXES
 
 _CHAINS = [
     ("pelvis", "chest", "neck", "head"),
@@ -23,8 +24,8 @@ def skeleton_axes() -> Drawing:
     wave = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     places = {name: values[len(wave) // 2] for name, values in wave.points.items()}
     sources = (
-        ("MediaPipe, Azure Kinect", NAMINGS["mediapipe"].axes),
-        ("Kinect v2", NAMINGS["kinect_v2"].axes),
+        ("MediaPipe, Azure Kinect", LAYOUTS["mediapipe"].axes),
+        ("Kinect v2", LAYOUTS["kinect_v2"].axes),
         ("BVH, y up", UP_AXES["y"]),
         ("a Skeleton; BVH, z up", UP_AXES["z"]),
     )

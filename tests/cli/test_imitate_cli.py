@@ -135,6 +135,21 @@ def test_a_motion_that_breaks_a_limit_is_exit_code_one(
 
 
 @pytest.mark.parametrize(
+    ("name", "content"), [("n.json", '{"chest": "Spine1", "neck": "Head"}'), ("n.csv", "chest,Spine1\nneck,Head\n")]
+)
+def test_a_file_of_names(name: str, content: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / name).write_text(content)
+    arguments = ["imitate", WAVE, str(tmp_path / "wave.csv"), "--end", "0.1", "--legs", "ignore"]
+    assert run([*arguments, "--names", str(tmp_path / name), "--names", "head=Neck"]) == 0
+    assert run([*arguments, "--force", "--names", str(tmp_path / name), "--names", "neck=Neck"]) == 2
+    assert "--names names neck twice" in capsys.readouterr().err
+    for wrong in ("[1]", "a,b,c", '{"neck": 3}'):
+        (tmp_path / name).write_text(wrong)
+        assert run([*arguments, "--force", "--names", str(tmp_path / name)]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["nowhere.bvh", "out.csv"], "nowhere.bvh: "),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin.imitation.skeleton import NAMINGS
+from nao_kin.imitation.layouts import resolved
 
 Floats = NDArray[np.float64]
 WAVE = nk.imitation.SAMPLES["wave"].read_text(encoding="utf-8")
@@ -123,35 +124,98 @@ def test_random_hierarchies_agree_with_a_second_reader(tmp_path: Path, order: st
 
 def test_a_sample_agrees_with_a_second_reader() -> None:
     skeleton, joints = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"]), second_reader(WAVE)
-    for name, (joint, *_) in NAMINGS["mixamo"].resolved(joints).items():
+    for name, (joint, *_) in resolved(tuple(joints)).items():
         x, y, z = joints[joint].T / 100.0
         np.testing.assert_allclose(skeleton.points[name], np.stack([z, x, y], axis=1), atol=1e-12)
 
 
-def renamed(text: str, naming: str) -> str:
-    """Return the BVH file with the names of another naming."""
-    joints = re.findall(r"(?:ROOT|JOINT) (\S+)", text)
-    resolved = NAMINGS["mixamo"].resolved(joints)
-    for joint in {*joints} - {parts[0] for parts in resolved.values()}:
-        text = text.replace(f"JOINT {joint}\n", f"JOINT Other{joint}\n")
-    for name, (joint, *_) in resolved.items():
-        others = [other for other in NAMINGS[naming].points[name] if not other.endswith("_end")]
-        if others:
-            text = re.sub(rf"(ROOT|JOINT) {joint}\n", rf"\1 @{others[0]}\n", text)
-    return text.replace("@", "")
+# The names of producers for the joints of the wave: clavicle, arm, leg and toe of a side, "*" for the side, and trunk.
+WAVE_SIDE = ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
+WAVE_TRUNK = ("Hips", "Spine2", "Neck", "Head")
+PRODUCERS = {
+    "Mixamo": (("Left", "Right"), [f"mixamorig:*{part}" for part in WAVE_SIDE], WAVE_TRUNK),
+    "LAFAN1": (("Left", "Right"), [f"*{part}" for part in (*WAVE_SIDE[:-1], "Toe")], WAVE_TRUNK),
+    "Rokoko": (("Left", "Right"), "*Shoulder *Arm *ForeArm *Hand *Thigh *Shin *Foot *Toe", "Hips Spine4 Neck Head"),
+    "Xsens": (("Left", "Right"), "*Collar *Shoulder *Elbow *Wrist *Hip *Knee *Ankle *Toe", "Hips Chest4 Neck Head"),
+    "Biovision": (("Left", "Right"), "*Collar *UpArm *LowArm *Hand *UpLeg *LowLeg *Foot *Toe", "Hips Chest Neck Head"),
+    "Daz": ("lr", "*Collar *Shldr *ForeArm *Hand *Thigh *Shin *Foot *Toe", "hip chest neck head"),
+    "Genesis": ("lr", "*Collar *ShldrBend *ForearmBend *Hand *ThighBend *Shin *Foot *Toe", "hip chest neckLower head"),
+    "MocapNET": ("lr", "*collar *shoulder *elbow *hand *hip *knee *foot toe1-1.*", "hip chest neck head"),
+    "MakeHuman": (
+        "LR",
+        "clavicle.* upperarm01.* lowerarm01.* wrist.* upperleg01.* lowerleg01.* foot.* toe1-1.*",
+        "root spine01 neck01 head",
+    ),
+    "Bandai-Namco": (
+        "LR",
+        "Shoulder_* UpperArm_* LowerArm_* Hand_* UpperLeg_* LowerLeg_* Foot_* Toes_*",
+        "Hips Chest Neck Head",
+    ),
+    "3ds Max": (
+        "LR",
+        [f"Bip01 * {part}" for part in "Clavicle UpperArm Forearm Hand Thigh Calf Foot Toe0".split()],
+        ["Bip01 Pelvis", "Bip01 Spine2", "Bip01 Neck", "Bip01 Head"],
+    ),
+    "Unreal": (
+        "lr",
+        "clavicle_* upperarm_* lowerarm_* hand_* thigh_* calf_* foot_* ball_*",
+        "pelvis spine_03 neck_01 head",
+    ),
+    "VRM": (
+        "LR",
+        [f"J_Bip_*_{part}" for part in "Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot ToeBase".split()],
+        "J_Bip_C_Hips J_Bip_C_Chest J_Bip_C_Neck J_Bip_C_Head",
+    ),
+    "Rigify": (
+        "LR",
+        "DEF-shoulder.* DEF-upper_arm.* DEF-forearm.* DEF-hand.* DEF-thigh.* DEF-shin.* DEF-foot.* DEF-toe.*",
+        "hips chest neck head",
+    ),
+    "Acclaim": ("lr", "*clavicle *humerus *radius *wrist *femur *tibia *foot *toes", "root thorax lowerneck head"),
+    "Motive": ("LR", "*Shoulder *UArm *FArm *Hand *Thigh *Shin *Foot *Toe", "Hip Chest Neck Head"),
+    "Kinect": (
+        ("Left", "Right"),
+        "Clavicle* Shoulder* Elbow* Wrist* Hip* Knee* Ankle* Foot*",
+        "SpineBase SpineMid Neck Head",
+    ),
+    "SMPL": (
+        ("left", "right"),
+        "*_collar *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_foot",
+        "pelvis spine3 neck head",
+    ),
+    "nao_kin": (
+        ("left", "right"),
+        "*_clavicle *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_toe",
+        "pelvis chest neck head",
+    ),
+}
 
 
-@pytest.mark.parametrize("naming", ["mixamo", "lafan1", "rokoko", "xsens", "cmu", "biovision", "daz", "points"])
-def test_every_naming_is_recognised_by_its_names(tmp_path: Path, naming: str) -> None:
+def renamed(sides: Sequence[str], limbs: Sequence[str] | str, trunk: Sequence[str] | str) -> str:
+    """Return the wave with the names of a producer."""
+    limbs, trunk = (names.split() if isinstance(names, str) else names for names in (limbs, trunk))
+    names = dict(zip(WAVE_TRUNK, trunk, strict=True))
+    for own, theirs in zip(("Left", "Right"), sides, strict=True):
+        names |= {own + part: limb.replace("*", theirs) for part, limb in zip(WAVE_SIDE, limbs, strict=True)}
+    return re.sub(
+        r"(ROOT|JOINT) (\S+)\n", lambda match: f"{match[1]} {names.get(match[2], 'x' + match[2][::-1])}\n", WAVE
+    )
+
+
+@pytest.mark.parametrize("producer", PRODUCERS)
+def test_joints_are_found_by_side_and_part_in_the_names_of_every_producer(tmp_path: Path, producer: str) -> None:
     file = tmp_path / "person.bvh"
-    file.write_text(renamed(WAVE, naming))
+    file.write_text(renamed(*PRODUCERS[producer]))
     truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     skeleton = nk.imitation.read_skeleton(file)
-    assert skeleton.source == naming
-    assert skeleton.notes[0] == f"names of {naming}"
-    assert {"left_wrist", "right_elbow", "pelvis", "chest", "neck", "head", "left_ankle"} <= skeleton.points.keys()
-    for name in skeleton.points.keys() - {"left_hand", "right_hand", "left_toe", "right_toe"}:
-        np.testing.assert_allclose(skeleton.points[name], truth.points[name], atol=1e-12)
+    assert skeleton.source == "names"
+    assert skeleton.notes[0].startswith("joints by names: shoulder ")
+    limbs = {
+        side + part for side in ("left_", "right_") for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+    }
+    assert limbs | {"pelvis", "chest", "neck", "head", "left_toe"} <= skeleton.points.keys()
+    for name in skeleton.points.keys() - {"left_hand", "right_hand", "chest", "left_thumb", "right_thumb"}:
+        np.testing.assert_allclose(skeleton.points[name], truth.points[name], atol=1e-12, err_msg=name)
 
 
 def test_a_common_prefix_and_letter_case_do_not_count(tmp_path: Path) -> None:
@@ -226,10 +290,34 @@ def test_a_file_with_z_up_is_read_like_one_with_y_up(tmp_path: Path) -> None:
     file.write_text("\n".join([head + "MOTION", label, frame_time, *rows]))
     truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     skeleton = nk.imitation.read_skeleton(file)
-    assert "z points up, by the direction of the trunk" in skeleton.notes
+    assert any(note.startswith("z points up, by the direction of the trunk") for note in skeleton.notes)
     for name, points in skeleton.points.items():
         x, y, z = truth.points[name].T
         np.testing.assert_allclose(points, np.stack([y, -x, z], axis=1), atol=1e-12)  # another heading
+
+
+def test_the_rest_pose_tells_someone_who_lies_from_a_file_with_z_up(tmp_path: Path) -> None:
+    """Both turn the root by 90° in every frame: someone who lies is near zero along y, and anywhere along z."""
+    head, body = WAVE.split("MOTION\n")
+    label, frame_time, *rows = body.splitlines()
+    file = tmp_path / "person.bvh"
+    places = {
+        "lies": lambda k: f"{30 + k} 12 {200 + k}",
+        "stands": lambda k: f"{30 + k} 40 95",
+        "stays": lambda k: "0 0 0",
+    }
+    for name, place in places.items():
+        turned_rows = [" ".join([place(k), "0 90 0", *row.split()[6:]]) for k, row in enumerate(rows)]
+        file.write_text("\n".join([head + "MOTION", label, frame_time, *turned_rows]))
+        skeleton = nk.imitation.read_skeleton(file)
+        trunk = np.median(skeleton.points["neck"] - skeleton.points["pelvis"], axis=0)
+        assert (abs(trunk[2]) < 0.1) == (name == "lies")
+        assert any(
+            note.startswith("y points up, by the rest pose: the person lies along z") for note in skeleton.notes
+        ) == (name == "lies")
+        assert ("the root stays where it is" in str(skeleton.notes)) == (name == "stays")
+        stated = nk.imitation.read_skeleton(file, up="z")
+        assert np.median(stated.points["neck"] - stated.points["pelvis"], axis=0)[2] > 0.4
 
 
 LAST = len(WAVE.splitlines())
@@ -324,22 +412,23 @@ def test_ends_may_have_numbers_and_names(tmp_path: Path) -> None:
     assert caught.value.line == WAVE[: WAVE.index("End Site")].count("\n") + 1
 
 
-def test_names_of_point_sources_do_not_compete_for_bvh_files(tmp_path: Path) -> None:
-    """MakeHuman's names share shoulders, elbows and hips with those of Human3.6M, but not the wrists."""
-    text = WAVE
-    for own, theirs in (("Arm", "shoulder"), ("ForeArm", "elbow"), ("Hand", "hand"), ("UpLeg", "hip"), ("Leg", "knee")):
-        for side in ("Left", "Right"):
-            text = re.sub(rf"JOINT {side}{own}\n", f"JOINT @{side[0].lower()}{theirs}\n", text)
+def test_joints_that_are_missing_are_noted_or_refused(tmp_path: Path) -> None:
     file = tmp_path / "person.bvh"
-    file.write_text(text.replace("@", "").replace("JOINT LeftShoulder", "JOINT LeftCollar").replace("Hips", "Hip"))
-    found, truth = nk.imitation.read_skeleton(file), nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
-    assert found.source == "daz"
-    np.testing.assert_allclose(found.points["left_wrist"], truth.points["left_wrist"], atol=1e-12)
-    stated = nk.imitation.read_skeleton(file, source="h36m17")
-    assert "no left_wrist, right_wrist: forearms keep StandInit" in stated.notes
-    file.write_text(file.read_text(encoding="utf-8").replace("shoulder", "Schulter").replace("elbow", "Ellbogen"))
-    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
-        nk.imitation.read_skeleton(file)
+    file.write_text(WAVE.replace("Hand", "Klaue"))
+    assert "no left_wrist, right_wrist: forearms keep StandInit" in nk.imitation.read_skeleton(file).notes
+    for words, what in (
+        (("Shoulder", "Arm", "Hand"), "no arms: no left_shoulder and no right_shoulder under a known name"),
+        (("Shoulder", "Arm"), "under a known name"),
+    ):
+        text = WAVE
+        for word in words:
+            text = text.replace(word, "Vorn" + word[0])
+        file.write_text(text)
+        with pytest.raises(nk.errors.BadInputFile, match=what):
+            nk.imitation.read_skeleton(file)
+        file.write_text(text.replace("Spine1", "Tail1"))
+        with pytest.raises(nk.errors.BadInputFile, match=r"an animal's \(Tail1\): no left_shoulder"):
+            nk.imitation.read_skeleton(file)
 
 
 def test_deep_hierarchies_need_no_recursion(tmp_path: Path) -> None:
@@ -348,16 +437,15 @@ def test_deep_hierarchies_need_no_recursion(tmp_path: Path) -> None:
     text = f"HIERARCHY ROOT r {{ OFFSET 0 0 0 CHANNELS 0\n{joints}{'}' * depth}}}\nMOTION\nFrames: 1\nFrame Time: 1\n"
     file = tmp_path / "deep.bvh"
     file.write_text(text + "0 " * depth)
-    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder under a name of"):
+    with pytest.raises(nk.errors.BadInputFile, match="no left_shoulder"):
         nk.imitation.read_skeleton(file)
 
 
 def test_names_of_ones_own(tmp_path: Path) -> None:
     file = tmp_path / "person.bvh"
     file.write_text(WAVE.replace("LeftArm", "upper arm 1").replace("RightArm", "upper arm 2"))
-    with pytest.raises(
-        nk.errors.BadInputFile, match=r"no left_shoulder under a name of mixamo \(nearest: LeftShoulder"
-    ):
+    bends = "LeftShoulder, found for left_shoulder, bends at upper arm 1 before the elbow; .*left_shoulder=upper arm 1"
+    with pytest.raises(nk.errors.BadInputFile, match=bends):
         nk.imitation.read_skeleton(file)
     names = {"left_shoulder": "Upper Arm 1", "right_shoulder": "upper arm 2", "neck": "Neck + Head"}
     skeleton = nk.imitation.read_skeleton(file, names=names)
@@ -368,5 +456,5 @@ def test_names_of_ones_own(tmp_path: Path) -> None:
         nk.imitation.read_skeleton(file, names={"left_sholder": "upper arm 1"})
     with pytest.raises(nk.errors.UnknownName, match=r"unknown joint for left_shoulder 'upper arm 3' \(nearest: upper"):
         nk.imitation.read_skeleton(file, names={"left_shoulder": "upper arm 3"})
-    with pytest.raises(nk.errors.UnknownName, match=r"unknown source 'mixmo' \(nearest: mixamo"):
-        nk.imitation.read_skeleton(file, source="mixmo")
+    with pytest.raises(nk.errors.UnknownName, match=r"unknown source 'mediapip' \(nearest: mediapipe"):
+        nk.imitation.read_skeleton(file, source="mediapip")

@@ -77,6 +77,41 @@ def test_noise_and_gaps_leave_directions_near_and_no_joint_too_fast(nao: nk.NaoM
     assert any(note.startswith("left elbow is unknown in ") for note in made.notes)
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_rest_pose_in_front_is_left_out(nao: nk.NaoModel, count: int) -> None:
+    """Arms out to the sides, then the motion: a filter would make a stroke of it, for which time is stretched."""
+    times = np.arange(0.0, 2.0, 1.0 / 30.0)
+    whole = person(nao, times, swing(nao, times))
+    points = {name: places.copy() for name, places in whole.points.items()}
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for part, out in (("elbow", 0.3), ("wrist", 0.55)):
+            points[f"{side}_{part}"][:count] = points[f"{side}_shoulder"][:count] + np.array([0.0, sign * out, 0.0])
+    with_rest = Skeleton(times, points, whole.orientations)
+    made, truth = (
+        imitate(nao, each, legs="ignore", collisions=False) for each in (with_rest, whole.between(float(times[count])))
+    )
+    assert any("a rest pose, far from the next one, and left out" in note for note in made.notes)
+    np.testing.assert_allclose(made.times, truth.times)
+    np.testing.assert_allclose(made.q, truth.q, atol=1e-9)
+    assert not any("rest pose" in note for note in imitate(nao, whole, legs="ignore", collisions=False).notes)
+
+
+def test_points_that_jump_away_and_back_are_bridged_before_the_filter(nao: nk.NaoModel) -> None:
+    times = np.arange(0.0, 3.0, 1.0 / 30.0)
+    whole = person(nao, times, swing(nao, times), noise=0.01)
+    points = {name: places.copy() for name, places in whole.points.items()}
+    for name, rows in (("left_wrist", [20, 21]), ("right_elbow", [50])):
+        points[name][rows] += (0.0, 0.9, -0.5)
+    jumping = imitate(nao, Skeleton(times, points, whole.orientations), legs="ignore", collisions=False)
+    truth = imitate(nao, whole, legs="ignore", collisions=False)
+    note = "points jump away and back in up to 2 of 90 frames, which are bridged: right elbow, left wrist"
+    assert note in jumping.notes
+    assert not any("jump" in other for other in truth.notes)
+    assert np.abs(jumping.q - truth.q).max() < 0.06
+    kept = imitate(nao, Skeleton(times, points, whole.orientations), legs="ignore", collisions=False, cutoff=0.0)
+    assert not any("jump" in other for other in kept.notes)
+
+
 def test_points_of_low_confidence_are_bridged(nao: nk.NaoModel) -> None:
     times = np.arange(0.0, 3.0, 0.1)
     known = person(nao, times, swing(nao, times))

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin.imitation.skeleton import NAMINGS, left_and_trunk
+from nao_kin.imitation.layouts import LAYOUTS
+from nao_kin.imitation.skeleton import left_and_trunk
 
 Floats = NDArray[np.float64]
 BOW = nk.imitation.SAMPLES["bow"]
@@ -88,7 +89,7 @@ def check(skeleton: nk.imitation.Skeleton, person: dict[str, Floats], least: int
 def landmarks_of(person: dict[str, Floats]) -> Floats:
     """Return the world landmarks of MediaPipe, shape (n, 33, 4)."""
     rows = []
-    for name in NAMINGS["mediapipe"].order:
+    for name in LAYOUTS["mediapipe"].orders[0]:
         side = name.split("_")[0] + "_"
         part = {"pinky": "hand", "index": "hand", "foot_index": "toe", "heel": "ankle"}.get(name.removeprefix(side), "")
         rows.append(person.get(side + part if part else name, person["head"]))
@@ -100,73 +101,13 @@ def times(count: int) -> Floats:
     return np.arange(count) / RATE
 
 
-@pytest.mark.parametrize("form", ["array", "lists", "objects", "csv", "csv by number"])
-def test_mediapipe_in_every_form(tmp_path: Path, person: dict[str, Floats], form: str) -> None:
-    person = {**person, "pelvis": (person["left_hip"] + person["right_hip"]) / 2.0}
-    person["neck"] = (person["left_shoulder"] + person["right_shoulder"]) / 2.0
-    person["head"] = (person["left_ear"] + person["right_ear"]) / 2.0
-    array = landmarks_of(person)
-    n, names = len(array), NAMINGS["mediapipe"].order
-    file = tmp_path / ("pose.csv" if form.startswith("csv") else "pose.json")
-    frames: list[Any] = array.tolist()
-    if form == "objects":
-        keys = ("x", "y", "z", "visibility")
-        frames = [[dict(zip(keys, entry, strict=True)) for entry in frame] for frame in frames]
-    if form.startswith("csv"):
-        heads = [f"{name}_{what}" for name in names for what in ("x", "y", "z", "visibility")]
-        if form == "csv by number":
-            heads = [f"{what}{k}" for k in range(33) for what in "xyzv"]
-        rows = [
-            ",".join(map(repr, [t, *frame.ravel().tolist()])) for t, frame in zip(times(n).tolist(), array, strict=True)
-        ]
-        file.write_text("\n".join([",".join(["time", *heads]), *rows]))
-    else:
-        file.write_text(json.dumps({"times": times(n).tolist(), "landmarks": frames}))
-    if form == "array":
-        skeleton = nk.imitation.Skeleton.from_landmarks(array, "mediapipe", times=times(n))
-    else:
-        skeleton = nk.imitation.read_skeleton(file)
-    assert skeleton.source == "mediapipe"
-    np.testing.assert_allclose(skeleton.times, times(n))
-    np.testing.assert_allclose(skeleton.confidence["left_hand"], 0.9)
-    check(skeleton, person, 26)
-
-
-@pytest.mark.parametrize("source", ["kinect_v2", "azure_kinect"])
-def test_kinect_tables(tmp_path: Path, person: dict[str, Floats], source: str) -> None:
-    n, file = len(person["head"]), tmp_path / "bodies.csv"
-    joints, scale, levels = (KINECT_V2, 1.0, 2) if source == "kinect_v2" else (AZURE, 1000.0, 3)
-    places = np.stack([in_camera(person.get(own_name(joint), person["pelvis"]), source) for joint in joints], axis=1)
-    heads = [f"{joint}_{what}" for joint in joints for what in ("X", "Y", "Z", "TrackingState")]
-    table = np.concatenate([places * scale, np.full((n, len(joints), 1), levels)], axis=-1)
-    table[:, joints.index("HEAD" if scale > 1 else "Head"), 3] = 1
-    rows = [
-        ";".join(map(repr, [t * 1e3, 7, *row.ravel().tolist()]))
-        for t, row in zip(times(n).tolist(), table, strict=True)
-    ]
-    file.write_text("\n".join([";".join(["Time [ms]", "BodyID", *heads]), *rows]))
-    skeleton = nk.imitation.read_skeleton(file)
-    assert skeleton.source == source
-    np.testing.assert_allclose(skeleton.times, times(n))
-    np.testing.assert_allclose(skeleton.confidence["left_wrist"], 1.0)
-    np.testing.assert_allclose(skeleton.confidence["head"], 1.0 / levels)
-    check(skeleton, {name: values for name, values in person.items() if name != "neck"}, 21 if levels == 2 else 26)
-    # Without an own column of times, and with empty cells where a joint is not seen.
-    rows = [re.sub(r"^[^;]*;7;[^;]*;[^;]*;[^;]*", "7;;;", row) for row in rows]
-    file.write_text("\n".join([";".join(["BodyID", *heads]), *rows]))
-    skeleton = nk.imitation.read_skeleton(file, rate=RATE)
-    np.testing.assert_allclose(skeleton.times, times(n))
-    assert np.isnan(skeleton.points["pelvis"]).all()
-    assert np.isfinite(skeleton.points["left_hip"]).all()
-
-
 def cube() -> list[Floats]:
     return [R.as_matrix() for R in Rotation.create_group("O")]
 
 
 @pytest.mark.parametrize(("source", "form"), every_value(["coco17", "h36m17"], ["npy", "npz", "json"]))
 def test_coco_and_human36m_in_any_axes(tmp_path: Path, person: dict[str, Floats], source: str, form: str) -> None:
-    names = H36M if source == "h36m17" else NAMINGS["coco17"].order
+    names = H36M if source == "h36m17" else LAYOUTS["coco17"].orders[0]
     person = {**person}
     if source == "coco17":
         person["pelvis"] = (person["left_hip"] + person["right_hip"]) / 2.0
@@ -258,7 +199,7 @@ def test_mirrored_points_are_found_and_set_right(person: dict[str, Floats], sour
     if source == "mediapipe":
         array = landmarks_of(person)[..., :3]
     else:
-        array = np.stack([person[name] for name in (H36M if source == "h36m17" else NAMINGS[source].order)], axis=1)
+        array = np.stack([person[name] for name in (H36M if source == "h36m17" else LAYOUTS[source].orders[0])], axis=1)
     truth = nk.imitation.Skeleton.from_landmarks(array, source, rate=RATE)
     assert not any("mirrored" in note for note in truth.notes)
     for axis in range(3):
@@ -279,7 +220,7 @@ def test_mirrored_points_are_found_and_set_right(person: dict[str, Floats], sour
 def test_a_person_who_sees_behind_is_not_taken_for_mirrored(person: dict[str, Floats]) -> None:
     """Toes and knees outvote a head that is turned as far as it goes."""
     array = landmarks_of(person)[..., :3]
-    order = NAMINGS["mediapipe"].order
+    order = LAYOUTS["mediapipe"].orders[0]
     head = array[:, :11] - array[:, 7:9].mean(axis=1, keepdims=True)
     array[:, :11] = head @ nk.rotations.rot_y(np.radians(100.0)).T + array[:, 7:9].mean(axis=1, keepdims=True)
     assert order[10] == "mouth_right"
@@ -332,7 +273,7 @@ def test_one_frame_without_a_shoulder_has_the_usual_unit(person: dict[str, Float
     skeleton = nk.imitation.Skeleton.from_landmarks(array, "mediapipe")
     assert skeleton.notes == ("unit m, as usual",)
     np.testing.assert_array_equal(skeleton.points["left_wrist"], truth.points["left_wrist"])
-    coco = np.stack([person[name] for name in NAMINGS["coco17"].order], axis=1)[:1]
+    coco = np.stack([person[name] for name in LAYOUTS["coco17"].orders[0]], axis=1)[:1]
     coco[0, 5] = np.nan
     with pytest.raises(nk.errors.DegeneratePoints, match="no frame has shoulders and hips, which show the axis"):
         nk.imitation.Skeleton.from_landmarks(coco, "coco17")
@@ -433,7 +374,7 @@ BAD_CSV = {
     "joint angles": ("time,HeadYaw\n0,1", "no columns such as left_wrist_x"),
     "no rows": ("time," + ",".join(f"{j}_{c}" for j in KINECT_V2 for c in "xyz"), "a header and no rows"),
     "a word": ("time,Head_x,Head_y,Head_z\n0,1,2,a", "line 2, column 4: Head_z is 'a', expected a finite number"),
-    "no shoulders": ("time,Head_x,Head_y,Head_z\n0,1,2,3\n1,2,3,4", "no left_shoulder under a name of"),
+    "no shoulders": ("time,Head_x,Head_y,Head_z\n0,1,2,3\n1,2,3,4", "no arms: no left_shoulder and no right_shoulder"),
     "units differ": (
         "time,ShoulderLeft_x [mm],ShoulderLeft_y [m],ShoulderLeft_z [m]\n0,1,2,3\n1,3,4,5",
         "columns in different units: m, mm",
@@ -442,7 +383,7 @@ BAD_CSV = {
     "no hips": (
         "time," + ",".join(f"{j}_{c}" for j in ("ShoulderLeft", "ShoulderRight", "Head") for c in "xyz") + "\n"
         "0,0,0,0,1,1,1,2,3,4",
-        "no left_hip, right_hip or pelvis among the points: head, left_shoulder, right_shoulder",
+        "no left_hip, right_hip or pelvis among the points: left_shoulder, right_shoulder, head, neck",
     ),
     "not a table": ("\0\1\2", "no columns such as left_wrist_x"),
 }
@@ -455,23 +396,6 @@ def test_bad_tables_are_refused(tmp_path: Path, fault: str) -> None:
     file.write_text(text)
     with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)):
         nk.imitation.read_skeleton(file)
-
-
-@pytest.mark.parametrize(
-    ("name", "data", "what"),
-    [
-        ("walk.c3d", b"\x02\x50" + bytes(600), "C3D"),
-        ("walk.fbx", b"Kaydara FBX Binary  \x00\x1a\x00" + bytes(50), "FBX"),
-        ("walk.fbx", b"; FBX 7.4.0 project file\n", "FBX"),
-        ("walk.trc", b"PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\n100\t100\n", "TRC"),
-    ],
-)
-def test_other_files_of_motion_capture_are_called_by_their_names(
-    tmp_path: Path, name: str, data: bytes, what: str
-) -> None:
-    (tmp_path / name).write_bytes(data)
-    with pytest.raises(nk.errors.BadInputFile, match=f"an? {what} file of motion capture.*; expected BVH"):
-        nk.imitation.read_skeleton(tmp_path / name)
 
 
 def moments(folder: Path, form: str, given: Floats) -> Path:
@@ -608,26 +532,28 @@ def test_bad_arguments_are_refused(person: dict[str, Floats], tmp_path: Path) ->
         nk.imitation.read_skeleton(BOW, names={"head": "nose"})
 
 
-def test_every_table_of_names_is_complete() -> None:
-    for naming in NAMINGS.values():
-        for name in ("left_shoulder", "right_elbow", "left_wrist", "right_hip", "left_knee", "right_ankle", "pelvis"):
-            assert naming.points[name], (naming.name, name)
-        if naming.order:
-            missing = {
-                part.strip()
-                for name, alternatives in naming.points.items()
-                for alternative in alternatives
-                for part in alternative.split("+")
-                if not any(part.strip() in order for order in naming.orders)
-            }
-            assert not missing, naming.name
-    for one, other in itertools.combinations(NAMINGS.values(), 2):
-        assert one.points != other.points, (one.name, other.name)
-    assert [*NAMINGS["kinect_v2"].order] == KINECT_V2
-    assert [*NAMINGS["azure_kinect"].order] == AZURE
-    h36m = NAMINGS["h36m17"]
-    resolved = {parts[0]: name for name, parts in h36m.resolved(h36m.order).items()}
-    assert [resolved[joint] for joint in h36m.order] == H36M
+def test_every_layout_has_the_points_of_arms_and_legs() -> None:
+    for layout in LAYOUTS.values():
+        for order in layout.orders:
+            found = layout.resolved(order)
+            for name in (
+                "left_shoulder",
+                "right_elbow",
+                "left_wrist",
+                "right_hip",
+                "left_knee",
+                "right_ankle",
+                "pelvis",
+                "head",
+            ):
+                assert found[name], (layout.name, name)
+    for one, other in itertools.combinations(LAYOUTS.values(), 2):
+        assert not {*one.orders} & {*other.orders}, (one.name, other.name)
+    assert [*LAYOUTS["kinect_v2"].orders[0]] == KINECT_V2
+    assert [*LAYOUTS["azure_kinect"].orders[0]] == AZURE
+    h36m = LAYOUTS["h36m17"]
+    found = {parts[0]: name for name, parts in h36m.resolved(h36m.orders[0]).items()}
+    assert [found[joint] for joint in h36m.orders[0]] == H36M
 
 
 def test_the_samples_are_those_of_the_script(tmp_path: Path) -> None:
