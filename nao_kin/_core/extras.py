@@ -51,6 +51,7 @@ EXTRAS = {
             "any URDF file loads without it",
         ),
         Extra("mujoco", ("mujoco",), "MJCF files, read and written", "URDF files are read and written without it"),
+        Extra("c3d", ("c3d",), "C3D files of motion capture", "other files of skeletons are read without it"),
         Extra("xacro", ("xacro",), "xacro sources, expanded on request", "expanded files are read without it"),
         Extra(
             "arrow",
