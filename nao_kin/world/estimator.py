@@ -135,8 +135,8 @@ class StateEstimator:
             >>> nao = nk.load_nao()
             >>> estimator = nk.world.StateEstimator(nao, weight=52.6)  # forces in N
             >>> now = estimator.update(0.0, nao.posture("Sit"), forces=[3.0, 3.0], accelerometer=[-3.0, 0.0, 9.3])
-            >>> bool(now.contact[0]), now.posture[0].item()
-            (False, 'upright')
+            >>> bool(now.valid[0]), now.up[0].round(1).tolist()
+            (False, [-0.3, 0.0, 1.0])
         """
         moment, now = float(time), self._now
         before = -math.inf if now is None else float(now.times[0])

@@ -96,24 +96,6 @@ class State:
     longest_gap: float
 
     @property
-    def posture(self) -> NDArray[Any]:
-        """The posture, shape (n,).
-
-        "upright" of a robot that stands, walks, sits or is lifted; "tilted" of one that is carried; the side that is
-        down of one that lies: "front", "back", "left" or "right"; "falling" and "unknown".
-        """
-        x, y = np.nan_to_num(self.up[:, :2]).T
-        side = np.where(np.abs(x) >= np.abs(y), np.where(x < 0.0, "front", "back"), np.where(y < 0.0, "left", "right"))
-        upright = np.isin(self.doing, ("standing", "walking", "sitting", "lifted"))
-        other = np.where(self.doing == "carried", "tilted", self.doing)
-        return np.where(self.doing == "lying", side, np.where(upright, "upright", other))
-
-    @property
-    def contact(self) -> Mask:
-        """Whether the robot stands or walks on its soles, shape (n,)."""
-        return np.asarray((self.doing == "standing") | (self.doing == "walking"))
-
-    @property
     def valid(self) -> Mask:
         """In which rows the robot stands or walks, so that its pose is known, shape (n,)."""
         return self.odometry.valid
@@ -131,11 +113,6 @@ class State:
     def roll_pitch(self) -> Floats:
         """Roll and pitch of the root link, R = Ry(pitch) Rx(roll), AngleX and AngleY of a NAO, shape (n, 2) [rad]."""
         return roll_pitch(self.up)
-
-    @property
-    def walking(self) -> Mask:
-        """Which rows are between two changes of the support within 1 s, shape (n,)."""
-        return np.asarray(self.doing == "walking")
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -204,8 +181,8 @@ def state(
         >>> q = np.tile(nao.posture("StandInit"), (100, 1))
         >>> lean = np.tile([0.0, np.radians(3.0)], (100, 1))
         >>> found = nk.world.state(nao, q, times=0.01 * np.arange(100), angles=lean, forces=np.full((100, 2), 2.7))
-        >>> found.posture[0].item(), found.support[0].item(), found.seconds["standing"]
-        ('upright', 'both', 0.99)
+        >>> found.doing[0].item(), found.support[0].item(), found.seconds["standing"]
+        ('standing', 'both', 0.99)
         >>> found.T_world_base[0, 2, 3].round(3).item()
         0.32
 
