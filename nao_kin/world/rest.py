@@ -9,6 +9,7 @@ Kalman filter of one interval after the other follows it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,7 @@ _BIAS, _DRIFT, _MEASURED = np.radians(1.0), np.radians(0.02), np.radians(0.1)
 KNOWN = np.radians(0.5)
 
 
-@dataclass(frozen=True, eq=False)
-class Turns:
+class Turns(NamedTuple):
     """The angular velocity of the root link in n rows.
 
     Attributes:
@@ -41,10 +41,6 @@ class Turns:
     rates: Floats
     near: Mask
     deviation: Floats
-
-    def __getitem__(self, rows: slice | NDArray[np.intp]) -> Turns:
-        """Return some of the rows."""
-        return Turns(self.rates[rows], self.near[rows], self.deviation[rows])
 
 
 def bias_notes(measured: Floats, unknown: bool) -> list[str]:
@@ -128,6 +124,11 @@ class RestLog:
     rest: Mask
     bias: Floats
     deviation: Floats
+
+    @property
+    def notes(self) -> list[str]:
+        """What is noted of the bias of the gyrometer."""
+        return bias_notes(self.bias[self.rest], bool(self.deviation.max(initial=0.0) > KNOWN))
 
     @staticmethod
     def of(

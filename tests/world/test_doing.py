@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin.world.doing import contact
+from nao_kin.world.doing import Contact, decided
 
 STEP = 0.01
 
@@ -115,5 +115,5 @@ def test_contact_is_lost_and_found_with_delays_from_where_they_began() -> None:
     times = STEP * np.arange(200)
     loaded = np.ones(200, dtype=bool)
     loaded[20:35] = loaded[60:100] = loaded[105:130] = False  # 0.15 s; 0.65 s with 0.05 s in between
-    found = contact(loaded, times)
+    found = decided(Contact(), loaded, times)
     assert np.flatnonzero(~found).tolist() == list(range(60, 130))
