@@ -30,9 +30,9 @@ _LEGS_REST, _CALM, HALF = 0.05, 0.5, 0.5
 # Soles that carry less than this share of the weight for _LIFTED have no contact, and have it again after _DOWN [s].
 # Source of the times: B-Human's groundContactDetector.cfg (d89d603), maxTimeWithoutPressure, minTimeWithPressure.
 UNLOADED, _LIFTED, _DOWN = 0.2, 0.2, 0.1
-# Steps of a walk follow each other within this time [s], and in each of them the legs lift a sole by this height [m]: in
-# a robot that rocks from foot to foot, they do not. The next step may last so many times as long as the one before.
-_LONGEST_STEP, _LIFTS, _LONGER = 1.0, 0.01, 1.5
+# Steps of a walk follow each other within this time [s], and in each of them the legs lift a sole by this height [m]:
+# in a robot that rocks from foot to foot, they do not.
+_LONGEST_STEP, _LIFTS = 1.0, 0.01
 
 
 # What a robot does.
@@ -84,28 +84,28 @@ class Contact:
 
 
 class Walk:
-    """Whether a robot walks: between two steps that follow each other within a second.
+    """Whether a robot walks: its steps follow each other within a second.
 
     A step is a change of the support, before which the legs have lifted one sole from the other.
     """
 
     def __init__(self) -> None:
         self.now = False
-        self._count, self._support, self._lasted = 0, -1, 0.0
-        self._begun, self._lowest, self._highest = (0, -np.inf), 0.0, 0.0
+        self._count, self._support, self._heights = 0, -1, (0.0, 0.0)
+        self._begun = self._stepped = (0, -np.inf)  # row and time of the last change, and of the last step
 
     def row(self, moment: float, support: int, height: float) -> int:
         """Decide about the next row by its support, −1 for none, and the height of one sole over the other."""
         k, self._count = self._count, self._count + 1
-        since, begun = self._begun
+        since, (lowest, highest) = self._begun[0], self._heights
         if support != self._support:
-            lifted = self._support >= 0 <= support and self._highest - self._lowest >= _LIFTS
-            self._lasted = moment - begun
-            self.now = lifted and self._lasted <= _LONGEST_STEP
-            self._begun, self._support, self._lowest, self._highest = (k, moment), support, height, height
-        elif moment - begun > _LONGER * self._lasted:
-            self.now = False
-        self._lowest, self._highest = min(self._lowest, height), max(self._highest, height)
+            lifted = self._support >= 0 and highest - lowest >= _LIFTS
+            if lifted and moment - self._begun[1] <= _LONGEST_STEP:
+                self.now, self._stepped = True, (k, moment)
+            self._begun, self._support, lowest, highest = (k, moment), support, height, height
+        self._heights = min(lowest, height), max(highest, height)
+        if self.now and (support < 0 or moment - self._stepped[1] > _LONGEST_STEP):
+            self.now, since = False, self._stepped[0]
         return since
 
 

@@ -25,8 +25,8 @@ from nao_kin.world.state import TIME_CONSTANT, State, Vertical, done, gain, lift
 # The largest time between two rows of a segment [s], as in `state`.
 _LONGEST_GAP = 0.5
 # Sensors are judged by up to _KEPT rows, _EVERY apart [s]: the first _FIRST ones, and then those between which a joint
-# of the legs has moved by _MOVED [rad]. They are judged whenever there are twice as many, and then after half of them.
-_KEPT, _EVERY, _FIRST, _MOVED = 256, 0.04, 64, np.radians(1.0)
+# of the legs has moved by _MOVED [rad]. They are judged whenever there are twice as many, and then after _AGAIN rows.
+_KEPT, _EVERY, _FIRST, _MOVED, _AGAIN = 256, 0.04, 64, np.radians(1.0), 32
 # Deviation of the direction of the accelerometer in a row of a robot that moves [rad].
 _ROW = np.radians(5.0)
 # The mean square difference between inertial unit and soles begins with this one of so many rows [rad²].
@@ -43,8 +43,8 @@ class StateEstimator:
     It follows the rules of `state`, but knows only the rows before: a lost contact is known after 0.2 s, what needs
     some time after this time, and the bias of the gyrometer from the first second at rest on. Sensors that lie are
     found by the rules of `state` too, in rows in which the legs have moved lately: as soon as these rows show it. The
-    rows in which sensors are judged take longer, some milliseconds; there are eight in the first seconds, and then one
-    in 5 s or more of walking.
+    rows in which sensors are judged take longer, some milliseconds; there are some in the first seconds, and then one
+    in 1.3 s or more in which the legs move.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -226,7 +226,7 @@ class StateEstimator:
                 return
         kept.append((moment, q, raw))
         self._new += 1
-        if not raw or 2 * self._new < len(kept):
+        if not raw or self._new < min(len(kept) // 2, _AGAIN):
             return
         self._new = 0
         given = {name: np.array([row[2][name] for row in kept]) for name in raw}
