@@ -20,13 +20,27 @@ from nao_kin.world.odometry import OVER, Odometry, ahead, followed
 from nao_kin.world.path import Path
 from nao_kin.world.rest import INTERVAL, KNOWN, Mask, Rest, Turns, bias_notes
 from nao_kin.world.sensors import Rows, Sensor, corrected
-from nao_kin.world.state import TIME_CONSTANT, State, Vertical, done, gain, lifts, roll_pitch, stated, trust, vertical
+from nao_kin.world.state import (
+    TIME_CONSTANT,
+    State,
+    Vertical,
+    by_unit,
+    done,
+    gain,
+    lifts,
+    roll_pitch,
+    stated,
+    trust,
+    vertical,
+)
 
 # The largest time between two rows of a segment [s], as in `state`.
 _LONGEST_GAP = 0.5
 # Sensors are judged by up to _KEPT rows, _EVERY apart [s]: the first _FIRST ones, and then those between which a joint
 # of the legs has moved by _MOVED [rad]. They are judged whenever there are twice as many, and then after _AGAIN rows.
-_KEPT, _EVERY, _FIRST, _MOVED, _AGAIN = 256, 0.04, 64, np.radians(1.0), 32
+_KEPT, _EVERY, _FIRST, _MOVED, _AGAIN = 256, 0.035, 64, np.radians(1.0), 16
+# What a robot does when its legs move and carry nothing.
+_OFF_ITS_LEGS = "lying", "falling", "carried"
 # Deviation of the direction of the accelerometer in a row of a robot that moves [rad].
 _ROW = np.radians(5.0)
 # The mean square difference between inertial unit and soles begins with this one of so many rows [rad²].
@@ -44,7 +58,7 @@ class StateEstimator:
     some time after this time, and the bias of the gyrometer from the first second at rest on. Sensors that lie are
     found by the rules of `state` too, in rows in which the legs have moved lately: as soon as these rows show it. The
     rows in which sensors are judged take longer, some milliseconds; there are some in the first seconds, and then one
-    in 1.3 s or more in which the legs move.
+    in 0.6 s or more in which the legs move.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -179,7 +193,7 @@ class StateEstimator:
         if up is not None:
             away = (roll_pitch(up) - roll_pitch(by_legs))[path.valid]
             self._differences, self._rows = self._differences + away.T @ away, self._rows + len(away)
-            angle = self._differences / self._rows
+            angle = by_unit(self._differences / self._rows)
         if "accelerometer" in seen:
             # The filter has averaged few rows, or turns by a bias that is not known.
             drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
@@ -195,7 +209,7 @@ class StateEstimator:
         """Return how many numbers a sensor has."""
         soles, cells = self._legs.carried.shape
         one_by_one = what == "forces" and cells and np.shape(given) != (soles,)
-        return _WIDTHS.get(what, cells if one_by_one else soles)
+        return _WIDTHS.get(what) or (cells if one_by_one else soles)
 
     def _filled(self, what: str, values: Floats) -> Floats:
         """Return the values of a sensor; where they are NaN, or cannot be, those before, or 0."""
@@ -221,8 +235,9 @@ class StateEstimator:
         kept = self._kept
         if kept:
             last, before, _ = kept[-1]
-            moved = len(kept) < _FIRST or np.abs(q - before)[self._legs.columns].max(initial=0.0) > _MOVED
-            if moment - last < _EVERY or not moved:
+            moved = np.abs(q - before)[self._legs.columns].max(initial=0.0) > _MOVED
+            stood = self._now is not None and self._now.doing[0] not in _OFF_ITS_LEGS
+            if moment - last < _EVERY or not (len(kept) < _FIRST or (moved and stood)):
                 return
         kept.append((moment, q, raw))
         self._new += 1
@@ -280,6 +295,7 @@ class StateEstimator:
         number, kind = int((float(log.moments[0]) - self._first) / INTERVAL), (rates is not None, up is not None)
         if kind != self._kind:
             self._rest, self._kind, self._interval = Rest(joints.shape[1], gyro=kind[0], vertical=kind[1]), kind, -1
+            self._bias_notes = []
         if number != self._interval:
             if self._interval >= 0:
                 self._rest.close(self._interval, self._sums)
@@ -304,7 +320,7 @@ class StateEstimator:
             poses.popleft()
         step, *way = (b - a for a, b in zip(poses[0], poses[-1], strict=True))
         if step > 0.0:
-            path.velocity[0] = np.array(ahead(*way, poses[-1][3])) / step
+            path.velocity[0] = np.array(ahead(way, poses[-1][3])) / step
 
 
 def _copied(found: _Result) -> _Result:

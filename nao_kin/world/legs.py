@@ -224,8 +224,8 @@ class Ground:
         if sensor.what == "forces":
             share = pressed.sum(axis=1) / weight
             loaded, half = loaded & (share >= UNLOADED), loaded & (share >= HALF)
-        both = decided(stands, loaded, moments), decided(heavy, half, moments)
-        return Ground(sensor.what, pressed, sensors, known, both[0], share, both[1], weight, sensor)
+        both = (decided(rule, np.asarray(mask), moments) for rule, mask in ((stands, loaded), (heavy, half)))
+        return Ground(sensor.what, pressed, sensors, known, next(both), share, next(both), weight, sensor)
 
     def supports(self, T_base_soles: Floats, before: int | None = None) -> NDArray[np.intp]:
         """Return the index of the support in each row, with soles at T_base_soles (n, s, 4, 4), shape (n,).
@@ -280,7 +280,8 @@ def counted(used: Mask, carried: Floats) -> Floats:
 
 def _summed(values: Floats, carried: Floats) -> Floats:
     """Return the force on each sole, shape (n, s), from sensors (n, f) that are `carried` by them (s, f)."""
-    return np.asarray(np.nan_to_num(np.maximum(values, 0.0)) @ counted(np.isfinite(values).all(axis=0), carried))
+    used: Mask = np.asarray(np.isfinite(values).all(axis=0))
+    return np.asarray(np.nan_to_num(np.maximum(values, 0.0)) @ counted(used, carried))
 
 
 def _weight(pressed: Floats, moments: Floats) -> float:
@@ -429,9 +430,9 @@ class LegLog:
         Without gyrometer, verticals `up` (n, 3) show whether the trunk is quiet.
         """
         found = None if gyro is None else self.measured("gyro", self.read("gyro", gyro, 3))
-        rates, near = (None, True) if found is None else found
+        rates, near = (None, self.known) if found is None else found
         if found is None and up is not None:
-            near = np.isfinite(up).all(axis=1)
+            near = np.asarray(np.isfinite(up).all(axis=1))
         joints = self.q[:, self.legs.columns]
         rest = RestLog.of(self.moments, joints, self.ground.stands, self.known & near, rates, up)
         return (None if found is None else Turns(found[0] - rest.bias, found[1], rest.deviation)), rest

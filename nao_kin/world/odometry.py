@@ -183,7 +183,7 @@ def followed(
             log.support[own],
             moments[own],
             rest[own],
-            None if turns is None else Turns(*(part[own] for part in turns)),
+            None if turns is None else Turns(turns.rates[own], turns.near[own], turns.deviation[own]),
         )
         segment[own] = path.segment
         if count > 1:
@@ -211,10 +211,10 @@ def _velocity(pose: Floats, moments: Floats) -> Floats:
     before, after = (np.clip(moments + sign * OVER / 2.0, moments[0], moments[-1]) for sign in (-1.0, 1.0))
     ways = [np.interp(after, moments, column) - np.interp(before, moments, column) for column in pose.T]
     with np.errstate(invalid="ignore"):
-        return np.column_stack(ahead(*(np.array(ways) / (after - before)), pose[:, 2]))
+        return np.column_stack(ahead(ways / (after - before), pose[:, 2]))
 
 
-def ahead(x: Column, y: Column, turn: Column, heading: Column) -> tuple[Column, Column, Column]:
-    """Return a way on the floor, and its turn, seen from a robot with a heading."""
-    c, s = cosine_sine(heading)
+def ahead(way: Sequence[Column], heading: Column) -> tuple[Column, Column, Column]:
+    """Return a way on the floor and its turn, as seen by a robot with a heading."""
+    (x, y, turn), (c, s) = way, cosine_sine(heading)
     return c * x + s * y, c * y - s * x, turn

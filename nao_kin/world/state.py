@@ -43,10 +43,10 @@ _ASKEW, _SOME = np.radians(45.0), 0.1
 # soles of a robot that lies on its belly are turned by 135° from the vertical.
 _ALONG = 0.9
 # Deviations of roll, pitch [rad] and height [m] by errors of the joints' zeros, of a degree at each of the joints of a
-# leg that turn about one axis (docs/calibration.md); of roll and pitch with an inertial unit at least those of its own
-# bias, 0.1 m/s². Without one, a sole may stand on its edge where its centre of pressure is not known, or beyond this
-# share of the half width of its sensors.
-_BY_LEGS, _LEAST_ANGLE, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(0.6), 0.002, np.radians(4.0), 0.8
+# leg that turn about one axis (docs/calibration.md): 0.5, 0.6 and 1.7 mm in Stand, StandInit and Crouch, and 0.5 mm by
+# which a robot sinks; of roll and pitch by the bias of an inertial unit, 0.2 m/s². Without one, a sole may stand on its
+# edge where its centre of pressure is not known, or beyond this share of the half width of its sensors.
+_BY_LEGS, _BY_UNIT, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(1.2), 0.0012, np.radians(4.0), 0.8
 BY_JOINTS = "neither forces nor an inertial unit show whether the robot stands: it is taken to, where it is upright"
 
 
@@ -65,8 +65,9 @@ class State:
         T_world_base: pose of the root link, shape (n, 4, 4): roll and pitch are those of `up`, heading, x and y those
             of `odometry`, and the origin of the support sole is on the floor. NaN where not `valid`.
         covariance: of roll, pitch and height, shape (n, 3, 3) [rad, m]; the covariance of x, y and heading is that of
-            `odometry`. Roll and pitch have the mean square difference between inertial unit and support sole in the
-            log, at least 0.6°; without inertial unit 1.7°, and 4.4° where the sole may stand on its edge.
+            `odometry`. Roll and pitch have 1°, as the bias of an inertial unit leaves it, and a third of the
+            root mean square difference between the unit and the support sole in the log; without inertial unit 1.7°,
+            and 4.4° where the sole may stand on its edge.
         forces: force on each sole, shape (n, s), NaN for a sole whose sensors are not used; 0 or 1 for contacts, 1
             without them.
         sole_pressure: centre of pressure on each sole in the sole's frame, x and y, shape (n, s, 2) [m]; NaN where the
@@ -200,7 +201,7 @@ def state(
         up = log.lever[..., :3, 2]
     else:
         away = (roll_pitch(up) - roll_pitch(log.lever[..., :3, 2]))[path.valid]
-        unit = away.T @ away / max(len(away), 1)
+        unit = by_unit(away.T @ away / max(len(away), 1))
     found = stated(log, up, doing, path, unit)
     return log.rows.expanded(replace(found, odometry=log.rows.expanded(path)))
 
@@ -349,7 +350,18 @@ def done(log: LegLog, up: Floats | None, quiet: Mask | None, rule: Doing) -> NDA
         soles = (log.T_base_soles[..., :3, 3] @ up[:, :, None])[..., 0].min(axis=1)
         low = (up @ legs.hips.T).min(axis=1) - soles < legs.low
     blind = np.full(len(up), None) if quiet is None else quiet
-    return decided(rule, log.moments, up, ground.stands, flat.any(axis=1), ground.share, low, blind).astype("<U8")
+    return decided(rule, log.moments, up, ground.stands, np.asarray(flat.any(axis=1)), ground.share, low, blind).astype(
+        "<U8"
+    )
+
+
+def by_unit(differences: Floats) -> Floats:
+    """Return the covariance of roll and pitch by the mean square of differences between inertial unit and legs.
+
+    Of a difference d, the unit has the share k d in the mean, and a variance of k _BY_LEGS².
+    """
+    k = _BY_UNIT**2 / (_BY_UNIT**2 + _BY_LEGS**2)
+    return np.asarray(k * k * differences + k * _BY_LEGS**2 * np.eye(2))
 
 
 def _on_edge(log: LegLog) -> Mask:
@@ -364,7 +376,7 @@ def _on_edge(log: LegLog) -> Mask:
 
 
 def stated(log: LegLog, up: Floats, doing: NDArray[Any], path: Odometry, unit: Floats | None) -> State:
-    """Return the state in n rows; `unit` is the mean square of roll and pitch of the inertial unit by the legs."""
+    """Return the state in n rows; `unit` is the covariance of roll and pitch of an inertial unit."""
     valid, T = path.valid, path.T_world_base
     place = np.arctan2(T[:, 1:2, 0], T[:, :1, 0]), path.T_world_support[:, :2, 3], log.lever[:, :3, 3]
     heading, x, y, *lever = columns(np.concatenate(place, axis=1))
@@ -373,8 +385,7 @@ def stated(log: LegLog, up: Floats, doing: NDArray[Any], path: Odometry, unit: F
         a = _BY_LEGS**2 + _BY_EDGE**2 * columns(1.0 * _on_edge(log)[:, None])[0]
         angles = a, 0.0, a
     else:
-        least = _LEAST_ANGLE**2
-        angles = float(unit[0, 0]) + least, float(unit[0, 1]), float(unit[1, 1]) + least
+        angles = float(unit[0, 0]), float(unit[0, 1]), float(unit[1, 1])
     roll, pitch = _roll_pitch(*columns(up))
     pose, entries = _upright(roll, pitch, heading, x, y, lever, angles)
     T_world_base[valid] = poses(pose)[valid]

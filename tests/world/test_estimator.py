@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -48,13 +49,13 @@ def test_it_follows_a_life_with_small_delays(
     # Walking is known after the second step, and its end late; the rest of the rows is that of the whole log.
     ground = ["standing" if name == "walking" else name for name in doing]
     same = np.array(ground) == np.where(batch.doing == "walking", "standing", batch.doing)
-    assert same.mean() > 0.96
+    assert same.mean() > 0.95
     # Delays: a lying robot at once, contact 0.2 s, a fall before it ends.
     first = np.append(True, life.doing[1:] != life.doing[:-1])
     assert max(late(doing == "lying", np.flatnonzero(first & np.isin(life.doing, LYING)), 100)) <= 1
-    assert max(late(doing == "lifted", np.flatnonzero(first & (life.doing == "lifted")), 100)) <= 21
+    assert max(late(doing == "lifted", np.flatnonzero(first & (life.doing == "lifted")), 100)) <= 11
     falls = np.flatnonzero(first & (life.doing == "falling") & (np.roll(life.doing, 1) == "standing"))
-    assert max(late(doing == "falling", falls, 100)) <= 75  # of 80, in which it tilts by 15° in the first 33
+    assert max(late(doing == "falling", falls, 100)) <= 38  # of 40, in which it tilts by 15° in the first 16
     # The support changes with the first row whose forces say so.
     walking = life.doing == "walking"
     support = np.array([row.odometry.support[0] for row in rows])
@@ -84,24 +85,57 @@ def test_with_contacts_alone_it_is_the_odometry_of_the_log(nao: nk.NaoModel, lif
     assert np.sqrt(np.diag(P)) == pytest.approx(np.sqrt(np.diag(whole)), rel=0.3)
 
 
+# What is done to a sensor of a robot that walks, and a word of the note on it.
+LIES: dict[str, tuple[str, Callable[[np.ndarray], np.ndarray], str]] = {
+    "a dead foot": (
+        "forces",
+        lambda F: F * np.repeat([0.0, 1.0], 4),
+        "always 0, 0, 0, 0 although the robot moves; not used",
+    ),
+    "exchanged feet": ("forces", lambda F: np.roll(F, 4, axis=1), "in contradiction to the legs: exchanged?; not used"),
+    "an offset": ("forces", lambda F: F + 0.4, "in the air, as the legs say; subtracted"),
+    "a stuck gyrometer": ("gyro", lambda G: 0.0 * G + 0.2, "although the robot moves; not used"),
+    "degrees": ("gyro", np.degrees, "are these deg/s? A heading such as GyroX [deg/s] says so; not used"),
+    "axes exchanged": ("accelerometer", lambda A: A[:, [2, 0, 1]], "contradiction to the legs and the forces; not"),
+}
+
+
+@pytest.mark.parametrize("lie", list(LIES))
+def test_a_sensor_that_lies_is_found_while_the_robot_walks(
+    nao: nk.NaoModel, life: Truth, log: Recording, lie: str
+) -> None:
+    rows = slice(int(np.argmax(life.doing == "falling")))
+    what, turn, word = LIES[lie]
+    part = Recording(*(getattr(log, name)[rows] for name in Recording.__dataclass_fields__))
+    names = tuple(dict.fromkeys(("forces", "accelerometer", what)))
+    found = followed(nao, replace(part, **{what: turn(getattr(part, what))}), *names)
+    assert any(word in note for note in found[-1].notes)
+    last = found[-1]
+    assert last.valid[0]
+    assert last.odometry.support[0] == followed(nao, part, *names)[-1].odometry.support[0]
+    assert np.degrees(np.arccos(last.up[0, 2])) < 6.0
+    if "stuck" in lie:  # the heading is that of the legs
+        assert abs(last.odometry.velocity[0, 2]) < 0.5
+
+
 def test_at_rest_the_heading_stays_and_nothing_is_added_to_its_covariance(nao: nk.NaoModel) -> None:
     estimator, q = nk.world.StateEstimator(nao), nao.posture("Stand")
     rng, bias = np.random.default_rng(0), np.radians([1.0, 1.0, 1.0])
     found = [
         estimator.update(0.01 * k, q, forces=[2.7, 2.7], angles=[0.0, 0.0], gyro=bias + rng.normal(0.0, 0.01, 3))
-        for k in range(3000)
+        for k in range(1000)
     ]
     heading = np.array([row.odometry.pose[0, 2] for row in found])
     assert np.abs(heading).max() < np.radians(1.2)  # in the first second
     assert np.abs(heading[200:] - heading[200]).max() < np.radians(0.3)
-    deviation = [np.degrees(np.sqrt(found[k].odometry.covariance[0, 2, 2])) for k in (200, 2999)]
+    deviation = [np.degrees(np.sqrt(found[k].odometry.covariance[0, 2, 2])) for k in (200, 999)]
     assert 0.3 < deviation[0] < 1.5
     assert deviation[1] == pytest.approx(deviation[0], rel=0.2)
     assert "mean at rest, 0.01" in " ".join(found[-1].notes)
 
 
 def test_signs_units_and_missing_values(nao: nk.NaoModel, log: Recording) -> None:
-    part = Recording(*(getattr(log, name)[:500] for name in Recording.__dataclass_fields__))
+    part = Recording(*(getattr(log, name)[:250] for name in Recording.__dataclass_fields__))
     names = ("forces", "accelerometer", "gyro")
     plain = followed(nao, part, *names)[-1]
     lola = Recording(part.times, part.q, 9.81 * part.forces, -part.accelerometer / 9.81, part.gyro, part.angles)
