@@ -117,3 +117,24 @@ def test_contact_is_lost_and_found_with_delays_from_where_they_began() -> None:
     loaded[20:35] = loaded[60:100] = loaded[105:130] = False  # 0.15 s; 0.65 s with 0.05 s in between
     found = decided(Contact(), loaded, times)
     assert np.flatnonzero(~found).tolist() == list(range(60, 130))
+
+
+def test_a_robot_that_rocks_from_foot_to_foot_does_not_walk(nao: nk.NaoModel) -> None:
+    """Unless its legs lift its soles: then it walks between the first and the last step."""
+    times, side = STEP * np.arange(400), (np.arange(400) // 30) % 2
+    forces = np.where(side[:, None] == np.arange(2), 5.0, 0.3)
+    found = []
+    for lifted in (0.0, 1.0):
+        q = np.tile(nao.posture("Stand"), (400, 1))
+        for k, leg in enumerate("LR"):
+            swing = (
+                lifted * np.sin(np.pi * (np.arange(400) % 30) / 30.0) * ((side != k) & (times > 0.9) & (times < 3.0))
+            )
+            for joint, share in (("HipPitch", -0.5), ("KneePitch", 1.0), ("AnklePitch", -0.5)):
+                q[:, nao.joint_names.index(leg + joint)] += share * swing
+        found.append(nk.world.state(nao, q, times=times, forces=forces, angles=np.zeros((400, 2))))
+    assert found[0].odometry.steps.sum() == found[1].odometry.steps.sum() == 13
+    assert found[0].seconds["walking"] == 0.0
+    walks = np.flatnonzero(found[1].doing == "walking")
+    assert walks.tolist() == list(range(walks[0], walks[-1] + 1))
+    assert times[walks[[0, -1]]] == pytest.approx([0.9, 3.0], abs=0.31)

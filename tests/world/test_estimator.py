@@ -118,6 +118,18 @@ def test_a_sensor_that_lies_is_found_while_the_robot_walks(
         assert abs(last.odometry.velocity[0, 2]) < 0.5
 
 
+def test_a_sensor_that_was_found_to_lie_is_not_believed_again_at_rest(
+    nao: nk.NaoModel, life: Truth, log: Recording
+) -> None:
+    walk, estimator = slice(int(np.argmax(life.doing == "falling"))), nk.world.StateEstimator(nao)
+    forces = np.roll(log.forces, 4, axis=1)
+    for time, q, force in zip(log.times[walk], log.q[walk], forces[walk], strict=True):
+        now = estimator.update(time, q, forces=force)
+    assert "exchanged?" in now.notes[0]
+    notes = [estimator.update(time + 0.05 * k, q, forces=force).notes for k in range(1, 400)]
+    assert all("exchanged?" in note[0] for note in notes)
+
+
 def test_at_rest_the_heading_stays_and_nothing_is_added_to_its_covariance(nao: nk.NaoModel) -> None:
     estimator, q = nk.world.StateEstimator(nao), nao.posture("Stand")
     rng, bias = np.random.default_rng(0), np.radians([1.0, 1.0, 1.0])

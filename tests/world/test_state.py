@@ -267,6 +267,17 @@ def test_the_covariance_of_the_height_is_that_of_finite_differences(nao: nk.NaoM
     assert P[2, 2] == pytest.approx(J @ P[:2, :2] @ J + 0.0012**2, rel=1e-4)
 
 
+def test_the_legs_have_their_share_in_what_an_inertial_unit_differs_by(nao: nk.NaoModel) -> None:
+    """Deviations a of the unit and b of the legs: of a difference d, the unit has d a²/(a² + b²) ± a b/√(a² + b²)."""
+    q, a, b, d = np.tile(nao.posture("StandInit"), (50, 1)), 1.2, 1.7, 5.0
+    level = -np.arctan2(*nao.fk(q[0], "LLeg")[[0, 2], 2])
+    angles = np.tile([0.0, level + np.radians(d)], (50, 1))
+    found = nk.world.state(nao, q, times=0.01 * np.arange(50), angles=angles, forces=np.full((50, 2), 2.7))
+    share, own = a**2 / (a**2 + b**2), a * b / np.hypot(a, b)
+    expected = [own**2, own**2 + (share * d) ** 2]
+    assert np.degrees(np.sqrt(np.diag(found.covariance[0])[:2])) == pytest.approx(np.sqrt(expected), rel=1e-3)
+
+
 def test_the_covariances_contain_the_errors(nao: nk.NaoModel, ahead: Truth) -> None:
     """Mean squares of normalised errors: at most about 1 for each number, and not a hundredth of it."""
     paths, tilts = [], []
