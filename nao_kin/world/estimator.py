@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from copy import copy
-from typing import TypeVar
+from copy import deepcopy
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,8 +48,6 @@ _UNSURE, _UNSURE_ROWS = np.radians(1.0) ** 2, 20.0
 # Numbers of each inertial sensor.
 _WIDTHS = {"angles": 2, "accelerometer": 3, "gyro": 3}
 
-_Result = TypeVar("_Result", State, Odometry)
-
 
 class StateEstimator:
     """An estimator of what a robot does, from one row of its sensors after the other.
@@ -80,8 +78,8 @@ class StateEstimator:
         self._legs = Legs(robot, soles)
         self._path, self._doing, self._walk = Path(start), Doing(), Walk()
         self._contact, self._heavy = Contact(), Contact()
-        self._vertical, self._rest = Vertical(), Rest(0, gyro=False, vertical=False)
-        self._kind: tuple[bool, bool] | None = None
+        self._vertical, self._rest = Vertical(), Rest(None)
+        self._kind: Literal["gyro", "up"] | None = None
         self._interval, self._sums = -1, np.zeros(0)
         self._differences, self._rows = np.eye(2) * _UNSURE * _UNSURE_ROWS, _UNSURE_ROWS
         self._before: dict[str, Floats] = {"q": robot.neutral()}
@@ -92,7 +90,7 @@ class StateEstimator:
         self._notes, self._bias_notes = list[str](), list[str]()
         self._support: int | None = None
         self._rates: Floats | None = None
-        self._lost, self._first = True, 0.0
+        self._lost, self._first, self._time, self._did = True, 0.0, -math.inf, ""
         self._poses: deque[tuple[float, ...]] = deque()
         self._now: State | None = None
 
@@ -134,17 +132,16 @@ class StateEstimator:
             (False, [-0.3, 0.0, 1.0])
         """
         moment, now = float(time), self._now
-        before = -math.inf if now is None else float(now.times[0])
+        before = self._time
         if now is not None and moment == before:
-            return _copied(now)
+            return deepcopy(now)
         if not before < moment < math.inf:
             raise BadArgument(f"times must ascend: {moment!r} s comes after {before!r} s")
         if contacts is not None and forces is not None:
             raise BadArgument("give contacts or forces, not both")
         if angles is not None and accelerometer is not None:
             raise BadArgument("give angles or an accelerometer, not both")
-        if now is None:
-            self._first = moment
+        self._time, self._first = moment, moment if now is None else self._first
         step, gap = (moment - before, moment - before > _LONGEST_GAP) if now is not None else (0.0, True)
         sensors = {
             "contacts": contacts,
@@ -199,8 +196,7 @@ class StateEstimator:
             drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
             angle = angle + np.eye(2) * (drift + _ROW**2 / max(self._vertical.averaged, 1.0))
         found = stated(log, by_legs if up is None else up, doing, path, angle)
-        self._rates = rates
-        self._now = _copied(found)  # the caller may change the arrays
+        self._rates, self._did, self._now = rates, str(doing[0]), found
         return found
 
     # --- Sensors: what they show, and whether they lie.
@@ -236,8 +232,7 @@ class StateEstimator:
         if kept:
             last, before, _ = kept[-1]
             moved = np.abs(q - before)[self._legs.columns].max(initial=0.0) > _MOVED
-            stood = self._now is not None and self._now.doing[0] not in _OFF_ITS_LEGS
-            if moment - last < _EVERY or not (len(kept) < _FIRST or (moved and stood)):
+            if moment - last < _EVERY or not (len(kept) < _FIRST or (moved and self._did not in _OFF_ITS_LEGS)):
                 return
         kept.append((moment, q, raw))
         self._new += 1
@@ -291,11 +286,11 @@ class StateEstimator:
 
     def _judge(self, log: LegLog, rates: Floats | None, up: Floats | None) -> None:
         """Close the interval before if this row begins one, and add the row to its own."""
-        joints = log.q[:, self._legs.columns]
-        number, kind = int((float(log.moments[0]) - self._first) / INTERVAL), (rates is not None, up is not None)
+        kind: Literal["gyro", "up"] | None = "up" if up is not None else None
+        shown, kind = (up, kind) if rates is None else (rates[None], "gyro")
         if kind != self._kind:
-            self._rest, self._kind, self._interval = Rest(joints.shape[1], gyro=kind[0], vertical=kind[1]), kind, -1
-            self._bias_notes = []
+            self._rest, self._kind, self._interval, self._bias_notes = Rest(kind), kind, -1, []
+        number = int((float(log.moments[0]) - self._first) / INTERVAL)
         if number != self._interval:
             if self._interval >= 0:
                 self._rest.close(self._interval, self._sums)
@@ -304,10 +299,9 @@ class StateEstimator:
                     if rates is not None and self._rest.variance < KNOWN**2:
                         self._bias_notes = bias_notes(self._rest.bias[None], False)
                 self._path.mark()
-            self._interval, self._sums = number, np.zeros(8 + joints.shape[1])
+            self._interval, self._sums = number, np.zeros(8 + len(self._legs.columns))
         if log.known[0]:
-            stands = log.ground.stands.astype(np.float64)
-            self._sums += self._rest.values(joints, stands, rates, up)[0]
+            self._sums += self._rest.values(log.q[:, self._legs.columns], log.ground.stands, shown)[0]
 
     def _move(self, path: Odometry) -> None:
         """Write the velocity over the poses of the last time, and go on with the segment."""
@@ -321,12 +315,3 @@ class StateEstimator:
         step, *way = (b - a for a, b in zip(poses[0], poses[-1], strict=True))
         if step > 0.0:
             path.velocity[0] = np.array(ahead(way, poses[-1][3])) / step
-
-
-def _copied(found: _Result) -> _Result:
-    """Return a state, or its odometry, with arrays of its own."""
-    made = copy(found)
-    for name, value in vars(found).items():
-        if isinstance(value, np.ndarray | Odometry):
-            object.__setattr__(made, name, value.copy() if isinstance(value, np.ndarray) else _copied(value))
-    return made

@@ -430,12 +430,13 @@ class LegLog:
         Without gyrometer, verticals `up` (n, 3) show whether the trunk is quiet.
         """
         found = None if gyro is None else self.measured("gyro", self.read("gyro", gyro, 3))
-        rates, near = (None, self.known) if found is None else found
-        if found is None and up is not None:
-            near = np.asarray(np.isfinite(up).all(axis=1))
-        joints = self.q[:, self.legs.columns]
-        rest = RestLog.of(self.moments, joints, self.ground.stands, self.known & near, rates, up)
-        return (None if found is None else Turns(found[0] - rest.bias, found[1], rest.deviation)), rest
+        joints, stands = self.q[:, self.legs.columns], self.ground.stands
+        if found is None:
+            used = self.known if up is None else self.known & np.isfinite(up).all(axis=1)
+            return None, RestLog.of(self.moments, joints, stands, used, up, "up")
+        rates, near = found
+        rest = RestLog.of(self.moments, joints, stands, self.known & near, rates, "gyro")
+        return Turns(rates - rest.bias, near, rest.deviation), rest
 
     def _turns(self, what: str) -> bool:
         """Return whether the legs turn the root link, about the vertical too if a gyrometer would show it."""

@@ -195,7 +195,8 @@ def state(
         _, rest = log.turns(None, up)
     doing = done(log, up, rest.quiet, Doing())
     path = followed(log, rest.rest, turns, Path(start), doing == "standing")
-    doing[decided(Walk(), log.moments, path.support, lifts(log))] = "walking"
+    rows = zip((log.moments, path.support, lifts(log)), (np.inf, -1, 0.0), strict=True)  # nothing follows the log
+    doing[decided(Walk(), *(np.append(*row) for row in rows))[:-1]] = "walking"
     unit = None
     if up is None:
         up = log.lever[..., :3, 2]
@@ -321,14 +322,10 @@ def _filtered(direction: Floats, used: Floats, turns: Floats | None, moments: Fl
         return np.asarray(np.where(weights[:, None] > 0.0, total / size[:, None], np.nan))
 
 
-def _roll_pitch(x: Column, y: Column, z: Column) -> tuple[Column, Column]:
-    """Return roll and pitch of verticals in the root link [rad]."""
-    return np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))
-
-
 def roll_pitch(up: Floats) -> Floats:
     """Return roll and pitch of verticals (n, 3) in the root link, shape (n, 2) [rad]."""
-    return np.array(_roll_pitch(*columns(up))).T.reshape(-1, 2)
+    x, y, z = columns(up)
+    return np.array([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))]).T.reshape(-1, 2)
 
 
 def lifts(log: LegLog) -> Floats:
@@ -386,8 +383,7 @@ def stated(log: LegLog, up: Floats, doing: NDArray[Any], path: Odometry, unit: F
         angles = a, 0.0, a
     else:
         angles = float(unit[0, 0]), float(unit[0, 1]), float(unit[1, 1])
-    roll, pitch = _roll_pitch(*columns(up))
-    pose, entries = _upright(roll, pitch, heading, x, y, lever, angles)
+    pose, entries = _upright(columns(roll_pitch(up)), (heading, x, y), lever, angles)
     T_world_base[valid] = poses(pose)[valid]
     for (i, j), entry in zip(itertools.combinations_with_replacement(range(3), 2), entries, strict=True):
         covariance[valid, i, j] = covariance[valid, j, i] = entry if isinstance(entry, float) else entry[valid]
@@ -409,21 +405,15 @@ def stated(log: LegLog, up: Floats, doing: NDArray[Any], path: Odometry, unit: F
 
 
 def _upright(
-    roll: Column,
-    pitch: Column,
-    heading: Column,
-    x: Column,
-    y: Column,
-    lever: Sequence[Column],
-    angles: Sequence[Column],
+    tilt: Sequence[Column], place: Sequence[Column], lever: Sequence[Column], angles: Sequence[Column]
 ) -> tuple[list[Column], list[Column]]:
-    """Return the pose of the root link whose support at the `lever` is at (x, y, 0); and the covariance of its tilt.
+    """Return the pose of a tilted root link whose support at the `lever` is at (x, y, 0); and its covariance.
 
     They are the first three rows of the pose, and the covariances xx, xy, xz, yy, yz and zz of roll, pitch and height
     by those of roll and pitch, xx, xy and yy: the height is −up · lever.
     """
-    i, j, k = lever
-    (cr, sr), (cp, sp), (c, s) = (cosine_sine(angle) for angle in (roll, pitch, heading))
+    (heading, x, y), (i, j, k) = place, lever
+    (cr, sr), (cp, sp), (c, s) = (cosine_sine(angle) for angle in (*tilt, heading))
     along, ahead = sr * j + cr * k, cr * j - sr * k
     # R = Rz(heading) Ry(pitch) Rx(roll)
     u, w = cp * i + sp * along, -sp * i + cp * along
