@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from copy import deepcopy
-from typing import Literal
+from copy import copy
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +47,8 @@ _ROW = np.radians(5.0)
 _UNSURE, _UNSURE_ROWS = np.radians(1.0) ** 2, 20.0
 # Numbers of each inertial sensor.
 _WIDTHS = {"angles": 2, "accelerometer": 3, "gyro": 3}
+
+_Result = TypeVar("_Result", State, Odometry)
 
 
 class StateEstimator:
@@ -134,7 +136,7 @@ class StateEstimator:
         moment, now = float(time), self._now
         before = self._time
         if now is not None and moment == before:
-            return deepcopy(now)
+            return _copied(now)
         if not before < moment < math.inf:
             raise BadArgument(f"times must ascend: {moment!r} s comes after {before!r} s")
         if contacts is not None and forces is not None:
@@ -196,7 +198,7 @@ class StateEstimator:
             drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
             angle = angle + np.eye(2) * (drift + _ROW**2 / max(self._vertical.averaged, 1.0))
         found = stated(log, by_legs if up is None else up, doing, path, angle)
-        self._rates, self._did, self._now = rates, str(doing[0]), found
+        self._rates, self._did, self._now = rates, str(doing[0]), _copied(found)
         return found
 
     # --- Sensors: what they show, and whether they lie.
@@ -315,3 +317,12 @@ class StateEstimator:
         step, *way = (b - a for a, b in zip(poses[0], poses[-1], strict=True))
         if step > 0.0:
             path.velocity[0] = np.array(ahead(way, poses[-1][3])) / step
+
+
+def _copied(found: _Result) -> _Result:
+    """Return a state, or its odometry, with arrays of its own."""
+    made = copy(found)
+    for name, value in vars(found).items():
+        if isinstance(value, np.ndarray | Odometry):
+            object.__setattr__(made, name, value.copy() if isinstance(value, np.ndarray) else _copied(value))
+    return made
