@@ -171,13 +171,8 @@ def _does(truth: Any) -> tuple[NDArray[Any], NDArray[np.bool_]]:
 
 def _pairs(found: nk.world.State, truth: Any) -> list[tuple[str, str]]:
     """Return what the robot does and what `state` says, in clear rows."""
-    said = getattr(found, "doing", None)
-    if said is None:
-        lying = np.isin(found.posture, simulated.LYING)
-        rows = [lying, found.posture == "falling", found.posture == "unknown", ~found.contact, found.walking]
-        said = np.select(rows, ["lying", "falling", "unknown", "lifted", "walking"], "standing")
     does, clear = _does(truth)
-    return list(zip(does[clear].tolist(), said[clear].tolist(), strict=True))
+    return list(zip(does[clear].tolist(), found.doing[clear].tolist(), strict=True))
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:

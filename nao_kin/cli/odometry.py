@@ -121,7 +121,7 @@ def state(
 ) -> None:
     """Print how long a robot stood, walked, sat, lay, fell and was carried, and how far it walked; write its states.
 
-    A row has what it does, posture, contact, support and segment, the pose of the root link with standard deviations,
+    A row has what it does, support and segment, the pose of the root link with standard deviations,
     velocity (ahead, to the left, of the heading), the centre of pressure in the world, and the force and the centre of
     pressure of each sole. What is not known is empty or NaN. Sensors of the feet and of the inertial unit are found by
     the names of their columns, in ALMemory, LoLA and ROS; a note says which are used.
@@ -158,8 +158,6 @@ def _columns(found: State, deg: bool) -> dict[str, Any]:
     columns: dict[str, Any] = {
         "time": found.times,
         "doing": found.doing,
-        "posture": found.posture,
-        "contact": found.contact,
         "support": found.support,
         "segment": path.segment,
         **dict(zip("xyz", found.T_world_base[:, :3, 3].T, strict=True)),

@@ -188,7 +188,11 @@ def _numbers(name: str, values: object) -> Floats:
 # --- The joints of a running robot, read repeatedly over qi or LoLA.
 
 PORT = 9559
-_TORSO_ANGLES = [f"Device/SubDeviceList/InertialSensor/Angle{axis}/Sensor/Value" for axis in "XY"]
+_KEY = "Device/SubDeviceList/{}/Sensor/Value"
+_ANGLES, _GYRO = (
+    [_KEY.format(f"InertialSensor/{name}{axis}") for axis in axes]
+    for name, axes in (("Angle", "XY"), ("Gyroscope", "XYZ"))
+)
 # The time after which a robot that does not answer counts as lost [s].
 _PATIENCE = 3.0
 # The interval at which a waiting source checks whether it is still wanted.
@@ -261,7 +265,7 @@ class JointSource(ABC):
 
 
 class NaoqiSource(JointSource):
-    """A robot or a virtual NAO, read over NAOqi's own protocol: its joints, and the two angles of its inertial sensor.
+    """A robot or a virtual NAO, read over NAOqi's own protocol: its joints, and its inertial and force sensors.
 
     Args:
         address: "tcp://nao.local:9559", or "nao.local" with every robot's default port.
@@ -276,6 +280,7 @@ class NaoqiSource(JointSource):
         self._qi = load_qi("reading a robot's joints over NAOqi")
         self._qi.logging.setLevel(self._qi.logging.FATAL)
         self._session: Any = None
+        self._alive = {"angles"}
 
     def connect(self) -> None:
         """Connect to the robot."""
@@ -285,7 +290,7 @@ class NaoqiSource(JointSource):
         self._session = session
         try:
             self._memory = self._answer(session.service("ALMemory", _async=True))
-            self._answer(self._memory.getListData(_TORSO_ANGLES, _async=True))
+            self._answer(self._memory.getListData(_ANGLES, _async=True))
         except Lost:
             self._memory = None
 
@@ -295,10 +300,16 @@ class NaoqiSource(JointSource):
         names = "H25" if len(body) == 26 else "H21"
         up = None
         if self._memory is not None:
-            angles = self._answer(self._memory.getListData(_TORSO_ANGLES, _async=True))
-            if all(isinstance(angle, (int, float)) for angle in angles):
-                up = vertical(float(angles[0]), float(angles[1]))
-                self.sensors = {"angles": np.array(angles, dtype=np.float64)}
+            forces = [_KEY.format(name) for name in robot.semantics.force_sensors]
+            keys = {"angles": _ANGLES, "gyro": _GYRO, "forces": forces}
+            values = iter(self._answer(self._memory.getListData([*_ANGLES, *_GYRO, *forces], _async=True)))
+            rows = {name: [next(values) for _ in own] for name, own in keys.items()}
+            known = {name: row for name, row in rows.items() if all(isinstance(v, (int, float)) for v in row)}
+            # Sensors that are always exactly zero are those of a virtual robot.
+            self._alive |= {name for name, row in known.items() if any(row)}
+            self.sensors = {name: np.array(row, dtype=float) for name, row in known.items() if name in self._alive}
+            if "angles" in known:
+                up = vertical(*map(float, known["angles"]))
         return _configuration(robot, body, names, self.missing), up
 
     def close(self) -> None:

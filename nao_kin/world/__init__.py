@@ -17,8 +17,8 @@ from nao_kin.world.camera_views import Horizon, horizon, own_body, project_lines
 from nao_kin.world.cameras import Camera, camera, outside_image as outside_image
 from nao_kin.world.dynamic_balance import EDGES, DynamicBalance, dynamic_balance
 from nao_kin.world.estimator import StateEstimator
+from nao_kin.world.legs import standing_sole as standing_sole
 from nao_kin.world.odometry import Odometry, odometry
-from nao_kin.world.sensors import standing_sole as standing_sole
 from nao_kin.world.state import State, state
 
 __all__ = [

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-
-from nao_kin._core.arrays import Floats
-from nao_kin.world.rest import Mask
+from numpy.typing import NDArray
 
 # Tilt of the root link from which a robot that does not stand flat on a sole is falling, lies, and is upright again,
 # and from which it lies in any case; up to which it sits. Between a standing robot that bends (up to 60° in Aldebaran's
@@ -32,43 +30,83 @@ _LEGS_REST, _CALM, HALF = 0.05, 0.5, 0.5
 # Soles that carry less than this share of the weight for _LIFTED have no contact, and have it again after _DOWN [s].
 # Source of the times: B-Human's groundContactDetector.cfg (d89d603), maxTimeWithoutPressure, minTimeWithPressure.
 UNLOADED, _LIFTED, _DOWN = 0.2, 0.2, 0.1
+# Steps of a walk follow each other within this time [s], and in each of them the legs lift a sole by this height [m]:
+# in a robot that rocks from foot to foot, they do not.
+_LONGEST_STEP, _LIFTS = 1.0, 0.01
 
 
 # What a robot does.
 DOINGS = "standing", "walking", "sitting", "lying", "falling", "lifted", "carried", "unknown"
 
 
+class Rule(Protocol):
+    """A rule that decides what is so `now`, and returns the row, counted from 0, from which on this holds."""
+
+    now: Any
+
+    def row(self, *values: Any) -> int:
+        """Decide about the next row."""
+
+
+def decided(rule: Rule, *columns: NDArray[Any]) -> NDArray[Any]:
+    """Return what a rule says of each of the next n rows, shape (n,), with all that it says of them later."""
+    found: list[Any] = []
+    for k, row in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
+        before, since = rule.now, rule.row(*row)
+        found.append(rule.now)
+        if rule.now != before:
+            found[since:] = [rule.now] * (k + 1 - since)
+    return np.array(found)
+
+
 class Contact:
     """Whether the soles carry: lost after 0.2 s without load, and found after 0.1 s with it."""
 
     def __init__(self) -> None:
-        self.stands: bool | None = None
+        self.now: bool | None = None
         self._count, self._other = 0, (0, 0.0)
 
     def row(self, loaded: bool, moment: float) -> int:
-        """Decide `stands` of the next row; return the row, counted from 0, from which on it holds."""
+        """Decide about the next row."""
         k, self._count = self._count, self._count + 1
-        if self.stands is None:
-            self.stands = loaded
-        if loaded == self.stands:
+        if self.now is None:
+            self.now = loaded
+        if loaded == self.now:
             self._other = k + 1, np.inf
             return k
         if self._other[0] == k:
             self._other = k, moment
-        if moment - self._other[1] >= (_LIFTED if self.stands else _DOWN):
-            self.stands, since = loaded, self._other[0]
+        if moment - self._other[1] >= (_LIFTED if self.now else _DOWN):
+            self.now, since = loaded, self._other[0]
             self._other = k + 1, np.inf
             return since
         return k
 
 
-def contact(loaded: Mask, moments: Floats) -> Mask:
-    """Return in which rows (n,) of a log the soles carry."""
-    rule, found = Contact(), np.empty(len(loaded), dtype=np.bool_)
-    for k, (now, moment) in enumerate(zip(loaded.tolist(), moments.tolist(), strict=True)):
-        since = rule.row(now, moment)
-        found[since : k + 1] = rule.stands
-    return found
+class Walk:
+    """Whether a robot walks: its steps follow each other within a second.
+
+    A step is a change of the support, before which the legs have lifted one sole from the other.
+    """
+
+    def __init__(self) -> None:
+        self.now = False
+        self._count, self._support, self._heights = 0, -1, (0.0, 0.0)
+        self._begun = self._stepped = (0, -np.inf)  # row and time of the last change, and of the last step
+
+    def row(self, moment: float, support: int, height: float) -> int:
+        """Decide about the next row by its support, −1 for none, and the height of one sole over the other."""
+        k, self._count = self._count, self._count + 1
+        since, (lowest, highest) = self._begun[0], self._heights
+        if support != self._support:
+            lifted = self._support >= 0 and highest - lowest >= _LIFTS
+            if lifted and moment - self._begun[1] <= _LONGEST_STEP:
+                self.now, self._stepped = True, (k, moment)
+            self._begun, self._support, lowest, highest = (k, moment), support, height, height
+        self._heights = min(lowest, height), max(highest, height)
+        if self.now and (support < 0 or moment - self._stepped[1] > _LONGEST_STEP):
+            self.now, since = False, self._stepped[0]
+        return since
 
 
 class Seen(NamedTuple):
@@ -105,8 +143,9 @@ class Doing:
         self._rises, self._fastest, self._fell = False, 0.0, -1
         self._ups: deque[tuple[float, float, float, float]] = deque()
 
-    def row(self, seen: Seen) -> int:
-        """Decide what it does `now`; return the row, counted from 0, from which on this holds."""
+    def row(self, *values: Any) -> int:
+        """Decide about the next row by the values of `Seen`."""
+        seen = Seen(*values)
         moment, up, stands, _, share, _, quiet = seen
         k, self._count = self._count, self._count + 1
         if quiet:

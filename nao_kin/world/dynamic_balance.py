@@ -22,12 +22,10 @@ from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel, SetDown
 from nao_kin.world.balance import balance, on_floor
+from nao_kin.world.legs import GRAVITY, LegLog, Legs
 from nao_kin.world.momenta import momenta, momentum_jacobians
-from nao_kin.world.odometry import LegLog
 from nao_kin.world.rest import Mask
 from nao_kin.world.rocking import Edges, rocking
-from nao_kin.world.sensors import GRAVITY
-from nao_kin.world.state import StateRules, centre_of_pressure
 
 # Accelerations are means over this time [s]: motors and gears do not follow the corners of a motion any faster. Of
 # noisy joint values they are means over more, up to _LONGEST, until the zero-moment point is known to _SURE [m].
@@ -143,10 +141,10 @@ def dynamic_balance(
         >>> bool(found.margin.min() < found.com_margin.min())
         True
     """
-    log = LegLog.of(robot, times, robot.checked(q), soles, contacts, forces, _OVER)
+    log = LegLog.of(Legs(robot, soles), times, robot.checked(q), contacts, forces, _OVER)
     given, ground = log.rows.own, log.ground
     rows, moments = log.q[given], as_floats(log.moments[given], (len(given),), "times")
-    measured = None if ground.rule == "joints" else log.feet.loaded(ground.pressed)[given]
+    measured = None if ground.rule == "joints" else log.carrying[given]
     rest = balance(robot, rows, soles=soles, contacts=measured)
     support, acceleration, moment = _lasting(rest.down.touching), *np.full((2, len(rows), 3), np.nan)
     T_base_soles = rigid_inverse(rest.T_sole_base)
@@ -178,8 +176,8 @@ def dynamic_balance(
     weight = np.where(np.abs(weight) > 1e-9 * mass * GRAVITY, weight, -1e-9 * mass * GRAVITY)
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
     if ground.rule == "forces" and ground.sensors is not None:
-        pressure = StateRules(robot, log.feet).pressure(ground)[given]
-        centre = centre_of_pressure(rest.down.T_world_base, T_base_soles, pressure, ground.pressed[given])
+        first = np.searchsorted(given, np.arange(len(log.moments)))
+        centre = log.centre_of_pressure(rest.down.T_world_base[first])[given]
         felt: Mask = np.asarray(np.isfinite(centre).all(axis=1))
         zmp, flies = np.where(felt[:, None], centre, zmp), flies & ~felt
         lever = weight[:, None] * (rest.com[:, :2] - zmp)

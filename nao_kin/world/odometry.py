@@ -13,23 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, shaped
+from nao_kin._core.arrays import Floats, shaped
 from nao_kin._core.text import one_line_repr
-from nao_kin.errors import WrongShape
-from nao_kin.robot import Feet, RobotModel, serial_chain
-from nao_kin.world.path import Path
-from nao_kin.world.rest import KNOWN, Mask, RestLog, Turns, bias_notes
-from nao_kin.world.sensors import Ground, Rows, Sensor, bridged, corrected
-
-# Values of a sensor, and in which rows they are known.
-Measured = tuple[Floats, Mask]
+from nao_kin.robot import RobotModel
+from nao_kin.world.legs import LegLog, Legs
+from nao_kin.world.path import Column, Path, cosine_sine
+from nao_kin.world.rest import Mask, Turns
 
 # Time over which the velocity is a mean [s]: a quarter of a step.
 OVER = 0.2
-# The fastest that a NAO's gyrometer measures, 500 °/s [rad/s]; source: doc.aldebaran.com/2-8, inertial_naov6.
-_FASTEST = np.radians(500.0)
-# By this much the legs must turn the root link, so that an inertial sensor that never changes is odd [rad].
-_TURNED = np.radians(3.0)
 
 
 @one_line_repr
@@ -93,14 +85,18 @@ class Odometry:
 
     @property
     def distance(self) -> float:
-        """Sum of the ways of the root link from step to step in all segments, seen from above [m]."""
-        rows = np.flatnonzero(self.valid)
-        if not len(rows):
-            return 0.0
-        begins = np.diff(self.segment[rows], prepend=-1) != 0
-        rows = rows[begins | np.roll(begins, -1) | self.steps[rows]]  # the last row precedes a first one, also the next
-        ways = np.linalg.norm(np.diff(self.T_world_base[rows, :2, 3], axis=0), axis=1)
-        return float(ways[np.diff(self.segment[rows]) == 0].sum())
+        """Length of the ways of the root link in all segments, seen from above [m].
+
+        They lead through the middles between its places at two steps, so that a robot that sways from foot to foot
+        does not get on.
+        """
+        length, steps = 0.0, self.steps
+        for k in range(self.segments):
+            rows = np.flatnonzero(self.segment == k)
+            at = self.T_world_base[[rows[0], *rows[steps[rows]], rows[-1]], :2, 3]
+            way = np.concatenate([at[:1], 0.5 * (at[1:] + at[:-1]), at[-1:]])
+            length += float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+        return length
 
 
 def odometry(
@@ -166,156 +162,52 @@ def odometry(
         >>> found.T_world_base[[0, -1], 2, 3].round(3).tolist()
         [0.32, 0.227]
     """
-    gyro = corrected(robot, "gyro", gyro)
-    log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
+    log = LegLog.of(Legs(robot, soles), times, q, contacts, forces, longest_gap)
     stands = None if valid is None else log.rows.merged(shaped(valid, (len(log.rows.own),), "valid")) != 0.0
     turns, rest = log.turns(gyro)
-    return log.rows.expanded(log.followed(rest.rest, turns, start, stands))
+    log.notes.extend(rest.notes if turns is not None else ())
+    return log.rows.expanded(followed(log, rest.rest, turns, Path(start), stands))
 
 
-# --- What a log has: times, rows without values, soles that touch or carry.
-
-
-def leg_columns(robot: RobotModel, soles: Sequence[str]) -> list[int]:
-    """Return the columns of a configuration that move soles."""
-    moving = {name for sole in soles for name in serial_chain(robot, robot.tree.root, sole).coordinates}
-    return [robot.nq_base + k for k, name in enumerate(robot.joint_names) if name in moving]
-
-
-@dataclass(frozen=True, eq=False)
-class LegLog:
-    """A checked log of n rows: what its joints say about the soles, and contacts or forces about the ground.
-
-    Attributes:
-        feet: the s soles.
-        rows: the rows with a time of their own, n of them.
-        q: configurations, interpolated where they are NaN, shape (n, nq).
-        legs: values of the joints that move the soles, shape (n, j).
-        T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
-        ground: contacts or forces.
-        known: in which rows the values of the legs and of the ground are known, shape (n,).
-        longest_gap: largest time between two rows of a segment [s].
-        notes: what is odd about the sensors.
-    """
-
-    feet: Feet
-    rows: Rows
-    q: Floats
-    legs: Floats
-    T_base_soles: Floats
-    ground: Ground
-    known: Mask
-    longest_gap: float
-    notes: list[str]
-
-    @staticmethod
-    def of(
-        robot: RobotModel,
-        times: ArrayLike,
-        q: ArrayLike,
-        soles: Sequence[str] | None,
-        contacts: ArrayLike | None,
-        forces: ArrayLike | None,
-        longest_gap: float,
-    ) -> LegLog:
-        """Return the log that the arguments of `odometry` give."""
-        feet = Feet.of(robot, soles, needed=True, or_origin=True)
-        values = as_floats(q, (robot.nq,), "q", gaps=True)
-        if values.ndim != 2 or not len(values):
-            raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", values.shape)
-        rows = Rows.of(times, len(values))
-        measured, legs = rows.merged(values), leg_columns(robot, feet.names)
-        filled, known = between_samples(measured), np.asarray(~np.isnan(measured[:, legs]).any(axis=1))
-        configurations = robot.checked(np.where(np.isnan(filled), robot.neutral(), filled))
-        check_tolerance(longest_gap, "longest_gap")
-        notes = list(rows.notes)
-        T_base_soles = feet.on_ground(np.asarray(robot.fk(configurations, feet.names, reference=robot.tree.root)))
-        forces = corrected(robot, "forces", forces)
-        ground = Ground.of(robot, feet, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
-        known = known & ground.known
-        moving = configurations[:, legs]
-        return LegLog(feet, rows, configurations, moving, T_base_soles, ground, known, float(longest_gap), notes)
-
-    @property
-    def moments(self) -> Floats:
-        """Times of the rows, shape (n,) [s]."""
-        return self.rows.times
-
-    def measured(
-        self, values: Floats, what: str, *, most: float = np.inf, hint: str = "", along: Floats | None = None
-    ) -> Measured | None:
-        """Return values (n, k) of an inertial sensor, interpolated in time, and where they are known; or None.
-
-        None stands for a sensor that cannot be used, and the notes say why. `most`, `hint` and `along` are those of
-        `Sensor`.
-        """
-        known = values[np.isfinite(values).all(axis=1)]
-        moves = len(known) > 1 and bool((known == known[0]).all()) and self._turns(about_all=what == "gyro")
-        found = Sensor(what, values, None, self.notes)
-        found.must_be_within(most, hint)
-        found.must_move(moves)
-        if along is not None and np.isfinite(found.values).any():
-            found.agree_with(along, hint)
-        return bridged(found.values, self.moments, self.longest_gap) if np.isfinite(found.values).any() else None
-
-    def turns(self, gyro: ArrayLike | None, up: Floats | None = None) -> tuple[Turns | None, RestLog]:
-        """Return the angular velocity without its bias, and the rest in the log; None without gyrometer to use.
-
-        Without gyrometer, verticals `up` (n, 3) show whether the trunk is quiet.
-        """
-        hint = ": are these deg/s? A heading such as GyroX [deg/s] says so"
-        values = None if gyro is None else self.rows.read(gyro, 3, "gyro")
-        found = None if values is None else self.measured(values, "gyro", most=_FASTEST, hint=hint)
-        if found is None:
-            used = self.known if up is None else self.known & np.isfinite(up).all(axis=1)
-            return None, RestLog.of(self.moments, self.legs, self.ground.stands, used, up=up)
-        rates, near = found
-        rest = RestLog.of(self.moments, self.legs, self.ground.stands, self.known & near, rates)
-        self.notes.extend(bias_notes(rest.bias[rest.rest], bool(rest.deviation.max(initial=0.0) > KNOWN)))
-        return Turns(rates - rest.bias, near, rest.deviation), rest
-
-    def _turns(self, *, about_all: bool) -> bool:
-        """Return whether the legs turn the root link, about the vertical too or not."""
-        path = self.followed(np.zeros(len(self.moments), dtype=np.bool_), None, None, None)
-        R = path.T_world_base[path.valid, :3, :3]
-        turns = R.reshape(-1, 9) if about_all else R[:, 2]
-        return len(R) > 0 and bool((np.diff(np.percentile(turns, [1.0, 99.0], axis=0), axis=0) > _TURNED).any())
-
-    def followed(self, rest: Mask, turns: Turns | None, start: ArrayLike | None, valid: Mask | None) -> Odometry:
-        """Return the trajectory with `start` of `odometry`, where the robot stands; `rest` is that of `RestLog`."""
-        moments, count, path = self.moments, len(self.moments), Path(start)
-        stands = self.ground.stands if valid is None else self.ground.stands & valid
-        known = self.known if turns is None else self.known & turns.near
-        segment = _segments(moments, known, stands, self.longest_gap)
-        T_world_base, T_world_support = np.full((2, count, 4, 4), np.nan)
-        support = np.full(count, -1)
-        covariance, velocity = np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan)
-        for k in range(segment.max(initial=-1) + 1):
-            own = np.flatnonzero(segment == k)
-            T_soles, at = self.T_base_soles[own], moments[own]
-            support[own] = self.ground.supports(own, T_soles)
-            path.begin(T_soles[0], int(support[own[0]]))
-            T_world_base[own], T_world_support[own], pose, covariance[own] = path.extend(
-                T_soles, support[own], at, rest[own], None if turns is None else turns[own]
-            )
-            velocity[own] = _velocity(pose, at)
-        T_world_support[:, 2, 3] -= self.feet.heights[support]
-        found = T_world_base, self.feet.names, support, T_world_support, segment, covariance, velocity
-        return Odometry(moments, *found, tuple(self.notes))
+def followed(
+    log: LegLog, rest: Mask, turns: Turns | None, path: Path, stands: Mask | None, *, on: bool = False
+) -> Odometry:
+    """Return the trajectory where the robot stands; `on` goes on with the segment of the path."""
+    moments, count = log.moments, len(log.moments)
+    stands = log.ground.stands if stands is None else log.ground.stands & stands
+    segment = _segments(moments, log.known if turns is None else log.known & turns.near, stands, log.longest_gap)
+    T_world_base, T_world_support = np.full((2, count, 4, 4), np.nan)
+    covariance, velocity = np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan)
+    for k in range(int(segment.max(initial=-1)) + 1):
+        own = np.flatnonzero(segment == k) if count > 1 else slice(None)
+        if not on:
+            path.begin(log.T_base_soles[own][0], int(log.support[own][0]))
+        T_world_base[own], T_world_support[own], pose, covariance[own] = path.extend(
+            log.T_base_soles[own],
+            log.support[own],
+            moments[own],
+            rest[own],
+            None if turns is None else Turns(turns.rates[own], turns.near[own], turns.deviation[own]),
+        )
+        segment[own] = path.segment
+        if count > 1:
+            velocity[own] = _velocity(pose, moments[own])
+    support = np.where(segment >= 0, log.support, -1)
+    T_world_support[:, 2, 3] -= log.legs.heights[support]
+    found = T_world_base, log.legs.feet.names, support, T_world_support, segment, covariance, velocity
+    return Odometry(moments, *found, tuple(log.notes))
 
 
 def _segments(moments: Floats, known: Mask, stands: Mask, longest_gap: float) -> NDArray[np.intp]:
     """Return the number of the segment of each row, −1 for none, shape (n,)."""
-    segment = np.full(len(moments), -1)
-    rows = np.flatnonzero(known & stands)
-    if len(rows):
+    used = known & stands
+    segment = used - 1  # for a single row
+    rows = np.flatnonzero(used)
+    if len(moments) > 1:
         lifted = np.cumsum(~stands)[rows]
         new = (np.diff(moments[rows]) > longest_gap) | (np.diff(lifted) > 0)
         segment[rows] = np.concatenate([[0], np.cumsum(new)])
     return segment
-
-
-# --- The motion from row to row.
 
 
 def _velocity(pose: Floats, moments: Floats) -> Floats:
@@ -323,6 +215,10 @@ def _velocity(pose: Floats, moments: Floats) -> Floats:
     before, after = (np.clip(moments + sign * OVER / 2.0, moments[0], moments[-1]) for sign in (-1.0, 1.0))
     ways = [np.interp(after, moments, column) - np.interp(before, moments, column) for column in pose.T]
     with np.errstate(invalid="ignore"):
-        x, y, turn = ways / (after - before)
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    return np.column_stack([c * x + s * y, c * y - s * x, turn])
+        return np.column_stack(ahead(ways / (after - before), pose[:, 2]))
+
+
+def ahead(way: Sequence[Column], heading: Column) -> tuple[Column, Column, Column]:
+    """Return a way on the floor and its turn, as seen by a robot with a heading."""
+    (x, y, turn), (c, s) = way, cosine_sine(heading)
+    return c * x + s * y, c * y - s * x, turn

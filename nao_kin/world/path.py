@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, join_poses, rigid_inverse, shaped
-from nao_kin.rotations import rot_z
+from nao_kin._core.arrays import Floats, rigid_inverse, shaped
 from nao_kin.screws import rigid_poses
 from nao_kin.world.balance import feet_frame
 from nao_kin.world.rest import Mask, Turns
@@ -67,7 +66,8 @@ class Path:
         """Begin a segment with the soles (s, 4, 4) of its first row: where the one before it ended."""
         if len(self._T_base_soles):
             (T,) = poses(_root(*self._place, self._T_base_soles[self._sole].ravel().tolist())[0])
-            self._T_world_feet = on_floor(feet_frame(T @ self._T_base_soles))
+            self._T_world_feet = feet_frame(T @ self._T_base_soles)
+            self._T_world_feet[2, 3] = 0.0
         first = T_base_soles[support]
         if self._start is None:
             frame = feet_frame(rigid_inverse(first) @ T_base_soles)
@@ -141,11 +141,6 @@ class Path:
         x, y = (r[4 * k + 3] + sum(r[4 * k + i] * other[4 * i + 3] for i in range(3)) for k in range(2))
         turned = math.remainder(math.atan2(left, ahead) - self._place[0], 2.0 * math.pi)
         self._place, self._sole = (self._place[0] + turned, x, y), sole
-
-
-def on_floor(T: Floats) -> Floats:
-    """Return a pose on the floor below, with the same heading."""
-    return join_poses(rot_z(np.arctan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
 
 
 def _shifted(before: Sequence[float], values: Sequence[Column]) -> list[Column]:

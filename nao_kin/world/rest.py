@@ -9,6 +9,7 @@ Kalman filter of one interval after the other follows it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,7 @@ _BIAS, _DRIFT, _MEASURED = np.radians(1.0), np.radians(0.02), np.radians(0.1)
 KNOWN = np.radians(0.5)
 
 
-@dataclass(frozen=True, eq=False)
-class Turns:
+class Turns(NamedTuple):
     """The angular velocity of the root link in n rows.
 
     Attributes:
@@ -41,10 +41,6 @@ class Turns:
     rates: Floats
     near: Mask
     deviation: Floats
-
-    def __getitem__(self, rows: slice | NDArray[np.intp]) -> Turns:
-        """Return some of the rows."""
-        return Turns(self.rates[rows], self.near[rows], self.deviation[rows])
 
 
 def bias_notes(measured: Floats, unknown: bool) -> list[str]:
@@ -66,23 +62,21 @@ class Rest:
         bias, variance: of the gyrometer after it, shape (3,) [rad/s], and of each of the three numbers [rad²/s²].
     """
 
-    def __init__(self, joints: int, *, gyro: bool, vertical: bool) -> None:
-        self._joints, self._gyro, self._vertical = joints, gyro, vertical and not gyro
+    def __init__(self, sensor: Literal["gyro", "up"] | None) -> None:
+        self._sensor = sensor
         self.quiet: bool | None = None
         self.rest = False
         self.bias, self.variance = np.zeros(3), _BIAS**2
         self.measured: tuple[Floats, float] | None = None
         self._before: tuple[int, Floats, bool | None] | None = None
 
-    def values(self, legs: Floats, stands: Floats, rates: Floats | None, up: Floats | None) -> Floats:
-        """Return what rows (..., j) add to the sums of their interval, shape (..., 8 + j)."""
-        found = np.zeros((*legs.shape[:-1], 8 + self._joints))
-        found[..., 0], found[..., 1] = 1.0, stands
-        if self._gyro and rates is not None:
-            found[..., 2:5], found[..., 5:8] = rates, rates * rates
-        elif self._vertical and up is not None:
-            found[..., 2:5], found[..., 5:8] = up, up * up
-        found[..., 8:] = legs
+    @staticmethod
+    def values(legs: Floats, stands: Mask, shown: Floats | None) -> Floats:
+        """Return what rows (n, j), and what the sensor shows (n, 3), add to the sums of their interval."""
+        found = np.zeros((len(legs), 8 + legs.shape[1]))
+        found[:, 0], found[:, 1], found[:, 8:] = 1.0, stands, legs
+        if shown is not None:
+            found[:, 2:5], found[:, 5:8] = shown, shown * shown
         return found
 
     def close(self, number: int, sums: Floats) -> None:
@@ -95,16 +89,16 @@ class Rest:
         mean = sums / count
         follows = before is not None and number == before[0] + 1
         spread = float(np.maximum(mean[5:8] - mean[2:5] ** 2, 0.0).max())
-        if self._gyro:
+        if self._sensor == "gyro":
             self.quiet = bool(np.abs(mean[2:5] - self.bias).max() < _SLOW and spread < _QUIET**2)
-        elif self._vertical and before is not None and follows:
+        elif self._sensor == "up" and before is not None and follows:
             moved = float(np.abs(mean[2:5] - before[1][2:5]).max())
             self.quiet = moved < _NODDING and spread < _NODDING**2
         self._before = number, mean, self.quiet
         if before is None or not follows or False in (self.quiet, before[2]) or mean[1] < 1.0:
             return
         self.rest = bool(np.abs(mean[8:] - before[1][8:]).max(initial=0.0) < _STILL)
-        if self.rest and self._gyro:
+        if self.rest and self._sensor == "gyro":
             self.measured = mean[2:5], spread / count + _MEASURED**2
             self.bias, self.variance = _corrected(self.bias, self.variance, *self.measured)
 
@@ -129,14 +123,19 @@ class RestLog:
     bias: Floats
     deviation: Floats
 
+    @property
+    def notes(self) -> list[str]:
+        """What is noted of the bias of the gyrometer."""
+        return bias_notes(self.bias[self.rest], bool(self.deviation.max(initial=0.0) > KNOWN))
+
     @staticmethod
     def of(
-        moments: Floats, legs: Floats, stands: Mask, used: Mask, rates: Floats | None = None, up: Floats | None = None
+        moments: Floats, legs: Floats, stands: Mask, used: Mask, shown: Floats | None, sensor: Literal["gyro", "up"]
     ) -> RestLog:
-        """Return the rest in rows with legs (n, j), rates or verticals (n, 3), of which some are `used` (n,)."""
-        rule = Rest(legs.shape[1], gyro=rates is not None, vertical=up is not None)
+        """Return the rest in rows with legs (n, j), of which some are `used` (n,), and rates or verticals (n, 3)."""
+        rule = Rest(None if shown is None else sensor)
         numbers, own = np.unique(np.floor((moments - moments[0]) / INTERVAL).astype(np.intp), return_inverse=True)
-        values = np.where(used[:, None], rule.values(legs, stands.astype(np.float64), rates, up), 0.0)
+        values = np.where(used[:, None], rule.values(legs, stands, shown), 0.0)
         sums = np.add.reduceat(values, np.flatnonzero(np.diff(own, prepend=-1)), axis=0)
         quiet, rest = np.zeros((2, len(numbers)), dtype=np.bool_)
         bias, variance = np.empty((len(numbers), 3)), np.empty(len(numbers))
@@ -156,6 +155,4 @@ class RestLog:
             unsure += _DRIFT**2 * INTERVAL * float(numbers[k] - numbers[max(k - 1, 0)])
         # An interval at rest begins with the one before it.
         rest[:-1] |= rest[1:]
-        return RestLog(
-            None if rates is None and up is None else quiet[own], rest[own], bias[own], np.sqrt(variance)[own]
-        )
+        return RestLog(None if shown is None else quiet[own], rest[own], bias[own], np.sqrt(variance)[own])

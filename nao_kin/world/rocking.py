@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin.world.sensors import GRAVITY
+from nao_kin.world.legs import GRAVITY
 
 # Directions, counter-clockwise from ahead.
 _TURNS = 0.25 * np.pi * np.arange(8)

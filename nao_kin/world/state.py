@@ -7,6 +7,7 @@ the legs, the bias of a gyrometer from rows in which the robot is at rest.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,24 +16,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import TOUCHING, Floats
+from nao_kin._core.arrays import Floats
 from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Feet, RobotModel, serial_chain
+from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_rpy
-from nao_kin.world.doing import DOINGS, Doing, Seen
-from nao_kin.world.odometry import LegLog, Odometry
-from nao_kin.world.path import Column, columns, cosine_sine, poses
+from nao_kin.world.doing import DOINGS, Doing, Walk, decided
+from nao_kin.world.legs import LegLog, Legs, sole_heights
+from nao_kin.world.odometry import Odometry, followed
+from nao_kin.world.path import Column, Path, columns, cosine_sine, poses
 from nao_kin.world.rest import Mask, Turns
-from nao_kin.world.sensors import Ground, corrected, sole_heights
 
 # Angle between the vertical and the normal of a sole up to which the sole is flat on the floor: errors of joints,
 # inertial unit and floor are below, and a robot that tilts so far over an edge of its sole falls. Without an inertial
 # unit, a root link that is tilted by more than _UPRIGHT over its sole lies perhaps.
 _FLAT, _UPRIGHT = np.radians([15.0, 50.0]).tolist()
-# Hips that are lower over the lowest sole than this share of the length of the leg are those of a robot that sits: 0.1
-# and 0.2 in the postures of a NAO that sit, 0.6 in those that crouch.
-_LOW = 0.45
 # Time constant of the filter of accelerometer and gyrometer [s]: longer than a step, shorter than the drift; and of
 # the accelerometer alone, which shall follow a fall.
 TIME_CONSTANT, _ALONE = 1.0, 0.2
@@ -43,15 +41,13 @@ _SHAKEN = 0.2
 _ASKEW, _SOME = np.radians(45.0), 0.1
 # The accelerometer's sign is that of rows in which it is along the soles' normals up to 25°, in either direction: the
 # soles of a robot that lies on its belly are turned by 135° from the vertical.
-ALONG = 0.9
+_ALONG = 0.9
 # Deviations of roll, pitch [rad] and height [m] by errors of the joints' zeros, of a degree at each of the joints of a
-# leg that turn about one axis (docs/calibration.md); of roll and pitch with an inertial unit at least those of its own
-# bias, 0.1 m/s². Without one, a sole may stand on its edge where its centre of pressure is not known, or beyond this
-# share of the half width of its sensors.
-_BY_LEGS, _LEAST_ANGLE, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(0.6), 0.002, np.radians(4.0), 0.8
+# leg that turn about one axis (docs/calibration.md): 0.5, 0.6 and 1.7 mm in Stand, StandInit and Crouch, and 0.5 mm by
+# which a robot sinks; of roll and pitch by the bias of an inertial unit, 0.2 m/s². Without one, a sole may stand on its
+# edge where its centre of pressure is not known, or beyond this share of the half width of its sensors.
+_BY_LEGS, _BY_UNIT, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(1.2), 0.0012, np.radians(4.0), 0.8
 BY_JOINTS = "neither forces nor an inertial unit show whether the robot stands: it is taken to, where it is upright"
-# A robot walks between two changes of its support that follow each other within this time [s].
-LONGEST_STEP = 1.0
 
 
 @one_line_repr
@@ -69,8 +65,9 @@ class State:
         T_world_base: pose of the root link, shape (n, 4, 4): roll and pitch are those of `up`, heading, x and y those
             of `odometry`, and the origin of the support sole is on the floor. NaN where not `valid`.
         covariance: of roll, pitch and height, shape (n, 3, 3) [rad, m]; the covariance of x, y and heading is that of
-            `odometry`. Roll and pitch have the mean square difference between inertial unit and support sole in the
-            log, at least 0.6°; without inertial unit 1.7°, and 4.4° where the sole may stand on its edge.
+            `odometry`. Roll and pitch have 1°, as the bias of an inertial unit leaves it, and a third of the
+            root mean square difference between the unit and the support sole in the log; without inertial unit 1.7°,
+            and 4.4° where the sole may stand on its edge.
         forces: force on each sole, shape (n, s), NaN for a sole whose sensors are not used; 0 or 1 for contacts, 1
             without them.
         sole_pressure: centre of pressure on each sole in the sole's frame, x and y, shape (n, s, 2) [m]; NaN where the
@@ -96,24 +93,6 @@ class State:
     longest_gap: float
 
     @property
-    def posture(self) -> NDArray[Any]:
-        """The posture, shape (n,).
-
-        "upright" of a robot that stands, walks, sits or is lifted; "tilted" of one that is carried; the side that is
-        down of one that lies: "front", "back", "left" or "right"; "falling" and "unknown".
-        """
-        x, y = np.nan_to_num(self.up[:, :2]).T
-        side = np.where(np.abs(x) >= np.abs(y), np.where(x < 0.0, "front", "back"), np.where(y < 0.0, "left", "right"))
-        upright = np.isin(self.doing, ("standing", "walking", "sitting", "lifted"))
-        other = np.where(self.doing == "carried", "tilted", self.doing)
-        return np.where(self.doing == "lying", side, np.where(upright, "upright", other))
-
-    @property
-    def contact(self) -> Mask:
-        """Whether the robot stands or walks on its soles, shape (n,)."""
-        return np.asarray((self.doing == "standing") | (self.doing == "walking"))
-
-    @property
     def valid(self) -> Mask:
         """In which rows the robot stands or walks, so that its pose is known, shape (n,)."""
         return self.odometry.valid
@@ -131,11 +110,6 @@ class State:
     def roll_pitch(self) -> Floats:
         """Roll and pitch of the root link, R = Ry(pitch) Rx(roll), AngleX and AngleY of a NAO, shape (n, 2) [rad]."""
         return roll_pitch(self.up)
-
-    @property
-    def walking(self) -> Mask:
-        """Which rows are between two changes of the support within 1 s, shape (n,)."""
-        return np.asarray(self.doing == "walking")
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -204,47 +178,36 @@ def state(
         >>> q = np.tile(nao.posture("StandInit"), (100, 1))
         >>> lean = np.tile([0.0, np.radians(3.0)], (100, 1))
         >>> found = nk.world.state(nao, q, times=0.01 * np.arange(100), angles=lean, forces=np.full((100, 2), 2.7))
-        >>> found.posture[0].item(), found.support[0].item(), found.seconds["standing"]
-        ('upright', 'both', 0.99)
+        >>> found.doing[0].item(), found.support[0].item(), found.seconds["standing"]
+        ('standing', 'both', 0.99)
         >>> found.T_world_base[0, 2, 3].round(3).item()
         0.32
 
     Source: AngleX, AngleY and the axes: doc.aldebaran.com/2-8, inertial_naov6; signs of V6: docs.ros.org,
     nao_sensor_msgs; the negative accelerometer: B-Human's NaoProvider.cpp (d89d603), which changes LoLA's sign.
     """
-    angles, gyro = corrected(robot, "angles", angles), corrected(robot, "gyro", gyro)
-    accelerometer = corrected(robot, "accelerometer", accelerometer)
-    log = LegLog.of(robot, times, q, soles, contacts, forces, longest_gap)
+    log = LegLog.of(Legs(robot, soles), times, q, contacts, forces, longest_gap)
     turns, rest = log.turns(gyro)
-    measured = _vertical(log, angles, accelerometer, turns)
-    if turns is None and measured is not None:
-        _, rest = log.turns(None, measured)
-    support = log.ground.supports(slice(None), log.T_base_soles)
-    by_unit, rules = measured is not None, StateRules(robot, log.feet)
-    if not by_unit and log.ground.rule == "joints":
-        log.notes.append(BY_JOINTS)
-    up = rules.up_by_legs(log, support) if measured is None else measured
-    carrying = carrying_soles(log, support)
-    doing = rules.doing(log, carrying, up, rest.quiet, Doing() if by_unit else None)
-    path = log.followed(rest.rest, turns, start, doing == "standing")
-    doing[_walks(path)] = "walking"
-    away = (roll_pitch(up) - roll_pitch(rules.up_by_legs(log, path.support)))[path.valid]
-    found = rules.state(log, carrying, up, doing, path, away.T @ away / max(len(away), 1) if by_unit else None)
+    up = vertical(log, angles, accelerometer, turns)
+    if turns is not None:
+        log.notes.extend(rest.notes)
+    elif up is not None:
+        _, rest = log.turns(None, up)
+    doing = done(log, up, rest.quiet, Doing())
+    path = followed(log, rest.rest, turns, Path(start), doing == "standing")
+    rows = zip((log.moments, path.support, lifts(log)), (np.inf, -1, 0.0), strict=True)  # nothing follows the log
+    doing[decided(Walk(), *(np.append(*row) for row in rows))[:-1]] = "walking"
+    unit = None
+    if up is None:
+        up = log.lever[..., :3, 2]
+    else:
+        away = (roll_pitch(up) - roll_pitch(log.lever[..., :3, 2]))[path.valid]
+        unit = by_unit(away.T @ away / max(len(away), 1))
+    found = stated(log, up, doing, path, unit)
     return log.rows.expanded(replace(found, odometry=log.rows.expanded(path)))
 
 
-def _walks(path: Odometry) -> Mask:
-    """Return which rows are between two changes of the support within 1 s, shape (n,)."""
-    at = path.times[path.steps]
-    if len(at) < 2:
-        return np.zeros(len(path.times), dtype=np.bool_)
-    after = np.searchsorted(at, path.times, side="right")
-    between = (after > 0) & (after < len(at))
-    lasting = at[np.minimum(after, len(at) - 1)] - at[np.maximum(after - 1, 0)]
-    return np.asarray(between & (lasting <= LONGEST_STEP) & path.valid)
-
-
-def _vertical(
+def vertical(
     log: LegLog, angles: ArrayLike | None, accelerometer: ArrayLike | None, turns: Turns | None
 ) -> Floats | None:
     """Return the vertical in the root link (n, 3), NaN where it is not known; None without inertial unit to use."""
@@ -252,26 +215,26 @@ def _vertical(
         raise BadArgument("give angles or an accelerometer, not both")
     ground, normals = log.ground, log.T_base_soles[..., :3, 2]
     if angles is not None:
-        what = "angles"
-        found = log.measured(log.rows.read(angles, 2, what), what, most=np.pi, hint=": are these degrees?")
+        what, found = "angles", log.measured("angles", log.read("angles", angles, 2))
         if found is None:
             return None
         tilt, near = found
         up = matrix_from_rpy(np.pad(tilt, ((0, 0), (0, 1))))[:, 2]
     elif accelerometer is not None:
-        what, force = "accelerometer", log.rows.read(accelerometer, 3, "accelerometer")
+        what, force = "accelerometer", log.read("accelerometer", accelerometer, 3)
         force[~force.any(axis=1)] = np.nan
         normal = normals.mean(axis=1)
         with np.errstate(invalid="ignore"):
-            sure = np.abs(np.einsum("ni,ni->n", force, normal)) > ALONG * np.linalg.norm(force, axis=1)
-        along = np.where((sure & ground.stands)[:, None], normal, 0.0)
-        found = log.measured(force, what, hint=", as LoLA has it", along=along)
+            sure = np.abs(np.einsum("ni,ni->n", force, normal)) > _ALONG * np.linalg.norm(force, axis=1)
+        found = log.measured(what, force, along=np.where((sure & ground.stands)[:, None], normal, 0.0))
         if found is None:
             return None
         force, near = found
         size = np.linalg.norm(force, axis=1)
         seen = near & (size > 0.0)
-        used = np.where(seen, trust(size, np.median(size[seen])), 0.0)
+        usual = np.median(size[seen])
+        log.sensors[what].gain /= usual
+        used = np.where(seen, trust(size / usual), 0.0)
         direction, rates = force / np.where(seen, size, 1.0)[:, None], None if turns is None else turns.rates
         up = _filtered(direction, used, rates, log.moments, log.longest_gap)
     else:
@@ -281,7 +244,7 @@ def _vertical(
         carries = log.known & near & ground.heavy  # one that lies on its toes is light
         leaning = (np.einsum("nsi,ni->ns", normals, up).max(axis=1) < np.cos(_ASKEW))[carries]
         if leaning.sum() > _SOME * len(leaning):
-            log.notes.append(f"{what}: in contradiction to the legs and the forces; not used")
+            log.sensors[what].contradicts_the_legs()
             return None
     return up
 
@@ -291,9 +254,9 @@ def gain(used: Any, step: Any, *, gyro: bool) -> Any:
     return 1.0 - np.exp(-used * step / (TIME_CONSTANT if gyro else _ALONE))
 
 
-def trust(size: Any, usual: Any) -> Any:
-    """Return the weight of an accelerometer's row from its length and the usual one, less for impacts and falls."""
-    return np.maximum(0.0, 1.0 - np.abs(size / usual - 1.0) / _SHAKEN)
+def trust(size: Any) -> Any:
+    """Return the weight of an accelerometer's row from its length, usually 1: less for impacts and falls."""
+    return np.maximum(0.0, 1.0 - np.abs(size - 1.0) / _SHAKEN)
 
 
 class Vertical:
@@ -305,7 +268,7 @@ class Vertical:
     def __init__(self) -> None:
         self.x = self.y = self.z = self.averaged = 0.0
 
-    def row(self, a: float, b: float, c: float, used: float, least: float, turn: tuple[float, float, float]) -> None:
+    def row(self, a: float, b: float, c: float, used: float, least: float, turn: Sequence[float]) -> None:
         """Turn by the opposite of the root link's turn [rad], then come nearer to a direction (a, b, c)."""
         x, y, z = self.x, self.y, self.z
         p, q, r = turn
@@ -359,132 +322,98 @@ def _filtered(direction: Floats, used: Floats, turns: Floats | None, moments: Fl
         return np.asarray(np.where(weights[:, None] > 0.0, total / size[:, None], np.nan))
 
 
-def _roll_pitch(x: Column, y: Column, z: Column) -> tuple[Column, Column]:
-    """Return roll and pitch of verticals in the root link [rad]."""
-    return np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))
-
-
 def roll_pitch(up: Floats) -> Floats:
     """Return roll and pitch of verticals (n, 3) in the root link, shape (n, 2) [rad]."""
-    return np.array(_roll_pitch(*columns(up))).T.reshape(-1, 2)
+    x, y, z = columns(up)
+    return np.array([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))]).T.reshape(-1, 2)
 
 
-class StateRules:
-    """The rules by which rows of a log, or one row after the other, become states of a robot.
+def lifts(log: LegLog) -> Floats:
+    """Return the height of the last sole over the first one in each row, shape (n,) [m]."""
+    return sole_heights(log.T_base_soles)[:, 0, -1]
 
-    They know the places of the force sensors of each sole in its frame, and of the first joints of its legs in the root
-    link, its hips.
+
+def done(log: LegLog, up: Floats | None, quiet: Mask | None, rule: Doing) -> NDArray[Any]:
+    """Return what the robot does in each row, but for walking; without verticals, by the legs alone."""
+    legs, ground = log.legs, log.ground
+    if up is None:
+        if ground.rule == "joints":
+            log.notes.append(BY_JOINTS)
+        stands = ground.heavy & (log.lever[:, 2, 2] >= math.cos(_UPRIGHT))
+        return np.where(stands, "standing", "unknown").astype("<U8")
+    flat = ((log.T_base_soles[..., :3, 2] @ up[:, :, None])[..., 0] >= math.cos(_FLAT)) & log.carrying
+    low = np.zeros(len(up), dtype=np.bool_)
+    if len(legs.hips):
+        soles = (log.T_base_soles[..., :3, 3] @ up[:, :, None])[..., 0].min(axis=1)
+        low = (up @ legs.hips.T).min(axis=1) - soles < legs.low
+    blind = np.full(len(up), None) if quiet is None else quiet
+    return decided(rule, log.moments, up, ground.stands, np.asarray(flat.any(axis=1)), ground.share, low, blind).astype(
+        "<U8"
+    )
+
+
+def by_unit(differences: Floats) -> Floats:
+    """Return the covariance of roll and pitch by the mean square of differences between inertial unit and legs.
+
+    Of a difference d, the unit has the share k d in the mean, and a variance of k _BY_LEGS².
     """
-
-    def __init__(self, robot: RobotModel, feet: Feet) -> None:
-        sensors = robot.semantics.force_sensors
-        self._cells: list[tuple[NDArray[np.intp], Floats]] = []
-        for name, own in zip(feet.names, feet.carried(robot, sensors), strict=True):
-            places = robot.fk(robot.neutral(), np.array(sensors)[own].tolist(), reference=name)[:, :2, 3]
-            self._cells.append((np.flatnonzero(own), places))
-        chains = [serial_chain(robot, robot.tree.root, sole).placements[:, :, 3] for sole in feet.names]
-        self._hips = np.array([places[0] for places in chains if len(places) > 1]).reshape(-1, 3)
-        self._low = _LOW * float(min(np.linalg.norm(places[1:], axis=1).sum() for places in chains))
-
-    def up_by_legs(self, log: LegLog, support: NDArray[np.intp]) -> Floats:
-        """Return the normal of the support in the root link, shape (n, 3)."""
-        return log.T_base_soles[np.arange(len(support)), support, :3, 2]
-
-    def doing(self, log: LegLog, carrying: Mask, up: Floats, quiet: Mask | None, rule: Doing | None) -> NDArray[Any]:
-        """Return what the robot does in each row, but for walking; without `rule`, the vertical is that of the legs."""
-        if rule is None:
-            stands = log.ground.heavy & (up[:, 2] >= math.cos(_UPRIGHT))
-            return np.where(stands, "standing", "unknown").astype("<U8")
-        flat = ((log.T_base_soles[..., :3, 2] @ up[:, :, None])[..., 0] >= math.cos(_FLAT)) & carrying
-        low = np.zeros(len(up), dtype=np.bool_)
-        if len(self._hips):
-            soles = (log.T_base_soles[..., :3, 3] @ up[:, :, None])[..., 0].min(axis=1)
-            low = (up @ self._hips.T).min(axis=1) - soles < self._low
-        standing = np.asarray(flat.any(axis=1))
-        values: tuple[NDArray[Any], ...] = (log.moments, up, log.ground.stands, standing, log.ground.share, low)
-        blind = np.full(len(up), None) if quiet is None else quiet
-        found = np.empty(len(up), dtype="<U8")
-        for k, row in enumerate(zip(*(column.tolist() for column in (*values, blind)), strict=True)):
-            before, since = rule.now, rule.row(Seen(*row))
-            found[min(since, k) if rule.now != before else k : k + 1] = rule.now
-        return found
-
-    def pressure(self, ground: Ground) -> Floats:
-        """Return the centre of pressure on each sole, shape (n, s, 2); NaN without forces of its sensors."""
-        found = np.full((*ground.pressed.shape, 2), np.nan)
-        if ground.sensors is not None:
-            pressed = np.where(ground.pressed > 0.0, ground.pressed, np.nan)
-            for k, (own, places) in enumerate(self._cells):
-                found[:, k] = ground.sensors[:, own] @ places / pressed[:, k, None]
-        return found
-
-    def on_edge(self, pressure: Floats, support: NDArray[np.intp]) -> Mask:
-        """Return in which rows the support may stand on its edge, by the centres of pressure (n, s, 2), shape (n,)."""
-        found = np.ones(len(support), dtype=np.bool_)
-        for k, (_, places) in enumerate(self._cells):
-            if len(places) > 1:
-                low, high = places.min(axis=0), places.max(axis=0)
-                inside = np.abs(pressure[:, k] - 0.5 * (low + high)) <= _EDGE * 0.5 * (high - low)
-                found &= ~(inside.all(axis=1) & (support == k))
-        return found
-
-    def state(
-        self, log: LegLog, carrying: Mask, up: Floats, doing: NDArray[Any], path: Odometry, unit: Floats | None
-    ) -> State:
-        """Return the state in n rows; `unit` is the mean square of roll and pitch of the inertial unit by the legs."""
-        valid, lever = path.valid, log.T_base_soles[np.arange(len(up)), path.support]
-        roll, pitch = _roll_pitch(*columns(up))
-        heading, x, y, *sole = columns(_rows(path, lever))
-        T_world_base, covariance = np.full((len(up), 4, 4), np.nan), np.full((len(up), 3, 3), np.nan)
-        pressure = self.pressure(log.ground)
-        if unit is None:
-            a = _BY_LEGS**2 + _BY_EDGE**2 * columns(1.0 * self.on_edge(pressure, path.support)[:, None])[0]
-            angles = a, 0.0, a
-        else:
-            least = _LEAST_ANGLE**2
-            angles = float(unit[0, 0]) + least, float(unit[0, 1]), float(unit[1, 1]) + least
-        entries, (xx, xy, xz, yy, yz, zz) = _upright(roll, pitch, heading, x, y, sole, angles)
-        T_world_base[valid] = poses(entries)[valid]
-        covariance = np.array(np.broadcast_arrays(xx, xy, xz, xy, yy, yz, xz, yz, zz)).T.reshape(-1, 3, 3)
-        return State(
-            times=log.moments,
-            soles=log.feet.names,
-            doing=doing,
-            carrying=carrying & ((doing == "standing") | (doing == "walking"))[:, None],
-            up=up,
-            T_world_base=T_world_base,
-            covariance=np.where(valid[:, None, None], covariance, np.nan),
-            forces=log.ground.pressed,
-            sole_pressure=pressure,
-            centre_of_pressure=centre_of_pressure(T_world_base, log.T_base_soles, pressure, log.ground.pressed),
-            odometry=path,
-            notes=path.notes,
-            longest_gap=log.longest_gap,
-        )
+    k = _BY_UNIT**2 / (_BY_UNIT**2 + _BY_LEGS**2)
+    return np.asarray(k * k * differences + k * _BY_LEGS**2 * np.eye(2))
 
 
-def _rows(path: Odometry, T_base_sole: Floats) -> Floats:
-    """Return heading of the root link, and x and y of the support, and its place in the root link, shape (n, 6)."""
-    T, place = path.T_world_base, path.T_world_support[:, :2, 3]
-    return np.concatenate([np.arctan2(T[:, 1, 0], T[:, 0, 0])[:, None], place, T_base_sole[:, :3, 3]], axis=1)
+def _on_edge(log: LegLog) -> Mask:
+    """Return in which rows the support may stand on its edge, by its centre of pressure, shape (n,)."""
+    found = np.ones(len(log.support), dtype=np.bool_)
+    for k, (_, places) in enumerate(log.legs.cells):
+        if len(places) > 1:
+            low, high = places.min(axis=0), places.max(axis=0)
+            inside = np.abs(log.pressure[:, k] - 0.5 * (low + high)) <= _EDGE * 0.5 * (high - low)
+            found &= ~(inside.all(axis=1) & (log.support == k))
+    return found
+
+
+def stated(log: LegLog, up: Floats, doing: NDArray[Any], path: Odometry, unit: Floats | None) -> State:
+    """Return the state in n rows; `unit` is the covariance of roll and pitch of an inertial unit."""
+    valid, T = path.valid, path.T_world_base
+    place = np.arctan2(T[:, 1:2, 0], T[:, :1, 0]), path.T_world_support[:, :2, 3], log.lever[:, :3, 3]
+    heading, x, y, *lever = columns(np.concatenate(place, axis=1))
+    T_world_base, covariance = np.full((len(up), 4, 4), np.nan), np.full((len(up), 3, 3), np.nan)
+    if unit is None:
+        a = _BY_LEGS**2 + _BY_EDGE**2 * columns(1.0 * _on_edge(log)[:, None])[0]
+        angles = a, 0.0, a
+    else:
+        angles = float(unit[0, 0]), float(unit[0, 1]), float(unit[1, 1])
+    pose, entries = _upright(columns(roll_pitch(up)), (heading, x, y), lever, angles)
+    T_world_base[valid] = poses(pose)[valid]
+    for (i, j), entry in zip(itertools.combinations_with_replacement(range(3), 2), entries, strict=True):
+        covariance[valid, i, j] = covariance[valid, j, i] = entry if isinstance(entry, float) else entry[valid]
+    return State(
+        times=log.moments,
+        soles=log.legs.feet.names,
+        doing=doing,
+        carrying=log.carrying & ((doing == "standing") | (doing == "walking"))[:, None],
+        up=up,
+        T_world_base=T_world_base,
+        covariance=covariance,
+        forces=log.ground.pressed,
+        sole_pressure=log.pressure,
+        centre_of_pressure=log.centre_of_pressure(T_world_base),
+        odometry=path,
+        notes=tuple(log.notes),
+        longest_gap=log.longest_gap,
+    )
 
 
 def _upright(
-    roll: Column,
-    pitch: Column,
-    heading: Column,
-    x: Column,
-    y: Column,
-    lever: Sequence[Column],
-    angles: Sequence[Column],
+    tilt: Sequence[Column], place: Sequence[Column], lever: Sequence[Column], angles: Sequence[Column]
 ) -> tuple[list[Column], list[Column]]:
-    """Return the pose of the root link whose support at the `lever` is at (x, y, 0); and the covariance of its tilt.
+    """Return the pose of a tilted root link whose support at the `lever` is at (x, y, 0); and its covariance.
 
     They are the first three rows of the pose, and the covariances xx, xy, xz, yy, yz and zz of roll, pitch and height
     by those of roll and pitch, xx, xy and yy: the height is −up · lever.
     """
-    i, j, k = lever
-    (cr, sr), (cp, sp), (c, s) = (cosine_sine(angle) for angle in (roll, pitch, heading))
+    (heading, x, y), (i, j, k) = place, lever
+    (cr, sr), (cp, sp), (c, s) = (cosine_sine(angle) for angle in (*tilt, heading))
     along, ahead = sr * j + cr * k, cr * j - sr * k
     # R = Rz(heading) Ry(pitch) Rx(roll)
     u, w = cp * i + sp * along, -sp * i + cp * along
@@ -494,21 +423,3 @@ def _upright(
     p, q = -cp * ahead, u  # derivatives of the height by roll and pitch
     a, b, d = angles
     return rows, [a, b, a * p + b * q, d, b * p + d * q, a * p * p + 2.0 * b * p * q + d * q * q + _BY_LENGTH**2]
-
-
-def carrying_soles(log: LegLog, support: NDArray[np.intp]) -> Mask:
-    """Return which soles carry the robot or, from the joints alone, are as low as the support, shape (n, s)."""
-    if log.ground.rule == "joints":
-        heights = sole_heights(log.T_base_soles)[np.arange(len(support)), support]
-        return np.asarray(np.abs(heights) <= TOUCHING)
-    return log.feet.loaded(log.ground.pressed)
-
-
-def centre_of_pressure(T_world_base: Floats, T_base_soles: Floats, pressure: Floats, pressed: Floats) -> Floats:
-    """Return the centre of pressure of all soles in the world, x and y, shape (n, 2)."""
-    T = T_world_base[:, None] @ T_base_soles
-    places = (T[..., :2, :2] @ pressure[..., None])[..., 0] + T[..., :2, 3]
-    shares = pressed / np.where((total := pressed.sum(axis=1, keepdims=True)) > 0.0, total, np.nan)
-    return np.asarray(
-        np.where(pressed[..., None] > 0.0, places * shares[..., None], 0.0 * shares[..., None]).sum(axis=1)
-    )

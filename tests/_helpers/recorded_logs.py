@@ -121,27 +121,24 @@ def joined(*parts: Truth) -> Truth:
 
 
 def life(nao: nk.NaoModel) -> Truth:
-    """Stand, walk, fall to the front, get up, be lifted, fall to the side, get up, fall on the back."""
-    first = walk(nao, 0.4, 0.1, 0.5)
+    """Stand, walk, fall to the front, get up, be lifted, and fall to the left, every 20 ms."""
+    first = walk(nao, 0.3, 0.05, 0.3)
     q, T = first.q[-1], first.T[-1]
-    belly = fall(nao, "front", q, T, "LyingBelly")
-    still = stand(nao, 150, q, T)
     up = lift(nao, q, T)
-    there = up.T[-1]
-    placed = stand(nao, 150, q, there)
-    side = fall(nao, "left", q, there)
-    back = fall(nao, "back", q, there, "LyingBack")
-    return joined(first, belly, still, up, placed, side, placed, back, placed)
+    still, placed = stand(nao, 100, q, T), stand(nao, 100, q, up.T[-1])
+    whole = joined(first, fall(nao, "front", q, T), still, up, placed, fall(nao, "left", q, up.T[-1]))
+    return Truth(*(part[:-350:2] for part in vars(whole).values()))
 
 
 def recorded(nao: nk.NaoModel, truth: Truth, rng: np.random.Generator) -> Recording:
     """The truth as sensors see it: noise of 0.1° of encoders, 0.5° of angles, 0.01 rad/s and 0.3 m/s², and a bias."""
     n = len(truth.times)
     R = truth.T[:, :3, :3]
-    turns = Rotation.from_matrix(R[:-1].swapaxes(1, 2) @ R[1:]).as_rotvec() / STEP
+    step = truth.times[1] - truth.times[0]
+    turns = Rotation.from_matrix(R[:-1].swapaxes(1, 2) @ R[1:]).as_rotvec() / step
     gyro = np.concatenate([turns[:1], 0.5 * (turns[1:] + turns[:-1]), turns[-1:]])
     at = truth.T[:, :3, 3]
-    a = np.gradient(np.gradient(at, STEP, axis=0), STEP, axis=0)
+    a = np.gradient(np.gradient(at, step, axis=0), step, axis=0)
     a = np.clip(a, -20.0, 20.0)
     a[:, 2] += GRAVITY
     force = np.einsum("nji,nj->ni", R, a)

@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -61,6 +62,8 @@ LOLA_ROBOT = """
             print("left", flush=True)
         robot.close()
 """
+
+DEVICE, END = "Device/SubDeviceList/", "/Sensor/Value"
 
 
 @contextmanager
@@ -194,6 +197,25 @@ def test_a_virtual_nao_is_mirrored_as_it_moves(nao: nk.NaoModel) -> None:
     assert found[-1].q[2:] == pytest.approx(still[2:], abs=1e-6)
     # In StandInit the hip, knee and ankle add up to −0.1: on level soles the torso leans forward by as much.
     assert found[-1].up == pytest.approx([-np.sin(0.1), 0.0, np.cos(0.1)], abs=1e-6)
+
+
+def test_naoqi_gives_all_sensors_that_a_robot_has(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forces in the order of the robot, the gyrometer once it has shown anything, and None for what does not exist."""
+    pytest.importorskip("qi")
+    memory: dict[str, object] = {f"AngleX{END}": 0.1, f"AngleY{END}": 0.2}
+    memory |= {f"{name}{END}": 0.1 * k for k, name in enumerate(nao.semantics.force_sensors)}
+    source, body = NaoqiSource("nao.local"), nao.to_body(nao.posture("Stand")).tolist()
+    source._motion = SimpleNamespace(getAngles=lambda *_, **__: body)
+    listed = lambda keys, **_: [memory.get(key.removeprefix(DEVICE).removeprefix("InertialSensor/")) for key in keys]  # noqa: E731
+    source._memory = SimpleNamespace(getListData=listed)
+    monkeypatch.setattr(NaoqiSource, "_answer", lambda _, value: value)
+    source.read(nao)
+    assert set(source.sensors) == {"angles", "forces"}
+    assert source.sensors["forces"] == pytest.approx(0.1 * np.arange(8))
+    for gyro in (0.0, 0.3, 0.0):
+        memory |= {f"Gyroscope{axis}{END}": gyro for axis in "XYZ"}
+        source.read(nao)
+    assert source.sensors["gyro"].tolist() == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.full

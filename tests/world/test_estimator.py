@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import recorded_logs as logs
@@ -46,13 +49,13 @@ def test_it_follows_a_life_with_small_delays(
     # Walking is known after the second step, and its end late; the rest of the rows is that of the whole log.
     ground = ["standing" if name == "walking" else name for name in doing]
     same = np.array(ground) == np.where(batch.doing == "walking", "standing", batch.doing)
-    assert same.mean() > 0.96
+    assert same.mean() > 0.95
     # Delays: a lying robot at once, contact 0.2 s, a fall before it ends.
     first = np.append(True, life.doing[1:] != life.doing[:-1])
     assert max(late(doing == "lying", np.flatnonzero(first & np.isin(life.doing, LYING)), 100)) <= 1
-    assert max(late(doing == "lifted", np.flatnonzero(first & (life.doing == "lifted")), 100)) <= 21
+    assert max(late(doing == "lifted", np.flatnonzero(first & (life.doing == "lifted")), 100)) <= 11
     falls = np.flatnonzero(first & (life.doing == "falling") & (np.roll(life.doing, 1) == "standing"))
-    assert max(late(doing == "falling", falls, 100)) <= 75  # of 80, in which it tilts by 15° in the first 33
+    assert max(late(doing == "falling", falls, 100)) <= 38  # of 40, in which it tilts by 15° in the first 16
     # The support changes with the first row whose forces say so.
     walking = life.doing == "walking"
     support = np.array([row.odometry.support[0] for row in rows])
@@ -82,31 +85,76 @@ def test_with_contacts_alone_it_is_the_odometry_of_the_log(nao: nk.NaoModel, lif
     assert np.sqrt(np.diag(P)) == pytest.approx(np.sqrt(np.diag(whole)), rel=0.3)
 
 
+# What is done to a sensor of a robot that walks, and a word of the note on it.
+LIES: dict[str, tuple[str, Callable[[np.ndarray], np.ndarray], str]] = {
+    "a dead foot": (
+        "forces",
+        lambda F: F * np.repeat([0.0, 1.0], 4),
+        "always 0, 0, 0, 0 although the robot moves; not used",
+    ),
+    "exchanged feet": ("forces", lambda F: np.roll(F, 4, axis=1), "in contradiction to the legs: exchanged?; not used"),
+    "an offset": ("forces", lambda F: F + 0.4, "in the air, as the legs say; subtracted"),
+    "a stuck gyrometer": ("gyro", lambda G: 0.0 * G + 0.2, "although the robot moves; not used"),
+    "degrees": ("gyro", np.degrees, "are these deg/s? A heading such as GyroX [deg/s] says so; not used"),
+    "axes exchanged": ("accelerometer", lambda A: A[:, [2, 0, 1]], "contradiction to the legs and the forces; not"),
+}
+
+
+@pytest.mark.parametrize("lie", list(LIES))
+def test_a_sensor_that_lies_is_found_while_the_robot_walks(
+    nao: nk.NaoModel, life: Truth, log: Recording, lie: str
+) -> None:
+    rows = slice(int(np.argmax(life.doing == "falling")))
+    what, turn, word = LIES[lie]
+    part = Recording(*(getattr(log, name)[rows] for name in Recording.__dataclass_fields__))
+    names = tuple(dict.fromkeys(("forces", "accelerometer", what)))
+    found = followed(nao, replace(part, **{what: turn(getattr(part, what))}), *names)
+    assert any(word in note for note in found[-1].notes)
+    last = found[-1]
+    assert last.valid[0]
+    assert last.odometry.support[0] == followed(nao, part, *names)[-1].odometry.support[0]
+    assert np.degrees(np.arccos(last.up[0, 2])) < 6.0
+    if "stuck" in lie:  # the heading is that of the legs
+        assert abs(last.odometry.velocity[0, 2]) < 0.5
+
+
+def test_a_sensor_that_was_found_to_lie_is_not_believed_again_at_rest(
+    nao: nk.NaoModel, life: Truth, log: Recording
+) -> None:
+    walk, estimator = slice(int(np.argmax(life.doing == "falling"))), nk.world.StateEstimator(nao)
+    forces = np.roll(log.forces, 4, axis=1)
+    for time, q, force in zip(log.times[walk], log.q[walk], forces[walk], strict=True):
+        now = estimator.update(time, q, forces=force)
+    assert "exchanged?" in now.notes[0]
+    notes = [estimator.update(time + 0.05 * k, q, forces=force).notes for k in range(1, 400)]
+    assert all("exchanged?" in note[0] for note in notes)
+
+
 def test_at_rest_the_heading_stays_and_nothing_is_added_to_its_covariance(nao: nk.NaoModel) -> None:
     estimator, q = nk.world.StateEstimator(nao), nao.posture("Stand")
     rng, bias = np.random.default_rng(0), np.radians([1.0, 1.0, 1.0])
     found = [
         estimator.update(0.01 * k, q, forces=[2.7, 2.7], angles=[0.0, 0.0], gyro=bias + rng.normal(0.0, 0.01, 3))
-        for k in range(3000)
+        for k in range(1000)
     ]
     heading = np.array([row.odometry.pose[0, 2] for row in found])
     assert np.abs(heading).max() < np.radians(1.2)  # in the first second
     assert np.abs(heading[200:] - heading[200]).max() < np.radians(0.3)
-    deviation = [np.degrees(np.sqrt(found[k].odometry.covariance[0, 2, 2])) for k in (200, 2999)]
+    deviation = [np.degrees(np.sqrt(found[k].odometry.covariance[0, 2, 2])) for k in (200, 999)]
     assert 0.3 < deviation[0] < 1.5
     assert deviation[1] == pytest.approx(deviation[0], rel=0.2)
     assert "mean at rest, 0.01" in " ".join(found[-1].notes)
 
 
 def test_signs_units_and_missing_values(nao: nk.NaoModel, log: Recording) -> None:
-    part = Recording(*(getattr(log, name)[:500] for name in Recording.__dataclass_fields__))
+    part = Recording(*(getattr(log, name)[:250] for name in Recording.__dataclass_fields__))
     names = ("forces", "accelerometer", "gyro")
     plain = followed(nao, part, *names)[-1]
     lola = Recording(part.times, part.q, 9.81 * part.forces, -part.accelerometer / 9.81, part.gyro, part.angles)
-    found = followed(nao, lola, *names, weight=9.81 * nao.mass)[-1]
+    found = followed(nao, lola, *names)[-1]
     assert np.abs(found.up - plain.up).max() < 1e-9
     assert any("negative when the robot stands, as LoLA has it" in note for note in found.notes)
-    heavy = followed(nao, lola, *names)[-1]
+    heavy = followed(nao, replace(part, forces=100.0 * part.forces), *names)[-1]
     assert any("another unit, or an offset?" in note for note in heavy.notes)
     gaps = logs.without(part, nao, np.random.default_rng(1))
     rows = followed(nao, gaps, *names)
@@ -124,8 +172,8 @@ def test_a_gap_begins_a_segment_and_a_row_that_repeats_its_time_changes_nothing(
     assert first.valid.all()
     again = estimator.update(0.0, 0.0 * q)
     np.testing.assert_array_equal(again.T_world_base, first.T_world_base)
-    assert estimator.update(0.4, q).odometry.segment.tolist() == [0]
-    assert estimator.update(1.0, q).odometry.segment.tolist() == [1]
+    assert estimator.update(0.4, q, contacts=[True, True]).odometry.segment.tolist() == [0]
+    assert estimator.update(1.0, q, contacts=[True, True]).odometry.segment.tolist() == [1]
     lifted = [estimator.update(1.0 + 0.07 * k, q, contacts=[False, False]) for k in range(1, 5)]
     assert [row.valid[0].item() for row in lifted] == [True, True, True, False]
     assert np.isnan(lifted[-1].T_world_base).all()

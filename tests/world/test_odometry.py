@@ -174,3 +174,16 @@ def test_the_distance_counts_the_way_after_the_last_step_too(nao: nk.NaoModel) -
     T[:, 0, 3] = 0.0, 0.1, 0.3
     assert replace(found, T_world_base=T).distance == pytest.approx(0.3)
     assert replace(found, T_world_base=T, segment=np.array([0, 1, 1])).distance == pytest.approx(0.2)
+
+
+def test_a_robot_that_sways_gets_nowhere(nao: nk.NaoModel) -> None:
+    """Its support changes to and fro, and its root link moves by 6 cm; a walk of 0.1 m sways beside its way."""
+    found = nk.world.odometry(nao, 0.1 * np.arange(22), np.tile(nao.posture("Stand"), (22, 1)))
+    support = np.repeat(np.arange(11) % 2, 2)
+    T = np.tile(np.eye(4), (22, 1, 1))
+    T[:, 1, 3] = np.where(support == 0, 0.03, -0.03)
+    rocks = replace(found, T_world_base=T, support=support)
+    assert rocks.steps.sum() == 10
+    assert rocks.distance < 0.07  # to the side at first, and at the end
+    T[:, 0, 3] = 0.1 * np.arange(22) / 21.0
+    assert rocks.distance == pytest.approx(0.1, abs=0.05)

@@ -58,7 +58,7 @@ def test_a_bias_that_drifts_is_followed_between_rests(nao: nk.NaoModel) -> None:
     legs = np.where(stands, 0.0, np.sin(9.0 * times))[:, None]
     rates = bias[:, None] + np.where(stands, 0.0, np.sin(8.0 * times))[:, None] * np.ones(3)
     used = np.ones(len(times), dtype=bool)
-    rest = RestLog.of(times, legs, used, used, rates)
+    rest = RestLog.of(times, legs, used, used, rates, "gyro")
     assert not rest.rest[~stands].any()
     assert rest.rest[stands].mean() > 0.8
     between = (times > 1.0) & (times < 82.0)
@@ -75,7 +75,7 @@ def test_the_bias_is_the_least_squares_estimate_of_a_random_walk() -> None:
     moving = np.repeat(np.arange(count) % 5 == 3, 10)
     rates = level[:, None] * [1.0, 2.0, -1.0] + np.where(moving, rng.normal(0.0, 0.5, len(times)), 0.0)[:, None]
     used = np.ones(len(times), dtype=bool)
-    rest = RestLog.of(times, np.zeros((len(times), 1)), used, used, rates)
+    rest = RestLog.of(times, np.zeros((len(times), 1)), used, used, rates, "gyro")
     seen = [k for k in range(1, count) if not moving[10 * k] and not moving[10 * (k - 1)]]
     drift = np.radians(0.02) ** 2 * 0.5
     prior = np.radians(1.0) ** 2 + drift * (np.minimum.outer(np.arange(count), np.arange(count)) + 1.0)
@@ -92,8 +92,8 @@ def test_a_robot_on_a_turntable_is_not_at_rest(nao: nk.NaoModel) -> None:
     times, q = looking_around(nao, 6.0)
     rates = np.random.default_rng(2).normal(0.0, 0.01, (len(times), 3))
     used, legs = np.ones(len(times), dtype=bool), q[:, :2] * 0.0
-    assert RestLog.of(times, legs, used, used, rates).rest.all()
-    assert not RestLog.of(times, legs, used, used, rates + 0.2).rest.any()
-    assert not RestLog.of(times, legs + 0.02 * times[:, None], used, used, rates).rest.any()
-    assert not RestLog.of(times, legs, ~used, used, rates).rest.any()
-    assert RestLog.of(times, legs, ~used, used, rates).quiet.all()
+    assert RestLog.of(times, legs, used, used, rates, "gyro").rest.all()
+    assert not RestLog.of(times, legs, used, used, rates + 0.2, "gyro").rest.any()
+    assert not RestLog.of(times, legs + 0.02 * times[:, None], used, used, rates, "gyro").rest.any()
+    assert not RestLog.of(times, legs, ~used, used, rates, "gyro").rest.any()
+    assert RestLog.of(times, legs, ~used, used, rates, "gyro").quiet.all()

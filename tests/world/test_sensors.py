@@ -193,7 +193,7 @@ def test_an_inertial_sensor_that_lies_is_not_used(nao: nk.NaoModel, walk: Truth,
     found = found_in(nao, log, forces=log.forces, **{name: turn(log)})
     assert any(word in note and note.endswith("not used") for note in found.notes)
     without = nk.world.state(nao, log.q, times=log.times, forces=log.forces)
-    for attribute in ("T_world_base", "posture", "covariance"):
+    for attribute in ("T_world_base", "doing", "covariance"):
         np.testing.assert_array_equal(getattr(found, attribute), getattr(without, attribute))
 
 
@@ -258,7 +258,7 @@ def test_a_row_that_repeats_a_time_gets_the_result_of_its_twin(nao: nk.NaoModel,
         nao, log.q, times=log.times, forces=log.forces, accelerometer=log.accelerometer, gyro=log.gyro
     )
     found = nk.world.state(nao, twice.pop("q"), **twice)
-    for name in ("times", "posture", "support", "T_world_base", "covariance", "centre_of_pressure", "up"):
+    for name in ("times", "doing", "support", "T_world_base", "covariance", "centre_of_pressure", "up"):
         np.testing.assert_array_equal(getattr(found, name), getattr(once, name)[again])
     for name in ("T_world_support", "velocity", "covariance", "segment"):
         np.testing.assert_array_equal(getattr(found.odometry, name), getattr(once.odometry, name)[again])
