@@ -19,7 +19,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OutOptions, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written, progress
-from nao_kin.cli.sources import MotionFile, OverlapOptions, check_motion_file, recorded, settings
+from nao_kin.cli.sources import MotionFile, OverlapOptions, check_motion_file, number_settings, recorded, settings
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -296,8 +296,8 @@ def imitate(
         None, "stand: feet in place; follow: the person's steps; ignore: arms and head alone.", default="stand"
     ),
     mirror: bool = flag("Imitate as a mirror image, such as of a person who faces the robot."),
-    hands: Literal["direction", "place", "mixed"] = option(
-        None, "Directions of the arms, places of the hands, or places where hands are near.", default="direction"
+    weight: list[str] | None = option(
+        "NAME=X", "Weight of upper_arm, forearm, hand, place or speed in the cost of arms; repeatable."
     ),
     lead: float | None = option(
         "S",
@@ -334,7 +334,7 @@ def imitate(
             skeleton,
             legs=legs,
             mirror=mirror,
-            target=hands,
+            weights=number_settings(weight, "--weight", "NAME=X with a number, as in place=10"),
             cutoff=cutoff,
             collisions=accepted.rule,
             lead=(_LEAD if thin else 0.0) if lead is None else lead,

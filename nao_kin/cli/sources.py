@@ -76,13 +76,18 @@ def settings(texts: list[str] | None, option: str, example: str) -> dict[str, st
 
 def joint_values(texts: list[str] | None, option: str, model: RobotModel, deg: bool) -> dict[str, float]:
     """Return the numbers of an option of NAME=VALUE settings, by name [rad, m or ratio]."""
-    example = "NAME=VALUE with a number, as in HeadYaw=0.3"
+    values = number_settings(texts, option, "NAME=VALUE with a number, as in HeadYaw=0.3")
+    return {name: math.radians(x) if deg and model.unit(name) == "rad" else x for name, x in values.items()}
+
+
+def number_settings(texts: list[str] | None, option: str, example: str) -> dict[str, float]:
+    """Return the numbers of an option of NAME=VALUE settings, by name."""
     values: dict[str, float] = {}
     for name, text in settings(texts, option, example).items():
         value = finite_decimal(text)
         if value is None:
             raise BadArgument(f"{option} {quoted(f'{name}={text}')}: expected {example}")
-        values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
+        values[name] = value
     return values
 
 

@@ -25,7 +25,6 @@ from nao_kin.ik.least_squares import descended_along as descended_along
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import LegsResult, legs
 from nao_kin.ik.limbs import limbs
-from nao_kin.ik.limit_regions import LimitRegion as LimitRegion
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.layers import reached, traced
 from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Reason
 from nao_kin.robot import CollisionRule, RobotModel
@@ -96,9 +97,8 @@ def choose(
             last = last + _squares((layers[-1].values - end[columns]) * weights[columns])
         place = int(np.argmin(last))
         cost = float(last[place])
-        for layer in reversed(layers):
-            chosen.append((layer, place))
-            place = int(layer.back[place])
+        places = traced([layer.back for layer in layers], place)
+        chosen = list(zip(layers, places, strict=True))
     return _choice(limb, first, reference, n, chosen, cost)
 
 
@@ -124,15 +124,9 @@ def _layer(
         if before is None:  # the first sample with candidates
             return _Layer(i, values, np.zeros(len(rows)), np.zeros_like(rows), [answer] * len(rows), rows)
         if count and (answer.families[row, :count] == Family.NONE).all():
-            return _Layer(i, values, *_reached(before, values, weights), [answer] * len(rows), rows)
+            cost, back = reached(before.cost, before.values, values, weights)
+            return _Layer(i, values, cost, back, [answer] * len(rows), rows)
     return _followed(limb, first, i, before, reference, weights)
-
-
-def _reached(before: _Layer, values: Floats, weights: Floats) -> tuple[Floats, Integers]:
-    """Return the least cost of each of these values, and the index of its predecessor."""
-    total = before.cost[:, None] + _squares((values[None] - before.values[:, None]) * weights)
-    back = np.argmin(total, axis=0)
-    return total[back, np.arange(len(values))], back
 
 
 def _followed(
@@ -146,7 +140,7 @@ def _followed(
     # Branches outside families do not depend on the reference: those of the first row are those of all rows.
     single = np.flatnonzero(result.families[0, : result.count[0]] == Family.NONE)
     values = [result.branches[0, single]]
-    cost, back = _reached(before, values[0], weights)
+    cost, back = reached(before.cost, before.values, values[0], weights)
     costs, backs, rows = [cost], [back], [np.zeros(len(single), dtype=np.int64)]
     for p in range(k):
         members = result.branches[p, : result.count[p]][result.families[p, : result.count[p]] != Family.NONE]

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
-from nao_kin.imitation.arms import TARGETS, make_room, opened, to_places
+from nao_kin.imitation.arms import make_room, opened, places_of_hands
 from nao_kin.imitation.bones import CONFIDENCE
 from nao_kin.imitation.clips import clip_of
-from nao_kin.imitation.limbs import DIRECTIONS, Clamp, Directions, LimbMap, mirrored
+from nao_kin.imitation.directions import DIRECTIONS, Directions, mirrored
+from nao_kin.imitation.limbs import Clamp, LimbMap
 from nao_kin.imitation.skeleton import Skeleton, lacking_notes, left_and_trunk
 from nao_kin.imitation.smoothing import bridged, filtered
 from nao_kin.imitation.stance import base_in, followed, in_place, stood
@@ -30,6 +31,8 @@ _RATE = 200.0
 _BESIDE = 0.4
 # In a longer pause between frames [s] nobody knows what the person did.
 _PAUSE = 5.0
+# How often limbs make room for legs that stand otherwise because they have.
+_ROOMS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,7 @@ class Imitation:
         errors: name → angles between the person's directions and the robot's, shape (n,) [rad], NaN where unknown: of
             upper arms, forearms, hands and gaze.
         clamped: name → why, shape (n,), a sum: 1 if ShoulderPitch, ElbowYaw, WristYaw or HeadYaw is at its limit, 2 if
-            ShoulderRoll, ElbowRoll or HeadPitch is, 4 for an unknown direction, 8 for an arm that made room.
+            ShoulderRoll, ElbowRoll or HeadPitch is, 4 for an unknown direction, 8 for an arm or head that made room.
         T_world_base: the pose of the robot's root in each frame, in which feet on the floor stay in place, with heading
             and steps of legs="follow"; shape (n, 4, 4) [m].
         contacts: which feet, left and right, are on the floor, shape (n, 2).
@@ -180,19 +183,19 @@ def imitate(
     head: bool = True,
     legs: Literal["stand", "follow", "ignore"] = "stand",
     mirror: bool = False,
-    target: Literal["direction", "place", "mixed"] = "direction",
     cutoff: float = 4.0,
-    slack: float = 0.1,
+    weights: Mapping[str, float] | None = None,
     collisions: bool | CollisionRule = True,
     lead: float = 0.0,
 ) -> Imitation:
     """Return a person's motion as a motion that the robot can play.
 
-    Directions count, not places: each upper arm, forearm and hand, and the face, gets the direction in the torso that
-    it has in the person's, or the nearest that the joints reach. Unknown points, and those with a confidence below 0.5,
-    are bridged in time by straight lines; notes say in how many frames, and for how long. Arms that overlap other links
-    move outwards. Then time is stretched where a joint would be too fast, and, unless legs are ignored, as a whole
-    until the robot does not tip.
+    Directions count, not places: upper arms, forearms and hands, and the face, get the directions in the torso that
+    they have in the person's. Where the joints do not reach them, arms take the path through all frames with the least
+    weighted squared errors and speeds, and the face the nearest direction. Unknown points, and those with a confidence
+    below 0.5, are bridged in time by straight lines; notes say in how many frames, and for how long. Arms that overlap
+    other links move outwards. Then time is stretched where a joint would be too fast, and, unless legs are ignored, as
+    a whole until the robot does not tip.
 
     Args:
         robot: a NAO of any version, or another robot with arms, a neck and, unless they are ignored, legs of its
@@ -203,14 +206,13 @@ def imitate(
         legs: "stand" keeps both feet in place, and legs lean the trunk as the person's leans, as far as balance allows;
             "follow" also takes the person's steps and height of the hips; "ignore" leaves out the legs.
         mirror: whether the robot is the person's mirror image, such as of someone who faces it.
-        target: "direction"; or "place" for hands at the person's places about the middle of the shoulders, times the
-            ratio of the robot's span to the person's, with elbows to the same side; or "mixed" for places of hands that
-            are near each other, such as in clapping, and directions otherwise.
         cutoff: the frequency [Hz] above which motion of the points is filtered out, by a Butterworth filter of second
             order that runs forward and backward; 0 for no filter. Frames that are not evenly spaced become so.
-        slack: how much farther than necessary [rad] a forearm in line with the upper arm, and an upper arm out to the
-            side, may be from their directions, to move less: there, small errors turn joints far. It falls to zero at
-            four times this angle from the line.
+        weights: of the squares in the cost of the arms' path, by name; those that are not given keep their defaults.
+            "upper_arm", 1, and "forearm", 1, of errors of directions [rad²]; "hand", 0.05, of the error of the back of
+            the hand about the forearm [rad²]; "place", 0, of the distance of the hand from the person's place about the
+            middle of the shoulders, times the ratio of the spans, as a share of the arm's length; "speed", 0.01, of
+            speeds of joints as shares of their limits.
         collisions: whether arms make room for other links, as in `nk.motion.check`: True, or a
             `nk.robot.CollisionRule` with an overlap that is accepted. They stay 2 mm farther away.
         lead: the time [s] in which the robot moves from the posture "StandInit" to the first frame, and from the last
@@ -218,7 +220,8 @@ def imitate(
             from where the robot is, and refuses keys at 0 s.
 
     Raises:
-        BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or the slack is below zero;
+        UnknownName: an unknown weight.
+        BadArgument: the robot has no arms, neck or legs of this geometry; the cut-off or a weight is below zero;
             frames are more than 5 s apart, so that nobody knows what the person did: `Skeleton.between` takes a part;
             hips or ankles are unknown, which legs="follow" needs.
         DegeneratePoints: no frame shows where the shoulders or hips are.
@@ -233,7 +236,6 @@ def imitate(
     check_tolerance(cutoff, "cutoff")
     check_tolerance(lead, "lead")
     choice(legs, ("stand", "follow", "ignore"), "treatment of legs")
-    choice(target, TARGETS, "target")
     rule, solver = CollisionRule.of(collisions), LimbMap(robot)
     _refuse_pauses(skeleton.times)
     times, points, turned, notes = filtered(skeleton, float(cutoff))
@@ -243,24 +245,28 @@ def imitate(
     torso = person.torso
     if not np.isfinite(torso).all():
         raise DegeneratePoints(f"no frame has shoulders or hips that are known with a confidence of {CONFIDENCE:g}")
-    if target != "direction":
-        person = to_places(solver, points, person, mixed=target == "mixed")
     lacking = lacking_notes(skeleton.points, skeleton.orientations)
     wanted = person.only(arms=flag(arms, "arms"), head=flag(head, "head"))
     start = start_of(robot)
-    solved = solver.solve(wanted, start, slack=slack)
-    q, codes = solved.q, solved.codes
+    seconds, places = np.diff(times, prepend=-np.inf), places_of_hands(solver, points, wanted)
+    q = solver.solve(wanted, start, seconds=seconds, weights=weights, places=places)
     hands = opened(robot, points, q)
     lean, least, stance, misses = np.full(len(q), np.nan), np.zeros(len(q) - 1), None, np.zeros(0, dtype=np.intp)
+    moved = np.zeros((len(q), 3), dtype=bool)
     if legs != "ignore":
         stance = in_place(robot, start, torso) if legs == "stand" else followed(robot, start, times, points, torso)
         least, notes = stance.least, (*notes, *stance.notes)
         q, lean, misses = stood(robot, times, q, stance, solver.columns)
     if rule is not None and arms:
-        q, moved = make_room(robot, solver, times, q, rule)
-        codes[:, [0, 1, 3, 4]] |= np.where(moved, int(Clamp.LINKS), 0)[:, [0, 0, 1, 1]]
-        if stance is not None and moved.any():
+        # Legs that stand otherwise may come near to arms.
+        for _ in range(_ROOMS):
+            q, moved_now = make_room(robot, solver, times, q, rule)
+            moved |= moved_now
+            if stance is None or not moved_now.any():
+                break
             q, lean, misses = stood(robot, times, q, stance, solver.columns)
+    errors, codes = solver.errors(wanted, q)
+    codes[:, [0, 1, 3, 4, 6]] |= np.where(moved, int(Clamp.LINKS), 0)[:, [0, 0, 1, 1, 2]]
     joints = [name for k, name in enumerate(robot.joint_names) if k + robot.nq_base in {*solver.columns, *hands}]
     if stance is not None:
         joints = [name for name in robot.joint_names if robot.unit(name) == "rad" or name in joints]
@@ -287,7 +293,7 @@ def imitate(
         times=times,
         played=played,
         q=q,
-        errors=dict(zip(DIRECTIONS, solver.errors(wanted, q, solved.errors).T, strict=True)),
+        errors=dict(zip(DIRECTIONS, errors.T, strict=True)),
         clamped=dict(zip(DIRECTIONS, codes.T, strict=True)),
         T_world_base=down if stance is None else base_in(robot, framed, stance),
         contacts=np.ones((len(q), 2), dtype=bool) if stance is None else stance.carries,

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, shaped, single_number
 from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.imitation.arms import places_of_hands
 from nao_kin.imitation.bones import CONFIDENCE
+from nao_kin.imitation.directions import Directions, mirrored
 from nao_kin.imitation.imitate import start_of
 from nao_kin.imitation.layouts import POINTS, ordered_layout
-from nao_kin.imitation.limbs import Directions, LimbMap, mirrored
+from nao_kin.imitation.limbs import LimbMap, checked_weights
 from nao_kin.imitation.skeleton import UP_AXES, axis_matrix, check_points
 from nao_kin.robot import RobotModel
 
@@ -24,8 +26,9 @@ _LONGEST = 1e6
 class Imitator:
     """A robot's arms and head that follow a person's, frame by frame.
 
-    It keeps the last configuration and the last smoothed points. Directions, mirror and slack are those of `imitate`;
-    legs do not move, and links may overlap: NAOqi itself stops arms before they touch the body.
+    It keeps the last configuration and the last smoothed points. Directions, mirror and weights are those of `imitate`,
+    with the cost of one frame and the step to it; legs do not move, and links may overlap: NAOqi itself stops arms
+    before they touch the body.
 
     Args:
         robot: a NAO of any version, or another robot with arms and a neck of its geometry.
@@ -38,13 +41,13 @@ class Imitator:
         up: the axis of the source that points up, "z", "y", "-y" …; None for that of the source.
         cutoff: the frequency [Hz] above which motion of the points is damped, by a low-pass filter of first order,
             which delays slow motion by 1 / (2π · cutoff); 0 for none.
-        slack: as in `imitate` [rad].
+        weights: as in `imitate`.
 
     Attributes:
         joints: the joints that move.
 
     Raises:
-        UnknownName: an unknown source or axis.
+        UnknownName: an unknown source, axis or weight.
         BadArgument: the robot has no arms or neck of this geometry, or a number is below zero; `up` is not stated.
 
     Examples:
@@ -65,7 +68,7 @@ class Imitator:
         mirror: bool = False,
         up: str | None = None,
         cutoff: float = 4.0,
-        slack: float = 0.1,
+        weights: Mapping[str, float] | None = None,
     ) -> None:
         self._layout = ordered_layout(source)
         known = self._layout.axes
@@ -73,8 +76,7 @@ class Imitator:
             raise BadArgument(f'{source} has no fixed axes; state the one that points up, such as up="z"')
         axes = known if up is None else UP_AXES[choice(up, UP_AXES, "axis")]
         check_tolerance(cutoff, "cutoff")
-        check_tolerance(slack, "slack")
-        self._map, self._slack, self._cutoff = LimbMap(robot), float(slack), float(cutoff)
+        self._map, self._weights, self._cutoff = LimbMap(robot), checked_weights(weights), float(cutoff)
         self._parts = {"arms": flag(arms, "arms"), "head": flag(head, "head")}
         self._mirror = flag(mirror, "mirror")
         self.joints = self._map.joints
@@ -134,7 +136,9 @@ class Imitator:
         named = {name: self._points[None, k] for k, name in enumerate(self._names)}
         if self._mirror:
             named, _ = mirrored(named, {})
-        found = self._map.solve(Directions.of(named).only(**self._parts), self._q, slack=self._slack).q[0]
+        person = Directions.of(named).only(**self._parts)
+        places = places_of_hands(self._map, named, person)
+        found = self._map.solve(person, self._q, seconds=[passed], weights=self._weights, places=places)[0]
         columns, most = self._map.columns, self._speeds * passed
         step = found[columns] - self._q[columns]
         # All joints slow down alike, which keeps the way to the goal straight.

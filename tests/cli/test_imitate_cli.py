@@ -29,7 +29,7 @@ def test_a_motion_is_written_with_a_report(tmp_path: Path, capsys: pytest.Captur
 
 def test_json_says_how_far_the_robot_is_from_the_person(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "wave.csv"
-    assert run(["imitate", WAVE, str(out), *SHORT, "--mirror", "--json"]) == 0
+    assert run(["imitate", WAVE, str(out), *SHORT, "--mirror", "--json", "--weight", "place=1"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["output"] == str(out)
     assert report["frames"] == 11

@@ -14,6 +14,7 @@ from nao_kin.imitation import Skeleton, imitate
 
 FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
 JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
+EXACT = {"speed": 0.0}
 MOVED = [side + joint for side in "LR" for joint in JOINTS] + ["HeadYaw", "HeadPitch"]
 
 
@@ -44,7 +45,7 @@ def columns(nao: nk.NaoModel) -> list[int]:
 def test_the_robot_s_own_motion_comes_back_at_any_rate(nao: nk.NaoModel, rate: float) -> None:
     times = np.arange(0.0, 6.0, 1.0 / rate)
     q = swing(nao, times)
-    made = imitate(nao, person(nao, times, q), legs="ignore", cutoff=0.0, slack=0.0, collisions=False)
+    made = imitate(nao, person(nao, times, q), legs="ignore", cutoff=0.0, weights=EXACT, collisions=False)
     assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
     assert set(made.motion.joint_names) == set(MOVED)
     at = [nao.joint_names.index(name) for name in made.motion.joint_names]
@@ -52,7 +53,7 @@ def test_the_robot_s_own_motion_comes_back_at_any_rate(nao: nk.NaoModel, rate: f
     assert not made.changes
     assert not made.notes
     assert all((codes == 0).all() for codes in made.clamped.values())
-    # A filter and slack change little.
+    # A filter and the cost of speeds change little.
     filtered = imitate(nao, person(nao, times, q), legs="ignore", collisions=False)
     assert np.abs(filtered.q - q)[:, columns(nao)].max() < 0.03
 
@@ -66,7 +67,7 @@ def test_noise_and_gaps_leave_directions_near_and_no_joint_too_fast(nao: nk.NaoM
         points[name] = np.where(rng.random(len(times))[:, None] < 0.1, np.nan, p)
     made = imitate(nao, Skeleton(times, points, noisy.orientations))
     assert made.ok, made.describe()
-    clean = nk.imitation.imitate(nao, person(nao, times, q), cutoff=0.0, slack=0.0)
+    clean = nk.imitation.imitate(nao, person(nao, times, q), cutoff=0.0)
     for side in "LR":
         for start, end, most in (("Shoulder", "Elbow", 0.08), ("Elbow", "WristYaw", 0.15)):
             lines = [
@@ -129,7 +130,7 @@ def test_a_motion_too_fast_is_slowed_down_and_said_so(nao: nk.NaoModel) -> None:
     times = np.arange(0.0, 6.0, 0.05)
     fast = person(nao, times / 40.0, swing(nao, times))
     made = imitate(nao, fast, cutoff=0.0)
-    assert made.motion.end > 1.2 * times[-1] / 40.0
+    assert made.motion.end > 1.1 * times[-1] / 40.0
     assert nk.motion.check(nao, made.motion).ok
     assert {change.kind for change in made.changes} == {"slower"}
     assert "times as long" in made.describe()
@@ -138,9 +139,7 @@ def test_a_motion_too_fast_is_slowed_down_and_said_so(nao: nk.NaoModel) -> None:
 def test_a_mirror_exchanges_the_arms(nao: nk.NaoModel) -> None:
     times = np.arange(0.0, 3.0, 0.1)
     seen = person(nao, times, swing(nao, times))
-    own, mirrored = (
-        imitate(nao, seen, mirror=mirror, legs="ignore", cutoff=0.0, slack=0.0) for mirror in (False, True)
-    )
+    own, mirrored = (imitate(nao, seen, mirror=mirror, legs="ignore", cutoff=0.0) for mirror in (False, True))
     image = nk.motion.mirror(nao, own.motion)
     seen_there = image.sample(times)[:, [image.joint_names.index(name) for name in MOVED]]
     assert np.abs(mirrored.q[:, columns(nao)] - seen_there).max() < 1e-9
@@ -191,7 +190,7 @@ def test_the_samples_can_be_played(nao: nk.NaoModel, name: str) -> None:
 
 def test_one_frame_is_a_posture(nao: nk.NaoModel) -> None:
     q = swing(nao, np.array([0.7]))
-    made = imitate(nao, person(nao, np.array([0.7]), q), slack=0.0, collisions=False)
+    made = imitate(nao, person(nao, np.array([0.7]), q), collisions=False)
     assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
 
 
@@ -200,14 +199,12 @@ def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:
     seen = person(nao, times, swing(nao, times))
     with pytest.raises(BadArgument, match="cutoff must be a number ≥ 0"):
         imitate(nao, seen, cutoff=-1.0)
-    with pytest.raises(BadArgument, match="slack must be a number ≥ 0"):
-        imitate(nao, seen, slack=-1.0)
     with pytest.raises(BadArgument, match="lead"):
         imitate(nao, seen, lead=-1.0)
+    with pytest.raises(UnknownName, match="unknown weight 'hands'"):
+        imitate(nao, seen, weights={"hands": 1.0})
     with pytest.raises(UnknownName, match="unknown treatment of legs 'walk'"):
         imitate(nao, seen, legs="walk")  # type: ignore[arg-type]
-    with pytest.raises(UnknownName, match="unknown target 'hands'"):
-        imitate(nao, seen, target="hands")  # type: ignore[arg-type]
     with pytest.raises(BadArgument, match=r'legs="follow" needs hips and ankles.*no left_ankle, no right_ankle'):
         imitate(nao, seen, legs="follow")
     with pytest.raises(BadArgument, match="mirror must be True or False"):

@@ -19,26 +19,30 @@ def landmarks() -> np.ndarray:
 
 
 def test_a_person_who_stays_is_reached_within_speed_limits(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
-    follower, rows = Imitator(nao, slack=0.0), [nao.posture("StandInit")]
-    for k in range(100):
-        rows.append(follower.step(landmarks[0], 0.02 * k))
-    speeds = np.abs(np.diff(rows, axis=0)) / 0.02
+    follower, rows = Imitator(nao, weights={"upper_arm": 2.0}), [nao.posture("StandInit")]
+    for k in range(40):
+        rows.append(follower.step(landmarks[0], 0.04 * k))
+    speeds = np.abs(np.diff(rows, axis=0)) / 0.04
     limits = np.array([nao.joints.limits(name)[2] for name in nao.joint_names])
     assert (speeds <= limits + 1e-9).all()
     assert speeds.max() > 1.0
     still = Skeleton.from_landmarks(landmarks[0], "mediapipe")
-    wanted = imitate(nao, still, legs="ignore", collisions=False, cutoff=0.0, slack=0.0).q[0]
-    np.testing.assert_allclose(rows[-1], wanted, atol=1e-9)
+    wanted = imitate(nao, still, legs="ignore", collisions=False, cutoff=0.0, weights={"upper_arm": 2.0}).q[0]
+    np.testing.assert_allclose(rows[-1], wanted, atol=1e-6)
 
 
 def test_frames_of_a_person_who_moves_are_followed_closely(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
-    follower = Imitator(nao, cutoff=0.0, slack=0.0)
+    follower = Imitator(nao, cutoff=0.0)
     seen = landmarks * (1.0, 1.0, 1.0, 0.0) + (0.0, 0.0, 0.0, 1.0)
     follower.step(seen[0], -2.0)
     q = [follower.step(frame, 2.0 * k) for k, frame in enumerate(seen)]  # slow enough for all joints
     whole = Skeleton.from_landmarks(seen, "mediapipe", times=2.0 * np.arange(len(seen)))
-    made = imitate(nao, whole, legs="ignore", collisions=False, cutoff=0.0, slack=0.0)
-    np.testing.assert_allclose(q, made.q, atol=1e-9)
+    made = imitate(nao, whole, legs="ignore", collisions=False, cutoff=0.0)
+    # ElbowYaw of a straight arm differs: frames alone do not know the next ones.
+    for side in "LR":
+        for frame in ("Elbow", "WristYaw"):
+            own, whole_path = (nao.fk(np.array(each), side + frame)[:, :3, 3] for each in (q, made.q))
+            assert np.linalg.norm(own - whole_path, axis=1).max() < 0.01
 
 
 def test_named_points_and_a_mirror(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
@@ -133,7 +137,7 @@ def test_the_axis_that_points_up_may_be_stated(nao: nk.NaoModel, landmarks: np.n
 
 def test_fast_motion_is_damped_as_by_a_filter_of_first_order(nao: nk.NaoModel, landmarks: np.ndarray) -> None:
     first, second = (landmarks[k][:, :3] for k in (0, 10))
-    damped, direct = Imitator(nao, cutoff=0.4, slack=0.0), Imitator(nao, cutoff=0.0, slack=0.0)
+    damped, direct = Imitator(nao, cutoff=0.4), Imitator(nao, cutoff=0.0)
     share = 1.0 - np.exp(-2.0 * np.pi * 0.4 * 0.3)
     for follower, seen in ((damped, second), (direct, first + share * (second - first))):
         follower.step(first, 0.0)

@@ -215,7 +215,6 @@ def test_a_public_room_lists_what_it_offers() -> None:
 # Names that a room gives to other rooms without listing them as public, and why. There may be fewer, never more.
 FOR_OTHER_ROOMS = {
     "ik.descended_along": "the virtual NAO descends along the axes of a mask, which no public solver does",
-    "ik.LimitRegion": "the head of imitation is the nearest point of the same region",
     "motion.is_motion_file": "the command line asks it before it reads a file as configurations",
     "robot.Feet": "soles, their outlines and contacts: world, viewer, imitation and the virtual NAO stand on them",
     "robot.Kinematics": "the seam of poses, of which the model with spherical joints makes a second one",
