@@ -112,6 +112,23 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
+def test_a_hand_that_is_stopped_where_it_need_not_be_swings_there_in_small_steps(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.random(168))
+    page.run("""() => {
+        window.shown = [[...naoKin.q]];
+        window.note = () => shown.push([...naoKin.q]);
+        naoKin.addEventListener("settled", note);
+    }""")
+    pointer = drag(page, "RArm", (-56, -75))
+    assert said(page) == ""
+    page.tab.wait_for_function("() => naoKin.drag.held.gesture.q.every((value, k) => value === naoKin.q[k])")
+    page.run("() => naoKin.removeEventListener('settled', note)")
+    assert np.abs(on_screen(page, "RArm") - pointer).max() < 0.1
+    assert_consistent(page, nao)
+    assert np.abs(np.diff(page.run("() => shown"), axis=0)).max() == pytest.approx(0.6, abs=1e-9)
+    page.tab.mouse.up()
+
+
 def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
     page.slide("LHipYawPitch", -0.3)
     before = nao.fk(page.q, ("LLeg", "RLeg"))

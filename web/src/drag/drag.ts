@@ -61,14 +61,11 @@ export class Drag {
    */
   get holdables() {
     const { page } = this;
+    const { floating, links, root } = page.robot.about;
+    const first = floating ? links[0].name : root;
     const handles = this.handles.map((handle) => ({
       name: handle.limb.frame,
-      base:
-        handle.limb.kind === "base"
-          ? "its place before"
-          : page.robot.about.floating
-            ? page.robot.about.links[0].name
-            : page.robot.about.root,
+      base: handle.limb.kind === "base" ? "its place before" : first,
       turns: turnsOf(handle),
       light: (on: boolean) => this.light(on ? handle : null),
       toMove: () => new LimbDrag(page, handle, null),

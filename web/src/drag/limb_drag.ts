@@ -35,6 +35,7 @@ const [STRIDE, STRIDES] = [0.02, 15];
 const [AWAY, TURNED] = [1e-4, 1e-3];
 // The joints of a limb turn by no more than this in one picture [rad, m], unless the pointer jumps.
 const SWING = 0.6;
+const UNTURNED: Rotation = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 
 /** The joints that a limit holds, with the limits; empty if none is held. */
 function heldJoints({ panel, robot }: App, { q, held }: Followed) {
@@ -93,6 +94,11 @@ class LimbGesture {
     readonly handle: Handle,
   ) {}
 
+  /** The configuration shown, with the movement of a base. */
+  get current() {
+    return this.page.stance.q.concat(this.q.slice(this.page.stance.q.length));
+  }
+
   /** Show a configuration that is reached. */
   show(q: readonly number[]) {
     const { stance } = this.page;
@@ -105,24 +111,8 @@ class LimbGesture {
   carry(own: number[], { R, p }: Placed) {
     const { page, carrier } = this;
     const { about } = page.robot;
-    const T = new THREE.Matrix4().set(
-      R[0],
-      R[1],
-      R[2],
-      p[0],
-      R[3],
-      R[4],
-      R[5],
-      p[1],
-      R[6],
-      R[7],
-      R[8],
-      p[2],
-      0,
-      0,
-      0,
-      1,
-    );
+    const [w, x, y, z] = quaternionBetween(UNTURNED, R);
+    const T = new THREE.Matrix4().makeRotationFromQuaternion(new THREE.Quaternion(x, y, z, w)).setPosition(...p);
     T.premultiply(this.before).decompose(carrier.position, carrier.quaternion, carrier.scale);
     if (about.floating) own.splice(0, 7, ...carrier.position.toArray(), ...carrier.quaternion.toArray());
     if (about.floating || (about.soles.length > 0 && !page.stance.up)) return page.stance.up;
@@ -132,9 +122,7 @@ class LimbGesture {
   end() {}
 }
 
-/**
- * Drag of a handle: the limb follows it in the plane that faces the camera, as near as its limits allow.
- */
+/** Drag of a handle: the limb follows it in the plane that faces the camera, as near as its limits allow. */
 export class LimbDrag extends LimbGesture implements Gesture {
   pulled: ReturnType<Viewport["pulled"]> | null;
   floor: number;
@@ -183,7 +171,8 @@ export class LimbDrag extends LimbGesture implements Gesture {
     const { page, follower, handle, limb } = this;
     const strides = clamp(Math.ceil(distance(this.place, place) / STRIDE), 1, STRIDES);
     const way = minus(place, this.place);
-    let followed: Followed = { q: this.q, held: [] };
+    // Unless it still swings there, the program may have moved the robot.
+    let followed: Followed = { q: this.frame ? this.q : this.current, held: [] };
     for (let i = 1; i <= strides; i++) {
       followed = follower.toPlace(plus(this.place, times(i / strides, way)), followed.q);
     }
@@ -202,12 +191,11 @@ export class LimbDrag extends LimbGesture implements Gesture {
   /** Show what is reached, or come nearer by as much as the joints of a limb move in one picture. */
   approach(most: number) {
     cancelAnimationFrame(this.frame);
-    const { stance } = this.page;
-    const moved = Math.max(
-      ...this.limb.columns.map((column) => Math.abs(this.q[column] - (stance.q[column] ?? this.q[column]))),
-    );
+    this.frame = 0;
+    const { current } = this;
+    const moved = Math.max(...this.limb.columns.map((column) => Math.abs(this.q[column] - current[column])));
     if (moved <= most) return this.show(this.q);
-    this.show(stance.q.map((value, column) => value + (most / moved) * (this.q[column] - value)));
+    this.show(current.map((value, column) => value + (most / moved) * (this.q[column] - value)));
     this.frame = requestAnimationFrame(() => this.approach(most));
   }
 
@@ -276,7 +264,7 @@ export class TurnDrag extends LimbGesture implements Gesture {
   turn() {
     const { page, follower, limb, axis } = this;
     const { R, p } = follower.start;
-    let { q } = this;
+    let q = this.current;
     let stops = "";
     let step = STEP;
     while (this.reached !== this.wanted && step > STEP / 2 ** HALVINGS) {
