@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -102,9 +103,7 @@ class SceneRobot:
         widest = 0.0
         for drawable in self.drawables:
             T = poses[drawable.link] @ drawable.T_link_shape
-            low, high = shape_box(drawable.shape)
-            middle, half = T[1, :3] @ ((low + high) / 2.0) + T[1, 3], np.abs(T[1, :3]) @ ((high - low) / 2.0)
-            widest = max(widest, float(abs(middle) + half))
+            widest = max(widest, float(np.abs(_box_in(T, drawable.shape))[:, 1].max()))
         return widest
 
     def link_of(self, frame: str) -> str:
@@ -224,8 +223,8 @@ class SceneRobot:
         child = {joint: place[link] for joint, link in self._moved.items()}
         column = {name: drivers[name].column for name in robot.joint_names}
         chains = {**semantics.chains, **_branches(robot)}
-        ends = tuple(dict.fromkeys(joints[-1] for joints in chains.values())) or robot.link_names[:1]
-        effectors = (*semantics.end_effectors, *semantics.cameras) or ends
+        ends = limb_ends(robot, chains.values(), self.drawables)
+        effectors = (*semantics.end_effectors, *semantics.cameras) or tuple(ends) or robot.link_names[:1]
         pairs = {
             part: (joint.pair.name, number) for number, joint in enumerate(group_joints(robot)) for part in joint.joints
         }
@@ -286,6 +285,7 @@ class SceneRobot:
             "neutral": robot.neutral().tolist(),
             "frames": [row("Frame", name, place[self.link_of(name)]) for name in robot.frame_names],
             "effectors": [name for name in effectors if name in robot.frame_names],
+            "ends": [row("End", name, ends.get(name, [0.0] * 3)) for name in dict.fromkeys((*effectors, *ends))],
             "bodies": _bodies(robot, child),
             "cameras": [
                 row("Camera", name, direction, [place[link] for link in links])
@@ -309,6 +309,78 @@ def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
     named = {joint for joints in robot.chains.values() for joint in joints}
     branches = (tuple(j for j in chain if j not in named) for chain in topology(robot).chains)
     return {joints[0] if len(joints) == 1 else f"{joints[0]} … {joints[-1]}": joints for joints in branches if joints}
+
+
+# Joints of grippers without mimic joints, and frames at ends, by name.
+_GRIPS = re.compile("grip|jaw|finger", re.IGNORECASE)
+_ENDS = re.compile("tool|tcp|end_?eff|grip|grasp|hand|foot|sole", re.IGNORECASE)
+# A branch is a finger if it is shorter than _FINGER of the limb of at least _ARM joints that carries it. A fixed frame
+# is no end if it is nearer to the last joint than _NEAR of the reach of the shapes there.
+_FINGER, _ARM, _NEAR = 1 / 3, 3, 0.25
+
+
+def limb_ends(
+    robot: RobotModel, chains: Iterable[Sequence[str]], drawables: Iterable[Drawable]
+) -> dict[str, list[float]]:
+    """Return frame → point in it [m] for the ends of chains, without grippers and fingers, which belong to their hand.
+
+    The end is the origin of the farthest link that is fixed to the last moving one and has the name of an end, such as
+    a tool or a sole, or of the only link there. Otherwise it is the middle of the farthest side of a box around the
+    shapes that the last joint moves.
+    """
+    table, structure = robot.joints, topology(robot)
+    mimics = {name: mimic.joint for name, mimic in structure.couplings.items()}
+    grips = {joint for name, joint in mimics.items() if name not in structure.couplings_between_limbs}
+    limbs: dict[int, list[int]] = {}  # row of the last joint → rows of the joints
+    for chain in chains:
+        rows = [table.row(name) for name in chain]
+        while rows and (table.names[rows[-1]] in grips or _GRIPS.search(table.names[rows[-1]])):
+            rows.pop()
+        if rows:
+            limbs.setdefault(rows[-1], rows)
+    bodies: dict[int, dict[str, Floats]] = {}
+    for link in robot.link_names:
+        row, T_joint_link = robot.frame_placement(link)
+        bodies.setdefault(row, {})[link] = T_joint_link
+    steps = np.linalg.norm(table.placements[:, :3, 3], axis=1)
+    found: dict[str, list[float]] = {}
+    for last, rows in limbs.items():
+        frame, point, reach = _end(robot, table.links[last], bodies[last], drawables)
+        carrier = limbs.get(int(table.parents[rows[0]]), [])
+        arm = steps[[*carrier[1:], rows[0]]].sum()
+        if len(carrier) < _ARM or steps[rows[1:]].sum() + reach > _FINGER * arm:
+            found[frame] = point
+    return found
+
+
+def _end(
+    robot: RobotModel, link: str, body: Mapping[str, Floats], drawables: Iterable[Drawable]
+) -> tuple[str, list[float], float]:
+    """Return the frame at the end of a limb, the point in it, and how far the point is from the joint of the last link.
+
+    `body` are the poses of the links that are fixed to the last link, in that link.
+    """
+    parents = {joint.parent for joint in robot.tree.joints if joint.kind == "fixed"}
+    leaves = [name for name in body if name not in parents]
+    named = [name for name in leaves if _ENDS.search(name)] or (leaves if len(leaves) == 1 else [link])
+    leaf = max(named, key=lambda name: float(np.linalg.norm(body[name][:3, 3])))
+    distance = float(np.linalg.norm(body[leaf][:3, 3]))
+    boxes = [_box_in(body[part.link] @ part.T_link_shape, part.shape) for part in drawables if part.link in body]
+    if not boxes:
+        return leaf, [0.0] * 3, distance
+    low, high = np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
+    sides = np.tile((low + high) / 2.0, (6, 1))
+    sides[range(6), [0, 1, 2] * 2] = [*low, *high]
+    point = max(sides, key=lambda side: float(np.linalg.norm(side)))
+    reach = float(np.linalg.norm(point))
+    return (leaf, [0.0] * 3, distance) if distance >= _NEAR * reach else (link, point.tolist(), reach)
+
+
+def _box_in(T: Floats, shape: Shape) -> tuple[Floats, Floats]:
+    """Return the least and the greatest coordinates of the box of a shape at a pose."""
+    low, high = shape_box(shape)
+    middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
+    return middle - half, middle + half
 
 
 def _each_once(chains: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:

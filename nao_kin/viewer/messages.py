@@ -289,7 +289,7 @@ ROWS: Mapping[str, Mapping[str, str]] = {
     | {"coordinates": "Coordinate[]", "tables": "CoupledLimits[]", "chains": "Chain[]", "postures": "Posture[]"}
     # Empty without two sides, and for a robot that is no NAO, whose joints are not those of NAOqi's Body.
     | {"mirror": "Mirrored[]", "naoqi": "string[]"}
-    | {"neutral": "number[]", "frames": "Frame[]", "effectors": "string[]", "bodies": "Body[]"}
+    | {"neutral": "number[]", "frames": "Frame[]", "effectors": "string[]", "ends": "End[]", "bodies": "Body[]"}
     | {"cameras": "Camera[]", "eyes": "Eye[]"},
     # The corners are x, y, z in the link, one after another.
     "Sole": {"link": "number", "corners": "number[]"},
@@ -310,6 +310,8 @@ ROWS: Mapping[str, Mapping[str, str]] = {
     # q[column] becomes multiplier · q[of] + offset.
     "Mirrored": {"column": "number", "of": "number", "multiplier": "number", "offset": "number"},
     "Frame": {"name": "string", "link": "number"},
+    # The end of a limb: a frame, and the point in it that a handle moves.
+    "End": {"frame": "string", "point": "Vector"},
     # Links that move as one; `size` and `matrix` are those of a box in the link with the same inertia.
     "Body": {"link": "number", "mass": "number", "centre": "Vector", "size": "Vector", "matrix": "number[]"},
     # A preset: the direction to look from, and the links to look at with all that they carry.

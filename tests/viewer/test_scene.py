@@ -322,6 +322,38 @@ def test_a_joint_of_several_groups_is_listed_once_in_the_smallest() -> None:
     assert [joint for joints in chains.values() for joint in joints] == list(panda.joint_names)
 
 
+def test_limbs_end_at_tools_or_at_the_far_side_of_shapes_and_fingers_belong_to_the_hand(tmp_path: Path) -> None:
+    def fixed(name: str, x: float) -> J:
+        return J(name, kind="fixed", parent="c", xyz=(x, 0.0, 0.0))
+
+    def ends(*more: J, shape: str = "") -> dict[str, list[float]]:
+        made_up(tmp_path, J("a"), J("b", xyz=(0.3, 0.0, 0.0)), J("c", xyz=(0.3, 0.0, 0.0)), *more)
+        path = tmp_path / "robot.urdf"
+        path.write_text(path.read_text(encoding="utf-8").replace('"c_l"><', f'"c_l">{shape}<'), encoding="utf-8")
+        about = SceneRobot(nk.RobotModel.from_urdf(path)).about()
+        assert [row["frame"] for row in about["ends"]] == about["effectors"]
+        return {row["frame"]: row["point"] for row in about["ends"]}
+
+    def finger(name: str, length: float) -> tuple[J, J]:
+        return J(name, parent="hand", axis=(0.0, 1.0, 0.0)), J(f"{name}_tip", xyz=(length, 0.0, 0.0))
+
+    box = '<visual><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.04 0.02"/></geometry></visual>'
+    nothing, zero = {"c_l": pytest.approx([0.0, 0.0, 0.0])}, [0.0, 0.0, 0.0]
+    assert ends() == nothing
+    assert ends(shape=box) == {"c_l": pytest.approx([0.2, 0.0, 0.0])}
+    # A name, or being the only one, makes an end; a frame near the joint is none, and the farther of two is.
+    assert ends(fixed("imu", 0.1), fixed("lamp", 0.2)) == nothing
+    assert ends(fixed("imu", 0.1), fixed("tool", 0.08), fixed("tool_near", 0.03), shape=box) == {"tool_l": zero}
+    assert ends(fixed("lamp", 0.1), shape=box) == {"lamp_l": zero}
+    assert ends(fixed("lamp", 0.04), shape=box) == {"c_l": pytest.approx([0.2, 0.0, 0.0])}
+    # Grippers and fingers.
+    assert ends(J("grip", parent="c", xyz=(0.1, 0.0, 0.0))) == nothing
+    slides = J("left", kind="prismatic"), J("right", kind="prismatic", parent="c", follows=("left", -1.0, 0.0))
+    assert ends(*slides) == nothing
+    assert ends(fixed("hand", 0.1), *finger("f", 0.05), *finger("g", 0.05)) == {"hand_l": zero}
+    assert ends(fixed("hand", 0.1), *finger("f", 0.3), *finger("g", 0.05)) == {"hand_l": zero, "f_tip_l": zero}
+
+
 def test_a_floating_base_moves_the_root() -> None:
     nao = nk.load_nao(base="floating")
     viewer = Viewer(nao)

@@ -110,6 +110,7 @@ export type About = {
   neutral: number[];
   frames: Frame[];
   effectors: string[];
+  ends: End[];
   bodies: Body[];
   cameras: Camera[];
   eyes: Eye[];
@@ -140,6 +141,7 @@ export type Chain = { title: string; joints: Driven[] };
 export type Posture = { name: string; q: number[]; up: Vector | null };
 export type Mirrored = { column: number; of: number; multiplier: number; offset: number };
 export type Frame = { name: string; link: number };
+export type End = { frame: string; point: Vector };
 export type Body = { link: number; mass: number; centre: Vector; size: Vector; matrix: number[] };
 export type Camera = { name: string; direction: Vector; links: number[] };
 export type Eye = { name: string; link: number; horizontal: number | null; vertical: number | null };

@@ -128,6 +128,7 @@ export class Stance {
   // Place the robot on the floor as if it had not been shown before.
   setDownAnew() {
     this.page.shown.standing.forget();
+    if (!this.page.robot.about.floating) this.page.studio.floor.goBack();
     this.restand();
   }
 

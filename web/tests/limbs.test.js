@@ -3,23 +3,32 @@ import { test } from "node:test";
 
 import { Chain } from "../src/ik/chain.ts";
 import { descend, lookTask, placeTask, turnTask } from "../src/ik/least_squares.ts";
-import { Follower, limbsOf } from "../src/ik/limbs.ts";
+import { Follower, isStanding, limbsOf } from "../src/ik/limbs.ts";
 import { clamp } from "../src/math/numbers.ts";
 import { angleBetween, distance, product, rotationAbout } from "../src/math/rotations.ts";
+import { randomWithin } from "../src/values/configurations.ts";
 import { generator } from "./generator.js";
 
 // A torso with two arms of four joints; the first joints of both turn with the same coordinate, in opposite directions. The
 // range of the elbow depends on the shoulder. A slide carries the hand.
 const at = (x, y, z) => [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1];
-const about = { links: [{ name: "torso", path: ["torso"] }], places: [], joints: [], coordinates: [], tables: [] };
-function add(name, parent, place, axis, column, more = {}) {
-  const { path } = about.links[parent];
-  about.places.push({ path: [...path, `${name} holder`], matrix: place });
-  about.links.push({ name, path: [...path, `${name} holder`, name] });
-  const link = about.links.length - 1;
-  about.joints.push({ name, link, axis, column, multiplier: 1, offset: 0, slides: false, follows: "", ...more });
+const empty = () => ({
+  links: [{ name: "torso", path: ["torso"] }],
+  places: [],
+  joints: [],
+  coordinates: [],
+  tables: [],
+});
+const about = empty();
+const addTo = (robot) => (name, parent, place, axis, column, more) => {
+  const { path } = robot.links[parent];
+  robot.places.push({ path: [...path, `${name} holder`], matrix: place });
+  robot.links.push({ name, path: [...path, `${name} holder`, name] });
+  const link = robot.links.length - 1;
+  robot.joints.push({ name, link, axis, column, multiplier: 1, offset: 0, slides: false, follows: "", ...more });
   return link;
-}
+};
+const add = addTo(about);
 const waist = add("Waist", 0, at(0, 0, 0.1), [0, 0, 1], 8);
 const hands = ["L", "R"].map((side, i) => {
   const out = i === 0 ? 1 : -1;
@@ -39,7 +48,10 @@ Object.assign(about, {
   frames: about.links.map(({ name }, link) => ({ name, link })),
   soles: [{ link: hands[1] }],
   eyes: [{ name: "HeadYaw" }],
-  effectors: ["torso", "HeadYaw", "LSlide", "RSlide"],
+  postures: [],
+  neutral: about.coordinates.map(() => 0),
+  root: "torso",
+  ends: ["torso", "HeadYaw", "LSlide", "RSlide"].map((frame) => ({ frame, point: [0, 0, 0] })),
 });
 const Q = [0.1, 0.2, 0.6, 0.05, -0.1, 0.7, 0.02, 0.3, 0.2];
 
@@ -180,4 +192,59 @@ test("a stretched limb bends when it is pulled inwards", () => {
   const place = [p[0] - 0.01, p[1], p[2]];
   const { q } = new Follower(hand, straight).toPlace(place, straight);
   assert.ok(q[5] > 0.3 && distance(hand.chain.forward(q).p, place) < 1e-5, `${q}`);
+});
+
+test("a limb ends at a point of its frame", () => {
+  const ends = [{ frame: "LSlide", point: [0.05, 0, 0.02] }];
+  const [, hand] = limbsOf({ ...about, ends });
+  const { p, R } = new Chain(about, hands[0]).forward(Q);
+  const tip = p.map((value, i) => value + 0.05 * R[3 * i] + 0.02 * R[3 * i + 2]);
+  assert.ok(distance(hand.chain.forward(Q).p, tip) < 1e-12);
+});
+
+test("the base moves and turns while its feet stay, or comes as near as they let it", () => {
+  const standing = { ...about, soles: hands.map((link) => ({ link })) };
+  assert.ok(isStanding(standing) && !isStanding({ ...about, soles: [] }));
+  const base = limbsOf(standing).at(-1);
+  assert.deepEqual([base.kind, base.frame], ["base", "torso"]);
+  const q = [...Q, 0, 0, 0, 0, 0, 0];
+  const follower = new Follower(base, q);
+  const slip = (to) =>
+    Math.max(...follower.kept.map(({ limb, placed }) => distance(limb.chain.forward(to).p, placed.p)));
+  for (const [place, isNear] of [
+    [[0.01, 0, -0.02], true],
+    [[0.5, 0, 0], false],
+  ]) {
+    const { q: found } = follower.toPlace(place, q);
+    assert.equal(distance(base.chain.forward(found).p, place) < 1e-4, isNear);
+    assert.ok(slip(found) < 1e-5 && inside(found.slice(0, 9)), `${slip(found)}`);
+  }
+  const R = rotationAbout([0, 0, 1], 0.01);
+  const { q: turned } = follower.toTurn(R, [0, 0, 1], q);
+  const off = angleBetween(base.chain.forward(turned).R, R);
+  assert.ok(off < 1e-4 && slip(turned) < 1e-5, `${off} ${slip(turned)}`);
+});
+
+test("a place in another branch is found, inside all limits, and one beyond the limb is not looked for", () => {
+  const arm = { ...empty(), soles: [], eyes: [], root: "torso", ends: [{ frame: "c", point: [0.1, 0, 0] }] };
+  const addJoint = addTo(arm);
+  ["a", "b", "c"].forEach((name, i) => addJoint(name, i, at(0.1, 0, 0), [0, 0, 1], i));
+  arm.frames = arm.links.map(({ name }, link) => ({ name, link }));
+  arm.coordinates = [1.5, 2.5, 0.5].map((upper, column) => ({ joint: `${column}`, column, lower: -upper, upper }));
+  const [limb] = limbsOf(arm);
+  let [missed, found] = [0, 0];
+  for (let i = 0; i < 60; i++) {
+    const [q, goal] = [randomWithin(arm, [0, 0, 0], random), randomWithin(arm, [0, 0, 0], random)];
+    const place = limb.chain.forward(goal).p;
+    const follower = new Follower(limb, q);
+    const far = (to) => distance(limb.chain.forward(to).p, place);
+    const { q: first } = follower.toPlace(place, q);
+    if (far(first) < 1e-3) continue;
+    missed++;
+    const again = follower.anew(place, first);
+    found += again && far(again.q) < 1e-3;
+    if (again) again.q.forEach((value, k) => assert.ok(Math.abs(value) <= arm.coordinates[k].upper));
+  }
+  assert.ok(missed > 5 && found > 0.9 * missed, `${found} of ${missed}`);
+  assert.equal(new Follower(limb, [0, 0, 0]).anew([0.5, 0, 0], [0.1, 0, 0]), null);
 });

@@ -112,6 +112,23 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
+def test_a_hand_that_is_stopped_where_it_need_not_be_swings_there_in_small_steps(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.random(168))
+    page.run("""() => {
+        window.shown = [[...naoKin.q]];
+        window.note = () => shown.push([...naoKin.q]);
+        naoKin.addEventListener("settled", note);
+    }""")
+    pointer = drag(page, "RArm", (-56, -75))
+    assert said(page) == ""
+    page.tab.wait_for_function("() => naoKin.drag.held.gesture.q.every((value, k) => value === naoKin.q[k])")
+    page.run("() => naoKin.removeEventListener('settled', note)")
+    assert np.abs(on_screen(page, "RArm") - pointer).max() < 0.1
+    assert_consistent(page, nao)
+    assert np.abs(np.diff(page.run("() => shown"), axis=0)).max() == pytest.approx(0.6, abs=1e-9)
+    page.tab.mouse.up()
+
+
 def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
     page.slide("LHipYawPitch", -0.3)
     before = nao.fk(page.q, ("LLeg", "RLeg"))
@@ -164,6 +181,73 @@ def turn(page: Page, frame: str, axis: int, angles: np.ndarray) -> None:
     page.tab.mouse.down()
     for place in places[1:]:
         page.tab.mouse.move(*place)
+
+
+PLACED = """(frames) => (naoKin.settle(), frames.map((frame) => {
+    const { robot } = naoKin;
+    return [...robot.fromWorld().multiply(robot.frameNode(frame).matrixWorld).transpose().elements];
+}))"""
+"""Poses of frames relative to the floor."""
+
+
+def test_the_torso_is_dragged_and_turned_while_both_soles_stay(page: Page, nao: nk.NaoModel) -> None:
+    feet = ("LLeg", "RLeg")
+    before, soles = page.q, np.array(page.run(PLACED, feet))
+    pointer = drag(page, "torso", (10, 40))
+    assert said(page) == ""
+    assert np.abs(on_screen(page, "torso") - pointer).max() < 0.1
+    q = assert_consistent(page, nao)
+    assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-6
+    closed = nk.ik.legs(nao, *nao.fk(q, feet), near=before)
+    assert closed.success
+    assert np.abs(np.asarray(closed.q) - q).max() < 1e-5
+    assert {nao.joint_names[k] for k in np.flatnonzero(q != before)} <= {*nao.chains["LLeg"], *nao.chains["RLeg"]}
+    torso = on_screen(page, "torso")
+    page.tab.mouse.up()
+    # The robot's place on the floor is that of its root; the camera goes along, so that the picture stays.
+    assert np.array_equal(page.q, q)
+    assert np.abs(on_screen(page, "torso") - torso).max() < 0.1
+    assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=3e-4)
+    assert np.array(page.run(PLACED, ["torso"]))[0, [3, 7]].tolist() == [0.0, 0.0]
+    assert page.tab.get_by_label("Reference frame").evaluate("(select) => select.value") == "floor"
+    page.tab.keyboard.press("ControlOrMeta+z")
+    assert np.array_equal(page.q, before)
+    # What stops it: a limit, or a leg that is straight.
+    drag(page, "torso", (0, 150), steps=2)
+    assert re.fullmatch(r"torso: out of reach by \d+ mm: .*(Knee|Ankle)Pitch stops at \S+°.*", said(page))
+    page.tab.keyboard.press("Escape")
+    assert np.array_equal(page.q, before)
+    assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-9
+    page.tab.mouse.up()
+    drag(page, "torso", (0, -150), steps=2)
+    assert re.fullmatch(r"torso: out of reach by \d+ mm", said(page))
+    assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-4
+    page.tab.keyboard.press("Escape")
+    page.tab.mouse.up()
+    turn(page, "torso", 1, np.array([-0.7, -0.65, -0.6]))
+    assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-6
+    R, R_before = np.array(page.run(PLACED, ["torso"])).reshape(4, 4)[:3, :3], np.eye(3)
+    about, angle = nk.rotations.natural_invariants(R_before.T @ R)
+    assert abs(about[1]) == pytest.approx(1.0, abs=1e-4)
+    assert angle == pytest.approx(0.1, abs=0.01)
+    page.tab.mouse.up()
+
+
+def test_the_torso_is_lowered_and_leans_by_keys(page: Page, nao: nk.NaoModel) -> None:
+    feet = ("LLeg", "RLeg")
+    before, soles = page.q, np.array(page.run(PLACED, feet))
+    page.tab.get_by_role("button", name="front", exact=True).click()
+    page.tab.locator("#handles").get_by_role("button", name="torso").focus()
+    page.tab.keyboard.press("Shift+ArrowDown")
+    found = re.fullmatch(r"torso, at (\S+), (\S+), (\S+) mm in its place before", said(page).replace("−", "-"))
+    assert found
+    assert np.linalg.norm(np.array(found.groups(), float)) == pytest.approx(10.0, abs=1.0)
+    page.tab.keyboard.press("y")
+    assert said(page) == "torso turned by 1.0° about y"
+    assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-6
+    page.tab.keyboard.press("Enter")
+    assert np.abs(page.q - before).max() > 0.02
+    assert nao.within_limits(page.q)
 
 
 @pytest.mark.full
@@ -392,6 +476,13 @@ def test_a_floating_robot_is_dragged_where_it_floats(browser: Any, tmp_path: Pat
         assert np.array_equal(moved[:7], q[:7])
         assert np.abs(page.poses(("LLeg",)) - nao.fk(moved, "LLeg")).max() < 1e-6
         page.tab.mouse.up()
+        feet = nao.fk(moved, ("LLeg", "RLeg"))
+        base = page.run("() => naoKin.drag.handles.at(-1).limb.frame")
+        pointer = drag(page, base, (3, 10))
+        assert np.abs(on_screen(page, base) - pointer).max() < 0.1
+        page.tab.mouse.up()
+        assert np.linalg.norm(page.q[:3] - q[:3]) > 0.005
+        assert np.abs(nao.fk(page.q, ("LLeg", "RLeg")) - feet).max() < 1e-6
 
 
 def test_hands_feet_and_gaze_of_a_calibrated_robot_are_dragged(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
@@ -435,6 +526,15 @@ def test_an_arm_of_another_kind_is_dragged_by_its_hand_and_a_selected_link(brows
             moved = np.flatnonzero(q != before)
             assert set(moved) <= set(range(7 if frame == "panda_hand_tcp" else 5))
             page.tab.mouse.up()
+        # It has no feet: its base stays where it is, also with the hand below the floor, where it can be dragged.
+        root = page.run(ROOT)
+        page.slide("panda_joint2", 1.7)
+        page.slide("panda_joint4", -0.3)
+        assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") < -0.01
+        drag(page, "panda_hand_tcp", (0, 15))
+        assert said(page) == ""
+        page.tab.mouse.up()
+        assert page.run(ROOT) == root
 
 
 def test_a_hand_that_is_dragged_into_the_trunk_is_told_while_it_is_held(page: Page, nao: nk.NaoModel) -> None:

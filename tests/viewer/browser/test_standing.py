@@ -233,11 +233,35 @@ def test_a_motion_takes_a_direction_too(nao: nk.NaoModel) -> None:
 # --- other robots, and time -------------------------------------------------------------------------------------------
 
 
-def test_a_robot_without_postures_keeps_its_trunk_upright(browser: Any, tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a", axis=(0.0, 1.0, 0.0), xyz=(0.0, 0.0, 0.1)), J("b", xyz=(0.1, 0.0, 0.1)))
+def test_a_robot_on_point_feet_keeps_its_trunk_upright_until_its_base_is_turned(browser: Any, tmp_path: Path) -> None:
+    joints = []
+    for name, x, y in (("lf", 0.2, 0.1), ("rf", 0.2, -0.1), ("lh", -0.2, 0.1), ("rh", -0.2, -0.1)):
+        joints.append(J(f"{name}_hip", axis=(1.0, 0.0, 0.0), xyz=(x, y, 0.0), parent="base"))
+        joints.append(J(f"{name}_thigh", axis=(0.0, 1.0, 0.0)))
+        joints.append(J(f"{name}_knee", axis=(0.0, 1.0, 0.0), xyz=(0.0, 0.0, -0.2)))
+        joints.append(J(f"{name}_foot", kind="fixed", xyz=(0.0, 0.0, -0.2)))
+    robot = made_up(tmp_path, *joints)
     viewer = Viewer(robot)
-    viewer.display([2.0, 0.3])
+    viewer.display(q := np.tile([0.0, 0.5, -1.0], 4))
+    feet = tuple(f"{name}_foot_l" for name in ("lf", "rf", "lh", "rh"))
     with opened(browser, viewer.save_html(tmp_path / "robot.html")) as page:
+        assert np.allclose(_placement(page)[:3, :3], np.eye(3), atol=1e-12)
+        buttons, line = page.tab.locator("#handles"), page.tab.locator("#drag")
+        buttons.get_by_role("button", name="lf_foot_l").focus()
+        page.tab.keyboard.press("Shift+ArrowUp")
+        assert line.inner_text().startswith("lf_foot_l, at ")
+        page.tab.keyboard.press("Escape")
+        buttons.get_by_role("button", name="base", exact=True).focus()
+        for _ in range(5):
+            page.tab.keyboard.press("x")
+        assert line.inner_text() == "base turned by 5.0° about x"
+        page.tab.keyboard.press("Enter")
+        # Without soles the vertical is kept instead.
+        T = _placement(page)
+        assert _degrees(T[2, :3], np.array([0.0, 0.0, 1.0])) == pytest.approx(5.0, abs=1e-6)
+        assert np.ptp((T @ robot.fk(page.q, feet))[:, 2, 3]) < 1e-6
+        page.tab.keyboard.press("ControlOrMeta+z")
+        assert np.array_equal(page.q, q)
         assert np.allclose(_placement(page)[:3, :3], np.eye(3), atol=1e-12)
 
 

@@ -1,5 +1,5 @@
 import type { App } from "../app.ts";
-import type { Ray } from "three";
+import type { Matrix4, Ray } from "three";
 import { write } from "../panel/element.ts";
 import { clearGhosts } from "../scene/ghosts.ts";
 import { AXES, type Axis } from "../scene/shapes.ts";
@@ -22,7 +22,7 @@ import { TargetMove, TargetTurn } from "./targets.ts";
  */
 export class Drag {
   /** The current gesture, the first gesture of the same hold, and the state before it. */
-  held: ({ gesture: Gesture; first: Gesture } & Snapshot) | null = null;
+  held: ({ gesture: Gesture; first: Gesture; placed: Matrix4 } & Snapshot) | null = null;
   /** The grip that is highlighted because it is under the pointer or has the focus. */
   lit: Grip | null = null;
   marks = new Handles(this.page);
@@ -61,15 +61,17 @@ export class Drag {
    */
   get holdables() {
     const { page } = this;
+    const { floating, links, root } = page.robot.about;
+    const first = floating ? links[0].name : root;
     const handles = this.handles.map((handle) => ({
       name: handle.limb.frame,
-      base: page.robot.about.floating ? page.robot.about.links[0].name : page.robot.about.root,
+      base: handle.limb.kind === "base" ? "its place before" : first,
       turns: turnsOf(handle),
       light: (on: boolean) => this.light(on ? handle : null),
       toMove: () => new LimbDrag(page, handle, null),
       toTurn: (axis: Axis) => {
         page.pick.selection.select(handle.limb.frame);
-        return new TurnDrag(page, handle.limb, axis.axis, null);
+        return new TurnDrag(page, handle, axis.axis, null);
       },
     }));
     const targets = page.targets.movable.map((target) => ({
@@ -136,7 +138,8 @@ export class Drag {
       return;
     }
     const gesture = make();
-    this.held = { ...this.page.stance.snapshot(), gesture, first: gesture };
+    const { robot, stance } = this.page;
+    this.held = { ...stance.snapshot(), gesture, first: gesture, placed: robot.root.matrix.clone() };
     this.announce(true);
   }
 
@@ -148,20 +151,27 @@ export class Drag {
   end() {
     if (!this.held) return;
     const { page } = this;
-    this.held.gesture.end();
+    const { gesture } = this.held;
+    gesture.end();
     this.held = null;
     this.say("");
     // The legend is cleared only now, because on a narrow page the picture then grows.
     if (page.ghosts.entries.length > 0 && page.ghosts.copies.length === 0) clearGhosts(page);
+    const placed = page.robot.root.matrixWorld.clone();
     page.stance.restand();
+    if (gesture.limb?.kind === "base") {
+      page.stance.settle();
+      page.studio.goWith(placed, page.robot.root.matrixWorld);
+    }
     this.announce(false);
   }
 
   /** Let go, and restore the state before the drag. */
   cancel() {
     if (!this.held) return;
-    const { q, up, first } = this.held;
-    const { stance } = this.page;
+    const { q, up, first, placed } = this.held;
+    const { robot, stance } = this.page;
+    placed.decompose(robot.root.position, robot.root.quaternion, robot.root.scale);
     if (first.cancel) first.cancel();
     else stance.set(q, up);
     stance.settle();

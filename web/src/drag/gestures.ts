@@ -32,6 +32,8 @@ export interface Handle extends Grip {
 
 /** A drag in progress. */
 export interface Gesture {
+  /** The limb that it moves, if it moves one. */
+  limb?: Limb;
   /** Follow the pointer; returns a message, which may be empty. */
   move(ray: Ray, options: { level: boolean }): string;
   /** End the drag. */

@@ -140,6 +140,7 @@ export class Handles {
   make(limb: Limb, shape: Grip["shape"] = "knob") {
     const { robot, studio } = this.page;
     const mark = asMark(new THREE.Group());
+    mark.position.set(...limb.point);
     const knob = makeKnob();
     mark.add(knob);
     const ahead = limb.kind === "gaze" ? SIGHT * Math.min(studio.size, SMALL) : 0;
@@ -167,7 +168,7 @@ export class Handles {
     if (frame !== null && this.list.every(({ limb }) => limb.frame !== frame)) this.change(frame);
     for (const { mesh } of this.rings) dispose(mesh);
     const handle = this.shown && this.list.find(({ limb }) => limb.frame === frame);
-    this.rings = handle ? turnsOf(handle).map((axis) => this.ring(handle.limb, axis)) : [];
+    this.rings = handle ? turnsOf(handle).map((axis) => this.ring(handle, axis)) : [];
     this.page.viewer.set_dirty();
   }
 
@@ -184,15 +185,15 @@ export class Handles {
     this.page.dispatchEvent(new Event("handles"));
   }
 
-  ring(limb: Limb, axis: Axis): Ring {
+  ring(handle: Handle, axis: Axis): Ring {
+    const { limb, mark } = handle;
     const { mesh, points } = makeRing(axis, RADIUS, this.page.studio.markScale);
-    const node = this.page.robot.frameNode(limb.frame);
-    node.add(asMark(mesh));
+    mark.add(asMark(mesh));
     return {
       ...{ limb, axis, mesh, shape: "line" },
-      points: () => inWorld(points, node),
+      points: () => inWorld(points, mark),
       light() {},
-      gesture: (hold) => new TurnDrag(this.page, limb, axis.axis, hold),
+      gesture: (hold) => new TurnDrag(this.page, handle, axis.axis, hold),
     };
   }
 }

@@ -51,15 +51,18 @@ export function carrierOf(about: Tree, path: string[]): JointAbout | undefined {
   return undefined;
 }
 
-/** The joints between the base, which is the first link of the robot, and another link. */
+/** The joints between the base, which is the first link of the robot, and a point of another link. */
 export class Chain {
-  joints: JointAbout[] = [];
-  /** The constant placement before each joint, and at the end that of the link. */
-  before: Placement[] = [];
+  joints: JointAbout[];
+  /** The constant placement before each joint, and at the end that of the point. */
+  before: Placement[];
 
-  constructor(about: Tree, link: number) {
+  /** @param under joints that carry the base */
+  constructor(about: Tree, link: number, point: Vector = [0, 0, 0], under: JointAbout[] = []) {
     const { path } = about.links[link];
     const nodes = nodesOf(about);
+    this.joints = [...under];
+    this.before = under.map(() => IDENTITY);
     let fixed = IDENTITY;
     for (let length = about.links[0].path.length + 1; length <= path.length; length++) {
       const { place, joint } = nodes.get(path.slice(0, length).join("\n")) ?? {};
@@ -69,15 +72,10 @@ export class Chain {
       this.before.push(fixed);
       fixed = IDENTITY;
     }
-    this.before.push(fixed);
+    this.before.push(composed(fixed, { ...IDENTITY, p: point }));
   }
 
-  /** The last joint; undefined for a link that is fixed to the base. */
-  get last() {
-    return this.joints.at(-1);
-  }
-
-  /** Placement of the link in the base, and the joints' axes. */
+  /** Placement of the point in the base, and the joints' axes. */
   forward(q: ArrayLike<number>): Placed {
     let at = IDENTITY;
     const screws = this.joints.map((joint, i) => {

@@ -47,7 +47,12 @@ export function placeTask(chain: Chain, place: Vector, weight: number): Task {
  */
 export function turnTask(chain: Chain, wanted: Rotation, weights: Vector): Task {
   const back = transposed(wanted);
-  const off = ({ R }: Placed) => quaternionBetween(wanted, R);
+  // Found once for the rates of all joints.
+  let [known, found] = [null as Placed | null, [] as number[]];
+  const off = (placed: Placed) => {
+    if (placed !== known) [known, found] = [placed, quaternionBetween(wanted, placed.R)];
+    return found;
+  };
   return {
     chain,
     errors: (placed) => off(placed).slice(1).map((value, i) => 2 * weights[i] * value), // prettier-ignore
@@ -74,9 +79,9 @@ export function lookTask(chain: Chain, place: Vector): Task {
 }
 
 // The search ends after ROUNDS steps, or when a step changes no coordinate by more than SMALL [rad, m], or the sum of the
-// squared errors by no more than SLOW of it. The damping begins with START, changes by FACTOR, and stays between LEAST and
+// squared errors by no more than SLOW of it. A coordinate is held if it is at a limit within AT [rad, m]. The damping begins with START, changes by FACTOR, and stays between LEAST and
 // MOST.
-const [ROUNDS, SMALL, SLOW] = [60, 1e-8, 1e-5];
+const [ROUNDS, SMALL, SLOW, AT] = [60, 1e-8, 1e-5, 1e-6];
 const [START, FACTOR, LEAST, MOST] = [1e-4, 8, 1e-16, 1e8];
 
 /** A configuration found by `descend`; `held` are the columns of the coordinates that a limit keeps from going on. */
@@ -128,7 +133,7 @@ export function descend(
   let held: number[] = [];
   for (let round = 0; round < ROUNDS; round++) {
     const room = rangesAt(q).map(([low, high], i) => [low - q[columns[i]], high - q[columns[i]]]);
-    held = columns.filter((_, i) => (gradient[i] < 0 ? room[i][1] <= 0 : gradient[i] > 0 && room[i][0] >= 0));
+    held = columns.filter((_, i) => (gradient[i] < 0 ? room[i][1] <= AT : gradient[i] > 0 && room[i][0] >= -AT));
     const before = cost;
     let change = 0;
     for (; damping <= MOST && change === 0; damping *= FACTOR) {

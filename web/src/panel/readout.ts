@@ -90,6 +90,8 @@ class Numbers {
 export class Readout {
   /** Whether it shows a measurement. */
   measuring = false;
+  /** Whether the frame is the root of a robot that stands. */
+  isRoot = false;
   /** Whether it shows the rotation in more forms. */
   open = false;
   frame: HTMLSelectElement;
@@ -162,6 +164,13 @@ export class Readout {
     );
     const follow = (measuring: boolean) => {
       this.measuring = measuring;
+      // The root would have the same pose in itself for ever.
+      const wasRoot = this.isRoot;
+      this.isRoot = !about.floating && selection.read === about.root;
+      const { value } = this.reference;
+      if (this.isRoot !== wasRoot && value === (wasRoot ? "floor" : "root")) {
+        this.reference.value = wasRoot ? "root" : "floor";
+      }
       this.refresh();
     };
     page.addEventListener("selected", () => follow(false));

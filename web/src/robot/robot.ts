@@ -79,6 +79,11 @@ export class Robot extends Skeleton {
     return this.nodes[this.linkOf(name)];
   }
 
+  /** Whether a link is fixed to the root. */
+  isBase(link: number) {
+    return carrierOf(this.about, this.about.links[link].path) === undefined;
+  }
+
   /** Index of the link that a frame belongs to. */
   linkOf(name: string) {
     const link = this.frames.get(name);

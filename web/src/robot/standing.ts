@@ -1,5 +1,6 @@
 import { direction, dot, times, type Vector } from "../math/rotations.ts";
 import { convexHull, inside } from "../math/surfaces.ts";
+import { isStanding } from "../ik/limbs.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
 import { depth, directions, extremes, nearestPosture, rolled, settled, TOUCHING } from "./settling.ts";
@@ -37,7 +38,9 @@ const TRUNK_UPRIGHT: Down = { up: [0, 0, 1], feet: new Set() };
 /**
  * Places a robot with a fixed base on the floor.
  *
- * The robot stands on its soles if they are below everything else and it comes to rest on them within a small angle.
+ * A robot without feet keeps its base: the floor is in the origin of its root, or under its base if that is lower.
+ *
+ * Another robot stands on its soles if they are below everything else and it comes to rest on them within a small angle.
  * Otherwise the nearest posture decides. If that posture lies or sits, the robot is put down with the posture's vertical
  * and rolls until it is at rest. If it stands, the robot stands too, although it would fall: level with the soles from
  * which it falls, or, if other links are then below them, with the trunk upright.
@@ -48,6 +51,9 @@ const TRUNK_UPRIGHT: Down = { up: [0, 0, 1], feet: new Set() };
 export class Standing {
   /** The last placement. */
   last: Pose | null = null;
+  /** Whether the robot stands on the floor, and is not fixed to it by its base. */
+  stands = isStanding(this.robot.about);
+
   constructor(readonly robot: Robot) {}
 
   /** Let the next placement ignore the ones before. */
@@ -63,13 +69,17 @@ export class Standing {
   place(q: number[], up: ArrayLike<number> | null) {
     const { root } = this.robot;
     if (up) this.forget();
-    const found: Down = up ? { up: direction([up[0], up[1], up[2]]), feet: new Set() } : this.direction(q);
+    let found = TRUNK_UPRIGHT;
+    if (up) found = { up: direction([up[0], up[1], up[2]]), feet: new Set() };
+    else if (this.stands) found = this.direction(q);
     root.quaternion.setFromUnitVectors(new THREE.Vector3(...found.up), VERTICAL);
     root.position.set(0, 0, 0);
     root.updateWorldMatrix(true, true);
     // Of the feet that the robot stands on, the planes of the soles are on the floor, whatever the shapes.
-    const others = this.robot.meshes.filter(({ link }) => !found.feet.has(link));
-    const heights = this.robot.corners().flatMap((corners) => corners.map(({ z }) => z));
+    const others = this.robot.meshes.filter(({ link }) =>
+      this.stands ? !found.feet.has(link) : this.robot.isBase(link),
+    );
+    const heights = this.stands ? this.robot.corners().flatMap((corners) => corners.map(({ z }) => z)) : [0];
     if (others.length > 0) heights.push(this.robot.lowest(others));
     root.position.z = heights.length > 0 ? -Math.min(...heights) : 0;
     root.updateWorldMatrix(true, true);

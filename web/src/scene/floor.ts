@@ -317,6 +317,20 @@ export class Floor {
     this.plane.geometry.translate(x, y, 0);
   }
 
+  /** @param way in the world, whose y is up */
+  goWith(way: THREE.Matrix4, turn: number) {
+    const { position, rotation } = this.node;
+    const { x, z } = new THREE.Vector3(position.x, 0, -position.y).applyMatrix4(way);
+    position.set(x, -z, 0);
+    rotation.z += turn;
+  }
+
+  /** Move the grid back to where it was at first. */
+  goBack() {
+    this.node.position.set(0, 0, 0);
+    this.node.rotation.set(0, 0, 0);
+  }
+
   /** Move the grid along with the robot in whole steps of its strong lines, so that it seems endless. */
   goAlong(place: number[]) {
     const step = STRONG * this.scale;

@@ -185,6 +185,20 @@ export class Studio {
     this.floor.goAlong(this.place);
   }
 
+  /** Move camera and grid as far as a pose of the robot's root moves and turns on the floor, so that it seems to stay. */
+  goWith(from: THREE.Matrix4, to: THREE.Matrix4) {
+    const { Matrix4, Vector3 } = THREE;
+    const { elements: m } = new Matrix4().copy(from).invert().premultiply(to);
+    const turn = Math.atan2(m[8], m[0]);
+    const way = new Matrix4().makeRotationY(turn);
+    const [begin, end] = [from, to].map((pose) => new Vector3().setFromMatrixPosition(pose));
+    const { x, z } = end.sub(begin.applyMatrix4(way));
+    way.setPosition(x, 0, z);
+    const { camera, controls } = this.viewer;
+    for (const node of [camera.position, controls.target]) node.applyMatrix4(way);
+    this.floor.goWith(way, turn);
+  }
+
   /**
    * Draw a frame: as fast as necessary during a movement, and in the best quality at rest. The first ones are plain, because
    * the environment map takes longer than everything else.
