@@ -308,7 +308,7 @@ class FrameTable:
 
     def id(self, name: object) -> int:
         """Return the id of a frame."""
-        if not isinstance(name, str):
+        if not isinstance(name, str | None):
             raise BadArgument(f"a frame is named by a text, got {quoted(name)}; q and targets have their own places")
         if name not in self._ids:
             raise UnknownName("frame", name, self.names, self._about_world if str(name) == WORLD else "")

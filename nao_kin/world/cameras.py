@@ -425,7 +425,7 @@ class Camera:
         # The derivative of r N(r²)/D(r²) by r has the sign of (N + 2 s N') D − 2 s N D' in s = r². D has a pole at its
         # root.
         slope = np.convolve(N * (even + 1.0), D) - np.convolve(N, D * even)
-        roots = [complex(root) for p in (slope, D) for root in np.roots(p)]
+        roots = [complex(root) for p in (slope, D) for root in np.roots(np.where(np.abs(p) > 1e-200, p, 0.0))]
         ends = [root.real for root in roots if abs(root.imag) < 1e-12 * (1 + abs(root))]
         return min((end for end in ends if end > 0.0), default=math.inf)
 
