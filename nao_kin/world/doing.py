@@ -50,6 +50,9 @@ class Rule(Protocol):
 
 def decided(rule: Rule, *columns: NDArray[Any]) -> NDArray[Any]:
     """Return what a rule says of each of the next n rows, shape (n,), with all that it says of them later."""
+    if len(columns[0]) == 1:  # a fifth of the time
+        rule.row(*(column.tolist()[0] for column in columns))
+        return np.array([rule.now])
     found: list[Any] = []
     for k, row in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
         before, since = rule.now, rule.row(*row)

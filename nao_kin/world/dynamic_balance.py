@@ -22,7 +22,7 @@ from nao_kin._kernels.hulls import hulls
 from nao_kin.errors import BadArgument
 from nao_kin.robot import Feet, RobotModel, SetDown
 from nao_kin.world.balance import balance, on_floor
-from nao_kin.world.legs import GRAVITY, LegLog, Legs
+from nao_kin.world.legs import GRAVITY, LegLog, Legs, centre_of_pressure
 from nao_kin.world.momenta import momenta, momentum_jacobians
 from nao_kin.world.rest import Mask
 from nao_kin.world.rocking import Edges, rocking
@@ -176,8 +176,8 @@ def dynamic_balance(
     weight = np.where(np.abs(weight) > 1e-9 * mass * GRAVITY, weight, -1e-9 * mass * GRAVITY)
     zmp, flies = rest.com[:, :2] - lever / weight[:, None], weight < 0.0
     if ground.rule == "forces" and ground.sensors is not None:
-        first = np.searchsorted(given, np.arange(len(log.moments)))
-        centre = log.centre_of_pressure(rest.down.T_world_base[first])[given]
+        T = rest.down.T_world_base[:, None] @ log.T_base_soles[given]
+        centre = centre_of_pressure(T, ground.pressed[given], log.pressure[given])
         felt: Mask = np.asarray(np.isfinite(centre).all(axis=1))
         zmp, flies = np.where(felt[:, None], centre, zmp), flies & ~felt
         lever = weight[:, None] * (rest.com[:, :2] - zmp)

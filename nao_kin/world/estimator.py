@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
-from copy import copy
-from typing import Literal, TypeVar
+from collections.abc import Iterator, Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +14,13 @@ from nao_kin._core.arrays import Floats, shaped
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.world.doing import Contact, Doing, Walk
-from nao_kin.world.legs import LARGEST, Ground, LegLog, Legs, counted
+from nao_kin.world.legs import LARGEST, Ground, LegLog, Legs, Loads
 from nao_kin.world.odometry import OVER, Odometry, ahead, followed
 from nao_kin.world.path import Path
-from nao_kin.world.rest import INTERVAL, KNOWN, Mask, Rest, Turns, bias_notes
+from nao_kin.world.rest import INTERVAL, KNOWN, Rest, Turns, bias_notes
 from nao_kin.world.sensors import Rows, Sensor, corrected
 from nao_kin.world.state import (
+    ONE,
     TIME_CONSTANT,
     State,
     Vertical,
@@ -48,7 +48,16 @@ _UNSURE, _UNSURE_ROWS = np.radians(1.0) ** 2, 20.0
 # Numbers of each inertial sensor.
 _WIDTHS = {"angles": 2, "accelerometer": 3, "gyro": 3}
 
-_Result = TypeVar("_Result", State, Odometry)
+_FIRST_ROW, _TRUE = np.zeros(1, dtype=np.intp), np.ones(1, dtype=np.bool_)
+
+
+class _Kept(NamedTuple):
+    """A row by which sensors are judged: its time, joints, soles, and what the sensors showed."""
+
+    moment: float
+    q: Floats
+    T_base_soles: Floats
+    raw: dict[str, Floats]
 
 
 class StateEstimator:
@@ -57,8 +66,8 @@ class StateEstimator:
     It follows the rules of `state`, but knows only the rows before: a lost contact is known after 0.2 s, what needs
     some time after this time, and the bias of the gyrometer from the first second at rest on. Sensors that lie are
     found by the rules of `state` too, in rows in which the legs have moved lately: as soon as these rows show it. The
-    rows in which sensors are judged take longer, some milliseconds; there are some in the first seconds, and then one
-    in 0.6 s or more in which the legs move.
+    rows in which sensors are judged take longer, one or two milliseconds; there are some in the first seconds, and then
+    four in 0.6 s or more in which the legs move.
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
@@ -85,10 +94,11 @@ class StateEstimator:
         self._interval, self._sums = -1, np.zeros(0)
         self._differences, self._rows = np.eye(2) * _UNSURE * _UNSURE_ROWS, _UNSURE_ROWS
         self._before: dict[str, Floats] = {"q": robot.neutral()}
-        self._kept: deque[tuple[float, Floats, dict[str, Floats]]] = deque(maxlen=_KEPT)
+        self._kept: deque[_Kept] = deque(maxlen=_KEPT)
         self._new, self._names = 0, frozenset[str]()
+        self._judging: Iterator[None] = iter(())
         self._sensors: dict[str, Sensor] = {}
-        self._weight, self._counted = float(robot.mass), np.zeros((0, 0))
+        self._loads: Loads | None = None
         self._notes, self._bias_notes = list[str](), list[str]()
         self._support: int | None = None
         self._rates: Floats | None = None
@@ -111,7 +121,7 @@ class StateEstimator:
 
         Errors of sensors that the robot's file states are corrected, as in `state`.
         NaN is accepted: without the joints of the legs the row is not valid, other sensors keep their last value. After
-        more than 0.5 s without a row a new segment begins. A row that repeats a time has the state of the row before.
+        more than 0.5 s without a row a new segment begins. A row that repeats a time returns the last state.
 
         Args:
             time: later than that of the row before [s].
@@ -136,7 +146,7 @@ class StateEstimator:
         moment, now = float(time), self._now
         before = self._time
         if now is not None and moment == before:
-            return _copied(now)
+            return now
         if not before < moment < math.inf:
             raise BadArgument(f"times must ascend: {moment!r} s comes after {before!r} s")
         if contacts is not None and forces is not None:
@@ -145,24 +155,18 @@ class StateEstimator:
             raise BadArgument("give angles or an accelerometer, not both")
         self._time, self._first = moment, moment if now is None else self._first
         step, gap = (moment - before, moment - before > _LONGEST_GAP) if now is not None else (0.0, True)
-        sensors = {
-            "contacts": contacts,
-            "forces": forces,
-            "angles": angles,
-            "accelerometer": accelerometer,
-            "gyro": gyro,
-        }
+        given = ("contacts", contacts), ("forces", forces), ("angles", angles), ("accelerometer", accelerometer)
         raw = {
             name: np.array(shaped(value, (self._width(name, value),), name, gaps=True))
-            for name, value in sensors.items()
+            for name, value in (*given, ("gyro", gyro))
             if value is not None
         }
-        joints = shaped(q, (self._legs.robot.nq,), "q", gaps=True)
-        values, known = self._filled("q", joints), np.array([bool(np.isfinite(joints[self._legs.columns]).all())])
-        self._keep(moment, values, raw)
+        joints = np.array(shaped(q, (self._legs.robot.nq,), "q", gaps=True))
+        values, known = self._filled("q", joints), np.isfinite(joints[self._legs.columns]).all(keepdims=True)
+        T, rows = self._legs.soles(values), Rows(np.array([moment]), _FIRST_ROW, ())
+        self._keep(_Kept(moment, values, T, raw))
         seen = {name: self._read(name, value) for name, value in raw.items() if self._used(name)}
-        T, rows = self._legs.soles(values[None]), Rows(np.array([moment]), np.zeros(1, dtype=np.intp), ())
-        ground = self._ground(seen, rows.times)
+        ground, T = self._ground(seen, rows.times), T[None]
         support = ground.supports(T, self._support)
         self._support = int(support[0])
         notes = [*self._notes, *self._bias_notes]
@@ -176,30 +180,31 @@ class StateEstimator:
         self._judge(log, rates, up)
         quiet = np.array([bool(self._rest.quiet)]) if up is not None or rates is not None else None
         doing = done(log, up, quiet, self._doing)
-        self._lost |= gap or not (doing[0] == "standing" and log.known[0])
+        stands = doing == "standing"
+        self._lost |= gap or not (stands[0] and log.known[0])
         turns = None
         if rates is not None:
             deviation = np.array([math.sqrt(self._rest.variance)])
-            turns = Turns((rates - self._rest.bias)[None], np.array([True]), deviation)
-        rest: Mask = np.zeros(1, dtype=np.bool_)
-        path = followed(log, rest, turns, self._path, doing == "standing", on=not self._lost)
-        if path.valid[0]:
+            turns = Turns((rates - self._rest.bias)[None], _TRUE, deviation)
+        path = followed(log, ~_TRUE, turns, self._path, stands, on=not self._lost)
+        valid = path.segment[0] >= 0
+        if valid:
             self._move(path)
-        self._walk.row(float(log.moments[0]), int(path.support[0]), float(lifts(log)[0]))
+        self._walk.row(self._time, int(path.support[0]), float(lifts(log)[0]))
         if self._walk.now:
             doing[0] = "walking"
-        angle = None
-        if up is not None:
-            away = (roll_pitch(up) - roll_pitch(by_legs))[path.valid]
-            self._differences, self._rows = self._differences + away.T @ away, self._rows + len(away)
-            angle = by_unit(self._differences / self._rows)
-        if "accelerometer" in seen:
-            # The filter has averaged few rows, or turns by a bias that is not known.
-            drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
-            angle = angle + np.eye(2) * (drift + _ROW**2 / max(self._vertical.averaged, 1.0))
-        found = stated(log, by_legs if up is None else up, doing, path, angle)
-        self._rates, self._did, self._now = rates, str(doing[0]), _copied(found)
-        return found
+        unit = None
+        if up is not None and valid:
+            away = roll_pitch(up) - roll_pitch(by_legs)
+            self._differences, self._rows = self._differences + away.T * away, self._rows + 1.0
+            unit = by_unit(self._differences / self._rows)
+            if "accelerometer" in seen:
+                # The filter has averaged few rows, or turns by a bias that is not known.
+                drift = 0.0 if rates is None else self._rest.variance * TIME_CONSTANT**2
+                unit = unit + ONE * (drift + _ROW**2 / max(self._vertical.averaged, 1.0))
+        self._rates, self._did = rates, str(doing[0])
+        self._now = stated(log, by_legs if up is None else up, doing, stands, path, unit)
+        return self._now
 
     # --- Sensors: what they show, and whether they lie.
 
@@ -225,43 +230,46 @@ class StateEstimator:
         values, sensor = self._filled(what, corrected(self._legs.robot, what, raw)), self._sensors[what]
         return sensor.gain * values - sensor.offset
 
-    def _keep(self, moment: float, q: Floats, raw: dict[str, Floats]) -> None:
-        """Keep the row to judge the sensors, and judge them if there are enough rows."""
+    def _keep(self, row: _Kept) -> None:
+        """Keep the row to judge the sensors, and go on to judge them if there are enough rows."""
+        kept, raw = self._kept, row.raw
         if self._names != raw.keys():
-            self._kept.clear()
-            self._names, self._sensors, self._new = frozenset(raw), {}, 0
-        kept = self._kept
+            kept.clear()
+            self._names, self._loads, self._sensors, self._new = frozenset(raw), None, {}, 0
+            self._judging = iter(())
+        far = moved = True
         if kept:
-            last, before, _ = kept[-1]
-            moved = np.abs(q - before)[self._legs.columns].max(initial=0.0) > _MOVED
-            if moment - last < _EVERY or not (len(kept) < _FIRST or (moved and self._did not in _OFF_ITS_LEGS)):
-                return
-        kept.append((moment, q, raw))
-        self._new += 1
-        if not raw or self._new < min(len(kept) // 2, _AGAIN):
-            return
-        self._new = 0
-        given = {name: np.array([row[2][name] for row in kept]) for name in raw}
-        q, times = np.array([row[1] for row in kept]), [row[0] for row in kept]
-        log = LegLog.of(self._legs, times, q, given.get("contacts"), given.get("forces"), _LONGEST_GAP)
+            far = row.moment - kept[-1].moment >= _EVERY
+            moved = far and np.abs(row.q - kept[-1].q)[self._legs.columns].max(initial=0.0) > _MOVED
+        if far and (len(kept) < _FIRST or (moved and self._did not in _OFF_ITS_LEGS)):
+            kept.append(row)
+            self._new += 1
+            if raw and self._new >= min(len(kept) // 2, _AGAIN):
+                self._new, self._judging = 0, self._judged(tuple(kept))
+        next(self._judging, None)
+        if not self._sensors:
+            for _ in self._judging:
+                pass
+
+    def _judged(self, kept: Sequence[_Kept]) -> Iterator[None]:
+        """Judge the sensors by the rules of a log, in four parts, which take one or two milliseconds at most."""
+        moments, q, T, raw = zip(*kept, strict=True)
+        given = {name: np.array([row[name] for row in raw]) for name in raw[0]}
+        joints, soles, loads = np.array(q), np.array(T), (given.get("contacts"), given.get("forces"))
+        yield
+        log = LegLog.of(self._legs, moments, joints, *loads, _LONGEST_GAP, soles)
+        yield
         turns, _ = log.turns(given.get("gyro"))
+        yield
         vertical(log, given.get("angles"), given.get("accelerometer"), turns)
-        self._sensors, self._notes, self._weight = log.sensors, log.notes, log.ground.weight
-        if "forces" in log.sensors and len(raw["forces"]) == self._legs.carried.shape[1]:
-            self._counted = counted(np.isfinite(log.sensors["forces"].gain), self._legs.carried)
+        self._loads, self._sensors, self._notes = log.ground.loads, log.sensors, log.notes
 
     def _ground(self, seen: dict[str, Floats], moments: Floats) -> Ground:
         """Return what contacts or forces of the row say."""
-        soles = len(self._legs.feet.names)
-        for rule in ("contacts", "forces"):
-            if rule in seen:
-                values, known = np.maximum(seen[rule][None], 0.0), np.array([True])
-                one_by_one = values.shape[1] != soles
-                pressed = np.where(values > 0.0, values, 0.0) @ self._counted if one_by_one else values
-                sensors = values if one_by_one else None
-                rules = self._contact, self._heavy
-                return Ground.by_sensor(self._sensors[rule], pressed, sensors, known, self._weight, moments, *rules)
-        return Ground.by_legs(np.ones((1, soles)))
+        loads = self._loads
+        if loads is None:
+            return Ground.by_legs(np.ones((1, len(self._legs.feet.names))))
+        return loads.ground(seen[loads.sensor.what][None], _TRUE, moments, self._contact, self._heavy)
 
     def _upright(self, seen: dict[str, Floats], gap: bool, step: float) -> Floats | None:
         """Return the vertical in the root link, (1, 3), by the angles, or by the filter of the accelerometer."""
@@ -317,12 +325,3 @@ class StateEstimator:
         step, *way = (b - a for a, b in zip(poses[0], poses[-1], strict=True))
         if step > 0.0:
             path.velocity[0] = np.array(ahead(way, poses[-1][3])) / step
-
-
-def _copied(found: _Result) -> _Result:
-    """Return a state, or its odometry, with arrays of its own."""
-    made = copy(found)
-    for name, value in vars(found).items():
-        if isinstance(value, np.ndarray | Odometry):
-            object.__setattr__(made, name, value.copy() if isinstance(value, np.ndarray) else _copied(value))
-    return made

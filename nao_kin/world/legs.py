@@ -7,8 +7,9 @@ all of them. Weight and unit of the forces come from the log, and are compared w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +58,7 @@ class Legs:
 
     Attributes:
         robot, feet, heights: the robot, its soles, and the height of each frame over its sole, shape (s,) [m].
+        flat: whether all heights are zero.
         columns: of a configuration that move soles, shape (j,).
         carried: 1 for the force sensors that each sole carries, shape (s, f).
         cells: indices of the force sensors of each sole, and their places in its frame, x and y.
@@ -67,7 +69,7 @@ class Legs:
     def __init__(self, robot: RobotModel, soles: Sequence[str] | None) -> None:
         self.robot, self.feet = robot, Feet.of(robot, soles, needed=True, or_origin=True)
         self.heights = self.feet.heights
-        self._flat = not self.heights.any()
+        self.flat = not self.heights.any()
         chains = [serial_chain(robot, robot.tree.root, sole) for sole in self.feet.names]
         moving = {name for chain in chains for name in chain.coordinates}
         self.columns = np.array(
@@ -85,9 +87,9 @@ class Legs:
         self.low = _LOW * float(min(np.linalg.norm(places[1:], axis=1).sum() for places in origins))
 
     def soles(self, q: Floats) -> Floats:
-        """Return the poses of the soles in the root link, on the ground, shape (n, s, 4, 4)."""
+        """Return the poses of the soles in the root link, on the ground, shape (..., s, 4, 4)."""
         T = np.asarray(self.robot.fk(q, self.feet.names, reference=self.robot.tree.root))
-        return T if self._flat else self.feet.on_ground(T)
+        return T if self.flat else self.feet.on_ground(T)
 
 
 def standing_sole(T_base_soles: Floats, before: int) -> int:
@@ -111,6 +113,26 @@ def sole_heights(T_base_soles: Floats) -> Floats:
 # --- Which soles carry a robot, and whether it is lifted, by contacts, by forces, or by its legs alone.
 
 
+class Loads(NamedTuple):
+    """How contacts or forces (n, k) are read: how much each counts for each sole, (k, s), and the robot's weight."""
+
+    sensor: Sensor
+    counted: Floats
+    weight: float
+
+    def ground(self, values: Floats, known: Mask, moments: Floats, stands: Contact, heavy: Contact) -> Ground:
+        """Return rows by values without errors, and rules of the soles' contact and of half of the weight on them."""
+        pressed, share = np.where(values > 0.0, values, 0.0) @ self.counted, np.full(len(values), np.nan)
+        sensors = None if self.counted.shape[0] == self.counted.shape[1] else np.maximum(values, 0.0)
+        total = pressed.sum(axis=1)
+        loaded = half = total > 0.0
+        if self.sensor.what == "forces":
+            share = total / self.weight
+            loaded, half = share >= UNLOADED, share >= HALF
+        carry, both = decided(stands, loaded, moments), decided(heavy, half, moments)
+        return Ground(self.sensor.what, pressed, sensors, known, carry, share, both, self)
+
+
 @dataclass(frozen=True, eq=False)
 class Ground:
     """What contacts or forces say about the s soles of a robot in n rows.
@@ -124,8 +146,7 @@ class Ground:
         stands: in which rows the soles carry, shape (n,).
         share: force on all soles as a share of the weight, shape (n,); NaN without forces.
         heavy: in which rows the soles carry half of the weight, shape (n,); `stands` without forces.
-        weight: of the robot in the unit of the forces.
-        sensor: how contacts or forces are read; None without them.
+        loads: how contacts or forces are read; None without them.
     """
 
     rule: str
@@ -135,8 +156,7 @@ class Ground:
     stands: Mask
     share: Floats
     heavy: Mask
-    weight: float = 1.0
-    sensor: Sensor | None = None
+    loads: Loads | None = None
 
     @staticmethod
     def of(
@@ -187,17 +207,18 @@ class Ground:
         if standing and np.isfinite(pressed).all():
             given.subtract_offset(air @ carried > 0.0, _SAME * weight / carried.sum(axis=1) @ carried)
             pressed = _summed(given.values, carried)
-        sensors = None if len(names) == len(feet.names) else np.maximum(given.values, 0.0)
         if not np.isfinite(pressed).all():
             notes.append(f"the legs say which sole carries, and not the {rule}")
-            return Ground.by_legs(pressed, sensors)
+            return Ground.by_legs(pressed, None if len(names) == len(feet.names) else np.maximum(given.values, 0.0))
         carries = True
         if rule == "forces":
             weight = _weight(pressed, moments)
             odd, carries = _on_weight(robot.mass, weight, shares=_are_shares(pressed))
             notes += odd
             weight = weight if carries else max(robot.mass, weight)
-        return Ground.by_sensor(given, pressed, sensors, known, weight, moments, Contact(), Contact(), carries=carries)
+        loads = Loads(given, _counted(given.values, carried), weight)
+        ground, never = loads.ground(given.values, known, moments, Contact(), Contact()), np.zeros_like(known)
+        return ground if carries else replace(ground, stands=never, heavy=never)
 
     @staticmethod
     def by_legs(pressed: Floats, sensors: Floats | None = None) -> Ground:
@@ -205,49 +226,23 @@ class Ground:
         every = np.ones(len(pressed), dtype=np.bool_)
         return Ground("joints", pressed, sensors, every, every, np.full(len(pressed), np.nan), every)
 
-    @staticmethod
-    def by_sensor(
-        sensor: Sensor,
-        pressed: Floats,
-        sensors: Floats | None,
-        known: Mask,
-        weight: float,
-        moments: Floats,
-        stands: Contact,
-        heavy: Contact,
-        *,
-        carries: bool = True,
-    ) -> Ground:
-        """Return rows by contacts or forces; without `carries`, none of them stands."""
-        loaded, share = pressed.any(axis=1) & carries, np.full(len(pressed), np.nan)
-        half = loaded
-        if sensor.what == "forces":
-            share = pressed.sum(axis=1) / weight
-            loaded, half = loaded & (share >= UNLOADED), loaded & (share >= HALF)
-        both = (decided(rule, np.asarray(mask), moments) for rule, mask in ((stands, loaded), (heavy, half)))
-        return Ground(sensor.what, pressed, sensors, known, next(both), share, next(both), weight, sensor)
-
     def supports(self, T_base_soles: Floats, before: int | None = None) -> NDArray[np.intp]:
         """Return the index of the support in each row, with soles at T_base_soles (n, s, 4, 4), shape (n,).
 
         `before` is the support before them, None for the one on which the robot stands by its joints.
         """
-        pressed = self.pressed
-        now, own = standing_sole(T_base_soles[0], 0) if before is None else before, np.arange(pressed.shape[1])
-        strongest, total = pressed.argmax(axis=1), pressed.sum(axis=1)
-        # The support after each row, for each support before it, shape (n, s).
+        now, found = standing_sole(T_base_soles[0], 0) if before is None else before, []
         if self.rule == "joints":
-            after = _next_soles(sole_heights(T_base_soles))
-        elif self.rule == "contacts":
-            after = np.where((pressed > 0.0) | (total == 0.0)[:, None], own, strongest[:, None])
-        else:
-            now = int(strongest[0]) if total[0] > 0.0 and before is None else now
-            changes = (total > 0.0) & (pressed.max(axis=1) > _SHARE * total)
-            after = np.where(changes[:, None], strongest[:, None], own)
-        found = np.empty(len(after), dtype=np.intp)
-        for k, row in enumerate(after.tolist()):
-            found[k] = now = row[now]
-        return found
+            for after in _next_soles(sole_heights(T_base_soles)).tolist():
+                found.append(now := after[now])
+            return np.array(found, dtype=np.intp)
+        for row in self.pressed.tolist():
+            most, first = max(row), before is None and not found
+            enough = _SHARE * sum(row) if self.rule == "forces" and not first else 0.0
+            if most > enough and not (self.rule == "contacts" and row[now] > 0.0):
+                now = row.index(most)
+            found.append(now)
+        return np.array(found, dtype=np.intp)
 
 
 def _standing_alone(T_base_soles: Floats, known: Mask, moments: Floats) -> tuple[Mask, Mask]:
@@ -269,19 +264,19 @@ def _step(moments: Floats) -> float:
     return float(np.median(np.diff(moments))) if len(moments) > 1 else np.inf
 
 
-def counted(used: Mask, carried: Floats) -> Floats:
-    """Return how much each sensor counts for each sole, shape (f, s), of sensors that are `carried` by them (s, f).
+def _counted(values: Floats, carried: Floats) -> Floats:
+    """Return how much each sensor (n, f) counts for each sole, shape (f, s), if they are `carried` by them (s, f).
 
     Where a sensor of a sole is not used, its others count for it; without any, the sole has NaN.
     """
+    used = np.isfinite(values).all(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray((carried * used * (carried.sum(axis=1) / (carried @ used))[:, None]).T)
 
 
 def _summed(values: Floats, carried: Floats) -> Floats:
     """Return the force on each sole, shape (n, s), from sensors (n, f) that are `carried` by them (s, f)."""
-    used: Mask = np.asarray(np.isfinite(values).all(axis=0))
-    return np.asarray(np.nan_to_num(np.maximum(values, 0.0)) @ counted(used, carried))
+    return np.asarray(np.where(values > 0.0, values, 0.0) @ _counted(values, carried))
 
 
 def _weight(pressed: Floats, moments: Floats) -> float:
@@ -310,6 +305,17 @@ def _on_weight(mass: float, weight: float, *, shares: bool) -> tuple[list[str], 
     if not any(_LEAST * unit <= weight <= _MOST * unit for unit in (mass, GRAVITY * mass)):
         return [f"forces: the soles carry {weight:.3g}, and {robot}: another unit, or an offset?"], True
     return [], True
+
+
+def centre_of_pressure(T_world_soles: Floats, pressed: Floats, pressure: Floats) -> Floats:
+    """Return the centre of pressure of all soles (n, s, 4, 4) in the world, x and y, shape (n, 2).
+
+    `pressed` is the force on each, shape (n, s), and `pressure` the centre of pressure on it, shape (n, s, 2).
+    """
+    places = (T_world_soles[..., :2, :2] @ pressure[..., None])[..., 0] + T_world_soles[..., :2, 3]
+    total = pressed.sum(axis=1)[:, None]
+    moments = np.where(pressed[..., None] > 0.0, pressed[..., None] * places, 0.0).sum(axis=1)
+    return np.asarray(moments / np.where(total > 0.0, total, np.nan))
 
 
 # --- A log.
@@ -351,8 +357,9 @@ class LegLog:
         contacts: ArrayLike | None,
         forces: ArrayLike | None,
         longest_gap: float,
+        T_base_soles: Floats | None = None,
     ) -> LegLog:
-        """Return the log that the arguments of `odometry` give."""
+        """Return the log that the arguments of `odometry` give, and the poses of the soles if they are known."""
         robot = legs.robot
         values = as_floats(q, (robot.nq,), "q", gaps=True)
         if values.ndim != 2 or not len(values):
@@ -362,10 +369,10 @@ class LegLog:
         filled, known = between_samples(measured), np.asarray(~np.isnan(measured[:, legs.columns]).any(axis=1))
         configurations = robot.checked(np.where(np.isnan(filled), robot.neutral(), filled))
         check_tolerance(longest_gap, "longest_gap")
-        notes, T_base_soles = list(rows.notes), legs.soles(configurations)
+        notes, T_base_soles = list(rows.notes), legs.soles(configurations) if T_base_soles is None else T_base_soles
         ground = Ground.of(legs, T_base_soles, known, rows, contacts, forces, longest_gap, notes)
         support, known = ground.supports(T_base_soles), known & ground.known
-        sensors = {} if ground.sensor is None else {ground.sensor.what: ground.sensor}
+        sensors = {} if ground.loads is None else {ground.rule: ground.loads.sensor}
         found = legs, rows, configurations, T_base_soles, ground, support, known, float(longest_gap), notes, sensors
         return LegLog(*found)
 
@@ -396,15 +403,6 @@ class LegLog:
             for k, (own, places) in enumerate(self.legs.cells):
                 found[:, k] = ground.sensors[:, own] @ places / pressed[:, k, None]
         return found
-
-    def centre_of_pressure(self, T_world_base: Floats) -> Floats:
-        """Return the centre of pressure of all soles in the world, x and y, shape (n, 2)."""
-        T, pressed = T_world_base[:, None] @ self.T_base_soles, self.ground.pressed
-        places = (T[..., :2, :2] @ self.pressure[..., None])[..., 0] + T[..., :2, 3]
-        shares = pressed / np.where((total := pressed.sum(axis=1, keepdims=True)) > 0.0, total, np.nan)
-        return np.asarray(
-            np.where(pressed[..., None] > 0.0, places * shares[..., None], 0.0 * shares[..., None]).sum(axis=1)
-        )
 
     def read(self, what: str, given: ArrayLike, width: int) -> Floats:
         """Return the values (n, width) of an inertial sensor without its known errors."""

@@ -193,7 +193,8 @@ def followed(
         if count > 1:
             velocity[own] = _velocity(pose, moments[own])
     support = np.where(segment >= 0, log.support, -1)
-    T_world_support[:, 2, 3] -= log.legs.heights[support]
+    if not log.legs.flat:
+        T_world_support[:, 2, 3] -= log.legs.heights[support]
     found = T_world_base, log.legs.feet.names, support, T_world_support, segment, covariance, velocity
     return Odometry(moments, *found, tuple(log.notes))
 

@@ -7,7 +7,6 @@ the legs, the bias of a gyrometer from rows in which the robot is at rest.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,9 +21,9 @@ from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_rpy
 from nao_kin.world.doing import DOINGS, Doing, Walk, decided
-from nao_kin.world.legs import LegLog, Legs, sole_heights
+from nao_kin.world.legs import LegLog, Legs, centre_of_pressure
 from nao_kin.world.odometry import Odometry, followed
-from nao_kin.world.path import Column, Path, columns, cosine_sine, poses
+from nao_kin.world.path import Column, Path, column, columns, cosine_sine, poses
 from nao_kin.world.rest import Mask, Turns
 
 # Angle between the vertical and the normal of a sole up to which the sole is flat on the floor: errors of joints,
@@ -47,6 +46,7 @@ _ALONG = 0.9
 # which a robot sinks; of roll and pitch by the bias of an inertial unit, 0.2 m/s². Without one, a sole may stand on its
 # edge where its centre of pressure is not known, or beyond this share of the half width of its sensors.
 _BY_LEGS, _BY_UNIT, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(1.2), 0.0012, np.radians(4.0), 0.8
+ONE = np.eye(2)
 BY_JOINTS = "neither forces nor an inertial unit show whether the robot stands: it is taken to, where it is upright"
 
 
@@ -68,11 +68,11 @@ class State:
             `odometry`. Roll and pitch have 1°, as the bias of an inertial unit leaves it, and a third of the
             root mean square difference between the unit and the support sole in the log; without inertial unit 1.7°,
             and 4.4° where the sole may stand on its edge.
+        T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
         forces: force on each sole, shape (n, s), NaN for a sole whose sensors are not used; 0 or 1 for contacts, 1
             without them.
         sole_pressure: centre of pressure on each sole in the sole's frame, x and y, shape (n, s, 2) [m]; NaN where the
             sole carries nothing, or without the forces of its sensors.
-        centre_of_pressure: of all soles, x and y in the world, shape (n, 2) [m].
         odometry: path, velocity, covariance and segments.
         notes: what was assumed about the sensors, what is odd about them, and what was therefore not used.
         longest_gap: largest time between two rows that counts in `seconds` [s].
@@ -85,9 +85,9 @@ class State:
     up: Floats
     T_world_base: Floats
     covariance: Floats
+    T_base_soles: Floats
     forces: Floats
     sole_pressure: Floats
-    centre_of_pressure: Floats
     odometry: Odometry
     notes: tuple[str, ...]
     longest_gap: float
@@ -105,6 +105,11 @@ class State:
             found[self.carrying[:, k]] = name
         found[self.carrying.sum(axis=1) > 1] = "both"
         return found
+
+    @property
+    def centre_of_pressure(self) -> Floats:
+        """Centre of pressure of all soles, x and y in the world, shape (n, 2) [m]."""
+        return centre_of_pressure(self.T_world_base[:, None] @ self.T_base_soles, self.forces, self.sole_pressure)
 
     @property
     def roll_pitch(self) -> Floats:
@@ -194,7 +199,8 @@ def state(
     elif up is not None:
         _, rest = log.turns(None, up)
     doing = done(log, up, rest.quiet, Doing())
-    path = followed(log, rest.rest, turns, Path(start), doing == "standing")
+    stands = doing == "standing"
+    path = followed(log, rest.rest, turns, Path(start), stands)
     rows = zip((log.moments, path.support, lifts(log)), (np.inf, -1, 0.0), strict=True)  # nothing follows the log
     doing[decided(Walk(), *(np.append(*row) for row in rows))[:-1]] = "walking"
     unit = None
@@ -203,7 +209,7 @@ def state(
     else:
         away = (roll_pitch(up) - roll_pitch(log.lever[..., :3, 2]))[path.valid]
         unit = by_unit(away.T @ away / max(len(away), 1))
-    found = stated(log, up, doing, path, unit)
+    found = stated(log, up, doing, stands, path, unit)
     return log.rows.expanded(replace(found, odometry=log.rows.expanded(path)))
 
 
@@ -330,7 +336,8 @@ def roll_pitch(up: Floats) -> Floats:
 
 def lifts(log: LegLog) -> Floats:
     """Return the height of the last sole over the first one in each row, shape (n,) [m]."""
-    return sole_heights(log.T_base_soles)[:, 0, -1]
+    first, last = log.T_base_soles[:, 0, :3], log.T_base_soles[:, -1, :3, 3]
+    return np.asarray(((last - first[:, :, 3]) * first[:, :, 2]).sum(axis=1))
 
 
 def done(log: LegLog, up: Floats | None, quiet: Mask | None, rule: Doing) -> NDArray[Any]:
@@ -341,15 +348,13 @@ def done(log: LegLog, up: Floats | None, quiet: Mask | None, rule: Doing) -> NDA
             log.notes.append(BY_JOINTS)
         stands = ground.heavy & (log.lever[:, 2, 2] >= math.cos(_UPRIGHT))
         return np.where(stands, "standing", "unknown").astype("<U8")
-    flat = ((log.T_base_soles[..., :3, 2] @ up[:, :, None])[..., 0] >= math.cos(_FLAT)) & log.carrying
+    soles = up[:, None, None] @ log.T_base_soles[..., :3, 2:]  # cosine of the tilt, and height
+    flat = ((soles[..., 0, 0] >= math.cos(_FLAT)) & log.carrying).any(axis=1)
     low = np.zeros(len(up), dtype=np.bool_)
     if len(legs.hips):
-        soles = (log.T_base_soles[..., :3, 3] @ up[:, :, None])[..., 0].min(axis=1)
-        low = (up @ legs.hips.T).min(axis=1) - soles < legs.low
+        low = (up @ legs.hips.T).min(axis=1) - soles[..., 0, 1].min(axis=1) < legs.low
     blind = np.full(len(up), None) if quiet is None else quiet
-    return decided(rule, log.moments, up, ground.stands, np.asarray(flat.any(axis=1)), ground.share, low, blind).astype(
-        "<U8"
-    )
+    return decided(rule, log.moments, up, ground.stands, flat, ground.share, low, blind).astype("<U8")
 
 
 def by_unit(differences: Floats) -> Floats:
@@ -358,7 +363,7 @@ def by_unit(differences: Floats) -> Floats:
     Of a difference d, the unit has the share k d in the mean, and a variance of k _BY_LEGS².
     """
     k = _BY_UNIT**2 / (_BY_UNIT**2 + _BY_LEGS**2)
-    return np.asarray(k * k * differences + k * _BY_LEGS**2 * np.eye(2))
+    return np.asarray(k * k * differences + k * _BY_LEGS**2 * ONE)
 
 
 def _on_edge(log: LegLog) -> Mask:
@@ -372,32 +377,31 @@ def _on_edge(log: LegLog) -> Mask:
     return found
 
 
-def stated(log: LegLog, up: Floats, doing: NDArray[Any], path: Odometry, unit: Floats | None) -> State:
+def stated(log: LegLog, up: Floats, doing: NDArray[Any], stands: Mask, path: Odometry, unit: Floats | None) -> State:
     """Return the state in n rows; `unit` is the covariance of roll and pitch of an inertial unit."""
     valid, T = path.valid, path.T_world_base
-    place = np.arctan2(T[:, 1:2, 0], T[:, :1, 0]), path.T_world_support[:, :2, 3], log.lever[:, :3, 3]
-    heading, x, y, *lever = columns(np.concatenate(place, axis=1))
     T_world_base, covariance = np.full((len(up), 4, 4), np.nan), np.full((len(up), 3, 3), np.nan)
-    if unit is None:
-        a = _BY_LEGS**2 + _BY_EDGE**2 * columns(1.0 * _on_edge(log)[:, None])[0]
-        angles = a, 0.0, a
-    else:
-        angles = float(unit[0, 0]), float(unit[0, 1]), float(unit[1, 1])
-    pose, entries = _upright(columns(roll_pitch(up)), (heading, x, y), lever, angles)
-    T_world_base[valid] = poses(pose)[valid]
-    for (i, j), entry in zip(itertools.combinations_with_replacement(range(3), 2), entries, strict=True):
-        covariance[valid, i, j] = covariance[valid, j, i] = entry if isinstance(entry, float) else entry[valid]
+    if valid.any():
+        (x, y), lever = columns(path.T_world_support[:, :2, 3]), columns(log.lever[:, :3, 3])
+        heading, tilt = column(np.arctan2(T[:, 1, 0], T[:, 0, 0])), columns(roll_pitch(up))
+        if unit is None:
+            a = _BY_LEGS**2 + _BY_EDGE**2 * column(1.0 * _on_edge(log))
+            b, d = 0.0 * x, a
+        else:
+            a, b, _, d = (entry + 0.0 * x for entry in unit.ravel().tolist())
+        pose, entries = _upright(tilt, (heading, x, y), lever, (a, b, d))
+        T_world_base[valid], covariance[valid] = poses(pose)[valid], np.array(entries).T.reshape(-1, 3, 3)[valid]
     return State(
         times=log.moments,
         soles=log.legs.feet.names,
         doing=doing,
-        carrying=log.carrying & ((doing == "standing") | (doing == "walking"))[:, None],
+        carrying=log.carrying & stands[:, None],
         up=up,
         T_world_base=T_world_base,
         covariance=covariance,
+        T_base_soles=log.T_base_soles,
         forces=log.ground.pressed,
         sole_pressure=log.pressure,
-        centre_of_pressure=log.centre_of_pressure(T_world_base),
         odometry=path,
         notes=tuple(log.notes),
         longest_gap=log.longest_gap,
@@ -409,8 +413,8 @@ def _upright(
 ) -> tuple[list[Column], list[Column]]:
     """Return the pose of a tilted root link whose support at the `lever` is at (x, y, 0); and its covariance.
 
-    They are the first three rows of the pose, and the covariances xx, xy, xz, yy, yz and zz of roll, pitch and height
-    by those of roll and pitch, xx, xy and yy: the height is −up · lever.
+    They are the first three rows of the pose, and the nine covariances of roll, pitch and height by those of roll and
+    pitch, xx, xy and yy: the height is −up · lever.
     """
     (heading, x, y), (i, j, k) = place, lever
     (cr, sr), (cp, sp), (c, s) = (cosine_sine(angle) for angle in (*tilt, heading))
@@ -422,4 +426,5 @@ def _upright(
     rows += [-sp, cp * sr, cp * cr, -w]
     p, q = -cp * ahead, u  # derivatives of the height by roll and pitch
     a, b, d = angles
-    return rows, [a, b, a * p + b * q, d, b * p + d * q, a * p * p + 2.0 * b * p * q + d * q * q + _BY_LENGTH**2]
+    g, h = a * p + b * q, b * p + d * q
+    return rows, [a, b, g, b, d, h, g, h, p * g + q * h + _BY_LENGTH**2]

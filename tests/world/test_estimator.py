@@ -29,7 +29,13 @@ def log(nao: nk.NaoModel, life: Truth) -> Recording:
 def followed(nao: nk.NaoModel, log: Recording, *names: str, **made: object) -> list[nk.world.State]:
     estimator = nk.world.StateEstimator(nao, **made)
     rows = zip(log.times, log.q, *(getattr(log, name) for name in names), strict=True)
-    return [estimator.update(time, q, **dict(zip(names, values, strict=True))) for time, q, *values in rows]
+    buffers, found = None, []
+    for time, *values in rows:  # a robot's program may write each row into the same arrays
+        buffers = [np.array(value) for value in values] if buffers is None else buffers
+        for buffer, value in zip(buffers, values, strict=True):
+            buffer[:] = value
+        found.append(estimator.update(time, buffers[0], **dict(zip(names, buffers[1:], strict=True))))
+    return found
 
 
 def late(mask: np.ndarray, begins: np.ndarray, within: int) -> list[int]:
@@ -170,8 +176,7 @@ def test_a_gap_begins_a_segment_and_a_row_that_repeats_its_time_changes_nothing(
     estimator, q = nk.world.StateEstimator(nao, soles=["LLeg", "RLeg"]), nao.posture("Stand")
     first = estimator.update(0.0, q)
     assert first.valid.all()
-    again = estimator.update(0.0, 0.0 * q)
-    np.testing.assert_array_equal(again.T_world_base, first.T_world_base)
+    assert estimator.update(0.0, 0.0 * q) is first
     assert estimator.update(0.4, q, contacts=[True, True]).odometry.segment.tolist() == [0]
     assert estimator.update(1.0, q, contacts=[True, True]).odometry.segment.tolist() == [1]
     lifted = [estimator.update(1.0 + 0.07 * k, q, contacts=[False, False]) for k in range(1, 5)]
