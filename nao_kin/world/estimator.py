@@ -162,7 +162,7 @@ class StateEstimator:
             if value is not None
         }
         joints = np.array(shaped(q, (self._legs.robot.nq,), "q", gaps=True))
-        values, known = self._filled("q", joints), np.isfinite(joints[self._legs.columns]).all(keepdims=True)
+        values, known = self._filled("q", joints), np.array([bool(np.isfinite(joints[self._legs.columns]).all())])
         T, rows = self._legs.soles(values), Rows(np.array([moment]), _FIRST_ROW, ())
         self._keep(_Kept(moment, values, T, raw))
         seen = {name: self._read(name, value) for name, value in raw.items() if self._used(name)}

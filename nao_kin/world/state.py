@@ -349,7 +349,7 @@ def done(log: LegLog, up: Floats | None, quiet: Mask | None, rule: Doing) -> NDA
         stands = ground.heavy & (log.lever[:, 2, 2] >= math.cos(_UPRIGHT))
         return np.where(stands, "standing", "unknown").astype("<U8")
     soles = up[:, None, None] @ log.T_base_soles[..., :3, 2:]  # cosine of the tilt, and height
-    flat = ((soles[..., 0, 0] >= math.cos(_FLAT)) & log.carrying).any(axis=1)
+    flat: Mask = np.asarray(((soles[..., 0, 0] >= math.cos(_FLAT)) & log.carrying).any(axis=1))
     low = np.zeros(len(up), dtype=np.bool_)
     if len(legs.hips):
         low = (up @ legs.hips.T).min(axis=1) - soles[..., 0, 1].min(axis=1) < legs.low
