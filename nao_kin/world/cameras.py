@@ -14,16 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import (
-    Floats,
-    as_floats,
-    as_numbers,
-    as_pixels,
-    choice,
-    first_index,
-    shaped,
-    whole_number,
-)
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_pixels, choice, first_index, shaped, whole_number
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel
@@ -431,8 +422,7 @@ class Camera:
 
     def _invertible(self, ab: Floats, J: Floats) -> NDArray[np.bool_]:
         """Return where the distortion with the derivatives J does not fold the image: det J > 0, before the fold."""
-        determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-        return np.asarray((determinant > 0.0) & ((ab * ab).sum(axis=-1) < self._fold))
+        return np.asarray((_determinant(J) > 0.0) & ((ab * ab).sum(axis=-1) < self._fold))
 
     def _distorted(self, ab: Floats) -> tuple[Floats, Floats]:
         """Return distorted coordinates (..., 2) and their derivatives (..., 2, 2)."""
@@ -463,15 +453,9 @@ class Camera:
             for _ in range(_MOST_STEPS):
                 moved, J = self._distorted(found[left])
                 error = moved - wanted[left]
-                determinant = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
-                step = np.stack(
-                    [
-                        J[:, 1, 1] * error[:, 0] - J[:, 0, 1] * error[:, 1],
-                        J[:, 0, 0] * error[:, 1] - J[:, 1, 0] * error[:, 0],
-                    ],
-                    axis=-1,
-                )
-                ab = found[left] - step / determinant[:, None]
+                # J⁻¹ = (trace J − J) / det J
+                step = J.trace(axis1=1, axis2=2)[:, None] * error - np.einsum("nij,nj->ni", J, error)
+                ab = found[left] - step / _determinant(J)[:, None]
                 # No step leaves the circle in which the distortion is invertible.
                 over = np.sqrt((ab * ab).sum(axis=-1) / self._fold)
                 found[left] = ab / np.maximum(1.0, over * (1.0 + 1e-9))[:, None]
@@ -483,6 +467,10 @@ class Camera:
             fine &= self._invertible(found, J)
         found[~fine] = np.nan
         return np.asarray(found)
+
+
+def _determinant(J: Floats) -> Floats:
+    return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
 
 
 def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VGA") -> Camera:
@@ -519,8 +507,18 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     else:
         width, height = _size(resolution)
     across, high = (math.tan(angle / 2.0) for angle in semantics.fields_of_view[name])
-    if (width, height) not in semantics.resolutions.values():
-        _check_shape(name, (width, height), across / high)
+    shape = across / high
+    known = (width, height) in semantics.resolutions.values()
+    fits, fits_turned = (
+        abs(w - h * shape) <= max(_SQUARE * w, 0.5 + 0.5 * shape) for w, h in ((width, height), (height, width))
+    )
+    if not (known or fits):
+        whole = max(width, round(height * shape)), max(height, round(width / shape))
+        whole = (height, width) if fits_turned else whole
+        raise BadArgument(
+            f"an image of {name} cannot be {width} × {height} pixels, expected (width, height) as in "
+            f"{whole[0]} × {whole[1]}; Camera.cropped gives a part of an image"
+        )
     if name in semantics.lenses:
         own_width, own_height, fx, fy, cx, cy, *more = semantics.lenses[name]
         own = Camera(name, name, int(own_width), int(own_height), fx, fy, cx, cy, tuple(more))
@@ -558,25 +556,6 @@ def positive(value: float, what: str) -> float:
 def _size(size: tuple[int, int]) -> tuple[int, int]:
     width, height = size
     return whole_number(width, "width", 1), whole_number(height, "height", 1)
-
-
-def _check_shape(camera: str, size: tuple[int, int], shape: float) -> None:
-    """Refuse a size of images that cannot show the whole field of view, width/height = shape, with square pixels."""
-
-    def fits(width: int, height: int) -> bool:
-        return bool(abs(width - height * shape) <= max(_SQUARE * width, 0.5 + 0.5 * shape))
-
-    width, height = size
-    if fits(width, height):
-        return
-    if fits(height, width):
-        whole = height, width
-    else:  # the smallest whole image of which the size can be a part
-        whole = max(width, round(height * shape)), max(height, round(width / shape))
-    raise BadArgument(
-        f"an image of {camera} cannot be {width} × {height} pixels, expected width × height as in "
-        f"{whole[0]} × {whole[1]}; Camera.cropped gives a part of an image"
-    )
 
 
 def outside_image(robot: RobotModel, camera: Camera, pixels: Floats) -> str:

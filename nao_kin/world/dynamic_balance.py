@@ -155,7 +155,7 @@ def dynamic_balance(
     noise = None if joint_noise == 0.0 else _noise(robot, rows, rest.down, support, joint_noise)
     for part in parts:
         even, step = _even(moments[part])
-        q_even = _between(rows[part], moments[part], even)
+        q_even = np.column_stack([np.interp(even, moments[part], column) for column in rows[part].T])
         window = min(2 * round(0.5 * max(_OVER / step, 4.0)) + 1, len(even) - 1 + len(even) % 2)
         while noise is not None:
             covariance[part] = _covariance(noise[part], rest.com[part, 2], window, step)
@@ -240,33 +240,17 @@ def _parts(moments: Floats, notes: list[str]) -> list[slice]:
             f"times have {len(gaps)} gaps, up to {steps.max():.3g} s; {left} samples between them are left out"
         )
     inside = [np.diff(np.unique(moments[part]))[:-1] for part in used]
-    if not all(_is_even(own) for own in inside):
+    if any(len(own) and np.ptp(own) > 2.0 * (_EVEN[1] + _EVEN[0] * usual) for own in inside):
         least, most = (1e3 * end(np.concatenate(inside)) for end in (np.min, np.max))
         notes.append(f"times are uneven, {least:.3g} to {most:.3g} ms apart: interpolated every {1e3 * usual:.3g} ms")
     return used
 
 
-def _is_even(steps: Floats) -> bool:
-    """Return whether times have even steps."""
-    share, seconds = _EVEN
-    return bool(np.abs(steps - steps.mean()).max() <= seconds + share * steps.mean())
-
-
 def _even(moments: Floats) -> tuple[Floats, float]:
-    """Return even times between the first and the last of given ones, or these if they are even, and the step."""
-    steps = np.diff(moments)
-    if _is_even(steps):
-        return moments, float(steps.mean())
+    """Return even times from the first of given ones on, and their step."""
     span = moments[-1] - moments[0]
-    step = min(float(np.median(steps)), span / (_FEWEST - 1))
+    step = min(float(np.median(np.diff(np.unique(moments)))), span / (_FEWEST - 1))
     return moments[0] + step * np.arange(int(span / step + _EVEN[0]) + 1), step
-
-
-def _between(rows: Floats, moments: Floats, even: Floats) -> Floats:
-    """Return configurations (n, nq) at other times (m,)."""
-    if even is moments:
-        return rows
-    return np.column_stack([np.interp(even, moments, column) for column in rows.T])
 
 
 def _lasting(touching: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -120,6 +120,8 @@ def test_a_sensor_that_lies_is_found_while_the_robot_walks(
     assert last.valid[0]
     assert last.odometry.support[0] == followed(nao, part, *names)[-1].odometry.support[0]
     assert np.degrees(np.arccos(last.up[0, 2])) < 6.0
+    if "offset" in lie:
+        assert last.forces == pytest.approx(followed(nao, part, *names)[-1].forces, abs=0.5)
     if "stuck" in lie:  # the heading is that of the legs
         assert abs(last.odometry.velocity[0, 2]) < 0.5
 

@@ -187,3 +187,9 @@ def test_a_robot_that_sways_gets_nowhere(nao: nk.NaoModel) -> None:
     assert rocks.distance < 0.07  # to the side at first, and at the end
     T[:, 0, 3] = 0.1 * np.arange(22) / 21.0
     assert rocks.distance == pytest.approx(0.1, abs=0.05)
+
+
+def test_the_support_is_that_with_contact_until_it_loses_it(nao: nk.NaoModel) -> None:
+    q, contacts = np.tile(nao.posture("Stand"), (6, 1)), [[0, 1], [0, 1], [1, 1], [1, 1], [1, 0], [1, 1]]
+    found = nk.world.odometry(nao, 0.01 * np.arange(6), q, contacts=contacts)
+    assert found.support.tolist() == [1, 1, 1, 1, 0, 0]
