@@ -90,14 +90,13 @@ class Camera:
                 raise BadArgument(f"{name} of {self.name} must be positive, got {value}")
             object.__setattr__(self, name, value)
         coefficients = as_floats(self.distortion, (), f"distortion of {self.name}").ravel()
-        if len(coefficients) in (12, 14):  # OpenCV's thin prism and tilted sensor
-            if coefficients[8:].any():
-                what = "no numbers but 0 after k6, the 8th: thin prisms and tilted sensors are not modelled"
-                raise BadArgument(f"distortion of {self.name} must have {what}")
+        count = len(coefficients)
+        if count in (12, 14) and not coefficients[8:].any():  # OpenCV's thin prism and tilted sensor
             coefficients = coefficients[:8]
         if len(coefficients) not in (0, 4, 5, 8):
-            what = "0, 4, 5 or 8 coefficients k1, k2, p1, p2, k3, k4, k5, k6"
-            raise BadArgument(f"distortion of {self.name} must be {what}, got {len(coefficients)}")
+            what = "0, 4, 5 or 8 coefficients k1, k2, p1, p2, k3, k4, k5, k6, and only zeros after them"
+            more = f"got {count}: thin prisms and tilted sensors are not modelled"
+            raise BadArgument(f"distortion of {self.name} must be {what}, {more}")
         object.__setattr__(self, "distortion", tuple(coefficients.tolist()))
 
     @staticmethod

@@ -18,7 +18,7 @@ from nao_kin.world.legs import LARGEST, Ground, LegLog, Legs, Loads
 from nao_kin.world.odometry import OVER, Odometry, ahead, followed
 from nao_kin.world.path import Path
 from nao_kin.world.rest import INTERVAL, KNOWN, Rest, Turns, bias_notes
-from nao_kin.world.sensors import Rows, Sensor, corrected
+from nao_kin.world.sensors import WIDTHS, Rows, Sensor, corrected
 from nao_kin.world.state import (
     ONE,
     TIME_CONSTANT,
@@ -45,8 +45,6 @@ _OFF_ITS_LEGS = "lying", "falling", "carried"
 _ROW = np.radians(5.0)
 # The mean square difference between inertial unit and soles begins with this one of so many rows [rad²].
 _UNSURE, _UNSURE_ROWS = np.radians(1.0) ** 2, 20.0
-# Numbers of each inertial sensor.
-_WIDTHS = {"angles": 2, "accelerometer": 3, "gyro": 3}
 
 _FIRST_ROW, _TRUE = np.zeros(1, dtype=np.intp), np.ones(1, dtype=np.bool_)
 
@@ -212,7 +210,7 @@ class StateEstimator:
         """Return how many numbers a sensor has."""
         soles, cells = self._legs.carried.shape
         one_by_one = what == "forces" and cells and np.shape(given) != (soles,)
-        return _WIDTHS.get(what) or (cells if one_by_one else soles)
+        return WIDTHS.get(what) or (cells if one_by_one else soles)
 
     def _filled(self, what: str, values: Floats) -> Floats:
         """Return the values of a sensor; where they are NaN, or cannot be, those before, or 0."""

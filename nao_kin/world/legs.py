@@ -19,7 +19,7 @@ from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import Feet, RobotModel, serial_chain
 from nao_kin.world.doing import HALF, UNLOADED, Contact, decided
 from nao_kin.world.rest import Mask, RestLog, Turns
-from nao_kin.world.sensors import Rows, Sensor, bridged, corrected
+from nao_kin.world.sensors import WIDTHS, Rows, Sensor, bridged, corrected
 
 # Standard gravity [m/s²].
 GRAVITY = 9.80665
@@ -404,9 +404,9 @@ class LegLog:
                 found[:, k] = ground.sensors[:, own] @ places / pressed[:, k, None]
         return found
 
-    def read(self, what: str, given: ArrayLike, width: int) -> Floats:
+    def read(self, what: str, given: ArrayLike) -> Floats:
         """Return the values (n, width) of an inertial sensor without its known errors."""
-        return self.rows.read(corrected(self.legs.robot, what, given), width, what)
+        return self.rows.read(corrected(self.legs.robot, what, given), WIDTHS[what], what)
 
     def measured(self, what: str, values: Floats, *, along: Floats | None = None) -> tuple[Floats, Mask] | None:
         """Return values (n, k) of an inertial sensor, interpolated in time, and where they are known; or None.
@@ -427,7 +427,7 @@ class LegLog:
 
         Without gyrometer, verticals `up` (n, 3) show whether the trunk is quiet.
         """
-        found = None if gyro is None else self.measured("gyro", self.read("gyro", gyro, 3))
+        found = None if gyro is None else self.measured("gyro", self.read("gyro", gyro))
         joints, stands = self.q[:, self.legs.columns], self.ground.stands
         if found is None:
             used = self.known if up is None else self.known & np.isfinite(up).all(axis=1)

@@ -21,6 +21,8 @@ from nao_kin.world.rest import Mask
 
 Result = TypeVar("Result")
 
+# Numbers of each inertial sensor.
+WIDTHS = {"angles": 2, "accelerometer": 3, "gyro": 3}
 # Percentiles that stand for large and small values: the others are delays, bad contact and spikes.
 _HIGH, _LOW, _LARGEST = 80.0, 20.0, 99.0
 # Values that cannot be are spikes, and left out, in up to this share of the rows, or in two of them.
@@ -86,7 +88,7 @@ def corrected(robot: RobotModel, what: str, given: ArrayLike | None) -> Any:
     in those of the root link, and an orientation R_unit is R_unit R. A force is gain · (value − zero).
     """
     known, sensors = robot.semantics.sensors, robot.semantics.force_sensors
-    width = {"forces": len(sensors), "angles": 2, "gyro": 3, "accelerometer": 3}.get(what)  # none of others
+    width = len(sensors) if what == "forces" else WIDTHS.get(what)
     if given is None or not known or np.shape(given)[-1:] != (width,):  # another shape is refused later
         return given
     values = as_numbers(given, what)

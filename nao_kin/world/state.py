@@ -221,13 +221,13 @@ def vertical(
         raise BadArgument("give angles or an accelerometer, not both")
     ground, normals = log.ground, log.T_base_soles[..., :3, 2]
     if angles is not None:
-        what, found = "angles", log.measured("angles", log.read("angles", angles, 2))
+        what, found = "angles", log.measured("angles", log.read("angles", angles))
         if found is None:
             return None
         tilt, near = found
         up = matrix_from_rpy(np.pad(tilt, ((0, 0), (0, 1))))[:, 2]
     elif accelerometer is not None:
-        what, force = "accelerometer", log.read("accelerometer", accelerometer, 3)
+        what, force = "accelerometer", log.read("accelerometer", accelerometer)
         force[~force.any(axis=1)] = np.nan
         normal = normals.mean(axis=1)
         with np.errstate(invalid="ignore"):
