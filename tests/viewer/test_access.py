@@ -279,10 +279,11 @@ def test_the_page_may_connect_to_nothing_but_its_own_server(viewer: Viewer, guar
     port = _port(viewer)
     own = policy(viewer, f"127.0.0.1:{port}")
     assert own["default-src"] == "'none'"
-    # The two scripts of the page, and no other ones.
+    # The loader and the packed scripts, and no other ones.
     served = _ask(viewer, f"/{_query(viewer)}").text
-    scripts = re.findall(r"<script>(.*?)</script>", served, re.DOTALL)
-    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    loaders = re.findall(r"<script>(.*?)</script>", served, re.DOTALL)
+    scripts = [*(loader.encode() for loader in loaders), unpacked(served, "scripts")]
+    digests = [base64.b64encode(hashlib.sha256(script).digest()).decode() for script in scripts]
     assert own["script-src"].split() == [f"'sha256-{digest}'" for digest in digests]
     assert len(digests) == 2
     assert f"script-src {own['script-src']};" in served
