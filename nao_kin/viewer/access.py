@@ -316,7 +316,9 @@ def live_page(title: str) -> str:
 
 def static_page(title: str, messages: Iterable[bytes]) -> str:
     """Return the page with its scene, which needs no network: messages, each after its number of bytes in 32 bits."""
-    return _document(title, policy(), packed(b"".join(len(message).to_bytes(4, "big") + message for message in messages)))
+    return _document(
+        title, policy(), packed(b"".join(len(message).to_bytes(4, "big") + message for message in messages))
+    )
 
 
 def packed(data: bytes) -> str:

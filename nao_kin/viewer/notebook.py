@@ -30,7 +30,9 @@ def frame(page: str, name: str = "") -> str:
     """Return the HTML of a page as a frame of another document; the bridge finds the frame by `name`."""
     named = f' data-nao-kin="{html.escape(name)}"' if name else ""
     style = "width: 100%; height: 620px; border: 0"
-    inner = f'<iframe{named} title="Robot viewer" srcdoc="{html.escape(page)}" style="{style}" allow="fullscreen"></iframe>'
+    inner = (
+        f'<iframe{named} title="Robot viewer" srcdoc="{html.escape(page)}" style="{style}" allow="fullscreen"></iframe>'
+    )
     return f"<div>{inner}</div>"  # IPython.display.HTML warns of text that is an iframe alone
 
 

@@ -331,6 +331,14 @@ def test_a_floating_base_moves_the_root() -> None:
     assert len(viewer.q) == 32
 
 
+def test_links_have_naoqis_names_for_the_trunk_and_the_feet(viewer: Viewer) -> None:
+    about = Tree(viewer).about
+    titles = {link["name"]: link["title"] for link in about["links"]}
+    known = {"torso": "Torso", "l_ankle": "LFoot", "r_ankle": "RFoot"}
+    assert titles == {name: known.get(name, name) for name in viewer.robot.link_names}
+    assert about["root"] == "Torso"
+
+
 # --- the document -----------------------------------------------------------------------------------------------------
 
 

@@ -196,7 +196,7 @@ def test_the_read_out_is_always_in_view_and_follows_what_is_clicked(
     click = tab.touchscreen.tap if kind == "phone" else tab.mouse.click
     card = tab.locator(".readout")
 
-    def reads(frame: str, reference: str = "torso") -> None:
+    def reads(frame: str, reference: str = "Torso") -> None:
         box = card.bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= size[0]

@@ -171,7 +171,10 @@ export class PlotStrip {
     // Drawn again, because their axes have the colours of the theme.
     for (const { plot } of this.streams.values()) plot.clear();
     this.drawStreams();
-    if (!motion) return [this.joints, this.places].forEach((plot) => plot.clear());
+    if (!motion) {
+      [this.joints, this.places].forEach((plot) => plot.clear());
+      return this.giveWay();
+    }
     const { units } = page.panel.settings;
     const columns = this.coordinates.map(({ column }) => column);
     const shown = this.chosen
@@ -203,7 +206,12 @@ export class PlotStrip {
       }),
     );
     this.setTime();
-    const { pane } = page;
+    this.giveWay();
+  }
+
+  /** Close plots that the program has opened if the picture has less than half the height beside them. */
+  giveWay() {
+    const { pane } = this.player.page;
     if (!this.asked && 2 * pane.clientHeight < (pane.parentElement as HTMLElement).clientHeight) this.open(false);
   }
 
