@@ -304,7 +304,7 @@ _FOLDER = Path(__file__).resolve().parent / "page"
 def policy() -> str:
     """Return the content security policy of the page: it loads nothing, and runs only its loader and its scripts."""
     parts = _parts()
-    digests = (hashlib.sha256(script.encode()).digest() for script in (f"\n{parts.loader}\n", parts.scripts))
+    digests = (hashlib.sha256(script.encode()).digest() for script in (f"\n{parts.loader}\n", parts.source))
     hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
     return f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:"
 
@@ -328,14 +328,7 @@ def packed(data: bytes) -> str:
 
 def _document(title: str, rules: str, scene: str) -> str:
     parts = _parts()
-    return parts.template.substitute(
-        title=html.escape(title),
-        policy=rules,
-        style=parts.style,
-        loader=parts.loader,
-        scripts=parts.packed_scripts,
-        scene=scene,
-    )
+    return parts.template.substitute(vars(parts), title=html.escape(title), policy=rules, scene=scene)
 
 
 class _Parts:
@@ -345,8 +338,8 @@ class _Parts:
         page, self.style, own, self.loader = (
             (_FOLDER / name).read_text(encoding="utf-8") for name in ("page.html", "page.css", "page.js", "loader.js")
         )
-        self.template, self.scripts = string.Template(page), f"{_meshcat()};\n{own}"
-        self.packed_scripts = packed(self.scripts.encode())
+        self.template, self.source = string.Template(page), f"{_meshcat()};\n{own}"
+        self.scripts = packed(self.source.encode())
 
 
 _parts = cache(_Parts)
