@@ -149,8 +149,8 @@ def test_a_mesh_has_no_cracks_no_slivers_and_no_folds(path: Path) -> None:
 
 
 @for_all("version", VERSIONS)
-def test_the_page_of_a_version_stays_within_two_point_six_megabytes(version: str) -> None:
-    assert len(nk.Viewer(robot(version)).static_html()) < 2_600_000
+def test_the_page_of_a_version_stays_within_one_point_two_megabytes(version: str) -> None:
+    assert len(nk.Viewer(robot(version)).static_html()) < 1_200_000
 
 
 # --- left and right -----------------------------------------------------------------------------------------------

@@ -548,7 +548,7 @@ def test_a_hand_is_moved_by_arrow_keys_and_let_go_by_enter(page: Page, nao: nk.N
     assert by[2] == pytest.approx(0.011, abs=1e-3)
     assert np.abs(page.poses(("LArm",)) - nao.fk(q, "LArm")).max() < 1e-6
     x, y, z = (f"{1000 * value:.0f}" for value in nao.position(q, "LArm"))
-    assert said(page).endswith(f"at {x}, {y}, {z} mm in torso")
+    assert said(page).endswith(f"at {x}, {y}, {z} mm in Torso")
     page.tab.keyboard.press("Enter")
     assert np.array_equal(page.q, q)
     assert button.get_attribute("aria-pressed") == "false"
@@ -601,7 +601,7 @@ def test_letters_turn_a_handle_about_the_axes_of_its_frame(
     assert page.run("() => naoKin.drag.rings.length") == 3
     # Moved in the same hold, it keeps its orientation; Escape undoes both.
     page.tab.keyboard.press("Shift+ArrowUp")
-    assert said(page).endswith("mm in torso")
+    assert said(page).endswith("mm in Torso")
     moved = nao.fk(page.q, frame)
     assert np.linalg.norm(moved[:3, 3] - after[:3, 3]) == pytest.approx(0.01, abs=1e-3)
     if frame != "LArm":  # which may have to turn on its way

@@ -90,7 +90,7 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     page.tab.keyboard.press("ArrowUp")
     page.tab.keyboard.press("Shift+ArrowUp")
     x, y, z = (f"{1000 * value:.0f}" for value in page.matrix("ball")[:3, 3])
-    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in torso".replace("-", "−")
+    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in Torso".replace("-", "−")
     page.tab.keyboard.press("x")
     assert page.run("() => naoKin.drag.line.textContent") == "ball has no ring to turn"
     assert until(lambda: abs(np.linalg.norm(ball.T - held) - 0.011) < 1e-6)

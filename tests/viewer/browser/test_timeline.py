@@ -393,6 +393,22 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
 
 
 @pytest.mark.full
+def test_plots_open_by_themselves_only_beside_a_picture_of_half_the_height(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    viewer = nk.Viewer(nao)
+    viewer.plot("force", 1.0)
+    viewer.plot("force", 2.0)
+    path = viewer.save_html(tmp_path / "plots.html")
+    for size, opened_at_first in (((390, 844), False), ((1400, 900), True)):
+        with opened(browser, path, size) as saved:
+            plots, button = saved.tab.locator(".plots"), saved.tab.get_by_role("button", name="Plots")
+            assert plots.is_visible() == opened_at_first
+            button.click()
+            assert plots.is_visible() != opened_at_first
+
+
+@pytest.mark.full
 def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
     with visitor(browser, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True) as context:
         tab = context.new_page()
