@@ -27,7 +27,6 @@ from nao_kin.robot.collision_pairs import adjacent_links
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
 
-VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 DATA = Path(__file__).resolve().parents[1] / "data"
 FEW = 60
 srdf_module = importlib.import_module("nao_kin.export.srdf")  # a face gives the function of this name

@@ -14,7 +14,6 @@ from nao_kin.ik import Family, Reason
 from nao_kin.rotations import exp, matrix_from_quat, rot_y
 
 SIDES = ("L", "R")
-JOINTS = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
 
 def bent(nao: nk.NaoModel, side: str, **angles: float) -> Floats:
@@ -362,14 +361,6 @@ def test_a_calibrated_model_is_solved_with_its_own_lengths() -> None:
         nk.ik.leg(nao, "L", T)
 
 
-def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
-    found = nk.ik.leg(nao, "L", np.empty((0, 4, 4)))
-    assert found.q.shape == (0, 25)
-    assert found.solutions.shape[0] == 0
-    assert np.shape(found.success) == (0,)
-    assert np.shape(found.message) == (0,)
-
-
 def test_targets_may_be_of_any_layout_and_read_only(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(17, (4, 5)), "LLeg")
     wanted = nk.ik.leg(nao, "L", T).q
@@ -380,13 +371,6 @@ def test_targets_may_be_of_any_layout_and_read_only(nao: nk.NaoModel) -> None:
         np.testing.assert_array_equal(nk.ik.leg(nao, "L", layout).q, wanted)
     np.testing.assert_array_equal(nk.ik.leg(nao, "L", frozen[:1]).q, wanted[:1])
     np.testing.assert_array_equal(nk.ik.leg(nao, "L", T.swapaxes(0, 1)).q, wanted.swapaxes(0, 1))
-
-
-def test_threads_change_nothing(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.random(18, 5000), "LLeg")
-    one, two = (nk.ik.leg(nao, "L", T, threads=threads, limits="ignore") for threads in (1, 2))
-    np.testing.assert_array_equal(one.branches, two.branches)
-    np.testing.assert_array_equal(one.q, two.q)
 
 
 def test_bad_targets_are_refused_with_their_index(nao: nk.NaoModel) -> None:

@@ -220,6 +220,13 @@ def test_a_target_without_a_rotation_is_named_with_its_index_and_its_defect(
 
 
 @for_all(("argument", "frame", "solve"), POSES)
+def test_an_empty_batch_is_one(nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult]) -> None:
+    found = solve(nao, np.empty((3, 0, 4, 4)))
+    assert found.q.shape == (3, 0, 25)
+    assert np.shape(found.success) == np.shape(found.message) == (3, 0)
+
+
+@for_all(("argument", "frame", "solve"), POSES)
 @for_all("policy", ["enforced", None])
 def test_a_limits_policy_that_is_no_name_is_refused(
     nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult], policy: object

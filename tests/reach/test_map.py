@@ -447,17 +447,6 @@ def test_exports_that_cannot_be_written_are_refused(whole: ReachMap, tmp_path: P
     assert nk.reach.load(nothing.save(tmp_path / "none.npz")) == nothing
 
 
-@pytest.mark.parametrize("method", ["save", "save_vtk", "save_ply"])
-def test_a_file_is_replaced_only_with_overwrite(whole: ReachMap, tmp_path: Path, method: str) -> None:
-    save, path = getattr(whole, method), tmp_path / "mine"
-    path.write_bytes(b"mine")
-    with pytest.raises(BadArgument, match=r"mine already exists; overwrite=True \(--force\) replaces it"):
-        save(path)
-    assert path.read_bytes() == b"mine"
-    assert save(path, overwrite=True) == path
-    assert path.read_bytes() == save(tmp_path / "new").read_bytes()
-
-
 def test_a_map_cannot_be_changed(whole: ReachMap) -> None:
     with pytest.raises(ValueError, match="read-only"):
         whole.count[0] = 3

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import copy
 import math
 import pickle
 import subprocess
@@ -137,20 +136,6 @@ def test_a_finger_sets_its_hand(nao: nk.NaoModel) -> None:
 # --- forward kinematics -----------------------------------------------------------------------------------------------
 
 
-def test_a_batch_holds_what_its_configurations_give_one_by_one(nao: nk.NaoModel) -> None:
-    q = nao.random(0, (2, 3))
-    for method in (
-        lambda q: nao.fk(q, "RLeg"),
-        lambda q: nao.fk(q),
-        lambda q: nao.fk(q, ["RArm", "Head"], reference="LLeg"),
-        lambda q: nao.jacobian(q, "RLeg", "frame"),
-        lambda q: nao.com(q),
-    ):
-        together = method(q)
-        for index in np.ndindex(2, 3):
-            assert np.array_equal(together[index], method(q[index]))
-
-
 def test_poses_are_those_of_pinocchio(each_nao: nk.NaoModel) -> None:
     for q in each_nao.random(2, 5):
         for frame in each_nao.frame_names:
@@ -257,13 +242,6 @@ def test_jacobians_agree_with_central_differences(base: str) -> None:
             assert np.allclose(root[3:], mixed[3:], atol=1e-14)
 
 
-def test_the_shared_hip_motor_moves_both_feet(nao: nk.NaoModel) -> None:
-    column = nao.joint_names.index("LHipYawPitch")
-    q = nao.posture("StandInit")
-    assert np.linalg.norm(nao.jacobian(q, "LLeg")[3:, column]) == pytest.approx(1.0)
-    assert np.linalg.norm(nao.jacobian(q, "RLeg")[3:, column]) == pytest.approx(1.0)
-
-
 def test_an_unknown_expression_is_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(UnknownName, match=r"unknown expression 'local' \(valid: frame, root, mixed\)"):
         nao.jacobian(nao.neutral(), "LArm", "local")  # type: ignore[arg-type]
@@ -305,12 +283,6 @@ def test_the_centre_of_mass_counts_root_and_tip_by_their_masses(tmp_path, shape,
     at_tip = np.concatenate([1.0 - 0.5 * np.sin(q), 0.5 * np.cos(q), np.zeros_like(q)], axis=-1)
     expected = (root * np.array([0.3, -0.2, 0.1]) + tip * at_tip) / (root + tip)
     assert np.allclose(robot.com(q), expected, rtol=0.0, atol=1e-15)
-
-
-def test_the_centre_of_mass_transforms_with_its_reference(nao: nk.NaoModel) -> None:
-    q = nao.random(9)
-    T = nao.fk(q, "LLeg")
-    assert np.allclose((T @ [*nao.com(q, reference="LLeg"), 1.0])[:3], nao.com(q), atol=1e-15)
 
 
 def test_a_payload_added_to_the_model_counts() -> None:
@@ -444,19 +416,6 @@ def test_a_place_in_a_file_is_named_by_what_is_known_of_it() -> None:
 # --- copies, pickles, threads -----------------------------------------------------------------------------------------
 
 
-@for_all("base", ["fixed", "floating"])
-@for_all("duplicate", [lambda m: pickle.loads(pickle.dumps(m)), copy.copy, copy.deepcopy])
-def test_copies_answer_like_the_original(duplicate, base: str) -> None:
-    nao = nk.NaoModel(version="v5", base=base)
-    other = duplicate(nao)
-    q = nao.random(0, 3)
-    assert np.array_equal(other.fk(q), nao.fk(q))
-    assert np.array_equal(other.com(q), nao.com(q))
-    assert (other.version, other.base, other.joint_names, other.mimics) == ("v5", base, nao.joint_names, nao.mimics)
-    assert not other.lower.flags.writeable
-    assert other.posture("Sit").shape == (nao.nq,)
-
-
 def test_a_pickle_lives_in_another_process(tmp_path) -> None:
     nao = nk.load_nao("v4")
     (tmp_path / "nao.pickle").write_bytes(pickle.dumps(nao))
@@ -575,16 +534,6 @@ def test_reasons_of_numpy_and_names_of_files_are_cut_and_show_no_control_charact
         assert str(caught.value).isprintable()
     with pytest.raises(nk.NaoKinError, match=r"a\\x00b\\x1b\[31m\\u202e\.toml: cannot be read"):
         nk.load_nao(offsets=escapes)
-
-
-def test_missing_values_of_the_body_order_are_filled(nao: nk.NaoModel) -> None:
-    body = nao.to_body(nao.posture("Stand"))
-    body[nao.body_order.index("LKneePitch")] = np.nan
-    expected = nao.posture("Stand")
-    for value in (0.25, "Crouch"):
-        knee = value if value == 0.25 else nao.angles(nao.posture("Crouch"))["LKneePitch"]
-        expected[nao.joint_names.index("LKneePitch")] = knee
-        assert np.array_equal(nao.from_body(body, missing=value), expected)
 
 
 @for_all(("hips", "value"), [("average", -0.25), ("left", -0.2), ("right", -0.3)])

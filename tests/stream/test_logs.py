@@ -412,15 +412,7 @@ def test_other_columns_are_named_left_out_or_refused(
     assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
     nk.stream.fk(nao, source, "Head", out, columns={**columns, "state": None, "battery": None}, overwrite=True)
     assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
-    options = [
-        "--columns",
-        "yaw_deg=HeadYaw [deg]",
-        "--columns",
-        "ms=time [ms]",
-        "--columns",
-        "state=",
-        "--ignore-other",
-    ]
+    options = ["--columns=yaw_deg=HeadYaw [deg]", "--columns=ms=time [ms]", "--columns=state=", "--ignore-other"]
     assert run(["fk", str(source), "--frame", "Head", *options, "-o", str(tmp_path / "poses.csv")]) == 0
     written = (tmp_path / "poses.csv").read_text()
     assert f"\n3,{TIMES.tolist()[3]!r},Head," in written
@@ -477,10 +469,8 @@ def test_several_files_and_patterns_go_into_one_output(
         assert (result.rows_read, result.rows_written) == (ROWS, ROWS)
         assert np.allclose(_poses(tmp_path / "poses.npy"), expected, rtol=0, atol=1e-12)
     out = tmp_path / "poses.csv"
-    assert (
-        run(["fk", str(tmp_path / "log 1.csv"), str(tmp_path / "log 2.parquet"), "--frame", "Head", "-o", str(out)])
-        == 0
-    )
+    files = [str(tmp_path / name) for name in ("log 1.csv", "log 2.parquet")]
+    assert run(["fk", *files, "--frame", "Head", "-o", str(out)]) == 0
     records = list(csv.reader(io.StringIO(out.read_text())))[1:]
     assert [record[:2] for record in records] == [[str(row), repr(time)] for row, time in enumerate(TIMES.tolist())]
     # A bad row is named with its file, its line there, and its row in the output.

@@ -455,6 +455,8 @@ def test_a_file_whose_header_is_wrong_is_refused(
     (tmp_path / "q.csv").write_text(change("\n".join(_lines(nao, q[:3]))))
     with pytest.raises(BadInputFile, match=message):
         nk.stream.fk(nao, tmp_path / "q.csv", "Head", tmp_path / "poses.npy")
+    with pytest.raises(BadInputFile, match=message):
+        nk.stream.read_log(nao, tmp_path / "q.csv")
     assert [path.name for path in tmp_path.iterdir()] == ["q.csv"]
 
 
