@@ -368,15 +368,9 @@ def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tm
         (("LLeg", "a.csv", "--target", "1 2 3"), "FILE and --target exclude each other"),
         (("LLeg", "--target", "1 2"), "2 numbers; expected 3 numbers for a position"),
         (("LLeg", "--target", "1 2 x"), "'x' is not a finite number"),
-        (("LLeg", "--target", words(np.ones(16))), "rotation"),
         (("Head", "--target", "1 2 3"), "in the neck, which has one position: give an orientation, or look at a point"),
         (("LLeg", "--target", "0 0.05 -0.3", "--direction", "1 0 0"), "for positions of a hand"),
         (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0"), "2 numbers, expected 3"),
-        (
-            ("LArm", "--target", "0.1 0.1 0", "--direction", "1 0 0", "--criterion", "limits"),
-            "exclude each other",
-        ),
-        (("LArm", "--target", "0.1 0.1 0", "--near", "no.csv"), "cannot be read"),
         (("Legs", "--target", "0 0 0"), "expected 12, 14 or 32"),
         (("Legs", "--target", words(np.zeros(12)), "--numeric"), "Legs has two"),
         (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--priority", "left"), "--priority is for Legs"),
@@ -394,7 +388,6 @@ def test_wrong_words_are_refused_in_one_line(
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", "", "empty"),
         ("a.csv", "x,y\n1,2\n", "line 1: the header names x, y; expected one of"),
         ("a.csv", "x,y,z\n1,2,3\n1,two,3\n", "line 3, column 2: y is 'two'"),
         ("a.csv", "x,y,z\n1,2\n", "line 2: 2 values, the header names 3"),

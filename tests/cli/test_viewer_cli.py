@@ -144,19 +144,10 @@ def test_bad_input_is_refused_in_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     html = ("--html", str(tmp_path / "x.html"))
-    assert "LArm" in _refused(capsys, "--frame", "LArn", *html)
     assert "nearest: front" in _refused(capsys, "--camera", "frnt", *html)
-    assert "nearest: StandInit" in _refused(capsys, "--posture", "StandInnit", *html)
-    assert "HeadYaw" in _refused(capsys, "--joint", "HeadYaw=nan", *html)
-    assert "fps must be above 0" in _refused(
-        capsys, str(_write(tmp_path / "t.csv", nao.joint_names, nao.random(1, 2))), "--fps", "0", *html
-    )
     short = _write(tmp_path / "short.csv", nao.joint_names[:20], nao.random(1, 2)[:, :20])
     assert "missing joints" in _refused(capsys, str(short), *html)
     assert "--balance needs FILE" in _refused(capsys, "--posture", "Stand", "--balance", *html)
-    assert "cannot be read" in _refused(capsys, str(tmp_path / "none.csv"), *html)
-    assert "leave out --posture" in _refused(capsys, str(short), "--posture", "Stand", *html)
-    assert "cannot write" in _refused(capsys, "--html", str(tmp_path / "no" / "x.html"))
     assert not (tmp_path / "x.html").exists()
     monkeypatch.setenv("NAO_KIN_BROWSER", str(tmp_path / "no-browser"))
     assert "which is not a program" in _refused(capsys, "--png", str(tmp_path / "x.png"))

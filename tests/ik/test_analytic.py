@@ -59,10 +59,7 @@ def test_on_a_nao_the_branches_of_a_leg_are_those_of_its_closed_form(
 ) -> None:
     q = np.concatenate([each_nao.random(7, 400), at_limits(each_nao, side, 200)])
     T = each_nao.fk(q, side + "Leg")
-    found, wanted = (
-        analytic(each_nao, side + "Leg", T, limits=limits),
-        nk.ik.leg(each_nao, side, T, limits=limits),
-    )
+    found, wanted = (analytic(each_nao, side + "Leg", T, limits=limits), nk.ik.leg(each_nao, side, T, limits=limits))
     assert_solved(each_nao, side + "Leg", T, found, inside=limits == "enforce")
     np.testing.assert_array_equal(found.count, wanted.count)
     assert_same_branches(found, wanted)

@@ -111,11 +111,7 @@ def product(rows: list[dict[str, Any]], convention: DHConvention, q: np.ndarray)
 def test_axes_that_a_file_leaves_almost_parallel_are_parallel(
     one: str, convention: DHConvention, tmp_path: Path
 ) -> None:
-    joints = [
-        ("0 0 0", "0 0 0", "0 0 1"),
-        ("0.3 0.2 0", one, "0 1 0"),
-        ("0.3 0 0.2", "-1.570796327 0 0", "0 0 1"),
-    ]
+    joints = [("0 0 0", "0 0 0", "0 0 1"), ("0.3 0.2 0", one, "0 1 0"), ("0.3 0 0.2", "-1.570796327 0 0", "0 0 1")]
     robot = arm(tmp_path / "r.urdf", joints)
     table = dh_table(robot, "l3", convention)
     q = np.array([0.3, -0.7, 1.1])

@@ -251,18 +251,7 @@ def test_the_page_says_what_the_robot_does(short_folder: Path, monkeypatch: pyte
 def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
     file = short_folder / "nod.json"
     with _lola_robot(short_folder, 2000) as (path, robot):
-        command = [
-            sys.executable,
-            "-m",
-            "nao_kin",
-            "live",
-            "--no-view",
-            "--lola",
-            path,
-            "-o",
-            str(file),
-            "--json",
-        ]
+        command = [sys.executable, "-m", "nao_kin", "live", "--no-view", "--lola", path, "-o", str(file), "--json"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             assert process.stderr is not None
             assert process.stdout is not None

@@ -570,10 +570,7 @@ def test_a_switch_that_a_test_presses_raises_its_events(awake: VirtualNao) -> No
     left, right = (f"Device/SubDeviceList/RFoot/Bumper/{side}/Sensor/Value" for side in ("Left", "Right"))
     awake.call("ALMemory", "insertData", front, 1.0)
     awake.call("ALMemory", "insertData", front, 1)  # pressed already
-    assert heard == [
-        ("FrontTactilTouched", 1.0),
-        ("TouchChanged", [["Head", True], ["Head/Touch/Front", True]]),
-    ]
+    assert heard == [("FrontTactilTouched", 1.0), ("TouchChanged", [["Head", True], ["Head/Touch/Front", True]])]
     assert awake.call("ALMemory", "getData", "FrontTactilTouched") == 1.0
     assert ["Head/Touch/Front", True] in awake.call("ALTouch", "getStatus")
     awake.call("ALMemory", "removeData", front)

@@ -50,9 +50,7 @@ REFUSED: dict[type[NaoKinError], dict[str, Callable[[Viewer], object]]] = {
         "mirrored target to drag": lambda v: v.add_target("a", MIRRORED),
         "zeros as a place": lambda v: v.add_robot(v.robot, at=np.zeros((4, 4))),
     },
-    ZeroNorm: {
-        "no vertical": lambda v: v.display(Q[0], up=HERE),
-    },
+    ZeroNorm: {"no vertical": lambda v: v.display(Q[0], up=HERE)},
     UnknownName: {
         "LArm": lambda v: v.show_frames(["LArn"]),
         "front": lambda v: v.camera("frnt"),

@@ -160,10 +160,7 @@ def test_a_follower_deep_in_an_earlier_branch_still_follows(write: Write) -> Non
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (
-            _joint("A", "base", "a", inside=_mimic("X")) + _joint("B", "base", "b"),
-            "'A' follows 'X', which does not",
-        ),
+        (_joint("A", "base", "a", inside=_mimic("X")) + _joint("B", "base", "b"), "'A' follows 'X', which does not"),
         (_joint("A", "base", "a", inside=_mimic("A")) + _joint("B", "base", "b"), "in a circle: A → A"),
         (_joint("A", "base", "a", inside=_mimic("B")) + _joint("B", "a", "b", inside=_mimic("A")), "circle: A → B → A"),
         (_joint("A", "base", "a", inside=_mimic("B", 2.0)) + _joint("B", "a", "b"), "'B', which comes after it"),
