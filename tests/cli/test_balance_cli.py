@@ -62,15 +62,12 @@ def test_a_file_gives_a_row_each(
 
 def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     assert "--gravity '0,0': 2 numbers, expected 3" in refused(capsys, "--gravity", "0,0")
-    assert "gravity" in refused(capsys, "--gravity", "0,0,0")
-    assert "LFot" in refused(capsys, "--sole", "LFot")
     assert "--sole LArm: not on the links of the robot's soles (LLeg, RLeg)" in refused(
         capsys, "--posture", "Stand", "--sole", "LArm", "--sole", "l_ankle"
     )
     assert "no support polygon" in refused(capsys, "--posture", "Stand", "--sole", "LLeg", "--gravity=-.5,-.3,-1")
     assert "whole configurations" in refused(capsys, "x.csv", "--joint", "HeadYaw=1")
     assert "--rate needs FILE" in refused(capsys, "--rate", "3")
-    assert "absent.csv" in refused(capsys, str(tmp_path / "absent.csv"))
 
 
 def test_contacts_and_forces_are_columns_of_the_file(

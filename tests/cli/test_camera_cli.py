@@ -77,8 +77,6 @@ def test_pixels_outside_the_image_are_not_valid_and_the_resolution_that_fits_is_
 
 
 def test_wrong_words_are_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
-    assert "CameraTop" in refused(capsys, "CameraTopp")
-    assert "QVGA" in refused(capsys, "CameraTop", "--resolution", "QVG")
     assert "640 × 480" in refused(capsys, "CameraTop", "--resolution", "480x640")
     assert "above the horizon" in refused(capsys, "CameraTop", *_STAND, "--pixel", "320 0")
     assert "not in front of" in refused(capsys, "CameraTop", *_STAND, "--point", "-1 0 0")
@@ -93,5 +91,4 @@ def test_wrong_words_are_one_line(capsys: pytest.CaptureFixture, tmp_path: Path)
     ):
         file.write_text(text)
         assert words in refused(capsys, "CameraTop", str(file))
-    assert "cannot" in refused(capsys, "CameraTop", str(tmp_path / "none.csv"))
     assert "Example: nao-kin camera" in said(capsys, "--help")

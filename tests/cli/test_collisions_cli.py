@@ -61,9 +61,7 @@ def test_a_log_and_a_motion_name_rows_and_times(tmp_path: Path, capsys: pytest.C
     ("arguments", "message"),
     [
         (["--margin", "nan"], "--margin 'nan': expected a number"),
-        (["--posture", "Stnd"], "nearest: Stand"),
         (["--rate", "5"], "--rate needs FILE"),
-        (["missing.csv"], "missing.csv"),
     ],
 )
 def test_wrong_input_is_one_line(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,11 +58,8 @@ def env(tmp_path: Path) -> dict[str, str]:
         ("ik LLe", ["LLeg"]),
         ("fk --nao v3.2 --posture Crouch --posture Lying", ["LyingBelly", "LyingBack"]),
         ("fk --frame LArm,CameraTop_o", ["LArm,CameraTop_optical_frame"]),
-        ("fk walk.csv --missing StandI", ["StandInit"]),
-        ("fk walk.csv --hips ", ["average", "left", "right"]),
         ("fk --nao v3", ["v3.2", "v3.3"]),
         ("fk --robot na", ["nao"]),
-        ("export --format s", ["srdf", "sdf"]),
         ("motion convert --to bhu", []),  # which is only read
         ("motion convert --from bhu", ["bhuman"]),
         ("motion plot --joint LHipY", ["LHipYawPitch"]),

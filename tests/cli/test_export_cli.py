@@ -76,8 +76,6 @@ def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
     ("arguments", "message"),
     [
         (["--format", "urfd"], "unknown format 'urfd' (nearest: urdf"),
-        (["--format", "urdf", "--frames", "some"], "unknown choice of frames 'some' (valid: all, effectors, none)"),
-        (["--format", "urdf", "--names", "rose"], "unknown choice of names 'rose' (nearest: ros)"),
         (["--format", "urdf", "--inertia", ""], "--inertia is empty"),
         (["--format", "urdf", "--meshes", "package:/x"], "unknown choice of meshes 'package:/x'"),
     ],

@@ -69,15 +69,6 @@ def test_the_axes_of_the_hip_and_of_the_head_meet_at_right_angles() -> None:
     assert_near(normal.distance, 0.1029, atol=1e-15)
 
 
-@pytest.mark.parametrize("shape", BATCHES)
-def test_every_batch_shape_is_taken(shape) -> None:
-    q = configurations(NAO, shape)
-    assert AXES.lines(q).batch_shape == (*shape, len(AXES.names))
-    J = AXES.jacobian(q, "LHand", "frame")
-    assert J.shape == (*shape, 6, 25)
-    assert_near(J, NAO.jacobian(q, "LHand", "frame"), atol=5e-15)
-
-
 def test_an_axis_stays_where_it_is_when_its_own_joint_turns() -> None:
     for name in NAO.joint_names:
         before, after = (AXES.lines(NAO.configuration({name: v}, limits="ignore")) for v in (0.0, 0.4))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import full
 from viewer_pages import Page, opened, until
 
 import nao_kin as nk
@@ -270,7 +271,7 @@ def test_a_target_is_grabbed_moved_and_let_go_by_pointer_and_keys(live: nk.Viewe
     ball.remove()
 
 
-@pytest.mark.parametrize("interpolation", ["linear", "smooth", "bezier"])
+@pytest.mark.parametrize("interpolation", ["bezier", *full("linear", "smooth")])
 def test_a_motion_plays_along_its_own_curves(live: nk.Viewer, page: Page, nao: nk.NaoModel, interpolation: Any) -> None:
     rng = np.random.default_rng(1)
     names = ("HeadYaw", "LShoulderRoll", "LHipYawPitch", "RHipYawPitch")
