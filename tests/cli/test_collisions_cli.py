@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Capture
 
 import nao_kin as nk
 from nao_kin.cli.app import run
 
 
-def test_overlapping_links_of_a_posture_are_listed_with_the_clearance(capsys: pytest.CaptureFixture[str]) -> None:
+def test_overlapping_links_of_a_posture_are_listed_with_the_clearance(capsys: Capture) -> None:
     assert run(["collisions", "--posture", "Crouch", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
     nao = nk.load_nao()
@@ -23,7 +24,7 @@ def test_overlapping_links_of_a_posture_are_listed_with_the_clearance(capsys: py
     assert "l_ankle, r_ankle" in capsys.readouterr().out
 
 
-def test_a_free_posture_has_exit_code_0_and_its_margin(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_free_posture_has_exit_code_0_and_its_margin(capsys: Capture) -> None:
     assert run(["collisions", "--posture", "Stand"]) == 0
     assert capsys.readouterr().out.startswith("clearance ")
     assert run(["collisions", "--posture", "Stand", "--margin", "0.02", "--json"]) == 0
@@ -32,7 +33,7 @@ def test_a_free_posture_has_exit_code_0_and_its_margin(capsys: pytest.CaptureFix
     assert all(0.0 < row["distance"] < 0.02 for row in rows)
 
 
-def test_a_log_and_a_motion_name_rows_and_times(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_and_a_motion_name_rows_and_times(tmp_path: Path, capsys: Capture) -> None:
     nao = nk.load_nao()
     q = nao.random(0, 20)
     log = tmp_path / "log.csv"
@@ -64,7 +65,7 @@ def test_a_log_and_a_motion_name_rows_and_times(tmp_path: Path, capsys: pytest.C
         (["--rate", "5"], "--rate needs FILE"),
     ],
 )
-def test_wrong_input_is_one_line(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_input_is_one_line(arguments: list[str], message: str, capsys: Capture) -> None:
     assert run(["collisions", *arguments]) == 2
     output = capsys.readouterr()
     assert message in output.err
@@ -72,7 +73,7 @@ def test_wrong_input_is_one_line(arguments: list[str], message: str, capsys: pyt
     assert output.out == ""
 
 
-def test_overlaps_may_be_accepted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_overlaps_may_be_accepted(tmp_path: Path, capsys: Capture) -> None:
     crouch = ["collisions", "--posture", "Crouch"]
     for accepted in (["--tolerance", "0.006"], ["--allow", "r_ankle, l_ankle"]):
         assert run([*crouch, *accepted, "--json"]) == 0

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from command_line import Capture
 
 from nao_kin.cli.app import run
 from nao_kin.cli.parsing import SETUP, VARIABLE
@@ -22,7 +23,7 @@ NAO_KIN = [sys.executable, "-m", "nao_kin"]
 
 
 @pytest.fixture
-def asked(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str]]:
+def asked(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str]]:
     """What the program answers to a shell: its exit code, and what it prints."""
 
     def answer(shell: str, **words: str) -> tuple[int, str]:
@@ -168,9 +169,7 @@ def _shown(terminal: int, text: str) -> bool:
     return text in printed
 
 
-def test_install_completion_names_the_line_for_the_shell(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_install_completion_names_the_line_for_the_shell(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     for shell, line in (*SETUP.items(), ("dash", SETUP["bash"])):
         monkeypatch.setenv("SHELL", f"/usr/bin/{shell}")
         for words in (["--install-completion"], ["fk", "--show-completion", "zsh"]):

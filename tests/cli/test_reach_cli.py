@@ -15,6 +15,7 @@ import command_line
 import numpy as np
 import pytest
 import trimesh
+from command_line import Capture
 from viewer_pages import messages_of
 
 import nao_kin as nk
@@ -27,7 +28,7 @@ said = partial(command_line.said, "reach")
 refused = partial(command_line.refused, "reach")
 
 
-def test_it_says_where_the_hand_can_be(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+def test_it_says_where_the_hand_can_be(capsys: Capture, nao: nk.NaoModel) -> None:
     out = said(capsys, "LArm", *FEW)
     found = nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
     assert "LArm in torso of nao_v6, 3000 samples, seed 0" in out
@@ -35,7 +36,7 @@ def test_it_says_where_the_hand_can_be(capsys: pytest.CaptureFixture, nao: nk.Na
     assert f"best manipulability {found.best.max():.4g}" in out
 
 
-def test_json_holds_the_same_and_the_files(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+def test_json_holds_the_same_and_the_files(capsys: Capture, nao: nk.NaoModel, tmp_path: Path) -> None:
     path = str(tmp_path / "a.npz")
     document = json.loads(said(capsys, "RLeg", *FEW, "--seed", "7", "--reference", "Head", "-o", path, "--json"))
     found = nk.reach.workspace(nao, "RLeg", 3000, voxel=0.03, seed=7, reference="Head")
@@ -52,7 +53,7 @@ def test_json_holds_the_same_and_the_files(capsys: pytest.CaptureFixture, nao: n
     assert (found.centres < document["upper"]).all()
 
 
-def test_a_later_run_goes_on_from_the_file(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+def test_a_later_run_goes_on_from_the_file(capsys: Capture, nao: nk.NaoModel, tmp_path: Path) -> None:
     path = str(tmp_path / "a.npz")
     part = nk.reach.workspace(nao, "LArm", (1000, 2000), voxel=0.03)
     part.save(path)
@@ -63,7 +64,7 @@ def test_a_later_run_goes_on_from_the_file(capsys: pytest.CaptureFixture, nao: n
     assert Path(path).read_bytes() == before
 
 
-def test_nobodys_samples_are_thrown_away(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+def test_nobodys_samples_are_thrown_away(capsys: Capture, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     said(capsys, "LArm", *FEW, "-o", str(path))
     before = path.read_bytes()
@@ -71,7 +72,7 @@ def test_nobodys_samples_are_thrown_away(capsys: pytest.CaptureFixture, tmp_path
     assert path.read_bytes() == before
 
 
-def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+def test_vtk_ply_and_page_are_written(capsys: Capture, nao: nk.NaoModel, tmp_path: Path) -> None:
     found = nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
     coloured = {"a.vtk": (), "a.PLY": ("--by", "coverage")}  # a .vtk file has all quantities
     for name, by in coloured.items():
@@ -109,11 +110,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
     ],
 )
 def test_wrong_words_are_one_line(
-    capsys: pytest.CaptureFixture,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: tuple[str, ...],
-    message: str,
+    capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert message in refused(capsys, *arguments)
@@ -161,9 +158,7 @@ def counting(tasks: Path) -> bool:
 
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
-def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(
-    capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path
-) -> None:
+def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(capsys: Capture, nao: nk.NaoModel, tmp_path: Path) -> None:
     code, out, err = interrupted(tmp_path, signal.SIGINT, "LArm", "--samples", "4e9", "--threads", "1", "-o", "a.npz")
     assert (code, out) == (130, "")
     part = nk.reach.load(tmp_path / "a.npz")

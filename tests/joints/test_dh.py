@@ -20,9 +20,7 @@ CONVENTIONS = get_args(DHConvention)
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
-def test_the_product_of_the_table_is_the_pose_of_every_version_and_when_calibrated(
-    convention: DHConvention,
-) -> None:
+def test_the_product_of_the_table_is_the_pose_of_every_version_and_when_calibrated(convention: DHConvention) -> None:
     robots = [nk.load_nao(version) for version in VERSIONS]
     offsets = np.random.default_rng(1).normal(0.0, 0.01, robots[0].nq)
     robots.append(robots[0].with_offsets(dict(zip(robots[0].joint_names[:20], offsets[:20].tolist(), strict=True))))

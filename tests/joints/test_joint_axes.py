@@ -15,7 +15,6 @@ from nao_kin.screws.lines import PluckerLine
 assert_near = partial(np.testing.assert_allclose, rtol=0)  # its own default lets a relative 1e-7 pass
 NAO = nk.load_nao()
 AXES = JointAxes(NAO)
-BATCHES = [(), (0,), (2, 3)]
 
 SLIDER = """<robot name="slider"><link name="base"/><link name="cart"/><link name="hook"/><link name="side"/>
 <joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/><origin xyz="1 2 3" rpy="0.1 0.2 0.3"/>

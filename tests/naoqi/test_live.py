@@ -333,11 +333,8 @@ def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
         ((), "give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET"),
         (("tcp://a:1", "--lola", "x"), "give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET"),
         (("udp://a:1",), "address must be like tcp://nao.local:9559, got 'udp://a:1'"),
-        (("a:b:c",), "address must be like tcp://nao.local:9559, got 'a:b:c'"),
-        (("a:99999",), "address must be like tcp://nao.local:9559, got 'a:99999'"),
         (("--lola", "x", "--rate", "0"), "rate must be a positive number, got 0"),
         (("--lola", "x", "--seconds", "-1"), "--seconds must be a positive number, got -1"),
-        (("--lola", "x", "-o", "wave.xyz"), "no motion format for wave.xyz; end it in one of: .csv"),
         (("--lola", "x", "-o", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
     ],
 )

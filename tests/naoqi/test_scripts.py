@@ -524,12 +524,7 @@ def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
     ],
 )
 def test_what_goes_wrong_in_a_script_is_said(
-    robot: tuple[VirtualNao, str],
-    tmp_path: Path,
-    capfd: pytest.CaptureFixture[str],
-    text: str,
-    code: int,
-    message: str,
+    robot: tuple[VirtualNao, str], tmp_path: Path, capfd: pytest.CaptureFixture[str], text: str, code: int, message: str
 ) -> None:
     script = tmp_path / "script.py"
     script.write_text(text)
