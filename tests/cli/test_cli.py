@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import Capture, refused_line as _refused
-from loops import for_all, full
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin.cli import options
@@ -471,16 +471,15 @@ def test_the_program_runs_from_any_folder_and_reads_standard_input(nao: nk.NaoMo
     assert json.loads(done.stdout)["poses"]["LArm"]["x"] == nao.position(nao.posture("Stand"), "LArm")[0]
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell")
 @pytest.mark.parametrize(
     ("redirection", "arguments", "said"),
     [
         ("<&-", "fk -", "nao-kin: standard input: closed"),
-        *full(
-            ("0> output", "fk -", "nao-kin: standard input: cannot be read: "),
-            (">&-", "fk", "nao-kin: standard output is closed"),
-            ("2>&-", "fk --joint HeadYaw=9", ""),
-        ),
+        ("0> output", "fk -", "nao-kin: standard input: cannot be read: "),
+        (">&-", "fk", "nao-kin: standard output is closed"),
+        ("2>&-", "fk --joint HeadYaw=9", ""),
     ],
 )
 def test_closed_streams_are_named_or_done_without(tmp_path: Path, redirection: str, arguments: str, said: str) -> None:
@@ -515,6 +514,7 @@ def _wait_until_read(pipe: io.TextIOWrapper) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="needs signals and pipes")
 def test_an_interrupt_ends_without_a_traceback() -> None:
     child = subprocess.Popen(

@@ -79,6 +79,7 @@ def test_bash_completes(line: str, expected: list[str] | None, asked: Callable[.
         assert found == expected
 
 
+@pytest.mark.full
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 def test_bash_gets_the_names_by_the_script(env: dict[str, str]) -> None:
     script = f"""

@@ -255,11 +255,6 @@ def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monke
 
 
 @pytest.mark.full
-def test_two_exports_give_the_same_file(nao: nk.NaoModel, written: nk.export.Exported) -> None:
-    assert srdf_document(nao, samples=500).text == written.path.read_text(encoding="utf-8")
-
-
-@pytest.mark.full
 def test_a_longer_proof_never_finds_fewer_pairs_that_never_touch(nao: nk.NaoModel, written: nk.export.Exported) -> None:
     few, many = (
         {

@@ -122,12 +122,6 @@ def test_a_locked_hip_and_beside_it(nao: nk.NaoModel, side: str, lock: float, be
             assert found.family is Family.NONE
 
 
-def test_the_locks_of_the_hip_are_outside_the_limits(each_nao: nk.NaoModel) -> None:
-    left, right = (each_nao.joint_names.index(side + "HipRoll") for side in SIDES)
-    assert each_nao.lower[left] > -math.pi / 4 + 0.3
-    assert each_nao.upper[right] < math.pi / 4 - 0.3
-
-
 def test_a_member_of_a_locked_hip_is_the_nearest_to_the_reference(nao: nk.NaoModel) -> None:
     q = bent(nao, "L", HipRoll=-math.pi / 4)
     T = nao.fk(q, "LLeg")

@@ -158,16 +158,6 @@ def pose_errors(poses: np.ndarray, targets: np.ndarray) -> np.ndarray:
 # --- weights --------------------------------------------------------------------------------------------------------
 
 
-def test_what_has_no_weight_is_left_free(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.random(1, 50), "LArm")
-    T[:, :3, :3] = np.eye(3)
-    found = numeric(nao, "LArm", T, weights=(1.0, 0.0))
-    assert found.success.all()  # type: ignore[union-attr]
-    np.testing.assert_allclose(nao.position(found.q, "LArm"), T[:, :3, 3], atol=2e-8)
-    np.testing.assert_array_equal(found.residual[:, 1], 0.0)
-    assert (found.family == Family.REDUNDANT).all()
-
-
 @for_all(
     "name, frame", [("v6", "LArm"), ("v4", "LLeg"), ("v6", "CameraTop"), ("romeo", "r_wrist"), ("ur5_robot", "tool0")]
 )

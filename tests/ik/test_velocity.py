@@ -67,15 +67,6 @@ def test_a_twist_that_can_be_made_is_what_the_frame_then_does(nao: nk.NaoModel, 
     np.testing.assert_allclose(turned, twist[:, 3:], atol=1e-6)
 
 
-def test_the_twist_that_is_made_is_pinocchios(nao: nk.NaoModel) -> None:
-    q, data = nao.random(5), nao.model.createData()
-    found = velocity(nao, q, [0.1, 0.2, -0.1, 0.5, 0.0, 0.3], "LLeg")
-    pin.forwardKinematics(nao.model, data, q, found.v)
-    frame = nao.model.getFrameId("LLeg") if nao.model.existFrame("LLeg") else nao.frame_table["LLeg"]
-    motion = pin.getFrameVelocity(nao.model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-    np.testing.assert_allclose(found.twist, motion.vector, atol=1e-12)
-
-
 @pytest.mark.parametrize("choice", ["enforce", "scale"])
 @pytest.mark.parametrize("frame", FRAMES)
 def test_no_joint_is_too_fast_or_leaves_its_range_within_the_time(nao: nk.NaoModel, frame: str, choice: str) -> None:

@@ -68,13 +68,6 @@ def test_the_axes_of_the_hip_and_of_the_head_meet_at_right_angles() -> None:
     assert_near(normal.distance, 0.1029, atol=1e-15)
 
 
-def test_an_axis_stays_where_it_is_when_its_own_joint_turns() -> None:
-    for name in NAO.joint_names:
-        before, after = (AXES.lines(NAO.configuration({name: v}, limits="ignore")) for v in (0.0, 0.4))
-        row = AXES.names.index(name)
-        assert_near(after[row].coordinates, before[row].coordinates, atol=1e-15)
-
-
 @pytest.mark.parametrize("robot", ["romeo", "talos_full_v2", "panda"])
 def test_other_robots_sliding_grippers_included(robot) -> None:
     try:

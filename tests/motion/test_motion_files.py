@@ -23,6 +23,7 @@ from nao_kin.motion.files.choregraphe import automatic_handles
 from nao_kin.robot.nao import BODY_ORDER
 
 DATA = Path(__file__).parents[1] / "data" / "motions"
+LOSSLESS = ["csv", "json", "npz", "python", "naoqi"]
 
 
 def _motion(tmp_path: Path, text: str | bytes, name: str, **options: Any) -> Motion:

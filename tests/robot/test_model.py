@@ -51,13 +51,6 @@ def test_arrays_of_the_model_cannot_be_written_to(nao: nk.NaoModel) -> None:
             array[0] = 1.0
 
 
-def test_the_neutral_configuration_is_zero(nao: nk.NaoModel) -> None:
-    q = nao.neutral()
-    assert np.array_equal(q, np.zeros(25))
-    q[0] = 1.0
-    assert nao.neutral()[0] == 0.0
-
-
 def test_random_configurations_are_inside_all_limits_and_reproducible(each_nao: nk.NaoModel) -> None:
     q = each_nao.random(7, 2000)
     assert q.shape == (2000, 25)

@@ -198,6 +198,7 @@ def test_what_is_no_obstacle_is_refused(make: Any, error: type[Exception], messa
         make()
 
 
+@pytest.mark.full
 def _clearance(*obstacles: Obstacle, **options: Any) -> Any:
     nao = nk.load_nao()
     return nao.clearance(nao.posture("Stand"), obstacles=obstacles, **options)

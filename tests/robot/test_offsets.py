@@ -140,6 +140,7 @@ def test_a_forgotten_offset_is_seen_by_the_cross_check(calibrated: nk.NaoModel, 
     assert not report.ok
 
 
+@pytest.mark.full
 def test_an_exported_urdf_brings_the_offsets_back(calibrated: nk.NaoModel, tmp_path: Path) -> None:
     done = nk.export.urdf(calibrated, tmp_path / "mine.urdf", meshes="none")
     again = nk.RobotModel.from_urdf(done.path)

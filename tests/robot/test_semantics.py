@@ -99,15 +99,6 @@ def test_any_robot_has_the_postures_limits_and_units_of_its_semantics(tmp_path: 
     assert robot.posture("bent")[0] == 0.5
 
 
-@pytest.mark.parametrize("duplicate", [lambda robot: pickle.loads(pickle.dumps(robot)), copy.deepcopy])
-def test_copies_keep_the_semantics(tmp_path: Path, toml: Path, duplicate) -> None:
-    robot = _robot(tmp_path, toml)
-    other = duplicate(robot)
-    assert other.semantics == robot.semantics
-    assert np.array_equal(other.posture("bent"), robot.posture("bent"))
-    assert other.load_notes == robot.load_notes
-
-
 def test_a_robot_without_semantics_has_none(tmp_path: Path) -> None:
     robot = _robot(tmp_path)
     assert (robot.posture_names, robot.chains, robot.coupled_limits) == ((), {}, ())
@@ -194,13 +185,6 @@ def test_semantics_are_copies_that_nobody_changes() -> None:
         semantics.postures["p"].angles["a"] = 3.0
     for copied in (copy.deepcopy(semantics), pickle.loads(pickle.dumps(semantics))):
         assert copied == semantics
-
-
-def test_a_posture_that_no_motors_take_is_refused_by_name(tmp_path: Path) -> None:
-    robot = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0)))
-    postures = {"p": Posture({"a": 0.5, "b": 3.0})}
-    with pytest.raises(BadModel, match="posture 'p': a = 0.5 drives b"):
-        nk.RobotModel.from_urdf(robot.urdf_path, semantics=Semantics(postures=postures))
 
 
 @pytest.mark.parametrize(

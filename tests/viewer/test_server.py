@@ -264,6 +264,7 @@ def test_so_many_connections_are_open_at_once_and_the_next_ones_wait(
     ]
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="limits of a process")
 def test_a_program_without_free_files_says_so_in_one_line_and_pages_wait(tmp_path: Path) -> None:
     program = tmp_path / "program.py"

@@ -139,14 +139,14 @@ def test_a_declaration_after_other_text_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_chain_of_thousands_of_fixed_links_loads(tmp_path: Path) -> None:
-    links = "".join(f'<link name="l{i}"/>' for i in range(6000))
+    links = "".join(f'<link name="l{i}"/>' for i in range(2000))
     joints = "".join(
         f'<joint name="j{i}" type="fixed"><origin xyz="0.001 0 0"/><parent link="l{i}"/><child link="l{i + 1}"/>'
         "</joint>"
-        for i in range(5999)
+        for i in range(1999)
     )
     robot = _load(tmp_path, f'<robot name="r">{links}{joints}</robot>')
-    assert robot.position([], "l5999").tolist() == pytest.approx([5.999, 0.0, 0.0])
+    assert robot.position([], "l1999").tolist() == pytest.approx([1.999, 0.0, 0.0])
 
 
 def test_a_mesh_name_that_no_system_takes_is_a_missing_file(tmp_path: Path) -> None:
