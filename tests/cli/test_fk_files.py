@@ -136,6 +136,16 @@ def test_poses_are_the_same_on_standard_output_and_in_files(
             assert np.allclose(_matrices(numbers, style, deg=deg), expected, rtol=0, atol=1e-9), case
 
 
+def test_a_row_of_a_long_file_has_its_own_number_and_time(
+    nao: nk.NaoModel, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
+    file = _file(nao, tmp_path, "timed.csv", _q(nao, inside=True), deg=False)
+    assert run(["fk", file, "--frame", "LArm", "--csv"]) == 0
+    rows = [line.split(",")[:2] for line in capsys.readouterr().out.splitlines()]
+    assert rows == [["row", "time"], *([str(row), repr(time)] for row, time in enumerate(TIMES))]
+
+
 @pytest.mark.parametrize(
     "arguments",
     [("fk",), ("fk", "--rate", "10"), ("collisions",), ("collisions", "--rate", "10"), ("balance",), ("odometry",),

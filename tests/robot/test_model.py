@@ -278,6 +278,12 @@ def test_the_centre_of_mass_counts_root_and_tip_by_their_masses(tmp_path, shape,
     assert np.allclose(robot.com(q), expected, rtol=0.0, atol=1e-15)
 
 
+def test_the_centre_of_mass_transforms_with_its_reference(nao: nk.NaoModel) -> None:
+    q = nao.random(9)
+    T = nao.fk(q, "LLeg")
+    assert np.allclose((T @ [*nao.com(q, reference="LLeg"), 1.0])[:3], nao.com(q), atol=1e-15)
+
+
 def test_a_payload_added_to_the_model_counts() -> None:
     fixed, free = nk.load_nao(), nk.load_nao(base="floating")
     for nao in (fixed, free):
