@@ -70,7 +70,7 @@ FORMS: dict[str, Callable[[Table], str]] = {
 }
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(csv_source, "BYTES_AT_ONCE", 4000)
     monkeypatch.setattr(run_module, "_BLOCKS_OF_PART", 2)
@@ -78,7 +78,7 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(("packed", "form"), every_value([False, True], FORMS))
 def test_a_log_is_read_in_every_form_with_its_times(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, form: str, packed: bool
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, form: str, packed: bool
 ) -> None:
     table = _table(nao, q)
     for timed in (False, True):
@@ -249,7 +249,13 @@ def _iso_text(nao: nk.NaoModel, q: np.ndarray, form: str, heading: str = "time")
 @pytest.mark.parametrize("form", ISO_FORMS)
 @pytest.mark.parametrize("large", [False, True], ids=["", "large"])
 def test_dates_and_times_are_seconds_from_the_first_row(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str, large: bool
+    nao: nk.NaoModel,
+    q: np.ndarray,
+    tmp_path: Path,
+    small_blocks: None,
+    monkeypatch: pytest.MonkeyPatch,
+    form: str,
+    large: bool,
 ) -> None:
     if large:
         monkeypatch.setattr("nao_kin._core.csv_numbers._LARGE", 0)
@@ -335,7 +341,7 @@ def test_dates_and_times_in_joint_columns_are_refused(nao: nk.NaoModel, q: np.nd
 
 
 def test_times_of_several_files_count_from_the_first_row_of_the_first(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None
 ) -> None:
     lines = _iso_text(nao, q, "Z").splitlines()
     (tmp_path / "log_1.csv").write_text("\n".join(lines[:25]) + "\n")
@@ -350,7 +356,9 @@ def test_times_of_several_files_count_from_the_first_row_of_the_first(
             nk.stream.fk(nao, [tmp_path / "log_1.csv", tmp_path / "other.csv"], "Head", tmp_path / "p.npy")
 
 
-def test_times_count_from_the_first_row_where_a_run_goes_on(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+def test_times_count_from_the_first_row_where_a_run_goes_on(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None
+) -> None:
     (tmp_path / "log.csv").write_text(_iso_text(nao, q, "T"))
 
     def source() -> closing[csv_source.CsvSource]:
@@ -446,7 +454,7 @@ def test_places_in_messages_are_those_of_the_file(nao: nk.NaoModel, q: np.ndarra
 
 
 def test_several_files_and_patterns_go_into_one_output(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     table = {"time": TIMES, **_table(nao, q)}
     first = {name: column[:15] for name, column in table.items()}
@@ -592,7 +600,7 @@ def test_times_are_carried_to_what_is_printed_and_read_again(
 
 
 def test_clamping_says_how_many_rows_it_moved_and_how_far(
-    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     q[11, 0], q[30, 5] = nao.upper[0] + 0.25, nao.lower[5] - 5e-7
     for name, text in (("log.csv", _text(_table(nao, q))), ("timed.csv", _text({"time": TIMES, **_table(nao, q)}))):
