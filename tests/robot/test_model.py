@@ -535,6 +535,16 @@ def test_reasons_of_numpy_and_names_of_files_are_cut_and_show_no_control_charact
         nk.load_nao(offsets=escapes)
 
 
+def test_missing_values_of_the_body_order_are_filled(nao: nk.NaoModel) -> None:
+    body = nao.to_body(nao.posture("Stand"))
+    body[nao.body_order.index("LKneePitch")] = np.nan
+    expected = nao.posture("Stand")
+    for value in (0.25, "Crouch"):
+        knee = value if value == 0.25 else nao.angles(nao.posture("Crouch"))["LKneePitch"]
+        expected[nao.joint_names.index("LKneePitch")] = knee
+        assert np.array_equal(nao.from_body(body, missing=value), expected)
+
+
 @for_all(("hips", "value"), [("average", -0.25), ("left", -0.2), ("right", -0.3)])
 def test_a_motor_of_two_joints_has_the_value_that_is_asked_for(nao: nk.NaoModel, hips: Any, value: float) -> None:
     found = nao.motor_values({"LHipYawPitch": np.array([-0.2]), "RHipYawPitch": np.array([-0.3])}, hips=hips)

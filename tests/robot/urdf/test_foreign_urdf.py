@@ -414,7 +414,7 @@ AB = _links("a", "b") + _joint("J", "a", "b")
         ('<robot name="r"></robot>', "no links"),
         (_links("a", "a"), "two links named 'a'"),
         ("<link/>", "a <link> without a name"),
-        (AB * 2, "two joints named 'J'"),
+        (AB + _joint("J", "a", "b"), "two joints named 'J'"),
         (_links("a", "b"), "one root link, found 'a', 'b'"),
         (_links("a") + _joint("J", "a", "b"), "names a link 'b' that does not exist"),
         (AB + _joint("K", "b", "a"), "none: the joints form a loop"),
