@@ -449,6 +449,7 @@ def test_forty_pinches_over_the_robot_zoom_and_move_no_joint(phone: Page) -> Non
         phone.run("() => naoKin.camera('three-quarter')")
 
 
+@pytest.mark.full
 def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer:
         viewer.display(nao.posture("StandInit"))
@@ -485,6 +486,7 @@ def test_a_floating_robot_is_dragged_where_it_floats(browser: Any, tmp_path: Pat
         assert np.abs(nao.fk(page.q, ("LLeg", "RLeg")) - feet).max() < 1e-6
 
 
+@pytest.mark.full
 def test_hands_feet_and_gaze_of_a_calibrated_robot_are_dragged(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     offsets = np.random.default_rng(2).normal(0.0, np.radians(1.0), nao.nq)
     mine = nao.with_offsets(
@@ -507,6 +509,7 @@ def test_hands_feet_and_gaze_of_a_calibrated_robot_are_dragged(browser: Any, nao
             assert {mine.joint_names[column] for column in moved} <= joints
 
 
+@pytest.mark.full
 def test_an_arm_of_another_kind_is_dragged_by_its_hand_and_a_selected_link(browser: Any, tmp_path: Path) -> None:
     panda = nk.load_robot("panda")
     with opened(browser, Viewer(panda).save_html(tmp_path / "panda.html"), SIZE) as page:

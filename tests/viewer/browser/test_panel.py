@@ -561,17 +561,9 @@ def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any
         assert state_of(tab)["q"] == pytest.approx(q, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("chapter-2", "is not a state of this page"),
-        ("v=1&q=HeadYow:1", "nearest: HeadYaw"),
-        ("v=1&show=%3Cimg%20src=x%3E", "unknown overlay"),
-    ],
-)
-def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
-    page.run("(text) => { location.hash = text; }", text)
-    assert reason in said(page)
+def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => { location.hash = 'v=1&q=HeadYow:1'; }")
+    assert "nearest: HeadYaw" in said(page)
     assert np.array_equal(page.q, nao.posture("StandInit"))
 
 

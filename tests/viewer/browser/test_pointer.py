@@ -563,20 +563,6 @@ def test_a_hand_is_moved_by_arrow_keys_and_let_go_by_enter(page: Page, nao: nk.N
             assert np.array_equal(page.q, expected)
 
 
-def test_escape_puts_a_hand_back_that_keys_have_moved(page: Page) -> None:
-    before = page.q
-    page.tab.locator("#handles").get_by_role("button", name="RArm").focus()
-    for _ in range(4):
-        page.tab.keyboard.press("Shift+ArrowDown")
-    assert np.abs(page.q - before).max() > 0.01
-    page.tab.keyboard.press("Escape")
-    assert np.array_equal(page.q, before)
-    assert said(page) == ""
-    assert page.run("() => window.gestures") == [True, False]
-    page.tab.keyboard.press("Control+z")
-    assert np.array_equal(page.q, before)
-
-
 @pytest.mark.parametrize(("frame", "key", "axis"), [("LLeg", "x", 0), ("LArm", "y", 1), *full(("RLeg", "z", 2))])
 def test_letters_turn_a_handle_about_the_axes_of_its_frame(
     page: Page, nao: nk.NaoModel, frame: str, key: str, axis: int

@@ -322,6 +322,7 @@ def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.Na
     assert 2 <= len(times(page)) <= len(yaw)
 
 
+@pytest.mark.full
 def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer, q = Viewer(nao), np.tile(nao.posture("StandInit"), (3, 1))
     bones = np.array(
