@@ -16,8 +16,8 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin.errors import BadInputFile
 from nao_kin.imitation.layouts import key_of
-from nao_kin.imitation.reading import Options, Points, of_array, skeleton_of
-from nao_kin.imitation.skeleton import Skeleton
+from nao_kin.imitation.reading import Options, of_array, skeleton_of
+from nao_kin.imitation.skeleton import Points, Skeleton
 
 # Keys of the points of a frame, those in metres first: MediaPipe, tf.js, OpenPose, EasyMocap, Azure Kinect.
 _POINTS = (

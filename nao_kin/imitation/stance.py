@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, eased, join_poses, norm, rigid_inverse, runs
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
-from nao_kin.imitation.limbs import SIDES
+from nao_kin.imitation.layouts import LIMBS, SIDES
+from nao_kin.imitation.smoothing import bridged
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import nearest_rotation, power, rot_z
 
@@ -114,9 +115,8 @@ def stood(
         todo = np.flatnonzero(failed | (slower < share))
         share = slower
     if failed.any() and not failed.all():
-        found = np.stack([np.interp(times, times[~failed], column[~failed]) for column in made.T], axis=1)
-        found[:, fixed] = q[:, fixed]
-        made = np.where(failed[:, None], found, made)
+        made = bridged(times, np.where(failed[:, None], np.nan, made), times)
+        made[:, fixed] = q[:, fixed]
     return made, share, np.flatnonzero(failed)
 
 
@@ -178,11 +178,11 @@ def followed(robot: RobotModel, start: Floats, times: Floats, points: Mapping[st
     Raises:
         BadArgument: hips or ankles are unknown, or the robot has no legs of a NAO.
     """
-    lacking = [f"{side}_{part}" for part in ("hip", "ankle") for side in SIDES if not _known(points, f"{side}_{part}")]
+    lacking = [side + part for part in ("hip", "ankle") for side in SIDES if not _known(points, side + part)]
     if lacking:
         raise BadArgument(f'legs="follow" needs hips and ankles, and the skeleton has no {", no ".join(lacking)}')
     own = _legs(robot)
-    hips, ankles = (np.stack([points[f"{side}_{part}"] for side in SIDES], axis=1) for part in ("hip", "ankle"))
+    hips, ankles = (np.stack([points[side + part] for side in SIDES], axis=1) for part in ("hip", "ankle"))
     across = hips[:, 0] - hips[:, 1]
     heading = np.unwrap(np.arctan2(-across[:, 0], across[:, 1]))
     length, reach = _length(points), own["L"]["thigh"] + own["L"]["tibia"]
@@ -237,20 +237,19 @@ def _length(points: Mapping[str, Floats]) -> float:
     """Return the length of the person's leg, the mean of both [m]."""
     lengths = []
     for side in SIDES:
-        hip, ankle = points[f"{side}_hip"], points[f"{side}_ankle"]
-        knee = points[f"{side}_knee"] if _known(points, f"{side}_knee") else None
-        if knee is None:
-            lengths.append(float(np.quantile(norm(ankle - hip), 0.95)))
+        hip, knee, ankle = (points.get(side + part) for part in LIMBS[1])
+        if _known(points, side + "knee"):
+            lengths.append(np.median(norm(knee - hip) + norm(ankle - knee)))
         else:
-            lengths.append(float(np.median(norm(knee - hip) + norm(ankle - knee))))
+            lengths.append(np.quantile(norm(ankle - hip), 0.95))
     return float(np.mean(lengths))
 
 
 def _foot_heading(points: Mapping[str, Floats], side: str, heading: Floats) -> Floats:
     """Return the heading of a foot, from the ankle to the toes, or that of the hips, shape (n,) [rad]."""
-    if not _known(points, f"{side}_toe"):
+    if not _known(points, side + "toe"):
         return heading
-    along = points[f"{side}_toe"] - points[f"{side}_ankle"]
+    along = points[side + "toe"] - points[side + "ankle"]
     out = np.arctan2(along[:, 1], along[:, 0]) - heading
     return heading + (out + np.pi) % (2.0 * np.pi) - np.pi
 

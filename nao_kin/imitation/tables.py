@@ -19,8 +19,8 @@ from nao_kin._core.files import MAX_NUMBERS
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.imitation.layouts import LAYOUTS, Layout, by_joint, check_names, key_of, side_and_word
-from nao_kin.imitation.reading import BY_SOURCE, Options, Points, person_among, skeleton_of
-from nao_kin.imitation.skeleton import UNITS, Skeleton
+from nao_kin.imitation.reading import BY_SOURCE, Options, person_among, skeleton_of
+from nao_kin.imitation.skeleton import UNITS, Points, Skeleton
 
 # A column of a coordinate or a confidence: SpineBase_X, left_wrist.y, left_wrist_visibility; or z11, v_11.
 _CONFIDENCE = ("trackingstate", "visibility", "confidence", "inferred", "state", "score", "conf", "v")
