@@ -193,7 +193,11 @@ def landmark_array(landmarks: Any, layout: Layout) -> Floats:
 
 
 def by_joint(array: Floats, layout: Layout) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Return joint of the source → places (n, 3), and → confidence (n,), if it is given, of points in its order."""
-    order = layout.order_of(array.shape[1])
+    """Return `by_order` of points in the order of a source."""
+    return by_order(array, layout.order_of(array.shape[1]))
+
+
+def by_order(array: Floats, order: Sequence[str]) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return joint → places (n, 3), and → confidence (n,), if it is given, of points (n, k, 3 or 4)."""
     places = dict(zip(order, np.moveaxis(array[..., :3], 1, 0), strict=True))
     return places, dict(zip(order, array[..., 3].T, strict=True)) if array.shape[2] == 4 else {}

@@ -156,6 +156,6 @@ class Imitator:
             points = {name: shaped(frame[name], (3,), name, gaps=True) for name in POINTS if name in frame}
             check_points({name: point[None] for name, point in points.items()})
             return tuple(points), np.array([*points.values()])
-        joints, sure = by_joint(landmark_array(np.asarray(frame)[None], self._layout), self._layout)
+        joints, sure = by_joint(landmark_array([frame], self._layout), self._layout)
         known = believed(*Points(joints, sure, self._layout).named())
         return tuple(known), np.concatenate([*known.values()]) @ self._turn.T

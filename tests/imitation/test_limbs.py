@@ -113,7 +113,10 @@ def check_exact(robot: nk.RobotModel, q: Floats) -> None:
     for k in range(0, len(q), 10):
         one = replace(person, **{name: getattr(person, name)[k : k + 1] for name in PARTS})
         near = robot.clamp(q[k] + np.random.default_rng(k).uniform(-0.1, 0.1, robot.nq))
-        assert np.abs(solver.solve(one, near)[0] - q[k])[used].max() < 1e-9
+        # The weight 1e-14 of the step to the frame before draws arms near a singular configuration there.
+        upper, fore = person.upper_arms[k], person.forearms[k]
+        singular = np.minimum(1.0 - upper[:, 1] ** 2, 1.0 - (upper * fore).sum(axis=1) ** 2).min()
+        assert np.abs(solver.solve(one, near)[0] - q[k])[used].max() < 1e-9 + 1e-14 / singular
     if robot.parameters.version != "v3.2":  # its shoulders reach beyond the axis of ShoulderPitch: two solutions
         assert np.abs(solved.q - q)[:, used].max() < 1e-9
 
@@ -311,9 +314,9 @@ def test_an_arm_at_its_limits_does_not_flip(nao: nk.NaoModel) -> None:
 
 
 def test_a_slow_swing_through_ordinary_directions_never_jumps(nao: nk.NaoModel) -> None:
-    t = np.linspace(0.0, 2.0 * np.pi, 400)
+    t = np.linspace(0.0, 2.0 * np.pi, 200)
     used = columns_of(nao)
-    q = np.tile(nao.posture("StandInit"), (400, 1))
+    q = np.tile(nao.posture("StandInit"), (200, 1))
     swing = (0.6, 0.3, 0.8, 0.4, 0.7)
     for _, side in SIDES:
         for k, joint in enumerate(JOINTS):
