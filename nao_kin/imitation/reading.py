@@ -13,7 +13,7 @@ from nao_kin._core.arrays import Floats, shaped
 from nao_kin._core.headings import seconds_of
 from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape
 from nao_kin.imitation.bones import misfit
-from nao_kin.imitation.layouts import LAYOUTS, by_joint, check_names, landmark_array, layout_of, shown_joints
+from nao_kin.imitation.layouts import LAYOUTS, Layout, by_joint, check_names, landmark_array, layout_of, shown_joints
 from nao_kin.imitation.skeleton import Points, Skeleton, assembled, check_points, frame_times, refuse_plane
 
 # Times of a Kinect in ticks of 100 ns, between two frames of a sensor with 30 frames per second, or 15 in the dark.
@@ -54,22 +54,10 @@ class Options:
         note = f"names of {layout.name}" if layout.orders else f"joints by names: {shown_joints(layout, joints)}"
         return replace(points, layout=layout, notes=(*points.notes, note))
 
-    def ordered(self, array: Any, **others: Any) -> dict[str, Points]:
-        """Return source → points of an array (n, k, 3 or 4), for all sources with as many points."""
-        array = np.asarray(array)
-        count = array.shape[-2] if array.ndim > 1 else 0
-        found = {
-            name: Points(*by_joint(landmark_array(array, layout), layout), layout, **others)
-            for name, layout in LAYOUTS.items()
-            if self.source == name or (self.source is None and layout.order_of(count))
-        }
-        if not found:
-            known = ", ".join(f"{layout.name} ({len(order)})" for layout in LAYOUTS.values() for order in layout.orders)
-            raise BadArgument(f"{count} points: no source has as many; points of each: {known}; state {BY_SOURCE}")
-        if self.names is not None:
-            raise BadArgument(f"names= is for joints with names; an array has the order of {' or '.join(found)}")
-        refuse_plane(next(iter(found.values())).joints)
-        return found
+    @property
+    def layouts(self) -> Sequence[Layout]:
+        """The layout of the source, or all of them."""
+        return [LAYOUTS[self.source]] if self.source else [*LAYOUTS.values()]
 
 
 def seconds(
@@ -131,5 +119,16 @@ def of_array(name: str, array: Any, options: Options, *, notes: Sequence[str] = 
     if array.ndim == 3 and array.shape[1] == 3 and array.shape[2] not in (3, 4):
         array = np.moveaxis(array, 2, 0)  # (k, 3, n), as motion diffusion models write them
         notes = (*notes, f"an array (points, 3, frames), {len(array)} frames")
-    cases = options.ordered(array, times=times, notes=tuple(notes))
-    return skeleton_of(name, person_among(f"{array.shape[-2]} points", cases, options), options)
+    count = array.shape[-2] if array.ndim > 1 else 0
+    cases = {
+        layout.name: Points(*by_joint(landmark_array(array, layout), layout), layout, times, notes=tuple(notes))
+        for layout in options.layouts
+        if options.source or layout.order_of(count)
+    }
+    if not cases:
+        known = ", ".join(f"{layout.name} ({len(order)})" for layout in LAYOUTS.values() for order in layout.orders)
+        raise BadArgument(f"{count} points: no source has as many; points of each: {known}; state {BY_SOURCE}")
+    if options.names is not None:
+        raise BadArgument(f"names= is for joints with names; an array has the order of {' or '.join(cases)}")
+    refuse_plane(next(iter(cases.values())).joints)
+    return skeleton_of(name, person_among(f"{count} points", cases, options), options)

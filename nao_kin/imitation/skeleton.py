@@ -111,11 +111,8 @@ class Skeleton:
             raise BadArgument(f"times must ascend, but times[{k}] = {times[k]:.9g} follows {times[k - 1]:.9g}")
         times.flags.writeable = False
         object.__setattr__(self, "times", times)
-        for name, tail, valid in (
-            ("points", (3,), POINTS),
-            ("orientations", (3, 3), PARTS),
-            ("confidence", (), POINTS),
-        ):
+        tails = (("points", (3,), POINTS), ("orientations", (3, 3), PARTS), ("confidence", (), POINTS))
+        for name, tail, valid in tails:
             given = getattr(self, name)
             for key in given:
                 choice(key, valid, "point" if valid is POINTS else "part with an orientation")
@@ -315,10 +312,8 @@ def assembled(times: Floats, source: Points, up: str | None = None) -> Skeleton:
     size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
     if units is None:
         units = _unit(size, layout.unit)
-        seen = size > 0.0
-        found.append(
-            f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
-        )
+        how = f"by the size of the trunk: {size * UNITS[units]:.2g} m" if size > 0.0 else "as usual"
+        found.append(f"unit {units}, {how}")
     if size * UNITS[units] < _SMALLEST:
         raise DegeneratePoints("shoulders and hips coincide in most frames, which show no trunk")
     if layout.name == "mediapipe":
@@ -333,10 +328,8 @@ def assembled(times: Floats, source: Points, up: str | None = None) -> Skeleton:
     if not doubt and _backwards(points):
         points = {name: values * (1.0, -1.0, 1.0) for name, values in points.items()}
         turned = {}
-        found.append(
-            "mirrored: face, toes and knees point backwards, as in left-handed axes; a horizontal axis is reversed, "
-            "and orientations are left out"
-        )
+        reversed_axis = "a horizontal axis is reversed, and orientations are left out"
+        found.append(f"mirrored: face, toes and knees point backwards, as in left-handed axes; {reversed_axis}")
     found += lacking_notes(points, turned)
     return Skeleton(times, points, turned, sure, layout.name, tuple(found))
 
@@ -372,10 +365,10 @@ def _axes(
     points: Mapping[str, Floats],
     left: Floats,
     trunk: Floats,
-    known: tuple[str, ...] | None,
+    known: Sequence[str] | None,
     up: str | None,
     rest_up: str | None,
-) -> tuple[tuple[str, ...], list[str]]:
+) -> tuple[Sequence[str], list[str]]:
     """Return the axes that point ahead, left and up, and a note if they are found: by the trunk, or by the rest pose.
 
     Where the trunk is along another axis than in the rest pose, either the person lies, or the root turns the axes in

@@ -208,19 +208,15 @@ class Bvh:
         try:
             word, self._line, self._column = next(self._words)
         except StopIteration:
-            where = expected[0] if expected else "a value"
-            raise BadInputFile(
-                self.name, f"ends where {where} is expected; it is incomplete", len(self._lines)
-            ) from None
+            reason = f"ends where {expected[0] if expected else 'a value'} is expected; it is incomplete"
+            raise BadInputFile(self.name, reason, len(self._lines)) from None
         if not expected:
             return word
         for one in expected:
             if word.lower() == one.split()[0].lower():
                 return one
-        near = nearest_names(word, expected, 1)
-        wanted = (
-            f"{near[0]}, or another of {', '.join(expected)}" if near and len(expected) > 1 else ", ".join(expected)
-        )
+        near, wanted = nearest_names(word, expected, 1), ", ".join(expected)
+        wanted = f"{near[0]}, or another of {wanted}" if near and len(expected) > 1 else wanted
         raise self._error(f"{quoted(word, MAX_SHOWN)}, expected {wanted}")
 
     def _number(self, what: str) -> float:

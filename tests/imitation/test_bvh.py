@@ -134,8 +134,8 @@ def test_a_sample_agrees_with_a_second_reader() -> None:
 WAVE_SIDE = ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
 WAVE_TRUNK = ("Hips", "Spine2", "Neck", "Head")
 PRODUCERS = """
-Mixamo | Left Right | mixamorig:*Shoulder mixamorig:*Arm mixamorig:*ForeArm mixamorig:*Hand mixamorig:*UpLeg mixamorig:*Leg \
-    mixamorig:*Foot mixamorig:*ToeBase | Hips Spine2 Neck Head
+Mixamo | Left Right | mixamorig:*Shoulder mixamorig:*Arm mixamorig:*ForeArm mixamorig:*Hand mixamorig:*UpLeg \
+    mixamorig:*Leg mixamorig:*Foot mixamorig:*ToeBase | Hips Spine2 Neck Head
 LAFAN1 | Left Right | *Shoulder *Arm *ForeArm *Hand *UpLeg *Leg *Foot *Toe | Hips Spine2 Neck Head
 Rokoko | Left Right | *Shoulder *Arm *ForeArm *Hand *Thigh *Shin *Foot *Toe | Hips Spine4 Neck Head
 Xsens | Left Right | *Collar *Shoulder *Elbow *Wrist *Hip *Knee *Ankle *Toe | Hips Chest4 Neck Head
@@ -159,7 +159,7 @@ Kinect | Left Right | Clavicle* Shoulder* Elbow* Wrist* Hip* Knee* Ankle* Foot* 
 SMPL | left right | *_collar *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_foot | pelvis spine3 neck head
 nao_kin | left right | *_clavicle *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_toe | pelvis chest neck head
 """
-ROWS = [[part.split() for part in row.split("|")] for row in PRODUCERS.replace("\\\n", "").strip().splitlines()]
+ROWS = [[part.split() for part in row.split("|")] for row in PRODUCERS.strip().splitlines()]
 
 
 def renamed(sides: Sequence[str], limbs: Sequence[str], trunk: Sequence[str]) -> str:
@@ -251,21 +251,6 @@ def test_a_rest_pose_that_does_not_stand_gives_points_and_no_orientations(tmp_pa
     assert skeleton.points["left_knee"][0, 2] < 0.6
 
 
-def test_a_file_with_z_up_is_read_like_one_with_y_up(tmp_path: Path) -> None:
-    """Blender writes z up; a turn of the root by 90° about x does the same, in every frame."""
-    head, body = WAVE.split("MOTION\n")
-    label, frame_time, *rows = body.splitlines()
-    rows = [" ".join(["0", "0", "95", "0", "90", "0", *row.split()[6:]]) for row in rows]
-    file = tmp_path / "person.bvh"
-    file.write_text("\n".join([head + "MOTION", label, frame_time, *rows]))
-    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
-    skeleton = nk.imitation.read_skeleton(file)
-    assert any(note.startswith("z points up, by the direction of the trunk") for note in skeleton.notes)
-    for name, points in skeleton.points.items():
-        x, y, z = truth.points[name].T
-        np.testing.assert_allclose(points, np.stack([y, -x, z], axis=1), atol=1e-12)  # another heading
-
-
 def test_the_rest_pose_tells_someone_who_lies_from_a_file_with_z_up(tmp_path: Path) -> None:
     """Both turn the root by 90° in every frame: someone who lies is near zero along y, and anywhere along z."""
     head, body = WAVE.split("MOTION\n")
@@ -282,10 +267,12 @@ def test_the_rest_pose_tells_someone_who_lies_from_a_file_with_z_up(tmp_path: Pa
         skeleton = nk.imitation.read_skeleton(file)
         trunk = np.median(skeleton.points["neck"] - skeleton.points["pelvis"], axis=0)
         assert (abs(trunk[2]) < 0.1) == (name == "lies")
-        assert any(
-            note.startswith("y points up, by the rest pose: the person lies along z") for note in skeleton.notes
-        ) == (name == "lies")
-        assert ("the root stays where it is" in str(skeleton.notes)) == (name == "stays")
+        why = {
+            "lies": "y points up, by the rest pose: the person lies along z; up= (--up) says otherwise",
+            "stands": "z points up, by the direction of the trunk, not y of the rest pose: the feet are at 0 along it",
+            "stays": "z points up, by the direction of the trunk, not y of the rest pose: the root stays where it is",
+        }
+        assert why[name] in skeleton.notes
         stated = nk.imitation.read_skeleton(file, up="z")
         assert np.median(stated.points["neck"] - stated.points["pelvis"], axis=0)[2] > 0.4
 
@@ -294,18 +281,11 @@ LAST = len(WAVE.splitlines())
 FAULTS = {
     "empty": (lambda t: " \n", "empty; expected BVH"),
     "hierarchy cut off": (lambda t: t[: t.index("JOINT Neck")], "line 18: ends where OFFSET is expected"),
-    "motion cut off": (lambda t: t[: t.index("Frame Time")], "ends where Frame is expected; it is incomplete"),
     "half of the frames": (lambda t: "\n".join(t.splitlines()[:-30]), "frame 35 is the last one, but 65 frames are"),
     "too many frames": (lambda t: t.replace("Frames: 65", "Frames: 60"), "frame 65 is the last one, but 60 frames"),
-    "a row cut off": (lambda t: t.rstrip()[:-3], f"line {LAST}: "),
     "a word in a row": (lambda t: t.rstrip()[:-1] + "x\n", "expected a finite number"),
-    "nan": (lambda t: t.replace("MOTION", "MOTION").rstrip() + "nan\n", "expected a finite number"),
     "no braces": (lambda t: t.replace("{", "", 1), "OFFSET, expected { after the name"),
     "no offset": (lambda t: t.replace("OFFSET 0 10 0", "", 1), "ends without OFFSET"),
-    "a short offset": (
-        lambda t: t.replace("OFFSET 0 10 0", "OFFSET 0 10", 1),
-        "is 'CHANNELS', expected a finite number",
-    ),
     "unknown channel": (
         lambda t: t.replace("Zrotation", "Zrotaton", 1),
         "'Zrotaton', expected Zrotation, or another of",
@@ -325,9 +305,6 @@ FAULTS = {
         lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 1e3"),
         "0.001 frames per second, expected 1 to 1000; rate= (--rate)",
     ),
-    "no time": (lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 5e-324"), "expected 1 to 1000"),
-    "half a frame": (lambda t: t.replace("Frames: 65", "Frames: 64.5"), "number of frames is 64.5, expected a whole"),
-    "binary": (lambda t: t + "\0", "expected a finite number"),
 }
 
 
@@ -339,7 +316,7 @@ def test_a_malformed_file_is_refused_with_its_place(tmp_path: Path, fault: str) 
     with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)) as caught:
         nk.imitation.read_skeleton(file)
     assert str(file) in str(caught.value)
-    if fault not in ("empty", "a frame in 17 minutes", "no time"):
+    if fault not in ("empty", "a frame in 17 minutes"):
         assert caught.value.line > 0
 
 

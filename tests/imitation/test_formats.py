@@ -106,43 +106,24 @@ MEDIAPIPE = objects(points_in("mediapipe"))
 IMAGE = [[{"x": 0.5, "y": 0.5, "z": 0.0}] * 33] * FRAMES
 STAMPS = TIMES.tolist()
 AZURE = points_in("azure_kinect", unit=0.001).tolist()
+STAMPED = [*zip(STAMPS, MEDIAPIPE, strict=True)]
+HOLISTIC = [{"frame_index": 0, "poseLandmarks": IMAGE[0], "poseWorldLandmarks": frame} for frame in MEDIAPIPE]
+TASKS = [{"timestampMs": 1e3 * t, "landmarks": [IMAGE[0]], "worldLandmarks": [frame]} for t, frame in STAMPED]
+WORLD = [{"time": t, "pose_world_landmarks": {"landmark": frame}} for t, frame in STAMPED]
+NAMED = objects(points_in("mediapipe"), list(LAYOUTS["mediapipe"].orders[0]))
 JSON: dict[str, tuple[Any, str]] = {
     "landmarks, times": ({"times": STAMPS, "landmarks": MEDIAPIPE}, "mediapipe"),
     "landmarks, timestamps": ({"timestamps": [1e3 * t for t in STAMPS], "landmarks": MEDIAPIPE}, "mediapipe"),
     "landmarks, fps": ({"fps": RATE, "landmarks": MEDIAPIPE}, "mediapipe"),
-    "frames of a solution": (
-        {"frames": [{"timestamp": t, "landmarks": frame} for t, frame in zip(STAMPS, MEDIAPIPE, strict=True)]},
-        "mediapipe",
-    ),
-    "holistic": (
-        {
-            "frames": [
-                {"frame_index": k, "poseLandmarks": IMAGE[k], "poseWorldLandmarks": frame}
-                for k, frame in enumerate(MEDIAPIPE)
-            ],
-            "fps": RATE,
-        },
-        "mediapipe",
-    ),
-    "tasks-vision": (
-        [
-            {"timestampMs": 1e3 * t, "landmarks": [IMAGE[0]], "worldLandmarks": [frame]}
-            for t, frame in zip(STAMPS, MEDIAPIPE, strict=True)
-        ],
-        "mediapipe",
-    ),
+    "frames of a solution": ({"frames": [{"timestamp": t, "landmarks": own} for t, own in STAMPED]}, "mediapipe"),
+    "holistic": ({"frames": HOLISTIC, "fps": RATE}, "mediapipe"),
+    "tasks-vision": (TASKS, "mediapipe"),
     "pose_world_landmarks": (
-        [{"time": t, "pose_world_landmarks": {"landmark": frame}} for t, frame in zip(STAMPS, MEDIAPIPE, strict=True)],
+        [{"time": t, "pose_world_landmarks": {"landmark": own}} for t, own in STAMPED],
         "mediapipe",
     ),
     "a list of frames": (points_in("mediapipe").tolist(), "mediapipe"),
-    "TensorFlow.js": (
-        [
-            [{"score": 0.9, "keypoints": IMAGE[0], "keypoints3D": frame}]
-            for frame in objects(points_in("mediapipe"), list(LAYOUTS["mediapipe"].orders[0]))
-        ],
-        "mediapipe",
-    ),
+    "TensorFlow.js": ([[{"score": 0.9, "keypoints": IMAGE[0], "keypoints3D": own}] for own in NAMED], "mediapipe"),
     "Azure Kinect, JSON": (
         {
             "frames": [

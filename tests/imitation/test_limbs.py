@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from loops import full
+from people import ARM as JOINTS, LETTERS as SIDES, columns_of, orientations_of, points_of
 from scipy.optimize import minimize
 
 import nao_kin as nk
@@ -21,39 +22,9 @@ from nao_kin.imitation.directions import Directions, mirrored
 from nao_kin.imitation.limbs import Clamp, LimbMap
 from nao_kin.robot.nao import VERSIONS
 
-SIDES = (("left", "L"), ("right", "R"))
-JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
-FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
 PARTS = ("torso", "upper_arms", "forearms", "hands", "gaze")
 UPPER, FORE, HAND, GAZE = [0, 3], [1, 4], [2, 5], 6
-MOVED = {"LShoulderPitch": 0.02, "LShoulderRoll": -0.03, "LElbowYaw": 0.04, "RElbowRoll": -0.01, "HeadYaw": 0.03}
-
-
-def points_of(robot: nk.RobotModel, q: Floats) -> dict[str, Floats]:
-    """The points of the robot itself, named as those of a person."""
-    return {
-        f"{side}_{name}": robot.fk(q, letter + frame)[:, :3, 3]
-        for side, letter in SIDES
-        for name, frame in FRAMES.items()
-    }
-
-
-def orientations_of(robot: nk.RobotModel, q: Floats) -> dict[str, Floats]:
-    frames = {"left_hand": "LWristYaw", "right_hand": "RWristYaw", "head": "Head"}
-    return {name: robot.fk(q, frame)[:, :3, :3] for name, frame in frames.items()}
-
-
-def columns_of(robot: nk.RobotModel) -> list[int]:
-    names = [letter + joint for _, letter in SIDES for joint in JOINTS] + ["HeadYaw", "HeadPitch"]
-    return [robot.nq_base + robot.joint_names.index(name) for name in names]
-
-
-def changed(robot: nk.RobotModel, q: Floats, **values: float) -> Floats:
-    """A configuration with other values of some joints, inside the limits or not."""
-    q = np.array(q)
-    for name, value in values.items():
-        q[robot.joint_names.index(name)] = value
-    return q
+OFFSETS = {"LShoulderPitch": 0.02, "LShoulderRoll": -0.03, "LElbowYaw": 0.04, "RElbowRoll": -0.01, "HeadYaw": 0.03}
 
 
 def units(rng: np.random.Generator, *shape: int) -> Floats:
@@ -134,31 +105,24 @@ def test_ten_thousand_configurations_are_given_back(version: str) -> None:
 
 
 def test_a_calibrated_robot_gives_back_its_arms_and_head() -> None:
-    robot = nk.load_nao().with_offsets(MOVED)
+    robot = nk.load_nao().with_offsets(OFFSETS)
     check_exact(robot, robot.random(3, 100))
 
 
-def test_a_floating_base_is_no_part_of_the_directions() -> None:
+def test_base_size_place_and_heading_of_the_person_change_nothing() -> None:
     robot = nk.load_nao(base="floating")
     q = robot.random(4, 50)
     q[:, :7] = 0.3, -2.0, 5.0, 0.5, 0.5, 0.5, 0.5
-    solved = LimbMap(robot).solve(Directions.of(points_of(robot, q), orientations_of(robot, q)))
-    assert np.abs(solved - q)[:, columns_of(robot)].max() < 1e-9
-
-
-def test_size_place_and_heading_of_the_person_change_nothing(nao: nk.NaoModel) -> None:
-    q = nao.random(5, 50)
     R, place = nk.rotations.rot_z(2.0), np.array([7.0, -3.0, 0.4])
-    points = {name: 3.7 * p @ R.T + place for name, p in points_of(nao, q).items()}
-    turned = {name: R @ each for name, each in orientations_of(nao, q).items()}
-    assert np.abs(LimbMap(nao).solve(Directions.of(points, turned)) - q)[:, columns_of(nao)].max() < 1e-9
+    points = {name: 3.7 * p @ R.T + place for name, p in points_of(robot, q).items()}
+    turned = {name: R @ each for name, each in orientations_of(robot, q).items()}
+    assert np.abs(LimbMap(robot).solve(Directions.of(points, turned)) - q)[:, columns_of(robot)].max() < 1e-9
 
 
 def test_a_mirrored_person_is_a_mirrored_configuration(nao: nk.NaoModel) -> None:
     q = nao.random(6, 50)
-    used = columns_of(nao)
     seen = Directions.of(*mirrored(points_of(nao, q), orientations_of(nao, q)))
-    assert np.abs(LimbMap(nao).solve(seen) - nao.mirror(q))[:, used].max() < 1e-9
+    assert np.abs(LimbMap(nao).solve(seen) - nao.mirror(q))[:, columns_of(nao)].max() < 1e-9
 
 
 # --- Outside of the limits: against SciPy's optimiser and brute force.
