@@ -190,7 +190,7 @@ def test_the_path_through_candidates_is_the_best_of_all_sequences(nao: nk.NaoMod
 
 @pytest.mark.parametrize(("seed", "n"), [(4, 1), (5, 3), *full((6, 1), (7, 2), (8, 4), (9, 6))])
 def test_no_path_of_scipy_s_optimiser_costs_less(nao: nk.NaoModel, seed: int, n: int) -> None:
-    """Of people who wave at random. Candidates may lead to another minimum: one of the twelve paths costs 2.2 % more."""
+    """Candidates may lead to another minimum: of the twelve paths, one costs 2.2 % more."""
     more = 0.023 if seed == 9 else 1e-4
     paths = taken(nao, seed, n)
     found, rng = followed(paths), np.random.default_rng(seed)
