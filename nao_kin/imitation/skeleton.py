@@ -156,7 +156,7 @@ class Skeleton:
             whole = f"{self.times[0]:.6g} to {self.times[-1]:.6g} s"
             raise BadArgument(f"no frame from {low:.6g} to {high:.6g} s; the skeleton has {whole}")
 
-        parts = {
+        parts: dict[str, Any] = {
             field: {name: array[rows] for name, array in getattr(self, field).items()}
             for field in ("points", "orientations", "confidence")
         }
