@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from people import ORDERS, OTHERS_OF_SMPL, RATE, array_of, person, walker
+from people import ORDERS, OTHERS_OF_SMPL, RATE, array_of, pairs, person, walker
 
 import nao_kin as nk
 from nao_kin.errors import BadInputFile
@@ -101,12 +101,7 @@ def test_landmarks_are_numbered_from_0_or_from_1(tmp_path: Path, first: int) -> 
 
 def test_numbers_that_names_state_are_those_of_the_file(tmp_path: Path) -> None:
     array = array_of(person(np.random.default_rng(5)), ORDERS["mediapipe"], "mediapipe")
-    names = {
-        f"{side}_{part}": str(at)
-        for at, (part, side) in enumerate(
-            itertools.product(("shoulder", "elbow", "wrist"), ("left", "right")), start=11
-        )
-    }
+    names = dict(zip(pairs("shoulder elbow wrist"), map(str, range(11, 17)), strict=True))
     names |= {"left_hip": "23", "right_hip": "24"}
     file = table(tmp_path, array, range(33), slice(11, 29))
     found = nk.imitation.read_skeleton(file, names=names, up="-y")

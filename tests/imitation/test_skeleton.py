@@ -238,61 +238,47 @@ def test_a_skeleton_shares_no_memory_and_cannot_change(person: dict[str, Floats]
     assert len(skeleton) == len(stamps)
 
 
-def document(**changes: Any) -> str:
-    return json.dumps({**json.loads(BOW.read_text(encoding="utf-8")), **changes})
-
-
-def landmarks() -> list[Any]:
-    return list(json.loads(BOW.read_text(encoding="utf-8"))["landmarks"])
-
-
-BAD_JSON = {
-    "no landmarks": (lambda: document(landmarks=3), 'expected {"times"'),
-    "no frames": (lambda: document(landmarks=[]), "0 points: no source has as many"),
+DOCUMENT = json.loads(BOW.read_text(encoding="utf-8"))
+BOWING = DOCUMENT["landmarks"]
+TINY = [[[*(1e-300 * x for x in p[:3]), 1] for p in frame] for frame in BOWING]
+BAD_JSON: dict[str, tuple[dict[str, Any] | str, str]] = {
+    "no landmarks": ({"landmarks": 3}, 'expected {"times"'),
+    "no frames": ({"landmarks": []}, "0 points: no source has as many"),
     "a word for a coordinate": (
-        lambda: document(landmarks=[[["a", 0, 0], *frame[1:]] for frame in landmarks()]),
+        {"landmarks": [[["a", 0, 0], *frame[1:]] for frame in BOWING]},
         "landmarks[0][0]: expected [x, y, z] or [x, y, z, visibility], got a list of 3",
     ),
-    "a list": (lambda: "[1, 2]", 'expected {"times"'),
-    "malformed": (lambda: document()[:-30], "malformed JSON"),
-    "times run back": (
-        lambda: document(times=[0.0, 0.2, 0.1, *np.arange(3, 31) / 10]),
-        "times must ascend, but 0.1 follows 0.2 (time 2)",
-    ),
-    "too few times": (lambda: document(times=[0.0, 1.0]), "times must have shape (31,), got (2,)"),
-    "no times": (lambda: document(times=None), "31 frames without times; state the frames per second with rate="),
-    "a word": (lambda: document(times=["x"] * 31), "times must be real numbers, got"),
-    "17 points": (
-        lambda: document(landmarks=[frame[:17] for frame in landmarks()]),
-        "17 points: coco17 or h36m17; state",
-    ),
+    "a list": ("[1, 2]", 'expected {"times"'),
+    "malformed": (json.dumps(DOCUMENT)[:-30], "malformed JSON"),
+    "times run back": ({"times": [0.0, 0.2, 0.1, *np.arange(3, 31) / 10]}, "must ascend, but 0.1 follows 0.2 (time 2)"),
+    "too few times": ({"times": [0.0, 1.0]}, "times must have shape (31,), got (2,)"),
+    "no times": ({"times": None}, "31 frames without times; state the frames per second with rate="),
+    "a word": ({"times": ["x"] * 31}, "times must be real numbers, got"),
+    "17 points": ({"landmarks": [frame[:17] for frame in BOWING]}, "17 points: coco17 or h36m17; state"),
     "one frame of 5": (
-        lambda: document(landmarks=[landmarks()[0][:5], *landmarks()[1:]]),
+        {"landmarks": [BOWING[0][:5], *BOWING[1:]]},
         "landmarks[0] has 5 points, another frame has 33",
     ),
     "two coordinates": (
-        lambda: document(landmarks=[[entry[:2] for entry in frame] for frame in landmarks()]),
+        {"landmarks": [[entry[:2] for entry in frame] for frame in BOWING]},
         "landmarks[0][0]: expected [x, y, z] or [x, y, z, visibility], got a list of 2; two coordinates give no",
     ),
     "z is 0": (
-        lambda: document(landmarks=[[[*entry[:2], 0.0] for entry in frame] for frame in landmarks()]),
+        {"landmarks": [[[*entry[:2], 0.0] for entry in frame] for frame in BOWING]},
         "z is the same for all points: two-dimensional points give no directions",
     ),
-    "all equal": (lambda: document(landmarks=[[[1, 2, 3]] * 33] * 31), "all points are equal, at [1.0, 2.0, 3.0]"),
-    "in attometres": (
-        lambda: document(landmarks=[[[*(1e-300 * x for x in p[:3]), 1] for p in frame] for frame in landmarks()]),
-        "shoulders and hips coincide",
-    ),
-    "all unknown": (lambda: document(landmarks=[None, *[[[None] * 3] * 33] * 30]), "no point is known in any frame"),
-    "huge": (lambda: document().replace("[[[", "[[[1e999,0,0,0],[", 1), "landmarks[0][0]: expected [x, y, z]"),
+    "all equal": ({"landmarks": [[[1, 2, 3]] * 33] * 31}, "all points are equal, at [1.0, 2.0, 3.0]"),
+    "in attometres": ({"landmarks": TINY}, "shoulders and hips coincide"),
+    "all unknown": ({"landmarks": [None, *[[[None] * 3] * 33] * 30]}, "no point is known in any frame"),
+    "huge": (json.dumps(DOCUMENT).replace("[[[", "[[[1e999,0,0,0],[", 1), "landmarks[0][0]: expected [x, y, z]"),
 }
 
 
 @pytest.mark.parametrize("fault", BAD_JSON)
 def test_bad_json_is_refused(tmp_path: Path, fault: str) -> None:
-    make, expected = BAD_JSON[fault]
+    content, expected = BAD_JSON[fault]
     file = tmp_path / "pose.json"
-    file.write_text(make())
+    file.write_text(content if isinstance(content, str) else json.dumps({**DOCUMENT, **content}))
     with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)) as caught:
         nk.imitation.read_skeleton(file)
     assert str(file) in str(caught.value)
@@ -330,7 +316,7 @@ def test_bad_tables_are_refused(tmp_path: Path, fault: str) -> None:
 
 def moments(folder: Path, form: str, given: Floats) -> Path:
     """Write the bow with other times."""
-    points, file = np.array(landmarks()), folder / f"bow.{form}"
+    points, file = np.array(BOWING), folder / f"bow.{form}"
     if form == "json":
         file.write_text(json.dumps({"times": given.tolist(), "landmarks": points.tolist()}))
     elif form == "npz":
