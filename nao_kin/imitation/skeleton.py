@@ -372,7 +372,7 @@ def _axes(
     """Return the axes that point ahead, left and up, and a note if they are found: by the trunk, or by the rest pose.
 
     Where the trunk is along another axis than in the rest pose, either the person lies, or the root turns the axes in
-    every frame, as of files with z up. In the second case the feet are at zero along the trunk.
+    every frame, as of files with z up. In the second case the feet are at zero along the trunk, or the root stays.
     """
     if up is not None:
         return UP_AXES[up], []
