@@ -232,7 +232,7 @@ def _length(points: Mapping[str, Floats]) -> float:
     """Return the length of the person's leg, the mean of both [m]."""
     lengths = []
     for side in SIDES:
-        hip, knee, ankle = (points.get(side + part) for part in LIMBS[1])
+        hip, knee, ankle = (points.get(side + part, points[side + "hip"]) for part in LIMBS[1])
         if _known(points, side + "knee"):
             lengths.append(np.median(norm(knee - hip) + norm(ankle - knee)))
         else:
