@@ -33,7 +33,7 @@ _EASING, _SMALLER, _TRIES = 2.0, 0.6, 6
 _LIFTED, _SHORTEST = 0.012, 0.15
 # Frames at both ends of a lift in which the foot is still on the floor.
 _AT_ENDS = 2
-# Places of a foot beside the other one: ahead, and out to the side [m]; how far its toes point out [rad].
+# Ranges of a foot beside the other one: ahead and out to the side [m], and how far its toes point out [rad].
 _NEAREST, _FARTHEST = (-0.05, 0.095, -0.1), (0.05, 0.16, 0.5)
 # Height of the hips above the ankles, as shares of the stretched leg, and the largest lift of a foot [m].
 _HEIGHTS, _HIGHEST = (0.65, 0.86), 0.06
