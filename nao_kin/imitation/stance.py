@@ -18,6 +18,9 @@ from nao_kin._core.arrays import Floats, eased, join_poses, norm, rigid_inverse,
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
 from nao_kin.imitation.layouts import LIMBS, SIDES
+
+# mypy takes `nao_kin.ik.limbs` for the module of this name unless it has checked this file before.
+from nao_kin.imitation.limbs import LimbMap as LimbMap
 from nao_kin.imitation.smoothing import bridged
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import nearest_rotation, power, rot_z
