@@ -21,7 +21,7 @@ async function buildPage() {
     write: false,
   };
   const built = await Promise.all([
-    build({ ...common, entryPoints: { page: "src/main.ts" }, format: "iife" }),
+    build({ ...common, entryPoints: { page: "src/main.ts", loader: "src/loader.ts" }, format: "iife" }),
     build({ ...common, entryPoints: { bridge: "src/notebook/bridge.ts" }, format: "esm" }),
   ]);
   const stale = [];

@@ -7,8 +7,8 @@ import io
 import math
 from contextlib import closing
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
-from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import typer
@@ -340,12 +340,15 @@ def imitate(
             lead=(_LEAD if thin else 0.0) if lead is None else lead,
         )
     written_motion, thinned = _with_few_keys(model, made.motion) if thin else (made.motion, {})
-    write_motion(written_motion, sink, format=to, overwrite=True)
-    if (to or Path(sink).suffix) in ("npz", ".npz"):
-        with ZipFile(sink, "a", ZIP_DEFLATED) as archive:
-            for name, array in made.clip(model).items():
-                with archive.open(f"{name}.npy", "w") as entry:
-                    np.lib.format.write_array(entry, array)
+    if (to or Path(sink).suffix.lower()) in ("npz", ".npz"):
+        with TemporaryDirectory() as folder:
+            write_motion(written_motion, Path(folder, "motion.npz"))
+            with np.load(Path(folder, "motion.npz")) as own:
+                content, arrays = io.BytesIO(), {**own, **made.clip(model)}
+        np.savez_compressed(content, **arrays)
+        atomic.write_bytes(sink, content.getvalue())
+    else:
+        write_motion(written_motion, sink, format=to, overwrite=True)
     if html is not None:
         _write_page(model, made, html, overwrite=written.force)
     if written.json:

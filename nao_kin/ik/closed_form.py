@@ -180,11 +180,13 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
     The arguments are sides and frames. `make` may depend on the placements of all joints and of these frames, the torso
     and the root.
     """
-    if not all(isinstance(name, str) for name in arguments):
-        robot.frame_ids(arguments)  # which says that q or a target is in the place of a name
     cache = _CACHES.get(robot)
     key = (make, *arguments)
-    limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
+    try:
+        limb, frames = (None, None) if cache is None else cache.limbs.get(key, (None, None))
+    except TypeError:  # an array, in the place of a name
+        robot.frame_ids(arguments)
+        raise
     if cache is None or cache.numbers.placements_changed(frames):
         # Two threads may do this at a time; each then uses its own.
         cache = _CACHES[robot] = _Cache(robot)

@@ -60,21 +60,9 @@ def _seeds(paths: Paths) -> Floats:
 def _alone(paths: Paths, count: int) -> Paths:
     """Return `count` paths of one frame for each frame, drawn to the frame before the first one."""
     m, n = paths.roots.shape[:2]
-
-    def each(part: Floats, axes: int) -> Floats:
-        whole = np.broadcast_to(part, (m, n, *part.shape[2:])) if axes else np.repeat(part[:, None], n, axis=1)
-        return np.repeat(whole.reshape(m * n, *[1] * axes, *part.shape[1 + axes :]), count, axis=0)
-
-    return Paths(
-        tilt=each(paths.tilt, 0),
-        share=each(paths.share, 0),
-        lower=each(paths.lower, 1),
-        upper=each(paths.upper, 1),
-        targets=each(paths.targets, 1),
-        roots=each(paths.roots, 1),
-        pull=np.full((m * n * count, 1, 5), _TIE),
-        before=each(paths.before, 0),
-    )
+    arms, frames = np.repeat(np.arange(m), n * count), np.tile(np.repeat(np.arange(n), count), m)
+    targets, roots = paths.targets[arms, frames][:, None], paths.roots[arms, frames][:, None]
+    return paths.only(arms)._replace(targets=targets, roots=roots, pull=np.full((len(arms), 1, 5), _TIE))
 
 
 def candidates(paths: Paths) -> tuple[Floats, Floats]:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, between_samples, dot, norm
-from nao_kin.imitation.directions import SIDES, Directions
+from nao_kin.imitation.directions import Directions
+from nao_kin.imitation.layouts import SIDES
 from nao_kin.imitation.limbs import LimbMap
 from nao_kin.imitation.stance import slowly
 from nao_kin.robot import CollisionRule, RobotModel
@@ -33,10 +34,10 @@ def places_of_hands(solver: LimbMap, points: Mapping[str, Floats], person: Direc
     middle, gaps = (left + right) / 2.0, np.full(left.shape, np.nan)
     hands, lengths = [], []
     for side in SIDES:
-        elbow, wrist = (points.get(f"{side}_{part}", gaps) for part in ("elbow", "wrist"))
-        hand = points.get(f"{side}_hand", gaps)
+        elbow, wrist = (points.get(side + part, gaps) for part in ("elbow", "wrist"))
+        hand = points.get(side + "hand", gaps)
         hands.append(np.where(np.isnan(hand), wrist + _HAND * (wrist - elbow), hand))
-        lengths.append(norm(elbow - points[f"{side}_shoulder"]) + norm(hands[-1] - elbow))
+        lengths.append(norm(elbow - points[side + "shoulder"]) + norm(hands[-1] - elbow))
     shoulder, upper, fore = solver.lengths
     span = _median(norm(left - right)) / 2.0 + _median(np.array(lengths))
     seen = (np.stack(hands, axis=1) - middle[:, None]) @ person.torso
@@ -58,7 +59,7 @@ def opened(robot: RobotModel, points: Mapping[str, Floats], q: Floats) -> list[i
     """
     columns = []
     for side in SIDES:
-        name, parts = f"{side[0].upper()}Hand", [f"{side}_{part}" for part in ("wrist", "hand", "finger")]
+        name, parts = f"{side[0].upper()}Hand", [side + part for part in ("wrist", "hand", "finger")]
         if name not in robot.joint_names or not all(part in points for part in parts):
             continue
         wrist, hand, tip = (points[part] for part in parts)

@@ -7,23 +7,21 @@ similar lengths, and the head is above the pelvis. Neither axes nor units count.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, dot, norm
+from nao_kin.imitation.layouts import LIMBS, SIDES
 
 # Points with less confidence count as unknown.
 CONFIDENCE = 0.5
 # Lengths that are equal in a person: the two ends of each, "*" for the side.
 _SAME_ON_BOTH_SIDES = (
-    ("*_shoulder", "*_elbow"),
-    ("*_elbow", "*_wrist"),
-    ("*_hip", "*_knee"),
-    ("*_knee", "*_ankle"),
-    ("pelvis", "*_shoulder"),
-    ("head", "*_hip"),
+    *((f"*{one}", f"*{two}") for limb in LIMBS for one, two in pairwise(limb)),
+    ("pelvis", "*shoulder"),
+    ("head", "*hip"),
 )
-_LIMBS = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
 # The mean of |log| of the ratios of such lengths is below this; by as much more where a single frame shows them. People
 # with errors of 3 cm in all points reach 0.2, in a single frame 0.4; a wrong order has 0.35 or more, mostly 0.7.
 _RATIOS, _RATIOS_OF_A_FRAME = 0.28, 0.25
@@ -37,6 +35,14 @@ _FEWEST = 3
 _MOST = 3.0
 
 
+def believed(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return points (n, 3) with NaN where their confidence (n,) is too small."""
+    return {
+        name: np.where((sure[name] >= CONFIDENCE)[:, None], places, np.nan) if name in sure else places
+        for name, places in points.items()
+    }
+
+
 def misfit(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> tuple[float, str]:
     """Return how much the bones between points (n, 3) in any axes and units differ from a person's, and why.
 
@@ -47,10 +53,7 @@ def misfit(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> tuple[fl
         points: name of `POINTS` → places; shoulders are among them.
         sure: name → confidence, shape (n,); points without an entry are certain.
     """
-    known = {
-        name: np.where((sure[name] >= CONFIDENCE)[:, None], places, np.nan) if name in sure else places
-        for name, places in points.items()
-    }
+    known = believed(points, sure)
     lengths: dict[tuple[str, str], Floats] = {}
 
     def length(one: str, two: str) -> float:
@@ -61,13 +64,10 @@ def misfit(points: Mapping[str, Floats], sure: Mapping[str, Floats]) -> tuple[fl
         found = lengths[one, two] = found[np.isfinite(found) & (found > 0.0)]
         return float(np.median(found)) if len(found) else np.nan
 
-    pairs = [
-        (length(*(end.replace("*", "left") for end in ends)), length(*(end.replace("*", "right") for end in ends)))
-        for ends in _SAME_ON_BOTH_SIDES
-    ]
-    for side in ("left_", "right_"):
-        pairs += [(length(side + a, side + b), length(side + b, side + c)) for a, b, c in _LIMBS]
-    ratios = np.abs(np.log(np.array(pairs)[:, 0] / np.array(pairs)[:, 1]))
+    sides = [[length(*(end.replace("*", side) for end in ends)) for side in SIDES] for ends in _SAME_ON_BOTH_SIDES]
+    limbs = [[length(side + a, side + b) for a, b in pairwise(limb)] for side in SIDES for limb in LIMBS]
+    one, other = np.array([*sides, *limbs]).T
+    ratios = np.abs(np.log(one / other))
     ratios = np.minimum(ratios[np.isfinite(ratios)], _MOST)
     frames = max((len(found) for found in lengths.values()), default=0)
     if len(ratios) < _FEWEST:

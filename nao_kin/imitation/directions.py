@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, cross, dot, norm
+from nao_kin.imitation.layouts import SIDES
 
-SIDES = ("left", "right")
-DIRECTIONS = (*(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand")), "gaze")
+DIRECTIONS = (*(side + part for side in SIDES for part in ("upper_arm", "forearm", "hand")), "gaze")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +52,10 @@ class Directions:
             return points.get(name, gaps)
 
         def lines(start: str, end: str) -> Floats:
-            return np.stack([point(f"{side}_{end}") - point(f"{side}_{start}") for side in SIDES], axis=1)
+            return np.stack([point(side + end) - point(side + start) for side in SIDES], axis=1)
 
         torso, notes = _torso(point)
-        hands = np.stack([turned.get(f"{side}_hand", no_part) for side in SIDES], axis=1)
+        hands = np.stack([turned.get(side + "hand", no_part) for side in SIDES], axis=1)
         eyes, ears = ((point(f"left_{part}") + point(f"right_{part}")) / 2.0 for part in ("eye", "ear"))
         nose, up = point("nose"), _unit(point("head") - point("neck"))
         # The line from the ears to the eyes rises as much as that to the nose falls.
@@ -86,8 +86,8 @@ def mirrored(
     flip = np.array([1.0, -1.0, 1.0])
 
     def other(name: str) -> str:
-        side, _, part = name.partition("_")
-        return f"{SIDES[1 - SIDES.index(side)]}_{part}" if side in SIDES else name
+        side = next((side for side in SIDES if name.startswith(side)), "")
+        return SIDES[1 - SIDES.index(side)] + name.removeprefix(side) if side else name
 
     turned = {other(name): R * flip[:, None] * flip for name, R in orientations.items()}
     return {other(name): p * flip for name, p in points.items()}, turned

@@ -138,8 +138,7 @@ class Imitation:
         scale = _TRUNK / float(np.nanmedian(norm(trunk)))
         turned = bones @ rot_z(float(np.arctan2(*np.nanmedian(left[:, :2] * (-1.0, 1.0), axis=0))))
         columns = scale * turned.reshape(len(bones), -1)
-        found = np.stack([bridged(self.skeleton.times, column, at) for column in columns.T], axis=1)
-        figure = found.reshape(len(at), *bones.shape[1:])
+        figure = bridged(self.skeleton.times, columns, at).reshape(len(at), *bones.shape[1:])
         low = np.nan_to_num(np.nanmin(figure[..., 2], axis=(1, 2)))
         figure[..., 2] -= low[:, None, None]
         figure[..., :2] -= np.nanmean(figure[:, :2, :, :2], axis=(1, 2))[:, None, None]

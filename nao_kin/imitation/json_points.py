@@ -15,9 +15,9 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin.errors import BadInputFile
-from nao_kin.imitation.layouts import key_of
-from nao_kin.imitation.reading import Options, Points, of_array, skeleton_of
-from nao_kin.imitation.skeleton import Skeleton
+from nao_kin.imitation.layouts import by_order, key_of
+from nao_kin.imitation.reading import Options, of_array, skeleton_of
+from nao_kin.imitation.skeleton import Points, Skeleton
 
 # Keys of the points of a frame, those in metres first: MediaPipe, tf.js, OpenPose, EasyMocap, Azure Kinect.
 _POINTS = (
@@ -59,16 +59,13 @@ def of_json(name: str, texts: Sequence[str], options: Options) -> Skeleton:
     found = [_points_of(name, frame, f"landmarks[{n}]", notes) for n, frame in enumerate(frames)]
     names = tuple(dict.fromkeys(joint for own, _ in found for joint in own))
     by_name = (dict(zip(own, points, strict=True)) for own, points in found if names)
-    frames = [[at.get(joint, _UNKNOWN) for joint in names] for at in by_name] or [points for _, points in found]
-    rows = _stacked(name, frames)
+    rows = _stacked(name, [[at.get(joint, _UNKNOWN) for joint in names] for at in by_name] or [at for _, at in found])
     if np.isnan(rows[..., 3]).all():  # no point has a confidence
         rows = rows[..., :3]
     if not names:
         return of_array(name, rows, options, notes=sorted(notes), times=times)
-    joints = {joint: rows[:, k, :3] for k, joint in enumerate(names)}
-    sure = {joint: rows[:, k, 3] for k, joint in enumerate(names) if rows.shape[2] == 4}
-    points = options.named(Points(joints, sure, times=times, notes=tuple(sorted(notes))))
-    return skeleton_of(name, points, options)
+    points = Points(*by_order(rows, names), times=times, notes=tuple(sorted(notes)))
+    return skeleton_of(name, options.named(points), options)
 
 
 def _stacked(name: str, frames: Sequence[list[list[float]]]) -> Floats:

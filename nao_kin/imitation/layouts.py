@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from nao_kin._core.text import abbreviated, nearest_names
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 
 SIDES = ("left_", "right_")
+LIMBS = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
 _TRUNK = ("pelvis", "chest", "neck", "head", "nose")
 _PAIRS = ("eye", "ear", "shoulder", "elbow", "wrist", "hand", "finger", "thumb", "hip", "knee", "ankle", "toe")
 POINTS = (*_TRUNK, *(side + part for part in _PAIRS for side in SIDES))
@@ -100,12 +101,19 @@ class Layout:
     """A row of `layouts.toml`: the points of a source in their order, or any points with names."""
 
     name: str
-    orders: tuple[tuple[str, ...], ...] = ()  # of the points of an array; several, if it may have several lengths
-    axes: tuple[str, str, str] | None = None
+    order: str = ""
+    endings: Sequence[str] = ("",)
+    axes: Sequence[str] | None = None
     levels: float = 1.0
-    unit: str | None = None  # where the trunk is not seen
-    rate: float | None = None  # frames per second of the sensor
+    unit: str | None = None
+    rate: float | None = None
+    reference: str = ""
     stated: Mapping[str, str] | None = None  # name of `POINTS` → joint of the file, or "a + b"
+
+    @cached_property
+    def orders(self) -> tuple[tuple[str, ...], ...]:
+        """The orders of the points of an array; several, if it may have several lengths."""
+        return tuple((*self.order.split(), *ending.split()) for ending in self.endings if self.order)
 
     def order_of(self, count: int) -> tuple[str, ...]:
         """Return the order of an array of so many points; none if the source has no such array."""
@@ -123,22 +131,7 @@ class Layout:
         return found
 
 
-LAYOUTS = {
-    name: Layout(
-        name,
-        tuple((*row["order"].split(), *ending.split()) for ending in row.get("endings", [""])),
-        tuple(row["axes"]) if "axes" in row else None,
-        row.get("levels", 1.0),
-        row.get("unit"),
-        row.get("rate"),
-    )
-    for name, row in TABLES["layouts"].items()
-}
-
-
-def ordered_layout(source: str) -> Layout:
-    """Return the layout of a source, such as "mediapipe"."""
-    return LAYOUTS[choice(source, LAYOUTS, "source")]
+LAYOUTS = {name: Layout(name, **row) for name, row in TABLES["layouts"].items()}
 
 
 def layout_of(joints: Sequence[str]) -> Layout:
@@ -200,7 +193,11 @@ def landmark_array(landmarks: Any, layout: Layout) -> Floats:
 
 
 def by_joint(array: Floats, layout: Layout) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Return joint of the source → places (n, 3), and → confidence (n,), if it is given, of points in its order."""
-    order = layout.order_of(array.shape[1])
+    """Return `by_order` of points in the order of a source."""
+    return by_order(array, layout.order_of(array.shape[1]))
+
+
+def by_order(array: Floats, order: Sequence[str]) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return joint → places (n, 3), and → confidence (n,), if it is given, of points (n, k, 3 or 4)."""
     places = dict(zip(order, np.moveaxis(array[..., :3], 1, 0), strict=True))
     return places, dict(zip(order, array[..., 3].T, strict=True)) if array.shape[2] == 4 else {}

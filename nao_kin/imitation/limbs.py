@@ -12,14 +12,14 @@ from enum import IntFlag
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, check_tolerance, choice, norm, shaped
+from nao_kin._core.arrays import Floats, check_tolerance, choice, cross, norm, shaped
 from nao_kin.errors import BadArgument
 from nao_kin.ik import arm as solve_arm, head as solve_head, limbs, look_at
-from nao_kin.imitation.arm_cost import Paths
+from nao_kin.imitation.arm_cost import Paths, vectors_and_axes
 from nao_kin.imitation.arm_path import followed
-from nao_kin.imitation.directions import DIRECTIONS, SIDES as SIDES, Directions
+from nao_kin.imitation.directions import DIRECTIONS, Directions
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import rot_x, rot_y, rot_z, rotation_between
+from nao_kin.rotations import rot_y, rot_z, rotation_between
 
 # The default weights of squared errors, and of the squared speeds of joints as shares of their limits.
 WEIGHTS = {"upper_arm": 1.0, "forearm": 1.0, "hand": 0.05, "place": 0.0, "speed": 0.01}
@@ -204,16 +204,14 @@ class LimbMap:
         the joints that cannot move farther, as `Clamp`.
         """
         angles = np.empty((len(q), len(DIRECTIONS)))
-        for k in range(2):
-            values = q[:, self._columns[k]] * self._multiplier[k] + self._offset[k]
-            upper = rot_y(values[:, 0]) @ rot_z(values[:, 1])
-            fore = upper @ rot_x(values[:, 2]) @ rot_z(values[:, 3])
-            hand = fore @ rot_x(values[:, 4])
-            along = (upper @ rot_z(self._tilts[k, 0]))[..., 0]
-            angles[:, 3 * k] = _angle(norm(along - directions.upper_arms[:, k]))
-            angles[:, 3 * k + 1] = _angle(norm(fore[..., 0] - directions.forearms[:, k]))
-            # ‖R − R'‖² = 8 sin²(φ / 2)
-            angles[:, 3 * k + 2] = _angle(np.linalg.norm(hand - directions.hands[:, k], axis=(1, 2)) / math.sqrt(2.0))
+        values = np.swapaxes(q[:, self._columns] * self._multiplier + self._offset, 0, 1)
+        vectors, _ = vectors_and_axes(values, self._tilts)
+        upper, fore, back = np.moveaxis(np.swapaxes(vectors, 0, 1), 2, 0)
+        hands = np.stack([fore, cross(back, fore), back], axis=-1)
+        angles[:, [0, 3]] = _angle(norm(upper - directions.upper_arms))
+        angles[:, [1, 4]] = _angle(norm(fore - directions.forearms))
+        # ‖R − R'‖² = 8 sin²(φ / 2)
+        angles[:, [2, 5]] = _angle(np.linalg.norm(hands - directions.hands, axis=(-2, -1)) / math.sqrt(2.0))
         head = q[:, self._head["columns"]] * self._head["multiplier"] + self._head["offset"]
         angles[:, -1] = _angle(norm((rot_z(head[:, 0]) @ rot_y(head[:, 1]))[..., 0] - directions.gaze))
         at_limit = np.zeros((len(q), len(self.columns)), dtype=bool)

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, shaped, single_number
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin._core.arrays import Floats, check_tolerance, choice, flag, shaped, single_number
+from nao_kin.errors import BadArgument
 from nao_kin.imitation.arms import places_of_hands
-from nao_kin.imitation.bones import CONFIDENCE
+from nao_kin.imitation.bones import believed
 from nao_kin.imitation.directions import Directions, mirrored
 from nao_kin.imitation.imitate import start_of
-from nao_kin.imitation.layouts import POINTS, ordered_layout
+from nao_kin.imitation.layouts import LAYOUTS, POINTS, by_joint, landmark_array
 from nao_kin.imitation.limbs import LimbMap, checked_weights
-from nao_kin.imitation.skeleton import UP_AXES, axis_matrix, check_points
+from nao_kin.imitation.skeleton import UP_AXES, Points, axis_matrix, check_points
 from nao_kin.robot import RobotModel
 
 # After a pause of this length [s] every joint may be anywhere.
@@ -70,7 +70,7 @@ class Imitator:
         cutoff: float = 4.0,
         weights: Mapping[str, float] | None = None,
     ) -> None:
-        self._layout = ordered_layout(source)
+        self._layout = LAYOUTS[choice(source, LAYOUTS, "source")]
         known = self._layout.axes
         if up is None and (known is None or "±" in known[1]):
             raise BadArgument(f'{source} has no fixed axes; state the one that points up, such as up="z"')
@@ -156,14 +156,6 @@ class Imitator:
             points = {name: shaped(frame[name], (3,), name, gaps=True) for name in POINTS if name in frame}
             check_points({name: point[None] for name, point in points.items()})
             return tuple(points), np.array([*points.values()])
-        array, layout = as_floats(frame, (), "frame", gaps=True), self._layout
-        order = layout.order_of(len(array)) if array.ndim == 2 else ()
-        if not order or array.shape[1] not in (3, 4):
-            counts = ", ".join(str(len(order)) for order in layout.orders)
-            raise WrongShape("frame", f"({counts}, 3 or 4)", array.shape)
-        places = array[:, :3]
-        if array.shape[1] == 4:
-            places = np.where(array[:, 3:] >= CONFIDENCE * layout.levels, places, np.nan)
-        resolved = layout.resolved(order)
-        rows = [[order.index(part) for part in parts] for parts in resolved.values()]
-        return tuple(resolved), np.array([places[row].mean(axis=0) for row in rows]) @ self._turn.T
+        joints, sure = by_joint(landmark_array([frame], self._layout), self._layout)
+        known = believed(*Points(joints, sure, self._layout).named())
+        return tuple(known), np.concatenate([*known.values()]) @ self._turn.T

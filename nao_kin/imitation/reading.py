@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from nao_kin._core.headings import seconds_of
 from nao_kin.errors import BadArgument, BadInputFile, DegeneratePoints, NotFinite, WrongShape
 from nao_kin.imitation.bones import misfit
 from nao_kin.imitation.layouts import LAYOUTS, Layout, by_joint, check_names, landmark_array, layout_of, shown_joints
-from nao_kin.imitation.skeleton import Skeleton, assembled, check_points, frame_times, named_points, refuse_plane
+from nao_kin.imitation.skeleton import Points, Skeleton, assembled, check_points, frame_times, refuse_plane
 
 # Times of a Kinect in ticks of 100 ns, between two frames of a sensor with 30 frames per second, or 15 in the dark.
 _TICKS = (250_000.0, 800_000.0)
@@ -32,38 +32,6 @@ def errors_of(name: str) -> Iterator[None]:
             yield
     except (BadArgument, DegeneratePoints, NotFinite, WrongShape) as error:
         raise BadInputFile(name, str(error)) from None
-
-
-@dataclass(frozen=True)
-class Points:
-    """Points of a file under the names of its joints or, once their order is taken, of a layout.
-
-    Attributes:
-        joints: joint → places (n, 3), in the axes and units of the file.
-        confidence: joint → (n,).
-        layout: the names and axes.
-        times: of the frames, if the file has some.
-        time_unit: the unit of the times, if the file states it.
-        units: the unit of the places, if the file states it.
-        notes: what was found out.
-    """
-
-    joints: Mapping[str, Floats]
-    confidence: Mapping[str, Floats] = field(default_factory=dict)
-    layout: Layout = field(default_factory=lambda: Layout("names"))
-    times: Any = None
-    time_unit: str | None = None
-    units: str | None = None
-    notes: tuple[str, ...] = ()
-
-    def misfit(self) -> tuple[float, str]:
-        """Return how much the bones of these points differ from a person's, and why they are not a person's, or ""."""
-        try:
-            points, sure = named_points(self.joints, self.layout, self.confidence)
-            check_points(points)
-        except BadArgument as error:
-            return np.inf, str(error)
-        return misfit(points, sure)
 
 
 @dataclass(frozen=True)
@@ -86,29 +54,17 @@ class Options:
         note = f"names of {layout.name}" if layout.orders else f"joints by names: {shown_joints(layout, joints)}"
         return replace(points, layout=layout, notes=(*points.notes, note))
 
-    def ordered(self, array: Any, **others: Any) -> dict[str, Points]:
-        """Return source → points of an array (n, k, 3 or 4), for all sources with as many points."""
-        array = np.asarray(array)
-        count = array.shape[-2] if array.ndim > 1 else 0
-        found = {
-            name: Points(*by_joint(landmark_array(array, layout), layout), layout, **others)
-            for name, layout in LAYOUTS.items()
-            if self.source == name or (self.source is None and layout.order_of(count))
-        }
-        if not found:
-            known = ", ".join(f"{layout.name} ({len(order)})" for layout in LAYOUTS.values() for order in layout.orders)
-            raise BadArgument(f"{count} points: no source has as many; points of each: {known}; state {BY_SOURCE}")
-        if self.names is not None:
-            raise BadArgument(f"names= is for joints with names; an array has the order of {' or '.join(found)}")
-        refuse_plane(next(iter(found.values())).joints)
-        return found
+    @property
+    def layouts(self) -> Sequence[Layout]:
+        """The layout of the source, or all of them."""
+        return [LAYOUTS[self.source]] if self.source else [*LAYOUTS.values()]
 
 
 def seconds(
-    name: str, points: Points, options: Options, count: int, advice: str = "rate= (--rate) says otherwise"
+    name: str, points: Points, options: Options, advice: str = "rate= (--rate) says otherwise"
 ) -> tuple[Floats, tuple[str, ...]]:
     """Return the times of frames [s], or those of the caller's rate or of the sensor, and notes if they are guessed."""
-    layout, unit, rate, notes = points.layout, points.time_unit, options.rate, tuple[str, ...]()
+    layout, unit, rate, notes, count = points.layout, points.time_unit, options.rate, tuple[str, ...](), len(points)
     if rate is None and points.times is None and layout.rate is not None and count > 1:
         rate, notes = layout.rate, (f"no times: {layout.rate:g} frames per second as of {layout.name}; {advice}",)
     if rate is not None or points.times is None:
@@ -123,17 +79,19 @@ def seconds(
 
 def skeleton_of(name: str, points: Points, options: Options, **advice: str) -> Skeleton:
     """Return the skeleton of points whose layout is known."""
-    refuse_plane(points.joints)
-    stamps, notes = seconds(name, points, options, len(next(iter(points.joints.values()))), **advice)
-    return assembled(
-        stamps,
-        points.joints,
-        points.layout,
-        points.confidence,
-        units=options.units or points.units,
-        up=options.up,
-        notes=(*notes, *points.notes),
-    )
+    stamps, notes = seconds(name, points, options, **advice)
+    stated = replace(points, units=options.units or points.units, notes=(*notes, *points.notes))
+    return assembled(stamps, stated, options.up)
+
+
+def _misfit(points: Points) -> tuple[float, str]:
+    """Return how much the bones of points differ from a person's, and why they are not a person's, or ""."""
+    try:
+        places, sure = points.named()
+        check_points(places)
+    except BadArgument as error:
+        return np.inf, str(error)
+    return misfit(places, sure)
 
 
 def person_among(what: str, cases: Mapping[str, Points], options: Options, advice: str = BY_SOURCE) -> Points:
@@ -143,9 +101,9 @@ def person_among(what: str, cases: Mapping[str, Points], options: Options, advic
     """
     if options.source is not None and len(cases) == 1:
         return next(iter(cases.values()))
-    found = sorted((*points.misfit(), label) for label, points in cases.items())
+    found = sorted((*_misfit(points), label) for label, points in cases.items())
     fitting = [label for _, doubt, label in found if not doubt]
-    several = len(next(iter(next(iter(cases.values())).joints.values()))) > 1
+    several = len(next(iter(cases.values()))) > 1
     if fitting[:1] == [found[0][2]] and (len(found) == 1 or (several and found[0][0] < _CLEARLY * found[1][0])):
         best = fitting[0]
         others = " or ".join(label for label in cases if label != best)
@@ -161,5 +119,16 @@ def of_array(name: str, array: Any, options: Options, *, notes: Sequence[str] = 
     if array.ndim == 3 and array.shape[1] == 3 and array.shape[2] not in (3, 4):
         array = np.moveaxis(array, 2, 0)  # (k, 3, n), as motion diffusion models write them
         notes = (*notes, f"an array (points, 3, frames), {len(array)} frames")
-    cases = options.ordered(array, times=times, notes=tuple(notes))
-    return skeleton_of(name, person_among(f"{array.shape[-2]} points", cases, options), options)
+    count = array.shape[-2] if array.ndim > 1 else 0
+    cases = {
+        layout.name: Points(*by_joint(landmark_array(array, layout), layout), layout, times, notes=tuple(notes))
+        for layout in options.layouts
+        if options.source or layout.order_of(count)
+    }
+    if not cases:
+        known = ", ".join(f"{layout.name} ({len(order)})" for layout in LAYOUTS.values() for order in layout.orders)
+        raise BadArgument(f"{count} points: no source has as many; points of each: {known}; state {BY_SOURCE}")
+    if options.names is not None:
+        raise BadArgument(f"names= is for joints with names; an array has the order of {' or '.join(cases)}")
+    refuse_plane(next(iter(cases.values())).joints)
+    return skeleton_of(name, person_among(f"{count} points", cases, options), options)

@@ -6,9 +6,11 @@ the names and axes of each, and the size of the person's trunk tells the unit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,49 +20,37 @@ from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.bones import misfit
 from nao_kin.imitation.layouts import (
+    LAYOUTS,
+    LIMBS,
     POINTS,
     SIDES,
     Layout,
     by_joint,
     check_shoulders,
     landmark_array,
-    ordered_layout,
 )
 
 PARTS = ("pelvis", "chest", "head", "left_hand", "right_hand")
 
-# The bones of a stick figure; "a + b" is the middle of two points.
+# The bones of a stick figure, those of the trunk first; "a + b" is the middle of two points.
 _NECK, _LOINS = "left_shoulder + right_shoulder", "left_hip + right_hip"
+_ENDS = ((*LIMBS[0], "hand"), (*LIMBS[1], "toe"))
 _BONES = (
     (_NECK, "head"),
     (_NECK, _LOINS),
-    *((name + one, name + two) for name in SIDES for one, two in (("shoulder", "elbow"), ("elbow", "wrist"))),
-    *((name + "wrist", name + "hand") for name in SIDES),
-    ("left_shoulder", "right_shoulder"),
-    ("left_hip", "right_hip"),
-    *(
-        (name + one, name + two)
-        for name in SIDES
-        for one, two in (("hip", "knee"), ("knee", "ankle"), ("ankle", "toe"))
-    ),
+    *((SIDES[0] + limb[0], SIDES[1] + limb[0]) for limb in _ENDS),
+    *((side + one, side + two) for side in SIDES for limb in _ENDS for one, two in pairwise(limb)),
 )
 
 UNITS: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}  # cmu: of CMU's skeletons, 1/0.45 inch
 )
 # The axes that point ahead, left and up, for each axis that may point up.
-UP_AXES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
-    {
-        "z": ("x", "y", "z"),
-        "y": ("z", "x", "y"),
-        "-y": ("-z", "x", "-y"),
-        "-z": ("x", "-y", "-z"),
-        "x": ("y", "z", "x"),
-        "-x": ("y", "-z", "-x"),
-    }
-)
+_AXES = ("x y z", "z x y", "-z x -y", "x -y -z", "y z x", "y -z -x")
+UP_AXES: Mapping[str, tuple[str, ...]] = MappingProxyType({text.split()[2]: tuple(text.split()) for text in _AXES})
 # Points that show, with both ears, where the face looks.
 _FACES = (("nose",), ("left_eye", "right_eye"))
+_FACE = ("neck", "head", "nose", "left_ear", "right_ear")
 # The distance from the middle of the hips to the middle of the shoulders of an adult [m].
 _TRUNK_LENGTH = 0.5
 # A trunk that is shorter than this [m] has no direction.
@@ -121,11 +111,8 @@ class Skeleton:
             raise BadArgument(f"times must ascend, but times[{k}] = {times[k]:.9g} follows {times[k - 1]:.9g}")
         times.flags.writeable = False
         object.__setattr__(self, "times", times)
-        for name, tail, valid in (
-            ("points", (3,), POINTS),
-            ("orientations", (3, 3), PARTS),
-            ("confidence", (), POINTS),
-        ):
+        tails = (("points", (3,), POINTS), ("orientations", (3, 3), PARTS), ("confidence", (), POINTS))
+        for name, tail, valid in tails:
             given = getattr(self, name)
             for key in given:
                 choice(key, valid, "point" if valid is POINTS else "part with an orientation")
@@ -169,16 +156,11 @@ class Skeleton:
             whole = f"{self.times[0]:.6g} to {self.times[-1]:.6g} s"
             raise BadArgument(f"no frame from {low:.6g} to {high:.6g} s; the skeleton has {whole}")
 
-        def part(arrays: Mapping[str, Floats]) -> dict[str, Floats]:
-            return {name: array[rows] for name, array in arrays.items()}
-
-        return replace(
-            self,
-            times=self.times[rows],
-            points=part(self.points),
-            orientations=part(self.orientations),
-            confidence=part(self.confidence),
-        )
+        parts: dict[str, Any] = {
+            field: {name: array[rows] for name, array in getattr(self, field).items()}
+            for field in ("points", "orientations", "confidence")
+        }
+        return replace(self, times=self.times[rows], **parts)
 
     @property
     def bones(self) -> Floats:
@@ -226,12 +208,55 @@ class Skeleton:
             >>> nk.imitation.Skeleton.from_landmarks(landmarks, "mediapipe").points["nose"].shape
             (1, 3)
         """
-        layout = ordered_layout(source)
+        layout = LAYOUTS[choice(source, LAYOUTS, "source")]
         array = landmark_array(landmarks, layout)
-        found, confidence = by_joint(array, layout)
-        refuse_plane(found)
-        stamps = frame_times(times, rate, len(array))
-        return assembled(stamps, found, layout, confidence, units=units, up=up)
+        return assembled(
+            frame_times(times, rate, len(array)), Points(*by_joint(array, layout), layout, units=units), up
+        )
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a file under the names of its joints or, once their order is taken, of a layout.
+
+    Attributes:
+        joints: joint → places (n, 3), in the axes and units of the file.
+        confidence: joint → (n,), up to the levels of the layout.
+        layout: the names and axes.
+        times: of the frames, if the file has some.
+        time_unit: the unit of the times, if the file states it.
+        units: the unit of the places, if it is stated.
+        orientations: R_source_part, of `PARTS`.
+        rest_up: the axis that points up in the rest pose of the file.
+        notes: what was found out.
+    """
+
+    joints: Mapping[str, Floats]
+    confidence: Mapping[str, Floats] = field(default_factory=dict)
+    layout: Layout = field(default_factory=lambda: Layout("names"))
+    times: Any = None
+    time_unit: str | None = None
+    units: str | None = None
+    orientations: Mapping[str, Floats] = field(default_factory=dict)
+    rest_up: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(next(iter(self.joints.values())))
+
+    def named(self) -> tuple[dict[str, Floats], dict[str, Floats]]:
+        """Return name of `POINTS` → places (n, 3), and → confidence in [0, 1], (n,), if it is known."""
+        resolved = self.layout.resolved(self.joints)
+        check_shoulders(resolved, tuple(self.joints))
+        places = {name: np.mean([self.joints[part] for part in parts], axis=0) for name, parts in resolved.items()}
+        sure = {}
+        for name, parts in resolved.items():
+            values = [self.confidence[part] for part in parts if part in self.confidence]
+            if values:
+                least = np.min(values, axis=0) / self.layout.levels
+                sure[name] = np.where(least > 0.0, np.minimum(least, 1.0), 0.0)  # also for NaN
+        return places, sure
 
 
 def check_points(points: Mapping[str, Floats]) -> None:
@@ -268,41 +293,27 @@ def axis_matrix(axes: Sequence[str]) -> Floats:
 # --- From the points of a source to a skeleton: names, axes, units, handedness.
 
 
-def assembled(
-    times: Floats,
-    joints: Mapping[str, Floats],
-    layout: Layout,
-    confidence: Mapping[str, Floats] = MappingProxyType({}),
-    *,
-    units: str | None = None,
-    up: str | None = None,
-    orientations: Mapping[str, Floats] = MappingProxyType({}),
-    rest_up: str | None = None,
-    notes: tuple[str, ...] = (),
-) -> Skeleton:
-    """Return the skeleton of points (n, 3) and orientations R_source_part in the axes and units of their source.
-
-    `rest_up` is the axis that points up in the rest pose of the file.
-    """
+def assembled(times: Floats, source: Points, up: str | None = None) -> Skeleton:
+    """Return the skeleton of points whose layout is known; `up` states the axis that points up."""
+    layout, units = source.layout, source.units
     if units is not None:
         choice(units, UNITS, "unit")
     if up is not None:
         choice(up, UP_AXES, "axis")
-    mean, sure = named_points(joints, layout, confidence)
+    refuse_plane(source.joints)
+    mean, sure = source.named()
     check_points(mean)
     doubt = misfit(mean, sure)[1]
-    found = list(notes)
+    found = list(source.notes)
     left, trunk = left_and_trunk(mean)
-    axes, note = _axes(mean, left, trunk, layout.axes, up, rest_up)
+    axes, note = _axes(mean, left, trunk, layout.axes, up, source.rest_up)
     found += note
     A = axis_matrix(axes)
     size = np.nanmedian(norm(trunk)) if np.isfinite(trunk).any() else np.nan
     if units is None:
         units = _unit(size, layout.unit)
-        seen = size > 0.0
-        found.append(
-            f"unit {units}, " + (f"by the size of the trunk: {size * UNITS[units]:.2g} m" if seen else "as usual")
-        )
+        how = f"by the size of the trunk: {size * UNITS[units]:.2g} m" if size > 0.0 else "as usual"
+        found.append(f"unit {units}, {how}")
     if size * UNITS[units] < _SMALLEST:
         raise DegeneratePoints("shoulders and hips coincide in most frames, which show no trunk")
     if layout.name == "mediapipe":
@@ -312,33 +323,15 @@ def assembled(
     if doubt:
         found.append(f"{doubt}: are these the points of {layout.name}?")
     points = {name: values @ A.T * UNITS[units] for name, values in mean.items()}
-    turned = {name: A @ R for name, R in orientations.items()}
+    turned = {name: A @ R for name, R in source.orientations.items()}
     # Points that are not those of a person show no handedness.
     if not doubt and _backwards(points):
         points = {name: values * (1.0, -1.0, 1.0) for name, values in points.items()}
         turned = {}
-        found.append(
-            "mirrored: face, toes and knees point backwards, as in left-handed axes; a horizontal axis is reversed, "
-            "and orientations are left out"
-        )
+        reversed_axis = "a horizontal axis is reversed, and orientations are left out"
+        found.append(f"mirrored: face, toes and knees point backwards, as in left-handed axes; {reversed_axis}")
     found += lacking_notes(points, turned)
     return Skeleton(times, points, turned, sure, layout.name, tuple(found))
-
-
-def named_points(
-    joints: Mapping[str, Floats], layout: Layout, confidence: Mapping[str, Floats] = MappingProxyType({})
-) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Return name of `POINTS` → places (n, 3), and → confidence in [0, 1], of the joints of a source."""
-    resolved = layout.resolved(joints)
-    check_shoulders(resolved, tuple(joints))
-    mean = {name: np.mean([joints[part] for part in parts], axis=0) for name, parts in resolved.items()}
-    sure = {}
-    for name, parts in resolved.items():
-        values = [confidence[part] for part in parts if part in confidence]
-        if values:
-            least = np.min(values, axis=0) / layout.levels
-            sure[name] = np.where(least > 0.0, np.minimum(least, 1.0), 0.0)  # also for NaN
-    return mean, sure
 
 
 def lacking_notes(points: Iterable[str], orientations: Iterable[str]) -> list[str]:
@@ -372,14 +365,14 @@ def _axes(
     points: Mapping[str, Floats],
     left: Floats,
     trunk: Floats,
-    known: tuple[str, str, str] | None,
+    known: Sequence[str] | None,
     up: str | None,
     rest_up: str | None,
-) -> tuple[tuple[str, str, str], list[str]]:
+) -> tuple[Sequence[str], list[str]]:
     """Return the axes that point ahead, left and up, and a note if they are found: by the trunk, or by the rest pose.
 
     Where the trunk is along another axis than in the rest pose, either the person lies, or the root turns the axes in
-    every frame, as of files with z up. In the second case the feet are at zero along the trunk.
+    every frame, as of files with z up. In the second case the feet are at zero along the trunk, or the root stays.
     """
     if up is not None:
         return UP_AXES[up], []
@@ -447,30 +440,24 @@ def _backwards(points: Mapping[str, Floats]) -> bool:
     """
     left, trunk = left_and_trunk(points)
     hips = points["left_hip"] - points["right_hip"] if {"left_hip", "right_hip"} <= points.keys() else left
-    total = np.zeros(len(trunk))
 
-    def add(names: Sequence[str], leftwards: Floats, directions: Callable[..., tuple[Floats, Floats, Floats]]) -> None:
-        """Add the cosine between ahead and a direction; `directions` returns it, a length to divide by, and up."""
-        if all(name in points for name in names):
-            vector, length, up = directions(*(points[name] for name in names))
-            ahead = cross(leftwards, up)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                cosine = dot(vector, ahead) / (norm(ahead) * length)
-            total[:] += np.where(np.isfinite(cosine), cosine, 0.0)
-
-    def bend(first: Floats, middle: Floats, last: Floats) -> tuple[Floats, Floats, Floats]:
+    def bend(first: Floats, middle: Floats, last: Floats) -> tuple[Floats, Floats]:
         """Return how far the middle of a limb is from the middle of its ends, and half the length of the limb."""
-        return middle - (first + last) / 2.0, (norm(middle - first) + norm(last - middle)) / 2.0, first - last
+        return middle - (first + last) / 2.0, (norm(middle - first) + norm(last - middle)) / 2.0
 
-    def step(first: Floats, last: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
-        return last - first, norm(last - first), up
-
-    if "left_ear" in points:
-        add(("left_ear", "right_ear", "nose"), left, lambda a, b, nose: step((a + b) / 2.0, nose, trunk))
-    else:
-        add(("neck", "nose", "head"), left, lambda *along: (*bend(*along)[:2], trunk))
+    gaps = np.full_like(trunk, np.nan)
+    neck, head, nose, left_ear, right_ear = (points.get(name, gaps) for name in _FACE)
+    face = nose - (left_ear + right_ear) / 2.0
+    # Vectors that point ahead, lengths to divide them by, and what points to the left and up.
+    shown = [(face, norm(face), left, trunk) if "left_ear" in points else (*bend(neck, nose, head), left, trunk)]
     for side in SIDES:
-        add((side + "knee", side + "ankle", side + "toe"), hips, lambda knee, a, b: step(a, b, knee - a))
-        add((side + "hip", side + "knee", side + "ankle"), hips, bend)
+        hip, knee, ankle, toe = (points.get(side + part, gaps) for part in _ENDS[1])
+        shown.append((toe - ankle, norm(toe - ankle), hips, knee - ankle))
+        shown.append((*bend(hip, knee, ankle), hips, hip - ankle))
+    total = np.zeros(len(trunk))
+    for vector, length, leftwards, up in shown:
+        ahead = cross(leftwards, up)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            total += np.nan_to_num(dot(vector, ahead) / (norm(ahead) * length), posinf=0.0, neginf=0.0)
     known = total[total != 0.0]
     return bool(len(known) and np.median(known) < _BACKWARDS + _BACKWARDS_OF_A_FRAME / len(known))

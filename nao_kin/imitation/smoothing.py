@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, norm
+from nao_kin._core.arrays import Floats, norm, runs
 from nao_kin._core.text import MAX_SHOWN, abbreviated
 from nao_kin._core.warn import need_extra
-from nao_kin.imitation.bones import CONFIDENCE
-from nao_kin.imitation.layouts import POINTS, SIDES
+from nao_kin.imitation.bones import believed
+from nao_kin.imitation.layouts import LIMBS, SIDES
 from nao_kin.imitation.skeleton import Skeleton, left_and_trunk
 from nao_kin.rotations import nearest_rotation
 
@@ -34,7 +34,7 @@ def rest_frames(skeleton: Skeleton) -> int:
 
     Places are those of hands, elbows and feet about the middle of the shoulders, in trunks.
     """
-    names = [side + part for part in ("elbow", "wrist", "knee", "ankle") for side in SIDES]
+    names = [side + part for limb in LIMBS for part in limb[1:] for side in SIDES]
     points = skeleton.points
     size = np.nanmedian(norm(left_and_trunk(points)[1]))
     middle = (points["left_shoulder"] + points["right_shoulder"]) / 2.0
@@ -59,17 +59,14 @@ def _outliers(times: Floats, places: Floats, size: float) -> NDArray[np.bool_]:
     return np.asarray(norm(places - medians) > size * np.maximum(_OUTSIDE, _FASTEST * steps))
 
 
-def bridged(times: Floats, column: Floats, at: Floats) -> Floats:
-    """Return a column at other times, with straight lines across gaps; NaN if it is unknown."""
-    known = np.isfinite(column)
-    return np.interp(at, times[known], column[known]) if known.any() else np.full(len(at), np.nan)
-
-
-def _longest_gap(times: Floats, known: NDArray[np.bool_]) -> float:
-    """Return the longest time between two known frames with unknown ones between, or to an end [s]."""
-    ends = np.concatenate([times[:1], times[known], times[-1:]])
-    unknown = np.concatenate([[not known[0]], np.diff(np.flatnonzero(known)) > 1, [not known[-1]]])
-    return float(np.max(np.diff(ends)[unknown], initial=0.0)) if known.any() else float(times[-1] - times[0])
+def bridged(times: Floats, columns: Floats, at: Floats) -> Floats:
+    """Return columns (n, k) at other times, with straight lines across gaps; NaN if a column is unknown."""
+    found = np.full((len(at), columns.shape[1]), np.nan)
+    for k, column in enumerate(columns.T):
+        known = np.isfinite(column)
+        if known.any():
+            found[:, k] = np.interp(at, times[known], column[known])
+    return found
 
 
 def filtered(skeleton: Skeleton, cutoff: float) -> tuple[Floats, dict[str, Floats], dict[str, Floats], tuple[str, ...]]:
@@ -92,16 +89,18 @@ def filtered(skeleton: Skeleton, cutoff: float) -> tuple[Floats, dict[str, Float
             even = spaced
     found: list[dict[str, Floats]] = [{}, {}]
     jumping: dict[str, int] = {}
-    needed = {name: skeleton.points[name] for name in POINTS if name in skeleton.points and name not in _NEEDLESS}
+    needed = believed(skeleton.points, skeleton.confidence)
     for k, arrays in enumerate((needed, skeleton.orientations)):
         for name, array in arrays.items():
-            columns = np.array(array).reshape(len(times), -1)
+            if name in _NEEDLESS:
+                continue
+            columns = array.reshape(len(times), -1)
             known: NDArray[np.bool_] = np.asarray(np.isfinite(columns).all(axis=1))
-            if k == 0:
-                known &= skeleton.confidence.get(name, np.ones(len(times))) >= CONFIDENCE
             label = name.replace("_", " ")
             if not known.all():
-                longest = _longest_gap(times, known)
+                # From the known frame before to that after, or to an end.
+                gaps = [(max(gap.start - 1, 0), min(gap.stop, len(times) - 1)) for gap in runs(~known)]
+                longest = max(times[last] - times[first] for first, last in gaps)
                 what = f"{label} is unknown" if k == 0 else f"{label}'s orientation is unknown"
                 span = f", for up to {longest:.2g} s" if longest >= _NOTED else ""
                 notes.append(f"{what} in {np.count_nonzero(~known)} of {len(times)} frames{span}")
@@ -109,14 +108,11 @@ def filtered(skeleton: Skeleton, cutoff: float) -> tuple[Floats, dict[str, Float
                 away = np.flatnonzero(known)[_outliers(times[known], columns[known], size)]
                 known[away] = False
                 jumping[label] = len(away)
-            if not known.any():
-                found[k][name] = np.full((len(even), *array.shape[1:]), np.nan)
-                continue
-            columns = np.stack([bridged(times, np.where(known, column, np.nan), even) for column in columns.T], axis=1)
-            if 0.0 < cutoff < 0.5 * rate:
+            columns = bridged(times, np.where(known[:, None], columns, np.nan), even)
+            if known.any() and 0.0 < cutoff < 0.5 * rate:
                 columns = _low_pass(columns, cutoff / rate)
             values = columns.reshape(len(even), *array.shape[1:])
-            found[k][name] = values if k == 0 else nearest_rotation(values)
+            found[k][name] = nearest_rotation(values) if k and known.any() else values
     most = max(jumping.values(), default=0)
     if most:
         names = abbreviated(", ".join(label for label, count in jumping.items() if count), MAX_SHOWN)

@@ -17,7 +17,11 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, eased, join_poses, norm, rigid_inverse, runs
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
-from nao_kin.imitation.limbs import SIDES
+from nao_kin.imitation.layouts import LIMBS, SIDES
+
+# mypy takes `nao_kin.ik.limbs` for the module of this name unless it has checked this file before.
+from nao_kin.imitation.limbs import LimbMap as LimbMap
+from nao_kin.imitation.smoothing import bridged
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import nearest_rotation, power, rot_z
 
@@ -32,8 +36,8 @@ _EASING, _SMALLER, _TRIES = 2.0, 0.6, 6
 _LIFTED, _SHORTEST = 0.012, 0.15
 # Frames at both ends of a lift in which the foot is still on the floor.
 _AT_ENDS = 2
-# Places of a foot beside the other one: ahead, and out to the side [m]; how far its toes point out [rad].
-_AHEAD, _ASIDE, _OUTWARDS = (-0.05, 0.05), (0.095, 0.16), (-0.1, 0.5)
+# Ranges of a foot beside the other one: ahead and out to the side [m], and how far its toes point out [rad].
+_NEAREST, _FARTHEST = (-0.05, 0.095, -0.1), (0.05, 0.16, 0.5)
 # Height of the hips above the ankles, as shares of the stretched leg, and the largest lift of a foot [m].
 _HEIGHTS, _HIGHEST = (0.65, 0.86), 0.06
 # How far inside of the ankle the centre of mass is on one foot [m].
@@ -114,9 +118,8 @@ def stood(
         todo = np.flatnonzero(failed | (slower < share))
         share = slower
     if failed.any() and not failed.all():
-        found = np.stack([np.interp(times, times[~failed], column[~failed]) for column in made.T], axis=1)
-        found[:, fixed] = q[:, fixed]
-        made = np.where(failed[:, None], found, made)
+        made = bridged(times, np.where(failed[:, None], np.nan, made), times)
+        made[:, fixed] = q[:, fixed]
     return made, share, np.flatnonzero(failed)
 
 
@@ -137,7 +140,7 @@ def _solved(
     heading, lean = upright(stance.torso[rows])
     R, made = rot_z(heading) @ power(lean, share), np.array(q)
     place = np.column_stack([stance.com[rows], stance.height[rows] - (R @ _hips(robot))[:, 2]])
-    place[:, :2] -= _over(R, robot.com(made, reference=robot.tree.root))
+    place[:, :2] -= (R @ robot.com(made, reference=robot.tree.root)[..., None])[:, :2, 0]
     on_floor = {k: name for k, name in enumerate("LR") if stance.carries[rows[0], k]}
     # The target `com` of the search would move the arms.
     for _ in range(_CORRECTIONS):
@@ -160,11 +163,6 @@ def _solved(
     return made, ~((norm(away) < _AWAY) & (tilt < _TILTED))
 
 
-def _over(R: Floats, points: Floats) -> Floats:
-    """Return the horizontal places of points in the trunk from its origin, shape (n, 2) [m]."""
-    return np.asarray((R @ points[..., None])[:, :2, 0])
-
-
 # --- A person's steps.
 
 
@@ -178,11 +176,11 @@ def followed(robot: RobotModel, start: Floats, times: Floats, points: Mapping[st
     Raises:
         BadArgument: hips or ankles are unknown, or the robot has no legs of a NAO.
     """
-    lacking = [f"{side}_{part}" for part in ("hip", "ankle") for side in SIDES if not _known(points, f"{side}_{part}")]
+    lacking = [side + part for part in ("hip", "ankle") for side in SIDES if not _known(points, side + part)]
     if lacking:
         raise BadArgument(f'legs="follow" needs hips and ankles, and the skeleton has no {", no ".join(lacking)}')
     own = _legs(robot)
-    hips, ankles = (np.stack([points[f"{side}_{part}"] for side in SIDES], axis=1) for part in ("hip", "ankle"))
+    hips, ankles = (np.stack([points[side + part] for side in SIDES], axis=1) for part in ("hip", "ankle"))
     across = hips[:, 0] - hips[:, 1]
     heading = np.unwrap(np.arctan2(-across[:, 0], across[:, 1]))
     length, reach = _length(points), own["L"]["thigh"] + own["L"]["tibia"]
@@ -237,33 +235,36 @@ def _length(points: Mapping[str, Floats]) -> float:
     """Return the length of the person's leg, the mean of both [m]."""
     lengths = []
     for side in SIDES:
-        hip, ankle = points[f"{side}_hip"], points[f"{side}_ankle"]
-        knee = points[f"{side}_knee"] if _known(points, f"{side}_knee") else None
-        if knee is None:
-            lengths.append(float(np.quantile(norm(ankle - hip), 0.95)))
+        hip, knee, ankle = (points.get(side + part, points[side + "hip"]) for part in LIMBS[1])
+        if _known(points, side + "knee"):
+            lengths.append(np.median(norm(knee - hip) + norm(ankle - knee)))
         else:
-            lengths.append(float(np.median(norm(knee - hip) + norm(ankle - knee))))
+            lengths.append(np.quantile(norm(ankle - hip), 0.95))
     return float(np.mean(lengths))
 
 
 def _foot_heading(points: Mapping[str, Floats], side: str, heading: Floats) -> Floats:
     """Return the heading of a foot, from the ankle to the toes, or that of the hips, shape (n,) [rad]."""
-    if not _known(points, f"{side}_toe"):
+    if not _known(points, side + "toe"):
         return heading
-    along = points[f"{side}_toe"] - points[f"{side}_ankle"]
+    along = points[side + "toe"] - points[side + "ankle"]
     out = np.arctan2(along[:, 1], along[:, 0]) - heading
     return heading + (out + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def _phases(mask: NDArray[np.bool_]) -> list[tuple[slice, int]]:
+    """Return the frames in which a foot is, or is not, on the floor, and the foot, by a mask (n, 2)."""
+    return [(run, k) for k in range(2) for run in runs(mask[:, k])]
 
 
 def _on_floor(times: Floats, high: Floats) -> NDArray[np.bool_]:
     """Return which feet are on the floor, by their heights above the lower one, shape (n, 2) [m]."""
     carries = high < _LIFTED
-    for k in range(2):
-        for run in runs(~carries[:, k]):
-            if times[run.stop - 1] - times[run.start] < _SHORTEST:
-                carries[run, k] = True
-            else:
-                carries[run.start : run.start + _AT_ENDS, k] = carries[run.stop - _AT_ENDS : run.stop, k] = True
+    for run, k in _phases(~carries):
+        if times[run.stop - 1] - times[run.start] < _SHORTEST:
+            carries[run, k] = True
+        else:
+            carries[run.start : run.start + _AT_ENDS, k] = carries[run.stop - _AT_ENDS : run.stop, k] = True
     return carries
 
 
@@ -283,17 +284,17 @@ def _steps(raw: Floats, carries: NDArray[np.bool_]) -> tuple[Floats, tuple[str, 
     A foot is placed beside the other one as the person's is, as far as the robot's legs allow.
     """
     flat, clipped = np.array(raw), 0
-    phases = sorted((run.start, run.stop, k) for k in range(2) for run in runs(carries[:, k]))
+    phases = sorted(_phases(carries), key=lambda phase: (phase[0].start, phase[0].stop))
     placed: list[tuple[Floats, Floats] | None] = [None, None]
-    for first, last, k in phases:
-        mean = raw[first:last, k].mean(axis=0)
+    for run, k in phases:
+        mean = raw[run, k].mean(axis=0)
         own, other = mean, placed[1 - k]
         if other is not None:
-            own, off = _beside(mean, other[0], other[1], k)
+            own, off = _beside(mean, *other, k)
             clipped += bool(off > 1e-3)
         placed[k] = mean, own
-        flat[first:last, k] = own
-    swings = [(run, k) for k in range(2) for run in runs(~carries[:, k])]
+        flat[run, k] = own
+    swings = _phases(~carries)
     for run, k in swings:
         first, last = run.start, run.stop
         ends = max(first - 1, 0), min(last, len(raw) - 1)
@@ -316,28 +317,21 @@ def _steps(raw: Floats, carries: NDArray[np.bool_]) -> tuple[Floats, tuple[str, 
 
 def _beside(pose: Floats, other: Floats, placed: Floats, k: int) -> tuple[Floats, float]:
     """Return the pose (x, y, heading) of a foot beside the other one, which is placed, and how much it is changed."""
-    side = 1.0 if k == 0 else -1.0
-    c, s = np.cos(other[2]), np.sin(other[2])
-    away = pose - other
-    ahead, aside, turn = c * away[0] + s * away[1], side * (c * away[1] - s * away[0]), side * away[2]
-    near = np.array([np.clip(ahead, *_AHEAD), np.clip(aside, *_ASIDE), np.clip(turn, *_OUTWARDS)])
-    off = float(np.abs(near[:2] - (ahead, aside)).max())
-    c, s = np.cos(placed[2]), np.sin(placed[2])
-    x, y, heading = near[0], side * near[1], side * near[2]
-    return np.array([placed[0] + c * x - s * y, placed[1] + s * x + c * y, placed[2] + heading]), off
+    side = np.array([1.0, 1.0 - 2.0 * k, 1.0 - 2.0 * k])
+    wanted = side * (rot_z(-other[2]) @ (pose - other))
+    near = np.clip(wanted, _NEAREST, _FARTHEST)
+    return placed + rot_z(placed[2]) @ (side * near), float(np.abs(near - wanted)[:2].max())
 
 
 def _lifts(high: Floats, carries: NDArray[np.bool_]) -> Floats:
     """Return the heights of the feet, (n, 2) [m]: zero on the floor, and smoothly up and down."""
     lifts = np.zeros(high.shape)
-    for k in range(2):
-        for run in runs(~carries[:, k]):
-            count = run.stop - run.start
-            share = np.arange(1.0, count + 1.0) / (count + 1.0)
-            if run.stop == len(high):
-                share = np.minimum(share, 0.25)
-            ramp = np.clip(4.0 * np.minimum(share, 1.0 - share), 0.0, 1.0)
-            lifts[run, k] = np.minimum(high[run, k], _HIGHEST) * eased(ramp)
+    for run, k in _phases(~carries):
+        share = np.linspace(0.0, 1.0, run.stop - run.start + 2)[1:-1]
+        if run.stop == len(high):
+            share = np.minimum(share, 0.25)
+        ramp = np.clip(4.0 * np.minimum(share, 1.0 - share), 0.0, 1.0)
+        lifts[run, k] = np.minimum(high[run, k], _HIGHEST) * eased(ramp)
     return lifts
 
 

@@ -10,6 +10,7 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -18,9 +19,9 @@ from nao_kin._core.csv_numbers import CsvHead, TableColumns, read_csv
 from nao_kin._core.files import MAX_NUMBERS
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.imitation.layouts import LAYOUTS, Layout, by_joint, check_names, key_of, side_and_word
-from nao_kin.imitation.reading import BY_SOURCE, Options, Points, person_among, skeleton_of
-from nao_kin.imitation.skeleton import UNITS, Skeleton
+from nao_kin.imitation.layouts import Layout, by_joint, check_names, key_of, side_and_word
+from nao_kin.imitation.reading import BY_SOURCE, Options, person_among, skeleton_of
+from nao_kin.imitation.skeleton import UNITS, Points, Skeleton
 
 # A column of a coordinate or a confidence: SpineBase_X, left_wrist.y, left_wrist_visibility; or z11, v_11.
 _CONFIDENCE = ("trackingstate", "visibility", "confidence", "inferred", "state", "score", "conf", "v")
@@ -132,18 +133,19 @@ def _numbered(points: Points, options: Options) -> Points | None:
     if not at or any(key_of(part).isdecimal() for text in (options.names or {}).values() for part in text.split("+")):
         return None
     cases = {}
-    for layout in LAYOUTS.values():
-        for order, first in ((order, first) for order in layout.orders for first in (0, 1)):
-            whole = sorted(at) == [*range(first, first + len(order))]
-            part = layout.name == (options.source or "mediapipe") and first <= min(at) and max(at) < first + len(order)
-            if options.source in (None, layout.name) and (whole or part):
-                named, sure = (
-                    {order[k - first]: arrays[joint] for k, joint in at.items() if joint in arrays}
-                    for arrays in (points.joints, points.confidence)
-                )
-                check_names(options.names or {}, [*named])
-                case = replace(points, joints=named, confidence=sure, layout=replace(layout, stated=options.names))
-                cases[f"{layout.name}, counted from {first}"] = case
+    numbers = sorted(at)
+    orders = ((layout, order) for layout in options.layouts for order in layout.orders)
+    for (layout, order), first in product(orders, (0, 1)):
+        known = range(first, first + len(order))
+        part = layout.name == (options.source or "mediapipe") and {*numbers} <= {*known}
+        if part or numbers == [*known]:
+            named, sure = (
+                {order[k - first]: arrays[joint] for k, joint in at.items() if joint in arrays}
+                for arrays in (points.joints, points.confidence)
+            )
+            check_names(options.names or {}, [*named])
+            case = replace(points, joints=named, confidence=sure, layout=replace(layout, stated=options.names))
+            cases[f"{layout.name}, counted from {first}"] = case
     advice = f"{BY_SOURCE}, or names= (--names) such as left_shoulder=11"
     return person_among(f"{len(at)} numbered points", cases, options, advice) if cases else None
 
@@ -186,10 +188,7 @@ def _floats(name: str, line: int, cells: Sequence[str]) -> list[float]:
 def of_rows(name: str, table: Floats, options: Options) -> Skeleton:
     """Return the skeleton in a table of numbers, whose width and bones show what its columns are."""
     cases = {
-        f"{layout.name}, {how}": points
-        for layout in LAYOUTS.values()
-        if options.source in (None, layout.name)
-        for how, points in _arrangements(table, layout)
+        f"{layout.name}, {how}": points for layout in options.layouts for how, points in _arrangements(table, layout)
     }
     if not cases:
         what = f"{len(table)} rows of {table.shape[1]} numbers without headings: no source has so many points"

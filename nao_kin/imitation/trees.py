@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,9 @@ from nao_kin._core.arrays import Floats, cross, finite_decimal, norm
 from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.text import MAX_SHOWN, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.imitation.layouts import LAYOUTS, SIDES, TABLES
-from nao_kin.imitation.reading import Options, Points, seconds
-from nao_kin.imitation.skeleton import Skeleton, assembled
+from nao_kin.imitation.layouts import LAYOUTS, LIMBS, SIDES, TABLES
+from nao_kin.imitation.reading import Options, skeleton_of
+from nao_kin.imitation.skeleton import Points, Skeleton
 from nao_kin.rotations import exp, matrix_from_euler
 
 # Joints between the two ends of a bone are this far from it at most, as part of its length: they twist it.
@@ -35,7 +36,8 @@ _LEAST = 1e-12
 
 
 def of_tree(
-    times: Floats,
+    name: str,
+    stated: Points,
     names: Sequence[str],
     parents: Sequence[int],
     local: Sequence[tuple[Floats, Floats]],
@@ -44,60 +46,45 @@ def of_tree(
     *,
     rest_is_upright: bool = True,
 ) -> Skeleton:
-    """Return the skeleton of joints that have positions and rotations relative to their parents, and a rest pose.
+    """Return the skeleton of joints with positions and rotations relative to their parents, and with a rest pose.
 
-    `rest_is_upright`: the axis that points up in the rest pose does so in the frames.
+    `stated` has the times of the file. `rest_is_upright`: the axis that points up in the rest pose also does so in
+    the frames.
     """
     points, rotations = _forward(parents, local)
     # Axes of points in an order are those of cameras.
-    named = options.named(Points(dict(zip(names, points, strict=True))), ordered=False)
-    layout = named.layout
-    resolved = layout.resolved(names)
+    named = options.named(replace(stated, joints=dict(zip(names, points, strict=True))), ordered=False)
+    resolved, at = named.layout.resolved(names), {name: i for i, name in enumerate(names)}
+    by_rule = {point: joints for point, joints in resolved.items() if point not in (named.layout.stated or ())}
+    _refuse_bent_bones(by_rule, names, parents, points)
     standing, _ = _forward(parents, rest)
-    at = {name: i for i, name in enumerate(names)}
-    _refuse_bent_bones(
-        {name: joints for name, joints in resolved.items() if name not in (layout.stated or ())}, names, parents, points
-    )
     frames = _part_frames({name: np.mean([standing[at[p]][0] for p in parts], 0) for name, parts in resolved.items()})
-    turned = {}
-    for part, R_rest_part in frames.items():
-        joint = resolved.get(part.replace("hand", "wrist"), ())
-        if len(joint) == 1:
-            turned[part] = rotations[at[joint[0]]] @ R_rest_part
+    joints = {part: resolved.get(part.replace("hand", "wrist"), ()) for part in frames}
+    turned = {part: rotations[at[joint[0]]] @ frames[part] for part, joint in joints.items() if len(joint) == 1}
     up = frames["chest"][:, 2] if frames and rest_is_upright else None
-    return assembled(
-        times,
-        named.joints,
-        layout,
-        units=options.units,
-        up=options.up,
-        orientations=turned,
-        rest_up=None if up is None else ("-" if up.sum() < 0.0 else "") + "xyz"[int(np.abs(up).argmax())],
-        notes=named.notes,
-    )
+    rest_up = None if up is None else ("-" if up.sum() < 0.0 else "") + "xyz"[int(np.abs(up).argmax())]
+    return skeleton_of(name, replace(named, orientations=turned, rest_up=rest_up), options)
 
 
 def _refuse_bent_bones(
     resolved: Mapping[str, tuple[str, ...]], names: Sequence[str], parents: Sequence[int], points: Sequence[Floats]
 ) -> None:
     """Raise if a limb bends between the joints found for its ends, which then are others, such as a clavicle."""
-    for side in SIDES:
-        for one, two in (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle")):
-            ends = [resolved.get(side + part, ()) for part in (one, two)]
-            if any(len(end) != 1 for end in ends):
-                continue
-            start, k = (names.index(end[0]) for end in ends)
-            bone = points[k] - points[start]
-            bent = -1
-            while (k := parents[k]) not in (start, -1):
-                away = norm(cross(points[k] - points[start], bone))
-                if (away > _BESIDE * np.maximum(norm(bone) ** 2, _LEAST)).any():
-                    bent = k
-            if k == start and bent >= 0:
-                raise BadArgument(
-                    f"{names[start]}, found for {side}{one}, bends at {names[bent]} before the {two}; "
-                    f"names= (--names) states the joint, such as {side}{one}={names[bent]}"
-                )
+    for side, one, two in ((side, *bone) for side in SIDES for limb in LIMBS for bone in pairwise(limb)):
+        ends = [resolved.get(side + part, ()) for part in (one, two)]
+        if any(len(end) != 1 for end in ends):
+            continue
+        start, k = (names.index(end[0]) for end in ends)
+        bone, bent = points[k] - points[start], -1
+        while (k := parents[k]) not in (start, -1):
+            away = norm(cross(points[k] - points[start], bone))
+            if (away > _BESIDE * np.maximum(norm(bone) ** 2, _LEAST)).any():
+                bent = k
+        if k == start and bent >= 0:
+            raise BadArgument(
+                f"{names[start]}, found for {side}{one}, bends at {names[bent]} before the {two}; "
+                f"names= (--names) states the joint, such as {side}{one}={names[bent]}"
+            )
 
 
 def _forward(parents: Sequence[int], local: Sequence[tuple[Floats, Floats]]) -> tuple[list[Floats], list[Floats]]:
@@ -105,12 +92,9 @@ def _forward(parents: Sequence[int], local: Sequence[tuple[Floats, Floats]]) -> 
     points: list[Floats] = []
     rotations: list[Floats] = []
     for parent, (p, R) in zip(parents, local, strict=True):
-        if parent < 0:
-            points.append(p)
-            rotations.append(R)
-        else:
-            points.append(points[parent] + np.einsum("nij,nj->ni", rotations[parent], p))
-            rotations.append(rotations[parent] @ R)
+        root = parent < 0
+        points.append(p if root else points[parent] + np.einsum("nij,nj->ni", rotations[parent], p))
+        rotations.append(R if root else rotations[parent] @ R)
     return points, rotations
 
 
@@ -165,7 +149,6 @@ def of_amass(name: str, arrays: Mapping[str, NDArray[Any]], options: Options) ->
         raise BadInputFile(name, f"mocap_framerate must be one number, got {rates[0].dtype} of shape {rates[0].shape}")
     if rates and options.rate is None:
         options = replace(options, rate=float(rates[0].item()))
-    times, _ = seconds(name, Points({}), options, n)
     rotations = exp(poses[:, : 3 * turning].astype(np.float64).reshape(n, turning, 3))
     still = np.tile(np.eye(3), (n, 1, 1))
     local, rest = [], []
@@ -174,7 +157,7 @@ def of_amass(name: str, arrays: Mapping[str, NDArray[Any]], options: Options) ->
         offset = _rest_offset(table["rest"][joint.removeprefix(side)], side)
         local.append((np.tile(offset, (n, 1)) if k else trans, rotations[:, k] if k < turning else still))
         rest.append((offset[None], still[:1]))
-    return of_tree(times, joints, parents, local, rest, options, rest_is_upright=False)
+    return of_tree(name, Points({}), joints, parents, local, rest, options, rest_is_upright=False)
 
 
 def _rest_offset(row: Sequence[float], side: str) -> Floats:
@@ -225,19 +208,15 @@ class Bvh:
         try:
             word, self._line, self._column = next(self._words)
         except StopIteration:
-            where = expected[0] if expected else "a value"
-            raise BadInputFile(
-                self.name, f"ends where {where} is expected; it is incomplete", len(self._lines)
-            ) from None
+            reason = f"ends where {expected[0] if expected else 'a value'} is expected; it is incomplete"
+            raise BadInputFile(self.name, reason, len(self._lines)) from None
         if not expected:
             return word
         for one in expected:
             if word.lower() == one.split()[0].lower():
                 return one
-        near = nearest_names(word, expected, 1)
-        wanted = (
-            f"{near[0]}, or another of {', '.join(expected)}" if near and len(expected) > 1 else ", ".join(expected)
-        )
+        near, wanted = nearest_names(word, expected, 1), ", ".join(expected)
+        wanted = f"{near[0]}, or another of {wanted}" if near and len(expected) > 1 else wanted
         raise self._error(f"{quoted(word, MAX_SHOWN)}, expected {wanted}")
 
     def _number(self, what: str) -> float:
@@ -352,6 +331,5 @@ def of_bvh(name: str, text: str, options: Options) -> Skeleton:
     rest = [(joint.offset[None], np.eye(3)[None]) for joint in file.joints]
     count = len(file.values)
     stated = Points({}, times=np.linspace(0.0, (count - 1) * file.frame_time, count), time_unit="s")
-    times, _ = seconds(name, stated, options, count)
     names, parents = [joint.name for joint in file.joints], [joint.parent for joint in file.joints]
-    return of_tree(times, names, parents, local, rest, options)
+    return of_tree(name, stated, names, parents, local, rest, options)

@@ -302,9 +302,10 @@ _FOLDER = Path(__file__).resolve().parent / "page"
 
 @cache
 def policy() -> str:
-    """Return the content security policy of the page: it loads nothing, and runs only its own two scripts."""
-    scripts = (hashlib.sha256(f"\n{script}\n".encode()).digest() for script in _parts()[2:])
-    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in scripts)
+    """Return the content security policy of the page: it loads nothing, and runs only its loader and its scripts."""
+    parts = _parts()
+    digests = (hashlib.sha256(script.encode()).digest() for script in (f"\n{parts.loader}\n", parts.source))
+    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
     return f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:"
 
 
@@ -314,24 +315,34 @@ def live_page(title: str) -> str:
 
 
 def static_page(title: str, messages: Iterable[bytes]) -> str:
-    """Return the page with its scene, which needs no network; base64 keeps names from breaking out of messages."""
-    return _document(title, policy(), "\n".join(base64.b64encode(message).decode("ascii") for message in messages))
+    """Return the page with its scene, which needs no network: messages, each after its number of bytes in 32 bits."""
+    return _document(
+        title, policy(), packed(b"".join(len(message).to_bytes(4, "big") + message for message in messages))
+    )
+
+
+def packed(data: bytes) -> str:
+    """Return data as gzip in base64, as web/src/packed.ts reads it; it contains no character that HTML escapes."""
+    return base64.b64encode(gzip.compress(data, mtime=0)).decode("ascii")
 
 
 def _document(title: str, rules: str, scene: str) -> str:
-    template, style, library, scripts = _parts()
-    return template.substitute(
-        title=html.escape(title), policy=rules, style=style, library=library, scripts=scripts, scene=scene
-    )
+    parts = _parts()
+    return parts.template.substitute(vars(parts), title=html.escape(title), policy=rules, scene=scene)
 
 
-@cache
-def _parts() -> tuple[string.Template, str, str, str]:
-    """Return the document, its styles, meshcat's library and our scripts, which are built from web/."""
-    template, style, scripts = (
-        (_FOLDER / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js")
-    )
-    return string.Template(template), style, _meshcat(), scripts
+class _Parts:
+    """The document, its styles, and its scripts: meshcat's library and our own, which are built from web/."""
+
+    def __init__(self) -> None:
+        page, self.style, own, self.loader = (
+            (_FOLDER / name).read_text(encoding="utf-8") for name in ("page.html", "page.css", "page.js", "loader.js")
+        )
+        self.template, self.source = string.Template(page), f"{_meshcat()};\n{own}"
+        self.scripts = packed(self.source.encode())
+
+
+_parts = cache(_Parts)
 
 
 def _meshcat() -> str:

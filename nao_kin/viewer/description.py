@@ -225,19 +225,22 @@ class SceneRobot:
         chains = {**semantics.chains, **_branches(robot)}
         ends = limb_ends(robot, chains.values(), self.drawables)
         effectors = (*semantics.end_effectors, *semantics.cameras) or tuple(ends) or robot.link_names[:1]
+        root = semantics.root or robot.tree.root
+        shaped = {drawable.link for drawable in self.drawables}
+        titles = {ros: own for own, ros in semantics.ros_names.items() if ros in shaped and own in place}
         pairs = {
             part: (joint.pair.name, number) for number, joint in enumerate(group_joints(robot)) for part in joint.joints
         }
         return {
             "name": robot.name,
             "floating": robot.base == "floating",
-            "root": "the world" if robot.base == "floating" else semantics.root or robot.tree.root,
+            "root": "the world" if robot.base == "floating" else titles.get(root, root),
             "soles": [
                 row("Sole", place[link], feet.points[feet.owner == k].ravel().tolist())
                 for k, link in enumerate(semantics.soles)
             ],
             "notes": list(self.notes),
-            "links": [row("Link", name, path.split("/")) for name, path in self.paths.items()],
+            "links": [row("Link", name, titles.get(name, name), path.split("/")) for name, path in self.paths.items()],
             "places": [row("Place", path.split("/"), by_columns(T)) for path, T in self.placements()],
             "shapes": [
                 row(

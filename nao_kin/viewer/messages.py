@@ -293,7 +293,8 @@ ROWS: Mapping[str, Mapping[str, str]] = {
     | {"cameras": "Camera[]", "eyes": "Eye[]"},
     # The corners are x, y, z in the link, one after another.
     "Sole": {"link": "number", "corners": "number[]"},
-    "Link": {"name": "string", "path": "string[]"},
+    # The title is the name of the robot's maker for the link, such as NAOqi's LFoot, or else its name.
+    "Link": {"name": "string", "title": "string", "path": "string[]"},
     # The constant pose of a node in its parent.
     "Place": {"path": "string[]", "matrix": "number[]"},
     # `geometry` names a message; the colour is 0xRRGGBB in sRGB; the light is "" for other shapes.

@@ -7,8 +7,6 @@ the notebook's port must be reachable.
 
 from __future__ import annotations
 
-import base64
-import gzip
 import html
 import secrets
 import threading
@@ -27,24 +25,14 @@ _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
 # The time between two frames of a common screen.
 _PAUSE_SECONDS = 1.0 / 30.0
 
-# Unpacks the page: compression reduces a notebook's outputs to a third.
-_LOADER = """<script type="module">
-const packed = Uint8Array.from(atob("{packed}"), (letter) => letter.charCodeAt(0));
-const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-const page = await new Response(stream).text();
-document.open();
-document.write(page);
-document.close();
-</script>"""
-
 
 def frame(page: str, name: str = "") -> str:
-    """Return the HTML of a page, packed, as a frame of another document; the bridge finds the frame by `name`."""
-    packed = base64.b64encode(gzip.compress(page.encode("utf-8"), mtime=0)).decode("ascii")
-    document = html.escape(_LOADER.replace("{packed}", packed))
+    """Return the HTML of a page as a frame of another document; the bridge finds the frame by `name`."""
     named = f' data-nao-kin="{html.escape(name)}"' if name else ""
     style = "width: 100%; height: 620px; border: 0"
-    inner = f'<iframe{named} title="Robot viewer" srcdoc="{document}" style="{style}" allow="fullscreen"></iframe>'
+    inner = (
+        f'<iframe{named} title="Robot viewer" srcdoc="{html.escape(page)}" style="{style}" allow="fullscreen"></iframe>'
+    )
     return f"<div>{inner}</div>"  # IPython.display.HTML warns of text that is an iframe alone
 
 

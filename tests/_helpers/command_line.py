@@ -6,8 +6,10 @@ import pytest
 
 from nao_kin.cli.app import run
 
+Capture = pytest.CaptureFixture[str]
 
-def said(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
+
+def said(command: str, capsys: Capture, *arguments: str) -> str:
     """Return the output of a command that prints nothing on standard error."""
     assert run([command, *arguments]) == 0
     out, err = capsys.readouterr()
@@ -15,19 +17,19 @@ def said(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     return str(out)
 
 
-def said_with_notes(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> tuple[str, str]:
+def said_with_notes(command: str, capsys: Capture, *arguments: str) -> tuple[str, str]:
     """Return the output of a command, and its notes on standard error."""
     assert run([command, *arguments]) == 0
     out, err = capsys.readouterr()
     return str(out), str(err)
 
 
-def refused(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
+def refused(command: str, capsys: Capture, *arguments: str) -> str:
     """Return the single error line of a command that refuses its input."""
     return refused_line(capsys, command, *arguments)
 
 
-def refused_line(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+def refused_line(capsys: Capture, *arguments: str) -> str:
     """Return the single error line of words that are refused."""
     assert run(arguments) == 2
     out, err = capsys.readouterr()

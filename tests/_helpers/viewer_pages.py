@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import io
 import re
 import time
@@ -354,11 +355,21 @@ def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> bool:
     return True
 
 
-def messages_of(html: str) -> list[dict[str, Any]]:
+def messages_of(page: str) -> list[dict[str, Any]]:
     """The messages that a static page carries."""
-    scene = re.search(r'<script type="text/plain" id="scene">(.*?)</script>', html, re.DOTALL)
-    assert scene is not None
-    return [umsgpack.unpackb(base64.b64decode(line)) for line in scene.group(1).split()]
+    scene, messages = unpacked(page, "scene"), []
+    while scene:
+        end = 4 + int.from_bytes(scene[:4], "big")
+        messages.append(umsgpack.unpackb(scene[4:end]))
+        scene = scene[end:]
+    return messages
+
+
+def unpacked(page: str, part: str) -> bytes:
+    """The scene or the scripts in a page."""
+    found = re.search(f'<script type="text/plain" id="{part}">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    return gzip.decompress(base64.b64decode(found.group(1)))
 
 
 def read_png(data: bytes) -> np.ndarray:

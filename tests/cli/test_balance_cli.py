@@ -9,6 +9,7 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from command_line import Capture
 
 import nao_kin as nk
 
@@ -16,7 +17,7 @@ said = partial(command_line.said, "balance")
 refused = partial(command_line.refused, "balance")
 
 
-def test_it_prints_what_touches_and_the_margin(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+def test_it_prints_what_touches_and_the_margin(capsys: Capture, nao: nk.NaoModel) -> None:
     out = said(capsys, "--posture", "Sit")
     found = nk.world.balance(nao, nao.posture("Sit"))
     assert f"{1000 * found.margin:.1f} mm" in out
@@ -25,7 +26,7 @@ def test_it_prints_what_touches_and_the_margin(capsys: pytest.CaptureFixture, na
     assert "it falls" in said(capsys, "--posture", "StandInit", "--sole", "LLeg")
 
 
-def test_json_of_one_posture(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+def test_json_of_one_posture(capsys: Capture, nao: nk.NaoModel) -> None:
     options = ("--posture", "StandInit", "--outline", "sensors", "--gravity", "0.1,0,-9.8", "--json")
     document = json.loads(said(capsys, *options, "--deg"))
     found = nk.world.balance(nao, nao.posture("StandInit"), outline="sensors", gravity=[0.1, 0.0, -9.8])
@@ -39,7 +40,7 @@ def test_json_of_one_posture(capsys: pytest.CaptureFixture, nao: nk.NaoModel) ->
 
 
 def test_a_file_gives_a_row_each(
-    capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    capsys: Capture, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("nao_kin.cli.balance._CHUNK", 2)  # of a long file, so that the last row is in a second one
     path = tmp_path / "log.csv"
@@ -60,22 +61,17 @@ def test_a_file_gives_a_row_each(
     assert len(said(capsys, str(path), *tip).splitlines()) == 4
 
 
-def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+def test_wrong_words_are_refused_in_one_line(capsys: Capture, tmp_path: Path) -> None:
     assert "--gravity '0,0': 2 numbers, expected 3" in refused(capsys, "--gravity", "0,0")
-    assert "gravity" in refused(capsys, "--gravity", "0,0,0")
-    assert "LFot" in refused(capsys, "--sole", "LFot")
     assert "--sole LArm: not on the links of the robot's soles (LLeg, RLeg)" in refused(
         capsys, "--posture", "Stand", "--sole", "LArm", "--sole", "l_ankle"
     )
     assert "no support polygon" in refused(capsys, "--posture", "Stand", "--sole", "LLeg", "--gravity=-.5,-.3,-1")
     assert "whole configurations" in refused(capsys, "x.csv", "--joint", "HeadYaw=1")
     assert "--rate needs FILE" in refused(capsys, "--rate", "3")
-    assert "absent.csv" in refused(capsys, str(tmp_path / "absent.csv"))
 
 
-def test_contacts_and_forces_are_columns_of_the_file(
-    capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path
-) -> None:
+def test_contacts_and_forces_are_columns_of_the_file(capsys: Capture, nao: nk.NaoModel, tmp_path: Path) -> None:
     q = np.stack([nao.posture("Stand"), nao.posture("Crouch")])
     contacts = np.array([[1.0, 1.0], [0.0, 1.0]])
     path = tmp_path / "log.csv"

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from command_line import Capture
 
 from nao_kin.cli.app import run
 from nao_kin.cli.parsing import SETUP, VARIABLE
@@ -22,7 +23,7 @@ NAO_KIN = [sys.executable, "-m", "nao_kin"]
 
 
 @pytest.fixture
-def asked(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str]]:
+def asked(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str]]:
     """What the program answers to a shell: its exit code, and what it prints."""
 
     def answer(shell: str, **words: str) -> tuple[int, str]:
@@ -58,11 +59,8 @@ def env(tmp_path: Path) -> dict[str, str]:
         ("ik LLe", ["LLeg"]),
         ("fk --nao v3.2 --posture Crouch --posture Lying", ["LyingBelly", "LyingBack"]),
         ("fk --frame LArm,CameraTop_o", ["LArm,CameraTop_optical_frame"]),
-        ("fk walk.csv --missing StandI", ["StandInit"]),
-        ("fk walk.csv --hips ", ["average", "left", "right"]),
         ("fk --nao v3", ["v3.2", "v3.3"]),
         ("fk --robot na", ["nao"]),
-        ("export --format s", ["srdf", "sdf"]),
         ("motion convert --to bhu", []),  # which is only read
         ("motion convert --from bhu", ["bhuman"]),
         ("motion plot --joint LHipY", ["LHipYawPitch"]),
@@ -81,6 +79,7 @@ def test_bash_completes(line: str, expected: list[str] | None, asked: Callable[.
         assert found == expected
 
 
+@pytest.mark.full
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 def test_bash_gets_the_names_by_the_script(env: dict[str, str]) -> None:
     script = f"""
@@ -171,9 +170,7 @@ def _shown(terminal: int, text: str) -> bool:
     return text in printed
 
 
-def test_install_completion_names_the_line_for_the_shell(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_install_completion_names_the_line_for_the_shell(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     for shell, line in (*SETUP.items(), ("dash", SETUP["bash"])):
         monkeypatch.setenv("SHELL", f"/usr/bin/{shell}")
         for words in (["--install-completion"], ["fk", "--show-completion", "zsh"]):

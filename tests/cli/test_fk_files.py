@@ -14,6 +14,7 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from command_line import Capture
 from loops import full
 from scipy.spatial.transform import Rotation
 
@@ -98,7 +99,7 @@ def _matrices(numbers: np.ndarray, style: str, *, deg: bool) -> np.ndarray:
 @pytest.mark.parametrize("deg", [False, True], ids=["rad", "deg"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_poses_are_the_same_on_standard_output_and_in_files(
-    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, deg: bool
+    nao: nk.NaoModel, tmp_path: Path, capsys: Capture, kind: str, deg: bool
 ) -> None:
     for index, style in enumerate(STYLES):
         places = PLACES[(index + deg) % 2]
@@ -136,7 +137,7 @@ def test_poses_are_the_same_on_standard_output_and_in_files(
 
 
 def test_a_row_of_a_long_file_has_its_own_number_and_time(
-    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    nao: nk.NaoModel, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
     file = _file(nao, tmp_path, "timed.csv", _q(nao, inside=True), deg=False)
@@ -151,7 +152,7 @@ def test_a_row_of_a_long_file_has_its_own_number_and_time(
      ("view", "--html", "{folder}/a.html")],
 )  # fmt: skip
 def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
-    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, arguments: tuple[str, ...]
+    capsys: Capture, tmp_path: Path, nao: nk.NaoModel, arguments: tuple[str, ...]
 ) -> None:
     # As np.degrees gives them, of all joints: the hands too, which have no angles.
     rows = [np.degrees(nao.posture(name)) for name in ("Stand", "StandInit", "Sit")]
@@ -170,7 +171,7 @@ READERS = (("fk",), ("balance",), ("collisions",), ("odometry",), ("view", "--ht
 
 
 @pytest.fixture
-def refused(tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
+def refused(tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
     """Run a command, which must refuse its input, in a folder of its own; return the line that it prints."""
     monkeypatch.chdir(tmp_path)
     return lambda command, *arguments: command_line.refused(command, capsys, *arguments)
@@ -192,7 +193,7 @@ def test_every_command_refuses_columns_for_a_motion_and_names_unknown_ones(
 
 @pytest.mark.parametrize("reader", READERS[:3], ids=lambda reader: reader[0])
 def test_every_command_with_limits_applies_them_to_a_motion(
-    refused: Callable[..., str], capsys: pytest.CaptureFixture, reader: tuple[str, ...]
+    refused: Callable[..., str], capsys: Capture, reader: tuple[str, ...]
 ) -> None:
     nk.motion.write_motion(nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [2.5]]), "over.json")
     said = refused(reader[0], "over.json")
@@ -254,7 +255,7 @@ def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
 @pytest.mark.parametrize("reader", READERS[:3], ids=lambda reader: reader[0])
 @pytest.mark.parametrize("name", ["table.csv", "motion.json"])
 def test_every_command_accepts_the_noise_of_sensors_by_name(
-    nao: nk.NaoModel, refused: Callable[..., str], capsys: pytest.CaptureFixture, name: str, reader: tuple[str, ...]
+    nao: nk.NaoModel, refused: Callable[..., str], capsys: Capture, name: str, reader: tuple[str, ...]
 ) -> None:
     q = np.stack([nao.clamp(nao.posture("Stand"))] * 2)
     for excess, accepted in ((4.9, True), (5.1, False)):

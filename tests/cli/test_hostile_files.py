@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import Capture
 
 from nao_kin.cli.app import run
 
@@ -194,7 +195,7 @@ def test_a_hostile_file_is_one_line(answers: dict[str, tuple[Any, str]], case: s
 
 @pytest.mark.parametrize("error", [MemoryError(), np.zeros], ids=["bare", "of NumPy"])
 def test_too_little_memory_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture, error: MemoryError | Callable[..., Any]
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, error: MemoryError | Callable[..., Any]
 ) -> None:
     def load(*_: object, **__: object) -> None:
         if isinstance(error, MemoryError):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Capture
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -16,7 +17,7 @@ WAVE = str(nk.imitation.SAMPLES["wave"])
 SHORT = ("--end", "0.5", "--legs", "ignore")
 
 
-def test_a_motion_is_written_with_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_motion_is_written_with_a_report(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "wave.xar"
     assert run(["imitate", WAVE, "-o", str(out), "--end", "0.5"]) == 0
     output = capsys.readouterr()
@@ -27,7 +28,7 @@ def test_a_motion_is_written_with_a_report(tmp_path: Path, capsys: pytest.Captur
     assert {"LHipYawPitch", "RShoulderPitch"} <= set(motion.joint_names)
 
 
-def test_json_says_how_far_the_robot_is_from_the_person(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_says_how_far_the_robot_is_from_the_person(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "wave.csv"
     assert run(["imitate", WAVE, str(out), *SHORT, "--mirror", "--json", "--weight", "place=1"]) == 0
     report = json.loads(capsys.readouterr().out)
@@ -40,7 +41,7 @@ def test_json_says_how_far_the_robot_is_from_the_person(tmp_path: Path, capsys: 
 
 @pytest.mark.parametrize("posture", ["StandInit", "Crouch"])
 def test_the_virtual_nao_plays_what_is_written_for_naoqi(
-    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str], posture: str
+    nao: nk.NaoModel, tmp_path: Path, capsys: Capture, posture: str
 ) -> None:
     names = ("wave.py", "wave.xar")
     for name in names:
@@ -67,7 +68,7 @@ def test_the_virtual_nao_plays_what_is_written_for_naoqi(
         assert virtual.log.lines[said:] == []  # nothing is late, clipped or refused
 
 
-def test_files_for_naoqi_have_few_keys_and_begin_late(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_for_naoqi_have_few_keys_and_begin_late(tmp_path: Path, capsys: Capture) -> None:
     motions = {}
     for name, more in (("few.py", ()), ("led.csv", ("--lead", "1")), ("all.csv", ())):
         assert run(["imitate", WAVE, str(tmp_path / name), *SHORT, "--json", *more]) == 0
@@ -83,7 +84,7 @@ def test_files_for_naoqi_have_few_keys_and_begin_late(tmp_path: Path, capsys: py
     assert np.abs(few.sample(led.key_times) - led.sample(led.key_times)).max() < np.radians(1.0)
 
 
-def test_an_npz_also_has_the_floating_base(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_npz_also_has_the_floating_base(tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "clip.npz"
     assert run(["imitate", WAVE, str(path), *SHORT]) == 0
     capsys.readouterr()
@@ -99,7 +100,7 @@ def test_an_npz_also_has_the_floating_base(tmp_path: Path, capsys: pytest.Captur
     assert (shapes["root_pos"], shapes["local_body_pos"], shapes["link_body_list"]) == ((26, 3), (26, 43, 3), (43,))
 
 
-def test_a_page_shows_the_person_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_page_shows_the_person_too(tmp_path: Path, capsys: Capture) -> None:
     page = tmp_path / "wave.html"
     assert run(["imitate", WAVE, str(tmp_path / "wave.csv"), *SHORT, "--html", str(page)]) == 0
     assert str(page) in capsys.readouterr().out
@@ -107,7 +108,7 @@ def test_a_page_shows_the_person_too(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.full
-def test_the_same_call_gives_the_same_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_call_gives_the_same_files(tmp_path: Path, capsys: Capture) -> None:
     written = []
     for k in range(2):
         files = [tmp_path / f"wave {k}.json", tmp_path / f"wave {k}.html"]
@@ -117,9 +118,7 @@ def test_the_same_call_gives_the_same_files(tmp_path: Path, capsys: pytest.Captu
     capsys.readouterr()
 
 
-def test_outputs_are_checked_before_the_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_outputs_are_checked_before_the_work(tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(nk.imitation, "read_skeleton", None)
     for arguments in (["out.mp4"], ["out.csv", "--to", "xap"], ["out.csv", "--html", "page.mp4"], ["out"]):
         assert run(["imitate", WAVE, *(str(tmp_path / word) if "." in word else word for word in arguments)]) == 2
@@ -127,7 +126,7 @@ def test_outputs_are_checked_before_the_work(
 
 
 def test_a_motion_that_breaks_a_limit_is_exit_code_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(nk.imitation.Imitation, "ok", property(lambda self: False))
     assert run(["imitate", WAVE, str(tmp_path / "wave.csv"), *SHORT]) == 1
@@ -137,7 +136,7 @@ def test_a_motion_that_breaks_a_limit_is_exit_code_one(
 @pytest.mark.parametrize(
     ("name", "content"), [("n.json", '{"chest": "Spine1", "neck": "Head"}'), ("n.csv", "chest,Spine1\nneck,Head\n")]
 )
-def test_a_file_of_names(name: str, content: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_of_names(name: str, content: str, tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / name).write_text(content)
     arguments = ["imitate", WAVE, str(tmp_path / "wave.csv"), "--end", "0.1", "--legs", "ignore"]
     assert run([*arguments, "--names", str(tmp_path / name), "--names", "head=Neck"]) == 0
@@ -161,11 +160,7 @@ def test_a_file_of_names(name: str, content: str, tmp_path: Path, capsys: pytest
     ],
 )
 def test_errors_are_one_line(
-    arguments: list[str],
-    message: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str], message: str, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["imitate", *arguments]) == 2

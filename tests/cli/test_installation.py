@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import Capture
 
 from nao_kin.cli import doctor, doctor as probes
 from nao_kin.cli.app import run
@@ -24,7 +25,7 @@ def test_a_sound_installation_has_no_problems() -> None:
     assert Path(pin["location"] or "").name == "pinocchio"
 
 
-def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture, request: pytest.FixtureRequest) -> None:
+def test_doctor_prints_what_it_found(capsys: Capture, request: pytest.FixtureRequest) -> None:
     assert run(["doctor"]) == 0
     out = capsys.readouterr().out
     assert "No problems found." in out
@@ -85,7 +86,7 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
     assert "meshcat is not installed: pip install meshcat" in problems
 
 
-def test_a_model_that_does_not_load_is_a_problem_and_code_1(monkeypatch, capsys: pytest.CaptureFixture) -> None:
+def test_a_model_that_does_not_load_is_a_problem_and_code_1(monkeypatch, capsys: Capture) -> None:
     monkeypatch.setattr(probes, "_NUMBA_PROBE", "")
     monkeypatch.setattr(probes, "_PROBE", "raise ImportError('numpy.core failed')")
     assert run(["doctor"]) == 1

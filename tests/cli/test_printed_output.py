@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import Capture
 from doc_commands import FAILING, check, lines_of, run_line, why_skipped
 from doc_pages import DOCS, PRINTED, ROOT, blocks
 
@@ -53,11 +54,7 @@ def _commands() -> list[tuple[str, list[str]]]:
 
 @pytest.mark.parametrize(("command", "said"), _commands(), ids=lambda value: str(value)[:60])
 def test_commands_say_what_stands_under_them(
-    command: str,
-    said: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+    command: str, said: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Capture
 ) -> None:
     _write_faulty_files(tmp_path)
     words = shlex.split(command)[1:]

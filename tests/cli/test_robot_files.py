@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import refused_line as _refused
+from command_line import Capture, refused_line as _refused
 from mjcf_samples import BOX, write
 
 import nao_kin as nk
@@ -19,14 +19,14 @@ ARM = f"""<worldbody><body name="base">{BOX}<body name="hand" pos="0 0 .5"><join
   {BOX}</body></body></worldbody>"""
 
 
-def _json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
+def _json(capsys: Capture, *arguments: str) -> dict:
     assert run([*arguments, "--json"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     return json.loads(out)
 
 
-def test_an_mjcf_is_a_robot_to_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_mjcf_is_a_robot_to_every_command(tmp_path: Path, capsys: Capture) -> None:
     pytest.importorskip("mujoco")
     path = str(write(tmp_path, ARM, "robot.txt"))  # known by what stands in it
     assert _json(capsys, "info", "--urdf", path)["joints"] == 1
@@ -35,14 +35,14 @@ def test_an_mjcf_is_a_robot_to_every_command(tmp_path: Path, capsys: pytest.Capt
     assert run(["view", "--urdf", path, "--html", str(tmp_path / "page.html")]) == 0
 
 
-def test_a_xacro_source_is_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_xacro_source_is_a_robot(tmp_path: Path, capsys: Capture) -> None:
     pytest.importorskip("xacro")
     path = tmp_path / "robot.urdf.xacro"
     path.write_text('<robot name="${1 + 1}" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="l"/></robot>')
     assert _json(capsys, "info", "--urdf", str(path))["name"] == "2"
 
 
-def test_a_plain_file_is_expanded_when_that_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_plain_file_is_expanded_when_that_is_asked_for(tmp_path: Path, capsys: Capture) -> None:
     pytest.importorskip("xacro")
     path = tmp_path / "robot.urdf"
     path.write_text('<robot name="${1 + 1}"><link name="l"/></robot>')
@@ -58,7 +58,7 @@ def test_every_command_that_reads_a_robot_can_be_asked_to_expand_it() -> None:
     assert all("xacro" in names for names in reading)
 
 
-def test_meshes_are_found_in_folders_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_meshes_are_found_in_folders_given(tmp_path: Path, capsys: Capture) -> None:
     for package in ("one", "two"):
         (tmp_path / f"ws_{package}" / package).mkdir(parents=True)
         (tmp_path / f"ws_{package}" / package / "a.stl").touch()
@@ -75,7 +75,7 @@ def test_meshes_are_found_in_folders_given(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_folders_and_files_that_make_no_sense_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "--package-dir needs --urdf" in _refused(capsys, "info", "--package-dir", str(tmp_path))
     assert "there is no folder" in _refused(capsys, "fk", "--urdf", str(nao.urdf_path), "--package-dir", "nowhere")

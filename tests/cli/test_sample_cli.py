@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import refused, said
+from command_line import Capture, refused, said
 from doc_commands import Ran, check, run_line, why_skipped
 from doc_pages import DOCS
 from loops import full
@@ -38,7 +38,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_the_samples_are_small_and_the_same_each_time(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_samples_are_small_and_the_same_each_time(folder: Path, capsys: Capture) -> None:
     found = contents(folder)
     assert sum(map(len, found.values())) < 300_000
     printed = said("sample", capsys, "--output", "again/and")
@@ -46,7 +46,7 @@ def test_the_samples_are_small_and_the_same_each_time(folder: Path, capsys: pyte
     assert contents(Path("again/and")) == found
 
 
-def test_without_names_they_are_listed_as_on_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_names_they_are_listed_as_on_the_page(capsys: Capture) -> None:
     lines = [line.rstrip() for line in said("sample", capsys).splitlines()]
     assert "\n".join(lines[:-1]) in (DOCS / "command_line.md").read_text(encoding="utf-8")
     listed = json.loads(said("sample", capsys, "--json"))["samples"]
@@ -54,7 +54,7 @@ def test_without_names_they_are_listed_as_on_the_page(capsys: pytest.CaptureFixt
     assert not contents(Path())
 
 
-def test_files_are_replaced_with_force_alone_and_otherwise_none_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_are_replaced_with_force_alone_and_otherwise_none_is_written(capsys: Capture) -> None:
     for kept, asked in (("wave.xar", "wave.xar"), ("photos/top_1.000.png", "photos")):
         Path(kept).parent.mkdir(exist_ok=True)
         Path(kept).write_bytes(b"mine")

@@ -637,9 +637,7 @@ def test_a_function_that_raises_an_error_fails_its_own_rows_and_no_others(robot:
         assert row.pairs > 0
 
 
-def test_an_elementary_rotation_that_raises_an_error_is_blamed_on_what_it_turns(
-    robot: nk.RobotModel,
-) -> None:
+def test_an_elementary_rotation_that_raises_an_error_is_blamed_on_what_it_turns(robot: nk.RobotModel) -> None:
     report = crosscheck.run(robot, 8, conversions=Conversions(rot_x=raising))
     assert blamed(report, ORIENTATION) == {"roll", "slide"}
 

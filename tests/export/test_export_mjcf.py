@@ -15,7 +15,6 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadModel, MissingExtra
 from nao_kin.robot.geometry import shapes_of
 from nao_kin.robot.semantics import Posture, Semantics
@@ -173,13 +172,6 @@ def test_cameras_look_along_x_with_the_published_fields_of_view(nao: nk.NaoModel
         assert fovy == pytest.approx(vertical, abs=1e-12)
         width, height = model.cam_resolution[model.camera(name).id]
         assert 2.0 * np.arctan(np.tan(0.5 * fovy) * width / height) == pytest.approx(horizontal, abs=2e-3)
-
-
-def test_a_field_of_view_keeps_all_its_digits(nao: nk.NaoModel, tmp_path: Path) -> None:
-    fields = {"CameraTop": (1.0, np.sqrt(0.5))}
-    robot = nk.RobotModel(nao.tree, replace(nao.semantics, fields_of_view=fields))
-    model = exported(robot, tmp_path / "nao")
-    assert np.radians(float(model.camera("CameraTop").fovy[0])) == pytest.approx(np.sqrt(0.5), abs=1e-14)
 
 
 def test_shapes_to_see_and_shapes_to_touch_are_two_groups(nao: nk.NaoModel, model: Any) -> None:
@@ -633,12 +625,6 @@ def test_without_mujoco_the_extra_is_named(nao: nk.NaoModel, tmp_path: Path, mon
     with pytest.raises(MissingExtra, match=r"nao-kin\[mujoco\]"):
         nk.export.mjcf(nao, tmp_path / "nao")
     assert not list(tmp_path.iterdir())
-
-
-def test_the_command_line_writes_it_too(tmp_path: Path) -> None:
-    command = ["export", str(tmp_path / "nao"), "--format", "mjcf", "--nao", "v5", "--typed", "--meshes", "none"]
-    assert run(command) == 0
-    assert mujoco.MjModel.from_xml_path(str(tmp_path / "nao" / "scene.xml")).nu == 25
 
 
 def _with_a_frame(tree: UrdfTree, name: str, parent: str, xyz: tuple[float, float, float]) -> UrdfTree:

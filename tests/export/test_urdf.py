@@ -126,14 +126,6 @@ def test_the_default_is_what_was_read(tmp_path: Path) -> None:
     assert set(tree.links) == set(nao.tree.links)
 
 
-def test_equal_robots_give_equal_text(tmp_path: Path) -> None:
-    texts = []
-    for name in ("a", "b"):
-        nk.export.urdf(nk.load_nao("v6"), tmp_path / name, meshes="none", frames="none", inertia="physical")
-        texts.append((tmp_path / name).read_bytes())
-    assert texts[0] == texts[1]
-
-
 # Inertias.
 
 

@@ -18,8 +18,6 @@ from nao_kin.export.variants import Variant, align_axes, keep_frames, name_frame
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint, read_urdf
 
-VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
-
 
 @pytest.mark.parametrize("frames", ["all", "none"])
 def test_a_ball_stands_where_the_three_joints_were_at_zero(frames: str) -> None:

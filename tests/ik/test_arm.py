@@ -8,7 +8,7 @@ from ik_checks import BESIDE, Floats, assert_solved, derivatives, distance_to_so
 from loops import for_all
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Family, Reason
 from nao_kin.ik.follow_branches import _cause
 from nao_kin.ik.follow_limbs import LimbPath
@@ -334,13 +334,8 @@ def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.arm(nao, "L", T[:2, :3, 3], direction=[[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     with pytest.raises(WrongShape, match="direction"):
         nk.ik.arm(nao, "L", T[:2, :3, 3], direction=np.ones((3, 3)))
-    with pytest.raises(NotFinite, match="direction"):
-        nk.ik.arm(nao, "L", T[0, :3, 3], direction=[1.0, math.nan, 0.0])
     with pytest.raises(UnknownName, match="manipulability"):
         nk.ik.arm(nao, "L", T[0, :3, 3], criterion="manipulabilty")  # type: ignore[arg-type]
-    T[2, :3, :3] *= 1.1
-    with pytest.raises(NotARotation, match=r"at index \[2\]"):
-        nk.ik.arm(nao, "L", T)
 
 
 def test_the_elbow_must_be_that_of_a_nao() -> None:

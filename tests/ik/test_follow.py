@@ -615,18 +615,10 @@ def test_wrong_paths_are_refused_with_effector_and_sample(nao: nk.NaoModel) -> N
         nk.ik.follow(nao, {"Head": T})
     with pytest.raises(BadArgument, match="both move the head"):
         nk.ik.follow(nao, {"Head": np.eye(3), "CameraTop": [1.0, 0.0, 0.0]})
-    stretched, gap, row = T.copy(), T.copy(), T.copy()
+    stretched = T.copy()
     stretched[3, :3, :3] *= 1.01
-    gap[2, 1, 3] = math.nan
-    row[4, 3] = [1.0, 0.0, 0.0, 1.0]
     with pytest.raises(NotARotation, match=r"path\['LLeg'\]: not a rotation matrix at index \[3\]"):
         nk.ik.follow(nao, {"LLeg": stretched})
-    with pytest.raises(NotARotation, match=r"path\['Head'\]: not a rotation matrix at index \[3\]"):
-        nk.ik.follow(nao, {"Head": stretched[:, :3, :3]})
-    with pytest.raises(NotFinite, match=r"path\['LLeg'\] must be finite, got nan at index \[2, 1, 3\]"):
-        nk.ik.follow(nao, {"LLeg": gap})
-    with pytest.raises(BadArgument, match=r"path\['LLeg'\] at index \[4\] is not a rigid transform"):
-        nk.ik.follow(nao, {"LLeg": row})
 
 
 def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
@@ -640,8 +632,6 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
     for speed in (0.0, -1.0):
         with pytest.raises(BadArgument, match="speed must be a number above zero"):
             nk.ik.follow(nao, {"LLeg": T}, speed=speed)
-    with pytest.raises(WrongShape, match="near"):
-        nk.ik.follow(nao, {"LLeg": T}, near=np.zeros(24))
     with pytest.raises(BadArgument, match="free requires torso"):
         nk.ik.follow(nao, {"LLeg": T}, free="lean")
     with pytest.raises(BadArgument, match="rate"):

@@ -55,24 +55,17 @@ def test_a_head_is_turned_as_naoqi_said(nao: nk.NaoModel, case: dict) -> None:
 
 
 @pytest.mark.parametrize("case", cases_of("LLeg+RLeg"))
-@pytest.mark.parametrize("side", ["L", "R"])
-def test_a_foot_is_where_naoqi_said(nao: nk.NaoModel, case: dict, side: str) -> None:
-    T, tolerance = pose_of(case["pose"][side + "Leg"]), case["tolerance"]
-    q = nao.configuration(case["one_solution_rad"], limits="ignore")
-    found = nk.ik.leg(nao, side, T, near=q, limits="ignore")
-    (error,) = pose_errors(nao.fk(found.q, side + "Leg")[None], T[None])
-    assert error[0] < tolerance["position_m"]
-    assert error[1] < tolerance["rotation_rad"]
-    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-4)
-
-
-@pytest.mark.parametrize("case", cases_of("LLeg+RLeg"))
-def test_both_feet_are_where_naoqi_said(nao: nk.NaoModel, case: dict) -> None:
+def test_feet_are_where_naoqi_said(nao: nk.NaoModel, case: dict) -> None:
     T, tolerance = [pose_of(case["pose"][side + "Leg"]) for side in "LR"], case["tolerance"]
     q = nao.configuration(case["one_solution_rad"], limits="ignore")
+    options = {"near": q, "limits": "ignore"}
     # Rounded numbers are of feet whose hips differ a little.
-    found = nk.ik.legs(nao, *T, near=q, limits="ignore")
-    errors = pose_errors(nao.fk(found.q, ["LLeg", "RLeg"]), np.array(T))
-    assert errors[:, 0].max() < tolerance["position_m"]
-    assert errors[:, 1].max() < tolerance["rotation_rad"]
-    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-4)
+    for found, feet in (
+        (nk.ik.leg(nao, "L", T[0], **options), slice(0, 1)),
+        (nk.ik.leg(nao, "R", T[1], **options), slice(1, 2)),
+        (nk.ik.legs(nao, *T, **options), slice(0, 2)),
+    ):
+        errors = pose_errors(nao.fk(found.q, ["LLeg", "RLeg"][feet]), np.array(T[feet]))
+        assert errors[:, 0].max() < tolerance["position_m"]
+        assert errors[:, 1].max() < tolerance["rotation_rad"]
+        np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-4)

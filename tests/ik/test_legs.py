@@ -130,18 +130,6 @@ def test_the_solutions_are_the_pairs_of_solutions_of_each_leg(nao: nk.NaoModel) 
             assert gaps.min(axis=0).max() < 2e-6
 
 
-def test_one_pair_and_a_batch_of_it_give_the_same(nao: nk.NaoModel) -> None:
-    T = feet_of(nao, nao.random(5, (3, 2)))
-    for limits in ("enforce", "ignore"):
-        many = nk.ik.legs(nao, *T, limits=limits)
-        assert many.q.shape == (3, 2, 25)
-        assert many.yaw_errors.shape == (3, 2, 2)
-        for index in np.ndindex(3, 2):
-            one = nk.ik.legs(nao, T[0][index], T[1][index], limits=limits)
-            assert one.success is True
-            np.testing.assert_allclose(one.solutions, many.solutions[index][: one.count], rtol=0, atol=1e-13)
-
-
 def test_solutions_are_sorted_by_their_distance_over_eleven_joints(nao: nk.NaoModel) -> None:
     q = nao.random(6, 300)
     T = feet_of(nao, q)
@@ -594,14 +582,6 @@ def test_targets_and_references_broadcast(nao: nk.NaoModel) -> None:
         nk.ik.legs(nao, T_left, T_right[:3])
     with pytest.raises(WrongShape, match="torso"):
         nk.ik.legs(nao, T_left, T_right, base="floating", torso=T_left[:3])
-
-
-def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
-    for base in ("fixed", "floating"):
-        found = nk.ik.legs(nao, np.empty((0, 4, 4)), np.eye(4), base=base)  # type: ignore[arg-type]
-        assert found.q.shape == (0, 25)
-        assert found.yaw_errors.shape == (0, 2)
-        assert np.shape(found.success) == (0,)
 
 
 def test_wrong_names_are_refused_with_the_valid_ones(nao: nk.NaoModel) -> None:

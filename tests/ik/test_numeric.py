@@ -149,18 +149,6 @@ def test_without_limits_joints_may_leave_their_ranges_and_stay_within_half_a_tur
     assert (np.abs(found.q) <= 2 * np.pi).all()
 
 
-def test_a_pose_is_solved_alike_alone_and_in_a_batch_and_again(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.random(21, 12), "LArm")
-    batch = numeric(nao, "LArm", T.reshape(3, 4, 4, 4))
-    assert batch.q.shape == (3, 4, 25)
-    again = numeric(nao, "LArm", T.reshape(3, 4, 4, 4))
-    np.testing.assert_array_equal(batch.q, again.q)
-    for k in range(12):
-        alone = numeric(nao, "LArm", T[k])
-        assert alone.success is True
-        np.testing.assert_allclose(alone.q, batch.q.reshape(12, 25)[k], atol=1e-6)
-
-
 def pose_errors(poses: np.ndarray, targets: np.ndarray) -> np.ndarray:
     R = targets[:, :3, :3]
     away = np.einsum("nji,nj->ni", R, targets[:, :3, 3] - poses[:, :3, 3])
@@ -168,16 +156,6 @@ def pose_errors(poses: np.ndarray, targets: np.ndarray) -> np.ndarray:
 
 
 # --- weights --------------------------------------------------------------------------------------------------------
-
-
-def test_what_has_no_weight_is_left_free(nao: nk.NaoModel) -> None:
-    T = nao.fk(nao.random(1, 50), "LArm")
-    T[:, :3, :3] = np.eye(3)
-    found = numeric(nao, "LArm", T, weights=(1.0, 0.0))
-    assert found.success.all()  # type: ignore[union-attr]
-    np.testing.assert_allclose(nao.position(found.q, "LArm"), T[:, :3, 3], atol=2e-8)
-    np.testing.assert_array_equal(found.residual[:, 1], 0.0)
-    assert (found.family == Family.REDUNDANT).all()
 
 
 @for_all(
@@ -281,29 +259,21 @@ def test_a_target_beyond_the_stretched_leg_says_how_far(nao: nk.NaoModel) -> Non
     assert nao.within_limits(found.q)
 
 
-def test_a_target_that_needs_a_joint_outside_its_range_names_it(nao: nk.NaoModel) -> None:
-    q = nao.posture("StandInit")
-    knee = nao.joint_names.index("LKneePitch")
-    q[knee] = nao.upper[knee] + 0.1
-    found = numeric(nao, "LLeg", nao.fk(q, "LLeg"), near=nao.posture("Crouch"))
+@for_all(("joint", "frame", "side"), [("LKneePitch", "LLeg", 1.0), ("LElbowRoll", "LArm", -1.0)])
+def test_a_target_that_needs_a_joint_outside_its_range_names_it(
+    nao: nk.NaoModel, joint: str, frame: str, side: float
+) -> None:
+    q, column = nao.posture("StandInit"), nao.joint_names.index(joint)
+    limit = (nao.upper if side > 0.0 else nao.lower)[column]
+    q[column] = limit + 0.1 * side
+    found = numeric(nao, frame, nao.fk(q, frame), near=nao.posture("Crouch"))
     assert found.success is False
     assert found.reason is Reason.JOINT_LIMIT
-    assert found.joints[int(found.obstacles.joint)] == "LKneePitch"
-    assert float(found.obstacles.needed) == pytest.approx(q[knee], abs=1e-6)
-    assert float(found.obstacles.limit) == nao.upper[knee]
+    assert found.joints[int(found.obstacles.joint)] == joint
+    assert float(found.obstacles.needed) == pytest.approx(q[column], abs=1e-6)
+    assert float(found.obstacles.limit) == limit
     assert nao.within_limits(found.q)
-
-
-def test_a_target_that_needs_a_joint_below_its_range_names_the_lower_limit(nao: nk.NaoModel) -> None:
-    q = nao.posture("StandInit")
-    roll = nao.joint_names.index("LElbowRoll")
-    q[roll] = nao.lower[roll] - 0.1
-    found = numeric(nao, "LArm", nao.fk(q, "LArm"), near=nao.posture("Crouch"))
-    assert found.reason is Reason.JOINT_LIMIT
-    assert found.joints[int(found.obstacles.joint)] == "LElbowRoll"
-    assert float(found.obstacles.needed) == pytest.approx(q[roll], abs=1e-6)
-    assert float(found.obstacles.limit) == nao.lower[roll]
-    assert str(found.message).startswith(f"LElbowRoll needs {q[roll]:.3g} rad, limit {nao.lower[roll]:.3g};")
+    assert str(found.message).startswith(f"{joint} needs {q[column]:.3g} rad, limit {limit:.3g};")
 
 
 def test_a_target_that_only_a_coupled_limit_forbids_says_so(nao: nk.NaoModel) -> None:
@@ -468,13 +438,6 @@ def test_references_broadcast_with_targets(nao: nk.NaoModel) -> None:
     np.testing.assert_array_equal(found.q[1, 2, 2:], references[1, 0, 2:])
 
 
-@pytest.mark.parametrize("shape", [(0,), (3, 0), (0, 2)])
-def test_an_empty_batch_has_an_empty_answer(nao: nk.NaoModel, shape: tuple[int, ...]) -> None:
-    found = numeric(nao, "LLeg", np.zeros((*shape, 4, 4)))
-    assert found.q.shape == (*shape, 25)
-    assert found.success.shape == shape  # type: ignore[union-attr]
-
-
 # --- derivatives and regions ----------------------------------------------------------------------------------------
 
 
@@ -593,11 +556,8 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
     [
         ({"frame": "LLag"}, UnknownName, "LLeg"),
         ({"frame": "torso"}, BadArgument, "no joint moves"),
-        ({"T": _poses({(1, 2, 0, 0): 1.1})}, NotARotation, r"\[1, 2\]"),
-        ({"T": _poses({(1, 0, 3, 3): 2.0})}, BadArgument, r"\[1, 0\]"),
         ({"T": _poses({(0, 1, 0, 3): np.nan})}, NotFinite, r"\[0, 1, 0, 3\]"),
         ({"T": np.zeros(7)}, WrongShape, r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions, got \(7,\)$"),
-        ({"T": np.zeros((3, 4))}, WrongShape, r"got \(3, 4\)$"),
         ({"T": [0.1, np.nan, 0.1]}, NotFinite, r"T.*\[1\]"),
         ({"T": [0.1, 0.0, 0.1], "weights": (0.0, 1.0)}, BadArgument, "not all of those of a position 0"),
         ({"T": "pose"}, BadArgument, "T must be"),
@@ -606,7 +566,6 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"near": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
         ({"limits": "clamp"}, UnknownName, r"\(valid: enforce, ignore\); with .enforce., the result's `best`"),
         ({"weights": (1.0, -1.0)}, BadArgument, "weights"),
-        ({"weights": (0.0, 0.0)}, BadArgument, "weights"),
         ({"weights": (1.0, 1.0, 1.0)}, BadArgument, "weights"),
         ({"restarts": -1}, BadArgument, "restarts"),
         ({"iterations": 0}, BadArgument, "iterations"),

@@ -127,14 +127,12 @@ def test_what_is_merged_is_a_copy() -> None:
     ("needed", "words"),
     [
         (1.5, "1.5 m"),
-        (0.012, "12 mm"),
         (2.5e-6, "2.5 µm"),
         (1e-9, "1 nm"),
         (0.0, "0 nm"),
         # Rounded before the unit is chosen.
         (0.99996, "1 m"),
         (0.99994, "999.9 mm"),
-        (0.9999999e-3, "1 mm"),
         (999.94e-6, "999.9 µm"),
     ],
 )
@@ -217,6 +215,13 @@ def test_a_target_without_a_rotation_is_named_with_its_index_and_its_defect(
         BadArgument, match=rf"^{argument} at index \[1\] is not a rigid transform: its last row is 1, 0, 0, 1"
     ):
         solve(nao, T)
+
+
+@for_all(("argument", "frame", "solve"), POSES)
+def test_an_empty_batch_is_one(nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult]) -> None:
+    found = solve(nao, np.empty((3, 0, 4, 4)))
+    assert found.q.shape == (3, 0, 25)
+    assert np.shape(found.success) == np.shape(found.message) == (3, 0)
 
 
 @for_all(("argument", "frame", "solve"), POSES)

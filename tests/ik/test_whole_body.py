@@ -519,13 +519,10 @@ def test_what_is_no_array_is_refused_by_name(nao: nk.NaoModel) -> None:
     square = SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
     cases = [
         (lambda: whole_body(nao, {"LArm": [[1, 2], [3]]}), BadArgument, r"targets\[.*LArm.*must be real numbers"),
-        (lambda: whole_body(nao, {}, gaze=[[1, 2], [3]]), BadArgument, "gaze must be real numbers"),
         (lambda: whole_body(nao, {}, feet={"L": [[1, 2], [3]]}), BadArgument, r"feet\[.*must be real numbers"),
         (lambda: SupportPolygon.around("abc"), BadArgument, "points must be real numbers"),
-        (lambda: SupportPolygon.around([[1, 2], [3]]), BadArgument, "points must be real numbers"),
         (lambda: SupportPolygon.around(0.5), WrongShape, r"points must have shape \(\.\.\., 2\)"),
         (lambda: square.signed_distance(0.5), WrongShape, r"points must have shape \(\.\.\., 2\)"),
-        (lambda: square.signed_distance([0.5]), WrongShape, r"points must have shape \(\.\.\., 2\)"),
         (lambda: square.signed_distance([0.5, math.nan]), NotFinite, "points"),
     ]
     for call, error, message in cases:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.imitation import Skeleton
 from nao_kin.rotations import rot_y, rot_z
@@ -158,3 +159,29 @@ def array_of(points: dict[str, Floats], order: list[str], source: str) -> Floats
     if source in ("mediapipe", "azure_kinect"):
         return np.stack([left, -up, 2.5 - ahead], axis=-1)
     return np.stack([left, up, ahead], axis=-1)
+
+
+# --- The robot itself as a person.
+
+LETTERS = (("left", "L"), ("right", "R"))
+ARM = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
+MOVED = [letter + joint for _, letter in LETTERS for joint in ARM] + ["HeadYaw", "HeadPitch"]
+_FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
+
+
+def points_of(robot: nk.RobotModel, q: Floats) -> dict[str, Floats]:
+    """The points of the robot itself, named as those of a person."""
+    return {
+        f"{side}_{name}": robot.fk(q, letter + frame)[:, :3, 3]
+        for side, letter in LETTERS
+        for name, frame in _FRAMES.items()
+    }
+
+
+def orientations_of(robot: nk.RobotModel, q: Floats) -> dict[str, Floats]:
+    frames = {"left_hand": "LWristYaw", "right_hand": "RWristYaw", "head": "Head"}
+    return {name: robot.fk(q, frame)[:, :3, :3] for name, frame in frames.items()}
+
+
+def columns_of(robot: nk.RobotModel) -> list[int]:
+    return [robot.nq_base + robot.joint_names.index(name) for name in MOVED]

@@ -129,83 +129,55 @@ def test_a_sample_agrees_with_a_second_reader() -> None:
         np.testing.assert_allclose(skeleton.points[name], np.stack([z, x, y], axis=1), atol=1e-12)
 
 
-# The names of producers for the joints of the wave: clavicle, arm, leg and toe of a side, "*" for the side, and trunk.
+# The names of producers for the joints of the wave: those of left and right, "*" in the names of clavicle, arm, leg and
+# toe, and the trunk.
 WAVE_SIDE = ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
 WAVE_TRUNK = ("Hips", "Spine2", "Neck", "Head")
-PRODUCERS = {
-    "Mixamo": (("Left", "Right"), [f"mixamorig:*{part}" for part in WAVE_SIDE], WAVE_TRUNK),
-    "LAFAN1": (("Left", "Right"), [f"*{part}" for part in (*WAVE_SIDE[:-1], "Toe")], WAVE_TRUNK),
-    "Rokoko": (("Left", "Right"), "*Shoulder *Arm *ForeArm *Hand *Thigh *Shin *Foot *Toe", "Hips Spine4 Neck Head"),
-    "Xsens": (("Left", "Right"), "*Collar *Shoulder *Elbow *Wrist *Hip *Knee *Ankle *Toe", "Hips Chest4 Neck Head"),
-    "Biovision": (("Left", "Right"), "*Collar *UpArm *LowArm *Hand *UpLeg *LowLeg *Foot *Toe", "Hips Chest Neck Head"),
-    "Daz": ("lr", "*Collar *Shldr *ForeArm *Hand *Thigh *Shin *Foot *Toe", "hip chest neck head"),
-    "Genesis": ("lr", "*Collar *ShldrBend *ForearmBend *Hand *ThighBend *Shin *Foot *Toe", "hip chest neckLower head"),
-    "MocapNET": ("lr", "*collar *shoulder *elbow *hand *hip *knee *foot toe1-1.*", "hip chest neck head"),
-    "MakeHuman": (
-        "LR",
-        "clavicle.* upperarm01.* lowerarm01.* wrist.* upperleg01.* lowerleg01.* foot.* toe1-1.*",
-        "root spine01 neck01 head",
-    ),
-    "Bandai-Namco": (
-        "LR",
-        "Shoulder_* UpperArm_* LowerArm_* Hand_* UpperLeg_* LowerLeg_* Foot_* Toes_*",
-        "Hips Chest Neck Head",
-    ),
-    "3ds Max": (
-        "LR",
-        [f"Bip01 * {part}" for part in "Clavicle UpperArm Forearm Hand Thigh Calf Foot Toe0".split()],
-        ["Bip01 Pelvis", "Bip01 Spine2", "Bip01 Neck", "Bip01 Head"],
-    ),
-    "Unreal": (
-        "lr",
-        "clavicle_* upperarm_* lowerarm_* hand_* thigh_* calf_* foot_* ball_*",
-        "pelvis spine_03 neck_01 head",
-    ),
-    "VRM": (
-        "LR",
-        [f"J_Bip_*_{part}" for part in "Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot ToeBase".split()],
-        "J_Bip_C_Hips J_Bip_C_Chest J_Bip_C_Neck J_Bip_C_Head",
-    ),
-    "Rigify": (
-        "LR",
-        "DEF-shoulder.* DEF-upper_arm.* DEF-forearm.* DEF-hand.* DEF-thigh.* DEF-shin.* DEF-foot.* DEF-toe.*",
-        "hips chest neck head",
-    ),
-    "Acclaim": ("lr", "*clavicle *humerus *radius *wrist *femur *tibia *foot *toes", "root thorax lowerneck head"),
-    "Motive": ("LR", "*Shoulder *UArm *FArm *Hand *Thigh *Shin *Foot *Toe", "Hip Chest Neck Head"),
-    "Kinect": (
-        ("Left", "Right"),
-        "Clavicle* Shoulder* Elbow* Wrist* Hip* Knee* Ankle* Foot*",
-        "SpineBase SpineMid Neck Head",
-    ),
-    "SMPL": (
-        ("left", "right"),
-        "*_collar *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_foot",
-        "pelvis spine3 neck head",
-    ),
-    "nao_kin": (
-        ("left", "right"),
-        "*_clavicle *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_toe",
-        "pelvis chest neck head",
-    ),
-}
+PRODUCERS = """
+Mixamo | Left Right | mixamorig:*Shoulder mixamorig:*Arm mixamorig:*ForeArm mixamorig:*Hand mixamorig:*UpLeg \
+    mixamorig:*Leg mixamorig:*Foot mixamorig:*ToeBase | Hips Spine2 Neck Head
+LAFAN1 | Left Right | *Shoulder *Arm *ForeArm *Hand *UpLeg *Leg *Foot *Toe | Hips Spine2 Neck Head
+Rokoko | Left Right | *Shoulder *Arm *ForeArm *Hand *Thigh *Shin *Foot *Toe | Hips Spine4 Neck Head
+Xsens | Left Right | *Collar *Shoulder *Elbow *Wrist *Hip *Knee *Ankle *Toe | Hips Chest4 Neck Head
+Biovision | Left Right | *Collar *UpArm *LowArm *Hand *UpLeg *LowLeg *Foot *Toe | Hips Chest Neck Head
+Daz | l r | *Collar *Shldr *ForeArm *Hand *Thigh *Shin *Foot *Toe | hip chest neck head
+Genesis | l r | *Collar *ShldrBend *ForearmBend *Hand *ThighBend *Shin *Foot *Toe | hip chest neckLower head
+MocapNET | l r | *collar *shoulder *elbow *hand *hip *knee *foot toe1-1.* | hip chest neck head
+MakeHuman | L R | clavicle.* upperarm01.* lowerarm01.* wrist.* upperleg01.* lowerleg01.* foot.* toe1-1.* \
+    | root spine01 neck01 head
+Bandai-Namco | L R | Shoulder_* UpperArm_* LowerArm_* Hand_* UpperLeg_* LowerLeg_* Foot_* Toes_* | Hips Chest Neck Head
+3ds Max | L R | Bip01~*~Clavicle Bip01~*~UpperArm Bip01~*~Forearm Bip01~*~Hand Bip01~*~Thigh Bip01~*~Calf \
+    Bip01~*~Foot Bip01~*~Toe0 | Bip01~Pelvis Bip01~Spine2 Bip01~Neck Bip01~Head
+Unreal | l r | clavicle_* upperarm_* lowerarm_* hand_* thigh_* calf_* foot_* ball_* | pelvis spine_03 neck_01 head
+VRM | L R | J_Bip_*_Shoulder J_Bip_*_UpperArm J_Bip_*_LowerArm J_Bip_*_Hand J_Bip_*_UpperLeg J_Bip_*_LowerLeg \
+    J_Bip_*_Foot J_Bip_*_ToeBase | J_Bip_C_Hips J_Bip_C_Chest J_Bip_C_Neck J_Bip_C_Head
+Rigify | L R | DEF-shoulder.* DEF-upper_arm.* DEF-forearm.* DEF-hand.* DEF-thigh.* DEF-shin.* DEF-foot.* DEF-toe.* \
+    | hips chest neck head
+Acclaim | l r | *clavicle *humerus *radius *wrist *femur *tibia *foot *toes | root thorax lowerneck head
+Motive | L R | *Shoulder *UArm *FArm *Hand *Thigh *Shin *Foot *Toe | Hip Chest Neck Head
+Kinect | Left Right | Clavicle* Shoulder* Elbow* Wrist* Hip* Knee* Ankle* Foot* | SpineBase SpineMid Neck Head
+SMPL | left right | *_collar *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_foot | pelvis spine3 neck head
+nao_kin | left right | *_clavicle *_shoulder *_elbow *_wrist *_hip *_knee *_ankle *_toe | pelvis chest neck head
+"""
+ROWS = [[part.split() for part in row.split("|")] for row in PRODUCERS.strip().splitlines()]
 
 
-def renamed(sides: Sequence[str], limbs: Sequence[str] | str, trunk: Sequence[str] | str) -> str:
-    """Return the wave with the names of a producer."""
-    limbs, trunk = (names.split() if isinstance(names, str) else names for names in (limbs, trunk))
+def renamed(sides: Sequence[str], limbs: Sequence[str], trunk: Sequence[str]) -> str:
+    """Return the wave with the names of a producer, in which ~ is a blank."""
     names = dict(zip(WAVE_TRUNK, trunk, strict=True))
     for own, theirs in zip(("Left", "Right"), sides, strict=True):
         names |= {own + part: limb.replace("*", theirs) for part, limb in zip(WAVE_SIDE, limbs, strict=True)}
     return re.sub(
-        r"(ROOT|JOINT) (\S+)\n", lambda match: f"{match[1]} {names.get(match[2], 'x' + match[2][::-1])}\n", WAVE
+        r"(ROOT|JOINT) (\S+)\n",
+        lambda match: f"{match[1]} {names.get(match[2], 'x' + match[2][::-1]).replace('~', ' ')}\n",
+        WAVE,
     )
 
 
-@pytest.mark.parametrize("producer", PRODUCERS)
-def test_joints_are_found_by_side_and_part_in_the_names_of_every_producer(tmp_path: Path, producer: str) -> None:
+@pytest.mark.parametrize("row", ROWS, ids=["_".join(row[0]) for row in ROWS])
+def test_joints_are_found_by_side_and_part_in_the_names_of_every_producer(tmp_path: Path, row: list[list[str]]) -> None:
     file = tmp_path / "person.bvh"
-    file.write_text(renamed(*PRODUCERS[producer]))
+    file.write_text(renamed(*row[1:]))
     truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
     skeleton = nk.imitation.read_skeleton(file)
     assert skeleton.source == "names"
@@ -219,11 +191,9 @@ def test_joints_are_found_by_side_and_part_in_the_names_of_every_producer(tmp_pa
 
 
 def test_a_common_prefix_and_letter_case_do_not_count(tmp_path: Path) -> None:
-    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
-    for prefix in ("mixamorig:", "Character1_"):
-        file = tmp_path / "person.bvh"
-        file.write_text(re.sub(r"(ROOT|JOINT) (\S+)", lambda m, p=prefix: f"{m[1]} {p}{m[2].upper()}", WAVE))
-        assert nk.imitation.read_skeleton(file).names == truth.names
+    file = tmp_path / "person.bvh"
+    file.write_text(re.sub(r"(ROOT|JOINT) (\S+)", lambda m: f"{m[1]} Character1_{m[2].upper()}", WAVE))
+    assert nk.imitation.read_skeleton(file).names == nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"]).names
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("inch", 0.0254)])
@@ -281,21 +251,6 @@ def test_a_rest_pose_that_does_not_stand_gives_points_and_no_orientations(tmp_pa
     assert skeleton.points["left_knee"][0, 2] < 0.6
 
 
-def test_a_file_with_z_up_is_read_like_one_with_y_up(tmp_path: Path) -> None:
-    """Blender writes z up; a turn of the root by 90° about x does the same, in every frame."""
-    head, body = WAVE.split("MOTION\n")
-    label, frame_time, *rows = body.splitlines()
-    rows = [" ".join(["0", "0", "95", "0", "90", "0", *row.split()[6:]]) for row in rows]
-    file = tmp_path / "person.bvh"
-    file.write_text("\n".join([head + "MOTION", label, frame_time, *rows]))
-    truth = nk.imitation.read_skeleton(nk.imitation.SAMPLES["wave"])
-    skeleton = nk.imitation.read_skeleton(file)
-    assert any(note.startswith("z points up, by the direction of the trunk") for note in skeleton.notes)
-    for name, points in skeleton.points.items():
-        x, y, z = truth.points[name].T
-        np.testing.assert_allclose(points, np.stack([y, -x, z], axis=1), atol=1e-12)  # another heading
-
-
 def test_the_rest_pose_tells_someone_who_lies_from_a_file_with_z_up(tmp_path: Path) -> None:
     """Both turn the root by 90° in every frame: someone who lies is near zero along y, and anywhere along z."""
     head, body = WAVE.split("MOTION\n")
@@ -312,10 +267,12 @@ def test_the_rest_pose_tells_someone_who_lies_from_a_file_with_z_up(tmp_path: Pa
         skeleton = nk.imitation.read_skeleton(file)
         trunk = np.median(skeleton.points["neck"] - skeleton.points["pelvis"], axis=0)
         assert (abs(trunk[2]) < 0.1) == (name == "lies")
-        assert any(
-            note.startswith("y points up, by the rest pose: the person lies along z") for note in skeleton.notes
-        ) == (name == "lies")
-        assert ("the root stays where it is" in str(skeleton.notes)) == (name == "stays")
+        why = {
+            "lies": "y points up, by the rest pose: the person lies along z; up= (--up) says otherwise",
+            "stands": "z points up, by the direction of the trunk, not y of the rest pose: the feet are at 0 along it",
+            "stays": "z points up, by the direction of the trunk, not y of the rest pose: the root stays where it is",
+        }
+        assert why[name] in skeleton.notes
         stated = nk.imitation.read_skeleton(file, up="z")
         assert np.median(stated.points["neck"] - stated.points["pelvis"], axis=0)[2] > 0.4
 
@@ -324,18 +281,11 @@ LAST = len(WAVE.splitlines())
 FAULTS = {
     "empty": (lambda t: " \n", "empty; expected BVH"),
     "hierarchy cut off": (lambda t: t[: t.index("JOINT Neck")], "line 18: ends where OFFSET is expected"),
-    "motion cut off": (lambda t: t[: t.index("Frame Time")], "ends where Frame is expected; it is incomplete"),
     "half of the frames": (lambda t: "\n".join(t.splitlines()[:-30]), "frame 35 is the last one, but 65 frames are"),
     "too many frames": (lambda t: t.replace("Frames: 65", "Frames: 60"), "frame 65 is the last one, but 60 frames"),
-    "a row cut off": (lambda t: t.rstrip()[:-3], f"line {LAST}: "),
     "a word in a row": (lambda t: t.rstrip()[:-1] + "x\n", "expected a finite number"),
-    "nan": (lambda t: t.replace("MOTION", "MOTION").rstrip() + "nan\n", "expected a finite number"),
     "no braces": (lambda t: t.replace("{", "", 1), "OFFSET, expected { after the name"),
     "no offset": (lambda t: t.replace("OFFSET 0 10 0", "", 1), "ends without OFFSET"),
-    "a short offset": (
-        lambda t: t.replace("OFFSET 0 10 0", "OFFSET 0 10", 1),
-        "is 'CHANNELS', expected a finite number",
-    ),
     "unknown channel": (
         lambda t: t.replace("Zrotation", "Zrotaton", 1),
         "'Zrotaton', expected Zrotation, or another of",
@@ -355,9 +305,6 @@ FAULTS = {
         lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 1e3"),
         "0.001 frames per second, expected 1 to 1000; rate= (--rate)",
     ),
-    "no time": (lambda t: t.replace("Frame Time: 0.050000", "Frame Time: 5e-324"), "expected 1 to 1000"),
-    "half a frame": (lambda t: t.replace("Frames: 65", "Frames: 64.5"), "number of frames is 64.5, expected a whole"),
-    "binary": (lambda t: t + "\0", "expected a finite number"),
 }
 
 
@@ -369,7 +316,7 @@ def test_a_malformed_file_is_refused_with_its_place(tmp_path: Path, fault: str) 
     with pytest.raises(nk.errors.BadInputFile, match=re.escape(expected)) as caught:
         nk.imitation.read_skeleton(file)
     assert str(file) in str(caught.value)
-    if fault not in ("empty", "a frame in 17 minutes", "no time"):
+    if fault not in ("empty", "a frame in 17 minutes"):
         assert caught.value.line > 0
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,10 +70,10 @@ def daily_activity() -> str:
     return text
 
 
-def named_table(source: str, ends: tuple[str, ...], states: list[Any], unit: float = 1.0, sign: str = ",") -> str:
+def named_table(source: str, ends: str, *states: Any, unit: float = 1.0, sign: str = ",") -> str:
     """A column of times, then columns such as Head_X, of which the last ones are a state, the same in all frames."""
     names = LAYOUTS[source].orders[0]
-    heads = [f"{name}{end}" for name in names for end in ends]
+    heads = [f"{name}{end}" for name in names for end in ends.split()]
     rows = [
         sign.join([f"{t:.9g}", *(f"{value}" for joint in frame for value in [*joint, *states])])
         for t, frame in zip(TIMES, points_in(source, unit=unit), strict=True)
@@ -106,43 +106,24 @@ MEDIAPIPE = objects(points_in("mediapipe"))
 IMAGE = [[{"x": 0.5, "y": 0.5, "z": 0.0}] * 33] * FRAMES
 STAMPS = TIMES.tolist()
 AZURE = points_in("azure_kinect", unit=0.001).tolist()
+STAMPED = [*zip(STAMPS, MEDIAPIPE, strict=True)]
+HOLISTIC = [{"frame_index": 0, "poseLandmarks": IMAGE[0], "poseWorldLandmarks": frame} for frame in MEDIAPIPE]
+TASKS = [{"timestampMs": 1e3 * t, "landmarks": [IMAGE[0]], "worldLandmarks": [frame]} for t, frame in STAMPED]
+WORLD = [{"time": t, "pose_world_landmarks": {"landmark": frame}} for t, frame in STAMPED]
+NAMED = objects(points_in("mediapipe"), list(LAYOUTS["mediapipe"].orders[0]))
 JSON: dict[str, tuple[Any, str]] = {
     "landmarks, times": ({"times": STAMPS, "landmarks": MEDIAPIPE}, "mediapipe"),
     "landmarks, timestamps": ({"timestamps": [1e3 * t for t in STAMPS], "landmarks": MEDIAPIPE}, "mediapipe"),
     "landmarks, fps": ({"fps": RATE, "landmarks": MEDIAPIPE}, "mediapipe"),
-    "frames of a solution": (
-        {"frames": [{"timestamp": t, "landmarks": frame} for t, frame in zip(STAMPS, MEDIAPIPE, strict=True)]},
-        "mediapipe",
-    ),
-    "holistic": (
-        {
-            "frames": [
-                {"frame_index": k, "poseLandmarks": IMAGE[k], "poseWorldLandmarks": frame}
-                for k, frame in enumerate(MEDIAPIPE)
-            ],
-            "fps": RATE,
-        },
-        "mediapipe",
-    ),
-    "tasks-vision": (
-        [
-            {"timestampMs": 1e3 * t, "landmarks": [IMAGE[0]], "worldLandmarks": [frame]}
-            for t, frame in zip(STAMPS, MEDIAPIPE, strict=True)
-        ],
-        "mediapipe",
-    ),
+    "frames of a solution": ({"frames": [{"timestamp": t, "landmarks": own} for t, own in STAMPED]}, "mediapipe"),
+    "holistic": ({"frames": HOLISTIC, "fps": RATE}, "mediapipe"),
+    "tasks-vision": (TASKS, "mediapipe"),
     "pose_world_landmarks": (
-        [{"time": t, "pose_world_landmarks": {"landmark": frame}} for t, frame in zip(STAMPS, MEDIAPIPE, strict=True)],
+        [{"time": t, "pose_world_landmarks": {"landmark": own}} for t, own in STAMPED],
         "mediapipe",
     ),
     "a list of frames": (points_in("mediapipe").tolist(), "mediapipe"),
-    "TensorFlow.js": (
-        [
-            [{"score": 0.9, "keypoints": IMAGE[0], "keypoints3D": frame}]
-            for frame in objects(points_in("mediapipe"), list(LAYOUTS["mediapipe"].orders[0]))
-        ],
-        "mediapipe",
-    ),
+    "TensorFlow.js": ([[{"score": 0.9, "keypoints": IMAGE[0], "keypoints3D": own}] for own in NAMED], "mediapipe"),
     "Azure Kinect, JSON": (
         {
             "frames": [
@@ -241,65 +222,45 @@ class Case:
     source: str
     file: str
     content: str | Floats | Callable[[Path], Path]
-    points: tuple[str, ...] = tuple(LIMBS)
     timed: bool = True
     note: str = ""
 
 
 V2 = with_state(points_in("kinect_v2"), 2.0).reshape(FRAMES, -1)
+TICKS = [f"{89810293609 + round(1e7 * t)}," for t in TIMES]
 MSR = with_state(points_in("msr"), 1.0)
+NUMBERED = np.column_stack([100 + np.arange(FRAMES), points_in("kinect_v1").reshape(FRAMES, -1)])
+NITE = with_state(points_in("nite", unit=0.001), 1.0)
+SMPL = {count: points_in("smpl", order) for count, order in OTHERS_OF_SMPL.items()}
 CASES = {
     "NTU": Case("kinect_v2", "a.skeleton", ntu(), note="2 people: the one in most frames"),
-    "MSR Action3D": Case(
-        "msr", "a01_skeleton3D.txt", lines(MSR.reshape(-1, 4)), timed=False, note="15 frames per second"
-    ),
-    "MSR Daily Activity": Case(
-        "kinect_v1", "a01_skeleton.txt", daily_activity(), note="30 frames per second as of kinect_v1"
-    ),
-    "UTKinect": Case(
-        "kinect_v1",
-        "joints.txt",
-        lines(np.column_stack([100 + np.arange(FRAMES), points_in("kinect_v1").reshape(FRAMES, -1)])),
-        note="frames are numbered",
-    ),
+    "MSR Action3D": Case("msr", "a.txt", lines(MSR.reshape(-1, 4)), timed=False, note="15 frames per second"),
+    "MSR Daily Activity": Case("kinect_v1", "a.txt", daily_activity(), note="30 frames per second as of kinect_v1"),
+    "UTKinect": Case("kinect_v1", "joints.txt", lines(NUMBERED), note="frames are numbered"),
     "KARD": Case("kard", "realworld.txt", lines(points_in("kard", unit=0.001).reshape(-1, 3)), note="face the sensor"),
-    "NiTE": Case("nite", "nite.csv", lines(with_state(points_in("nite", unit=0.001), 1.0).reshape(FRAMES, -1), ",")),
-    "NiTE, x the other way": Case("nite", "nite.csv", lines((points_in("nite") * (-1, 1, 1)).reshape(FRAMES, -1), ",")),
+    "NiTE": Case("nite", "nite.csv", lines(NITE, ",")),
+    "NiTE, x the other way": Case("nite", "nite.csv", lines(points_in("nite") * (-1, 1, 1), ",")),
     "CAD-60": Case("cad60", "cad.txt", cad60(), note="frames are numbered"),
     "Kinect v2 without header": Case(
-        "kinect_v2",
-        "joints.csv",
-        "".join(
-            f"{89810293609 + round(1e7 * t)},{row}"
-            for t, row in zip(TIMES, lines(V2, ",").splitlines(True), strict=True)
-        ),
-        note="ticks of 100 ns",
+        "kinect_v2", "j.csv", "".join(map(str.__add__, TICKS, lines(V2, ",").splitlines(True))), note="ticks of 100 ns"
     ),
-    "Kinect v2": Case("kinect_v2", "k.csv", named_table("kinect_v2", ("_X", "_Y", "_Z", "_TrackingState"), [2])),
-    "Kinect v2, words": Case("kinect_v2", "k.csv", named_table("kinect_v2", (".X", ".Y", ".Z", ".State"), ["Tracked"])),
-    "Kinect v2, Conf": Case("kinect_v2", "k.csv", named_table("kinect_v2", ("_X", "_Y", "_Z", "_Conf"), [2])),
-    "Kinect v2, inferred": Case(
-        "kinect_v2", "k.csv", named_table("kinect_v2", ("_x", "_y", "_z", "_inferred"), ["False"])
-    ),
+    "Kinect v2": Case("kinect_v2", "k.csv", named_table("kinect_v2", "_X _Y _Z _TrackingState", 2)),
+    "Kinect v2, words": Case("kinect_v2", "k.csv", named_table("kinect_v2", ".X .Y .Z .State", "Tracked")),
+    "Kinect v2, Conf": Case("kinect_v2", "k.csv", named_table("kinect_v2", "_X _Y _Z _Conf", 2)),
+    "Kinect v2, inferred": Case("kinect_v2", "k.csv", named_table("kinect_v2", "_x _y _z _inferred", "False")),
     "Azure Kinect": Case(
-        "azure_kinect", "a.csv", named_table("azure_kinect", ("_x", "_y", "_z", "_confidence"), [3], 0.001, ";")
+        "azure_kinect", "a.csv", named_table("azure_kinect", "_x _y _z _confidence", 3, unit=0.001, sign=";")
     ),
-    "OpenPose BODY_25": Case("body25", "", openpose(ORDERS["body25"]), tuple(LIMBS), False),
-    "OpenPose COCO-18": Case("coco18", "", openpose(ORDERS["coco18"]), tuple(LIMBS), False),
-    "EasyMocap": Case("body25", "", openpose(ORDERS["body25"], easy=True), tuple(LIMBS), False),
-    "HumanML3D": Case("smpl", "012314.npy", points_in("smpl", OTHERS_OF_SMPL[22]), timed=False),
-    "MDM": Case(
-        "smpl",
-        "motion.npy",
-        np.moveaxis(points_in("smpl", OTHERS_OF_SMPL[22]), 0, 2),
-        timed=False,
-        note="(points, 3, frames)",
-    ),
-    "SMPL-X, flat": Case("smpl", "x.npy", points_in("smpl", OTHERS_OF_SMPL[55]).reshape(FRAMES, -1), timed=False),
+    "OpenPose BODY_25": Case("body25", "", openpose(ORDERS["body25"]), timed=False),
+    "OpenPose COCO-18": Case("coco18", "", openpose(ORDERS["coco18"]), timed=False),
+    "EasyMocap": Case("body25", "", openpose(ORDERS["body25"], easy=True), timed=False),
+    "HumanML3D": Case("smpl", "012314.npy", SMPL[22], timed=False),
+    "MDM": Case("smpl", "motion.npy", np.moveaxis(SMPL[22], 0, 2), timed=False, note="(points, 3, frames)"),
+    "SMPL-X, flat": Case("smpl", "x.npy", SMPL[55].reshape(FRAMES, -1), timed=False),
     "MediaPipe, x1": Case("mediapipe", "coords.csv", mediapipe_rows(1), timed=False),
     "MediaPipe, x0": Case("mediapipe", "coords.csv", mediapipe_rows(0), timed=False),
     "MediaPipe, 0 … 131": Case("mediapipe", "coords.csv", mediapipe_rows(None), timed=False),
-    "MediaPipe, names": Case("mediapipe", "m.csv", named_table("mediapipe", ("_x", "_y", "_z", "_visibility"), [0.9])),
+    "MediaPipe, names": Case("mediapipe", "m.csv", named_table("mediapipe", "_x _y _z _visibility", 0.9)),
     "Motive": Case("names", "take.csv", motive()),
     "TRC": Case("body25", "take.trc", trc()),
     **{
@@ -321,13 +282,13 @@ def read(folder: Path, case: Case, **options: Any) -> nk.imitation.Skeleton:
     return nk.imitation.read_skeleton(file, **options)
 
 
-def check(found: nk.imitation.Skeleton, points: tuple[str, ...], lost: set[tuple[str, int]] | None = None) -> None:
+def check(found: nk.imitation.Skeleton, points: Sequence[str] = LIMBS, atol: float = 2e-6) -> None:
     """Compare places about the left hip with those of the person."""
     for name in points:
         own = found.points[name] - found.points["left_hip"]
         seen = np.isfinite(own).all(axis=1)
         assert np.count_nonzero(seen) >= FRAMES - 1
-        np.testing.assert_allclose(own[seen], (PERSON[name] - PERSON["left_hip"])[seen], atol=2e-6, err_msg=name)
+        np.testing.assert_allclose(own[seen], (PERSON[name] - PERSON["left_hip"])[seen], atol=atol, err_msg=name)
 
 
 @pytest.mark.parametrize("label", CASES)
@@ -339,7 +300,7 @@ def test_a_person_is_read_from_every_format(tmp_path: Path, label: str) -> None:
     assert any(case.note in note for note in found.notes)
     stamps = TIMES * 2.0 if case.note.startswith("15") else TIMES
     np.testing.assert_allclose(found.times - found.times[0], stamps, atol=1e-6)
-    check(found, case.points)
+    check(found)
     for name in ("nose", "left_ear", "left_toe", "right_toe"):
         if name in found.points and name in ORDERS.get(case.source, ()):
             check(found, (name,))
@@ -394,10 +355,7 @@ def test_markers_of_plug_in_gait_stand_for_joints(tmp_path: Path) -> None:
     found = nk.imitation.read_skeleton(tmp_path / "gait.c3d", up="z", units="mm")
     assert np.isnan(found.points["left_elbow"][2]).all()
     assert any("markers on the skin" in note for note in found.notes)
-    for name in LIMBS:
-        own = found.points[name] - found.points["left_hip"]
-        seen = np.isfinite(own).all(axis=1)
-        np.testing.assert_allclose(own[seen], (PERSON[name] - PERSON["left_hip"])[seen], atol=1e-4, err_msg=name)
+    check(found, atol=1e-4)
 
 
 OTHER_FILES = {

@@ -6,16 +6,14 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from people import MOVED, columns_of, orientations_of, points_of
 
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName
 from nao_kin.imitation import Skeleton, imitate
 
-FRAMES = {"shoulder": "Shoulder", "elbow": "Elbow", "wrist": "WristYaw", "hip": "HipPitch"}
-JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 EXACT = {"speed": 0.0}
-MOVED = [side + joint for side in "LR" for joint in JOINTS] + ["HeadYaw", "HeadPitch"]
 
 
 def swing(nao: nk.NaoModel, times: Floats) -> Floats:
@@ -30,15 +28,8 @@ def person(nao: nk.NaoModel, times: Floats, q: Floats, noise: float = 0.0) -> Sk
     """The robot's own points, 2.5 times as large, on the way somewhere."""
     rng = np.random.default_rng(0)
     place = np.stack([0.3 * times, -0.1 * times, np.ones(len(times))], axis=1)
-    sides = (("left", "L"), ("right", "R"))
-    points = {f"{a}_{name}": nao.fk(q, b + frame)[:, :3, 3] for a, b in sides for name, frame in FRAMES.items()}
-    points = {name: 2.5 * p + place + rng.normal(0.0, noise, p.shape) for name, p in points.items()}
-    turned = {f"{a}_hand": nao.fk(q, b + "WristYaw")[:, :3, :3] for a, b in sides}
-    return Skeleton(times, points, turned | {"head": nao.fk(q, "Head")[:, :3, :3]})
-
-
-def columns(nao: nk.NaoModel) -> list[int]:
-    return [nao.joint_names.index(name) for name in MOVED]
+    points = {name: 2.5 * p + place + rng.normal(0.0, noise, p.shape) for name, p in points_of(nao, q).items()}
+    return Skeleton(times, points, orientations_of(nao, q))
 
 
 @pytest.mark.parametrize("rate", [10.0, 30.0])
@@ -46,7 +37,7 @@ def test_the_robot_s_own_motion_comes_back_at_any_rate(nao: nk.NaoModel, rate: f
     times = np.arange(0.0, 6.0, 1.0 / rate)
     q = swing(nao, times)
     made = imitate(nao, person(nao, times, q), legs="ignore", cutoff=0.0, weights=EXACT, collisions=False)
-    assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
+    assert np.abs(made.q - q)[:, columns_of(nao)].max() < 1e-9
     assert set(made.motion.joint_names) == set(MOVED)
     at = [nao.joint_names.index(name) for name in made.motion.joint_names]
     np.testing.assert_allclose(made.motion.sample(times), q[:, at], atol=1e-9)
@@ -55,7 +46,7 @@ def test_the_robot_s_own_motion_comes_back_at_any_rate(nao: nk.NaoModel, rate: f
     assert all((codes == 0).all() for codes in made.clamped.values())
     # A filter and the cost of speeds change little.
     filtered = imitate(nao, person(nao, times, q), legs="ignore", collisions=False)
-    assert np.abs(filtered.q - q)[:, columns(nao)].max() < 0.03
+    assert np.abs(filtered.q - q)[:, columns_of(nao)].max() < 0.03
 
 
 def test_noise_and_gaps_leave_directions_near_and_no_joint_too_fast(nao: nk.NaoModel) -> None:
@@ -142,15 +133,15 @@ def test_a_mirror_exchanges_the_arms(nao: nk.NaoModel) -> None:
     own, mirrored = (imitate(nao, seen, mirror=mirror, legs="ignore", cutoff=0.0) for mirror in (False, True))
     image = nk.motion.mirror(nao, own.motion)
     seen_there = image.sample(times)[:, [image.joint_names.index(name) for name in MOVED]]
-    assert np.abs(mirrored.q[:, columns(nao)] - seen_there).max() < 1e-9
+    assert np.abs(mirrored.q[:, columns_of(nao)] - seen_there).max() < 1e-9
 
 
 def test_arms_or_head_may_stay(nao: nk.NaoModel) -> None:
     times = np.arange(0.0, 3.0, 0.1)
     seen, stand = person(nao, times, swing(nao, times)), nao.posture("StandInit")
     without_arms, without_head = imitate(nao, seen, arms=False, cutoff=0.0), imitate(nao, seen, head=False, cutoff=0.0)
-    for q, part in ((without_arms.q, columns(nao)[:10]), (without_head.q, columns(nao)[10:])):
-        others = [k for k in columns(nao) if k not in part]
+    for q, part in ((without_arms.q, columns_of(nao)[:10]), (without_head.q, columns_of(nao)[10:])):
+        others = [k for k in columns_of(nao) if k not in part]
         np.testing.assert_allclose(q[:, part], np.tile(stand[part], (len(times), 1)), atol=1e-12)
         assert np.ptp(q[:, others], axis=0).min() > 0.1
 
@@ -160,7 +151,7 @@ def test_uneven_frames_become_even(nao: nk.NaoModel) -> None:
     q = swing(nao, times)
     made = imitate(nao, person(nao, times, q), legs="ignore", collisions=False)
     assert np.ptp(np.diff(made.times)) < 1e-9
-    assert np.abs(made.q - swing(nao, made.times))[:, columns(nao)].max() < 0.05
+    assert np.abs(made.q - swing(nao, made.times))[:, columns_of(nao)].max() < 0.05
 
 
 def test_a_lead_begins_and_ends_in_the_posture(nao: nk.NaoModel) -> None:
@@ -191,7 +182,7 @@ def test_the_samples_can_be_played(nao: nk.NaoModel, name: str) -> None:
 def test_one_frame_is_a_posture(nao: nk.NaoModel) -> None:
     q = swing(nao, np.array([0.7]))
     made = imitate(nao, person(nao, np.array([0.7]), q), collisions=False)
-    assert np.abs(made.q - q)[:, columns(nao)].max() < 1e-9
+    assert np.abs(made.q - q)[:, columns_of(nao)].max() < 1e-9
 
 
 def test_wrong_input_is_refused(nao: nk.NaoModel) -> None:

@@ -20,9 +20,7 @@ CONVENTIONS = get_args(DHConvention)
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
-def test_the_product_of_the_table_is_the_pose_of_every_version_and_when_calibrated(
-    convention: DHConvention,
-) -> None:
+def test_the_product_of_the_table_is_the_pose_of_every_version_and_when_calibrated(convention: DHConvention) -> None:
     robots = [nk.load_nao(version) for version in VERSIONS]
     offsets = np.random.default_rng(1).normal(0.0, 0.01, robots[0].nq)
     robots.append(robots[0].with_offsets(dict(zip(robots[0].joint_names[:20], offsets[:20].tolist(), strict=True))))
@@ -111,11 +109,7 @@ def product(rows: list[dict[str, Any]], convention: DHConvention, q: np.ndarray)
 def test_axes_that_a_file_leaves_almost_parallel_are_parallel(
     one: str, convention: DHConvention, tmp_path: Path
 ) -> None:
-    joints = [
-        ("0 0 0", "0 0 0", "0 0 1"),
-        ("0.3 0.2 0", one, "0 1 0"),
-        ("0.3 0 0.2", "-1.570796327 0 0", "0 0 1"),
-    ]
+    joints = [("0 0 0", "0 0 0", "0 0 1"), ("0.3 0.2 0", one, "0 1 0"), ("0.3 0 0.2", "-1.570796327 0 0", "0 0 1")]
     robot = arm(tmp_path / "r.urdf", joints)
     table = dh_table(robot, "l3", convention)
     q = np.array([0.3, -0.7, 1.1])

@@ -15,7 +15,6 @@ from nao_kin.screws.lines import PluckerLine
 assert_near = partial(np.testing.assert_allclose, rtol=0)  # its own default lets a relative 1e-7 pass
 NAO = nk.load_nao()
 AXES = JointAxes(NAO)
-BATCHES = [(), (0,), (2, 3)]
 
 SLIDER = """<robot name="slider"><link name="base"/><link name="cart"/><link name="hook"/><link name="side"/>
 <joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/><origin xyz="1 2 3" rpy="0.1 0.2 0.3"/>
@@ -67,22 +66,6 @@ def test_the_axes_of_the_hip_and_of_the_head_meet_at_right_angles() -> None:
     normal = lines.common_normal(lines_of["LKneePitch"], lines_of["LAnklePitch"])
     assert normal.parallel
     assert_near(normal.distance, 0.1029, atol=1e-15)
-
-
-@pytest.mark.parametrize("shape", BATCHES)
-def test_every_batch_shape_is_taken(shape) -> None:
-    q = configurations(NAO, shape)
-    assert AXES.lines(q).batch_shape == (*shape, len(AXES.names))
-    J = AXES.jacobian(q, "LHand", "frame")
-    assert J.shape == (*shape, 6, 25)
-    assert_near(J, NAO.jacobian(q, "LHand", "frame"), atol=5e-15)
-
-
-def test_an_axis_stays_where_it_is_when_its_own_joint_turns() -> None:
-    for name in NAO.joint_names:
-        before, after = (AXES.lines(NAO.configuration({name: v}, limits="ignore")) for v in (0.0, 0.4))
-        row = AXES.names.index(name)
-        assert_near(after[row].coordinates, before[row].coordinates, atol=1e-15)
 
 
 @pytest.mark.parametrize("robot", ["romeo", "talos_full_v2", "panda"])

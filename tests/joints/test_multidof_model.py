@@ -229,14 +229,6 @@ def test_methods_take_every_batch_shape_and_agree_with_the_robot(nao, batch) -> 
     assert np.allclose(back, q, rtol=0, atol=1e-14)
 
 
-def test_lists_are_taken_and_results_are_fresh(nao) -> None:
-    typed = typed_nao()
-    q = nao.neutral()
-    assert np.array_equal(typed.from_q(q.tolist()), typed.neutral())
-    typed.neutral()[:] = 7
-    assert np.array_equal(typed.to_q(typed.neutral().tolist()), q)
-
-
 def test_a_typed_model_survives_pickling(nao) -> None:
     typed = typed_nao("v3.2", "concurrent")
     copy = pickle.loads(pickle.dumps(typed))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 from made_up_robots import J, made_up
-from test_multidof_model import composite_mass_matrix, frames, inverse_dynamics_mass_matrix, mass_matrix
 
 import nao_kin as nk
 from nao_kin.errors import NaoKinError
@@ -118,21 +117,3 @@ def test_inside_the_limits_nothing_is_lost_and_nothing_violated(robot, rule, see
     assert np.allclose(robot.fk(back, names), expected, rtol=0, atol=1e-11)
     assert np.allclose(back[:, known(typed)], q[:, known(typed)], rtol=0, atol=1e-11)
     assert np.allclose(typed.to_q(q_typed, near=q), q, rtol=0, atol=1e-9)
-
-
-@settings(max_examples=60)
-@given(robots(), st.sampled_from(RULES), st.integers(0, 2**32 - 1))
-def test_velocities_and_the_mass_matrix_are_the_robots(robot, rule, seed) -> None:
-    typed = MultiDofModel(robot, rule=rule)
-    for q in configurations(typed, seed)[::13]:
-        q_typed, E = typed.from_q(q), typed.velocity_matrix(q)
-        _, J, _ = frames(robot.model, q, robot.model.nframes)
-        _, J_typed, _ = frames(typed.model, q_typed, robot.model.nframes)
-        # With one degree of freedom, Pinocchio gives a vector.
-        product = J_typed.reshape(len(J), 6, typed.nv) @ E
-        assert np.allclose(product, J.reshape(len(J), 6, robot.nv), rtol=0, atol=1e-11)
-        assert np.allclose(typed.com(q_typed), robot.com(q), rtol=0, atol=1e-12)
-        expected = mass_matrix(robot.model, q)
-        for algorithm in (mass_matrix, composite_mass_matrix, inverse_dynamics_mass_matrix):
-            M = E.T @ algorithm(typed.model, q_typed) @ E
-            assert np.allclose(M, expected, rtol=0, atol=1e-10 * (1.0 + np.abs(expected).max())), algorithm.__name__

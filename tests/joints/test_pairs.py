@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, strategies as st
 from loops import for_all
 
-from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.joints import ANATOMY, KINEMATIC_PAIRS, NAO_ANATOMY, kinematic_pair, mobility
 from nao_kin.joints.tables import anatomical_kind, body_part
 from nao_kin.robot.nao.v6 import JOINTS
@@ -121,12 +121,10 @@ def test_a_universal_joint_turns_about_the_carried_second_axis_at_any_angle_betw
 @for_all(
     ("name", "axes", "pitch", "error"),
     [
-        ("revolute", [0, 0, 0], None, ZeroNorm),
         ("revolute", [[1, 0, 0], [0, 1, 0]], None, WrongShape),
         ("spherical", [1, 0, 0], None, WrongShape),
         ("universal", [[1, 0, 0], [-2, 0, 1e-8]], None, BadArgument),
         ("helical", [1, 0, 0], None, BadArgument),
-        ("helical", [1, 0, 0], float("inf"), NotFinite),
         ("revolute", [1, 0, 0], 0.1, BadArgument),
     ],
 )
@@ -158,7 +156,6 @@ def test_mobility_of_a_tree_is_the_sum_of_freedoms_less_the_couplings(names, cou
         (["universal", "prismatic", "spherical"] * 6, {"links": 14}, 6),  # Stewart platform
         (["revolute"] * 3 + ["prismatic"], {"links": 4, "space": 3}, 1),  # slider-crank
         ([], {}, 0),
-        ([], {"links": 1}, 0),
     ],
 )
 def test_mobility_of_known_mechanisms(names, options, expected) -> None:
@@ -226,8 +223,6 @@ def test_the_anatomical_joint_of_a_part_has_as_many_freedoms_as_it_has_joints(pa
         ("HeadYaw", "neck"),
         ("LHipYawPitch", "left hip"),
         ("RElbowRoll", "right elbow"),
-        ("l_ankle_pitch", "left ankle"),
-        ("r_wrist_yaw", "right wrist"),
         ("LowerKnee", "knee"),
         ("TrunkYaw", ""),
     ],

@@ -240,17 +240,6 @@ def test_runswift_has_one_hip(whole_body: Motion, tmp_path: Path) -> None:
     assert _column(read_motion(tmp_path / "b.pos"), "LHipYawPitch")[1] == pytest.approx(keys[:, columns[13]].tolist())
 
 
-def test_nothing_is_overwritten_unasked(whole_body: Motion, tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text("precious")
-    with pytest.raises(BadArgument, match=r"already exists; overwrite=True"):
-        write_motion(whole_body, path)
-    assert path.read_text() == "precious"
-    write_motion(whole_body, path, overwrite=True)
-    assert read_motion(path) == whole_body
-    assert [entry.name for entry in tmp_path.iterdir()] == ["a.csv"]
-
-
 def test_a_motion_that_a_format_cannot_hold_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "a.pos"
     path.write_text("precious")

@@ -243,12 +243,10 @@ def test_motions_are_equal_to_their_copies_and_pickles_only(interpolation: str) 
     ("arguments", "error", "words"),
     [
         (([], ["HeadYaw"], []), nk.errors.BadArgument, "times must have at least one"),
-        (([[]], ["HeadYaw"], [[]]), nk.errors.BadArgument, "times of HeadYaw must have at least one"),
         (([0.0], [], [[]]), nk.errors.BadArgument, "at least one joint"),
         (([0.0], "HeadYaw", [[0.0]]), nk.errors.BadArgument, "a list of names"),
         (([0.0], ["HeadYaw", "HeadYaw"], [[0.0, 1.0]]), nk.errors.BadArgument, "'HeadYaw' twice"),
         (([0.0, 1.0, 1.0], ["a"], [[0], [1], [2]]), nk.errors.BadArgument, "at index [2] is the same as"),
-        (([[0.0, 1.0], [2.0, 1.0]], ["a", "b"], [[0, 1], [0, 1]]), nk.errors.BadArgument, "times of b must ascend"),
         (([0.0, np.nan], ["a"], [[0], [1]]), nk.errors.NotFinite, "times must be finite"),
         (([0.0, 1.0], ["a", "b"], [[0, 1], [0, np.inf]]), nk.errors.NotFinite, "index [1, 1] (b)"),
         (([[0.0, 1.0]], ["b"], [[0, np.nan]]), nk.errors.NotFinite, "keys of b must be finite, got nan at index [1]"),
@@ -259,7 +257,6 @@ def test_motions_are_equal_to_their_copies_and_pickles_only(interpolation: str) 
         (([0.0, 1.0], ["a"], [[0], [1]], "cubic"), nk.errors.UnknownName, "unknown interpolation 'cubic'"),
         (([0.0, 1.0], ["a"], [[0], [1]], "linear", [np.zeros((2, 2, 2))]), nk.errors.BadArgument, "bezier"),
         (([0.0, 1.0], ["a"], [[0], [1]], "bezier", [np.zeros((3, 2, 2))]), nk.errors.WrongShape, "handles of a"),
-        (([0.0, 1.0], ["a"], [[0], [1]], "bezier", []), nk.errors.BadArgument, "handles"),
     ],
 )
 def test_what_is_no_motion_is_refused_with_joint_and_index(arguments: Any, error: type, words: str) -> None:
@@ -369,13 +366,10 @@ def test_the_last_configuration_is_at_the_last_key(nao: nk.NaoModel) -> None:
     ("arguments", "words"),
     [
         ({"rate": 0.0}, "rate must be a number above zero"),
-        ({"rate": "fast"}, "rate must be real numbers"),
         ({"rate": 1e9}, "more than 4000000"),
         ({"rate": 1.0, "times": [0.0]}, "give one"),
         ({"times": [[0.0]]}, "times must have shape (n,)"),
-        ({"times": [np.nan]}, "times must be finite"),
         ({"fill": "Stan"}, "unknown posture 'Stan' (nearest: Stand"),
-        ({"fill": [0.0]}, "fill must have shape (25,)"),
         ({"hips": "both"}, "valid: average, left, right"),
     ],
 )
@@ -398,11 +392,9 @@ def test_joints_that_the_robot_does_not_have_are_refused(nao: nk.NaoModel) -> No
     ("one", "other"),
     [
         ("LHand", "RHand"),
-        ("LFinger11", "RFinger11"),
         ("l_elbow", "r_elbow"),
         ("elbow_l", "elbow_r"),
         ("left_elbow", "right_elbow"),
-        ("elbow_left", "elbow_right"),
         ("leftElbow", "rightElbow"),
         ("LEFT_ELBOW", "RIGHT_ELBOW"),
         ("L", "R"),
@@ -410,10 +402,7 @@ def test_joints_that_the_robot_does_not_have_are_refused(nao: nk.NaoModel) -> No
         ("jLeftHip", "jRightHip"),
         ("arm.l.2", "arm.r.2"),
         ("FL_hip", "FR_hip"),
-        ("HL_HAA", "HR_HAA"),
-        ("fl.hx", "fr.hx"),
         ("LF_HAA", "RF_HAA"),
-        ("lh_kfe_joint", "rh_kfe_joint"),
     ],
 )
 def test_names_say_their_side(one: str, other: str) -> None:

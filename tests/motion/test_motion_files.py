@@ -475,9 +475,7 @@ def test_automatic_handles_end_at_most_at_the_value_of_the_neighbour() -> None:
     "xml",
     [
         '<!DOCTYPE a [<!ENTITY x "&y;"><!ENTITY y "lol">]>',
-        '<!DOCTYPE a SYSTEM "file:///etc/passwd">',
         '<!DOCTYPE ChoregrapheProject [<!ENTITY x SYSTEM "file:///etc/passwd">]>',
-        "<!DOCTYPE a>",
     ],
 )
 def test_xar_with_a_document_type_is_refused_before_anything_else(tmp_path: Path, xml: str) -> None:

@@ -251,18 +251,7 @@ def test_the_page_says_what_the_robot_does(short_folder: Path, monkeypatch: pyte
 def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
     file = short_folder / "nod.json"
     with _lola_robot(short_folder, 2000) as (path, robot):
-        command = [
-            sys.executable,
-            "-m",
-            "nao_kin",
-            "live",
-            "--no-view",
-            "--lola",
-            path,
-            "-o",
-            str(file),
-            "--json",
-        ]
+        command = [sys.executable, "-m", "nao_kin", "live", "--no-view", "--lola", path, "-o", str(file), "--json"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             assert process.stderr is not None
             assert process.stdout is not None
@@ -344,11 +333,8 @@ def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
         ((), "give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET"),
         (("tcp://a:1", "--lola", "x"), "give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET"),
         (("udp://a:1",), "address must be like tcp://nao.local:9559, got 'udp://a:1'"),
-        (("a:b:c",), "address must be like tcp://nao.local:9559, got 'a:b:c'"),
-        (("a:99999",), "address must be like tcp://nao.local:9559, got 'a:99999'"),
         (("--lola", "x", "--rate", "0"), "rate must be a positive number, got 0"),
         (("--lola", "x", "--seconds", "-1"), "--seconds must be a positive number, got -1"),
-        (("--lola", "x", "-o", "wave.xyz"), "no motion format for wave.xyz; end it in one of: .csv"),
         (("--lola", "x", "-o", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
     ],
 )

@@ -511,7 +511,6 @@ def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
     ("text", "code", "message"),
     [
         ("def", 1, "SyntaxError"),
-        ("print 'a' 'b", 1, "SyntaxError"),
         ("import naoqi\nnaoqi.ALProxy('ALMotion')", 0, ""),
         (
             "import naoqi\nnaoqi.ALProxy('ALMotin')",
@@ -520,18 +519,12 @@ def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
         ),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').fly(1)", 1, "ALMotion has no method fly; it has: "),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').getAngles('HeadYawn', True)", 1, "HeadYaw"),
-        ("import naoqi\nnaoqi.ALProxy('ALMotion').wbGetNothing()", 1, "no method wbGetNothing"),
         ("1/0", 1, "ZeroDivisionError"),
         ("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)", 137, ""),
     ],
 )
 def test_what_goes_wrong_in_a_script_is_said(
-    robot: tuple[VirtualNao, str],
-    tmp_path: Path,
-    capfd: pytest.CaptureFixture[str],
-    text: str,
-    code: int,
-    message: str,
+    robot: tuple[VirtualNao, str], tmp_path: Path, capfd: pytest.CaptureFixture[str], text: str, code: int, message: str
 ) -> None:
     script = tmp_path / "script.py"
     script.write_text(text)
@@ -630,16 +623,9 @@ def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
     [
         (("nothing.py",), "no script 'nothing.py'"),
         (("x.py", "--port", "1", "--speed", "2"), "--speed is for a virtual NAO of the script's own; leave out --port"),
-        (("x.py", "--port", "70000"), "port must be at most 65535, got 70000"),
         (("x.py", "--port", "0"), "port must be at least 1, got 0"),
         (("x.py", "--host", " "), "--host is empty"),
-        (("x.py", "--port", "1", "--asleep"), "--asleep is for a virtual NAO of the script's own; leave out --port"),
-        (
-            ("x.py", "--port", "1", "--behaviors", "."),
-            "--behaviors is for a virtual NAO of the script's",
-        ),
-        (("x.py", "--port", "1", "--offsets", "mine.toml"), "--offsets is for a virtual NAO of the script's own"),
-        (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
+        (("x.py", "--port", "1", "--behaviors", "."), "--behaviors is for a virtual NAO of the script's"),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]) -> None:

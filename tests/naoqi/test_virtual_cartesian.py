@@ -362,15 +362,7 @@ def test_a_hand_holds_its_place_in_the_world_while_the_torso_moves(script: Scrip
     hand, torso = script.position("LArm", WORLD), script.position("Torso", WORLD)
     lower = torso + np.array([0.02, 0.0, -0.03, 0.0, 0.0, 0.0])
     paths = [[hand.tolist()], [lower.tolist()]]
-    call = script.nao.post(
-        "ALMotion",
-        "positionInterpolations",
-        ["LArm", "Torso"],
-        WORLD,
-        paths,
-        [7, 63],
-        [1.0],
-    )
+    call = script.nao.post("ALMotion", "positionInterpolations", ["LArm", "Torso"], WORLD, paths, [7, 63], [1.0])
     while not call.done():
         script.nao.step(0.1)
         assert np.abs(script.position("LArm", WORLD)[:3] - hand[:3]).max() < 1e-6

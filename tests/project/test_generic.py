@@ -104,16 +104,6 @@ def test_a_path_has_the_same_bits_with_any_number_of_threads() -> None:
     np.testing.assert_array_equal(one, two)
 
 
-@for_all("name", sorted(METHODS))
-def test_results_go_where_they_are_wanted(name: str) -> None:
-    ask, q = METHODS[name], NAO.random(5, 40)
-    for dtype in (np.float32, np.float64):
-        expected = ask(q, dtype=dtype)
-        out = np.full(expected.shape, np.nan, dtype)
-        assert ask(q, out=out) is out
-        np.testing.assert_array_equal(out, expected)
-
-
 def test_other_starts_of_a_search_come_from_the_seed() -> None:
     places = NAO.position(NAO.random(2, 300), "LArm")
     first, again, other = (nk.ik.numeric(NAO, "LArm", places, seed=seed) for seed in (0, 0, 1))
@@ -124,12 +114,17 @@ def test_other_starts_of_a_search_come_from_the_seed() -> None:
     np.testing.assert_allclose(NAO.position(other.q, "LArm"), places, atol=1e-7)
 
 
+MOTION = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
 WRITERS: dict[str, Callable[..., Any]] = {
     "gltf": lambda path, overwrite=False: nk.export.gltf(NAO, path, overwrite=overwrite).path,
     "srdf": lambda path, overwrite=False: nk.export.srdf(NAO, path, samples=1, overwrite=overwrite).path,
     "write": lambda path, overwrite=False: nk.export.write(NAO, path, "urdf", meshes="none", overwrite=overwrite).path,
     "offsets": lambda path, overwrite=False: nk.robot.write_offsets(
         path, {"joints": {"LKneePitch": 0.01}}, overwrite=overwrite
+    ),
+    "map": lambda path, overwrite=False: nk.reach.workspace(NAO, "LArm", 50).save(path, overwrite=overwrite),
+    "motion": lambda path, overwrite=False: (
+        nk.motion.write_motion(MOTION, path, format="csv", overwrite=overwrite) or path
     ),
     "ply": lambda path, overwrite=False: nk.reach.workspace(NAO, "LArm", 50).save_ply(path, overwrite=overwrite),
     "vtk": lambda path, overwrite=False: nk.reach.workspace(NAO, "LArm", 50).save_vtk(path, overwrite=overwrite),

@@ -18,7 +18,7 @@ import nao_kin as nk
 from nao_kin._core.arrays import CROSSOVER
 from nao_kin._kernels import program_run
 from nao_kin._kernels.cache import has_numba
-from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 
 FEET = ["LLeg", "RLeg"]
 Ask = Callable[..., np.ndarray]
@@ -354,14 +354,6 @@ def test_links_without_mass_and_links_that_do_not_exist_are_refused(nao: nk.NaoM
                 ask(np.where(np.arange(25) == 1, np.nan, q), links="Head", threads=threads)
     with pytest.raises(UnknownName, match="unknown link 'HeadYaw'"):
         nao.mass_of("HeadYaw")  # a joint
-
-
-def test_degrees_are_noticed_in_batches(nao: nk.NaoModel) -> None:
-    q = nao.random(0, 40)
-    q[5, nao.joint_names.index("HeadYaw")] = 30.0
-    for threads in (None, 1):
-        with pytest.warns(DegreesWarning, match="HeadYaw = 30"):
-            nao.position(q, "LArm", threads=threads)
 
 
 def test_a_quaternion_of_another_length_is_refused() -> None:

@@ -527,7 +527,7 @@ def test_pairs_are_those_of_the_semantics_or_else_found_by_proof(tmp_path: Path)
 
 def test_an_srdf_names_the_pairs(tmp_path: Path) -> None:
     nao = nk.load_nao()
-    nk.export.srdf(nao, tmp_path / "nao.srdf", samples=50)
+    nk.export.srdf(nao, tmp_path / "nao.srdf", samples=1)
     robot = nk.RobotModel.from_urdf(nao.urdf_path, semantics=tmp_path / "nao.srdf")
     rows = robot.semantics.disabled_collisions
     assert len(rows) > 50

@@ -15,7 +15,7 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import DegreesWarning, NotFinite, OutsideLimits
+from nao_kin.errors import DegreesWarning, OutsideLimits
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
 # No bound of one end is the bound of another, and b = 0 is outside at both ends.
@@ -186,11 +186,3 @@ def test_joints_that_were_not_named_are_left_outside(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b", limits=(-2.0, 2.0)))
     assert robot.configuration({"b": 9.0}, limits="clamp").tolist() == [0.0, 2.0]
     assert robot.configuration({"b": [9.0, 0.0]}, limits="clamp").tolist() == [[0.0, 2.0], [0.0, 0.0]]
-
-
-def test_a_bad_number_is_blamed_on_its_joint_or_on_the_base(free: nk.RobotModel) -> None:
-    for column, name in ((0, "base"), (6, "base"), (7, "a"), (8, "b")):
-        q = free.neutral()
-        q[column] = np.nan
-        with pytest.raises(NotFinite, match=rf"index \[{column}\] \({name}\)"):
-            free.fk(q, "b_l")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -93,13 +92,6 @@ def test_gaps_are_refused_without_a_value_for_them(nao: nk.NaoModel) -> None:
         nao.configuration({}, missing="Stnad")
 
 
-def test_names_of_other_makers_are_left_out_on_request(nao: nk.NaoModel) -> None:
-    message = {"HeadYaw": 0.2, "LFinger11": 0.9, "RThumb1": 0.1, "wheel": 7.0}
-    np.testing.assert_array_equal(nao.configuration(message, ignore_other=True), nao.configuration({"HeadYaw": 0.2}))
-    with pytest.raises(UnknownName, match="LFinger11"):
-        nao.configuration(message)
-
-
 # --- limits -------------------------------------------------------------------------------------------------------
 
 
@@ -177,14 +169,6 @@ def test_the_tolerance_is_five_degrees_or_two_hundredths(nao: nk.NaoModel, name:
     assert not nao.within_limits(q, per_joint=True)[column]
 
 
-def test_values_inside_the_limits_give_no_warning(nao: nk.NaoModel) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        q = nao.random(0, 5)
-        np.testing.assert_array_equal(nao.from_body(nao.to_body(q), limits="measured"), q)
-        nao.fk(q, "LArm", limits="measured")
-
-
 def test_a_coupled_limit_has_the_same_tolerance(nao: nk.NaoModel) -> None:
     yaw = 1.2
     pitch = nao.angles(nao.clamp(nao.configuration({"HeadYaw": yaw, "HeadPitch": 9.0}, limits="ignore")))["HeadPitch"]
@@ -192,11 +176,6 @@ def test_a_coupled_limit_has_the_same_tolerance(nao: nk.NaoModel) -> None:
         nao.configuration({"HeadYaw": yaw, "HeadPitch": pitch + 4.9 * DEGREE}, limits="measured")
     with pytest.raises(OutsideLimits, match="HeadPitch"):
         nao.configuration({"HeadYaw": yaw, "HeadPitch": pitch + 5.1 * DEGREE}, limits="measured")
-
-
-def test_inverse_kinematics_has_no_limits_of_sensors(nao: nk.NaoModel) -> None:
-    with pytest.raises(UnknownName, match="limits policy 'measured'"):
-        nk.ik.arm(nao, "L", [0.1, 0.1, 0.0], limits="measured")
 
 
 # --- the same in the other readers --------------------------------------------------------------------------------

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import copy
 import math
 import pickle
 import subprocess
@@ -50,13 +49,6 @@ def test_arrays_of_the_model_cannot_be_written_to(nao: nk.NaoModel) -> None:
     for array in (nao.lower, nao.upper, nao.velocity_limits, nao.effort_limits):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
-
-
-def test_the_neutral_configuration_is_zero(nao: nk.NaoModel) -> None:
-    q = nao.neutral()
-    assert np.array_equal(q, np.zeros(25))
-    q[0] = 1.0
-    assert nao.neutral()[0] == 0.0
 
 
 def test_random_configurations_are_inside_all_limits_and_reproducible(each_nao: nk.NaoModel) -> None:
@@ -135,20 +127,6 @@ def test_a_finger_sets_its_hand(nao: nk.NaoModel) -> None:
 
 
 # --- forward kinematics -----------------------------------------------------------------------------------------------
-
-
-def test_a_batch_holds_what_its_configurations_give_one_by_one(nao: nk.NaoModel) -> None:
-    q = nao.random(0, (2, 3))
-    for method in (
-        lambda q: nao.fk(q, "RLeg"),
-        lambda q: nao.fk(q),
-        lambda q: nao.fk(q, ["RArm", "Head"], reference="LLeg"),
-        lambda q: nao.jacobian(q, "RLeg", "frame"),
-        lambda q: nao.com(q),
-    ):
-        together = method(q)
-        for index in np.ndindex(2, 3):
-            assert np.array_equal(together[index], method(q[index]))
 
 
 def test_poses_are_those_of_pinocchio(each_nao: nk.NaoModel) -> None:
@@ -255,13 +233,6 @@ def test_jacobians_agree_with_central_differences(base: str) -> None:
             # The spatial twist is the velocity of the point of the body that passes through the root's origin.
             assert np.allclose(root[:3], mixed[:3] + np.cross(p, mixed[3:], axis=0).reshape(3, -1), atol=1e-14)
             assert np.allclose(root[3:], mixed[3:], atol=1e-14)
-
-
-def test_the_shared_hip_motor_moves_both_feet(nao: nk.NaoModel) -> None:
-    column = nao.joint_names.index("LHipYawPitch")
-    q = nao.posture("StandInit")
-    assert np.linalg.norm(nao.jacobian(q, "LLeg")[3:, column]) == pytest.approx(1.0)
-    assert np.linalg.norm(nao.jacobian(q, "RLeg")[3:, column]) == pytest.approx(1.0)
 
 
 def test_an_unknown_expression_is_refused(nao: nk.NaoModel) -> None:
@@ -442,19 +413,6 @@ def test_a_place_in_a_file_is_named_by_what_is_known_of_it() -> None:
 
 
 # --- copies, pickles, threads -----------------------------------------------------------------------------------------
-
-
-@for_all("base", ["fixed", "floating"])
-@for_all("duplicate", [lambda m: pickle.loads(pickle.dumps(m)), copy.copy, copy.deepcopy])
-def test_copies_answer_like_the_original(duplicate, base: str) -> None:
-    nao = nk.NaoModel(version="v5", base=base)
-    other = duplicate(nao)
-    q = nao.random(0, 3)
-    assert np.array_equal(other.fk(q), nao.fk(q))
-    assert np.array_equal(other.com(q), nao.com(q))
-    assert (other.version, other.base, other.joint_names, other.mimics) == ("v5", base, nao.joint_names, nao.mimics)
-    assert not other.lower.flags.writeable
-    assert other.posture("Sit").shape == (nao.nq,)
 
 
 def test_a_pickle_lives_in_another_process(tmp_path) -> None:

@@ -48,10 +48,10 @@ def test_a_floating_base_leaves_every_joint_its_own_limits(version: str) -> None
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
-@pytest.mark.parametrize("duplicate", [lambda robot: pickle.loads(pickle.dumps(robot)), copy.deepcopy])
+@pytest.mark.parametrize("duplicate", [lambda robot: pickle.loads(pickle.dumps(robot)), copy.copy, copy.deepcopy])
 def test_copies_keep_every_number_that_was_changed_in_the_model(duplicate, base: str) -> None:
-    nao = nk.load_nao("v6", base=base)
-    model, untouched = nao.model, nk.load_nao("v6", base=base)
+    nao = nk.NaoModel(version="v5", base=base)
+    model, untouched = nao.model, nk.load_nao("v5", base=base)
     elbow, hip = model.getJointId("LElbowYaw"), model.getJointId("RHipYawPitch")
     model.jointPlacements[elbow].translation = np.array([0.11, 0.01, 0.02])
     body = model.inertias[hip]
@@ -67,6 +67,9 @@ def test_copies_keep_every_number_that_was_changed_in_the_model(duplicate, base:
     other = duplicate(nao)
 
     q = nao.random(0)
+    assert (other.version, other.base, other.mimics) == ("v5", base, nao.mimics)
+    assert not other.lower.flags.writeable
+    assert np.array_equal(other.posture("Sit"), nao.posture("Sit"))
     assert np.array_equal(other.fk(q), nao.fk(q))
     assert np.array_equal(other.com(q), nao.com(q))
     for name in ("CameraTop", "LArm", "LElbowYaw"):

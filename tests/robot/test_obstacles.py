@@ -44,21 +44,13 @@ def test_distances_to_obstacles_are_coals(tmp_path: Path, base: Any) -> None:
     rng = np.random.default_rng(1)
     T = [_pose(rng, at) for at in ([0.25, 0.05, 0.0], [0.1, -0.2, 0.1])]
     cone = _cone(tmp_path)
-    obstacles = [
-        Obstacle.box("box", [0.1, 0.2, 0.05], T[0]),
-        BALL,
-        Obstacle.mesh("cone", str(cone), T[1], scale=1.2),
-    ]
+    obstacles = [Obstacle.box("box", [0.1, 0.2, 0.05], T[0]), BALL, Obstacle.mesh("cone", str(cone), T[1], scale=1.2)]
     q = nao.random(2, 60)
     if base == "floating":
         q[:, :3] = rng.uniform(-0.1, 0.1, (60, 3))
     mesh = coal.MeshLoader().load(str(cone), np.full(3, 1.2))
     mesh.buildConvexHull(True, "Qt")
-    theirs = {
-        "box": (coal.Box(0.1, 0.2, 0.05), T[0]),
-        "ball": (coal.Sphere(0.03), BALL.T),
-        "cone": (mesh.convex, T[1]),
-    }
+    theirs = {"box": (coal.Box(0.1, 0.2, 0.05), T[0]), "ball": (coal.Sphere(0.03), BALL.T), "cone": (mesh.convex, T[1])}
     own, found = nao.clearance(q, exact=False), nao.clearance(q, exact=False, obstacles=obstacles)
     shapes = [(whole.link, shape) for whole in nao.link_shapes.shapes for shape in whole.parts or (whole,)]
     nearest = []
@@ -206,6 +198,7 @@ def test_what_is_no_obstacle_is_refused(make: Any, error: type[Exception], messa
         make()
 
 
+@pytest.mark.full
 def _clearance(*obstacles: Obstacle, **options: Any) -> Any:
     nao = nk.load_nao()
     return nao.clearance(nao.posture("Stand"), obstacles=obstacles, **options)

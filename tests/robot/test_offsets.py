@@ -140,6 +140,7 @@ def test_a_forgotten_offset_is_seen_by_the_cross_check(calibrated: nk.NaoModel, 
     assert not report.ok
 
 
+@pytest.mark.full
 def test_an_exported_urdf_brings_the_offsets_back(calibrated: nk.NaoModel, tmp_path: Path) -> None:
     done = nk.export.urdf(calibrated, tmp_path / "mine.urdf", meshes="none")
     again = nk.RobotModel.from_urdf(done.path)
@@ -178,15 +179,12 @@ def test_a_virtual_nao_with_calibrated_legs_and_head_walks_looks_and_balances(na
     ("joints", "frames", "error", "says"),
     [
         ({"HeadYaww": 0.1}, {}, UnknownName, r"HeadYaww.*HeadYaw"),
-        ({"CameraTop_fixed": 0.1}, {}, UnknownName, "CameraTop_fixed"),
         ({}, {"CameraTpo": CAMERA}, UnknownName, "CameraTop"),
         ({}, {"Head": CAMERA}, BadArgument, r"'Head' is moved by the joint HeadPitch; give joints=\{'HeadPitch'"),
-        ({}, {"HeadPitch": CAMERA}, BadArgument, "moved by the joint HeadPitch"),
         ({}, {"base_link": CAMERA}, UnknownName, "base_link"),
         ({"HeadYaw": [0.1, 0.2]}, {}, WrongShape, "the offset of HeadYaw"),
         ({}, {"CameraTop": (0.1, 0.2, 0.3)}, WrongShape, r"\(6,\) or \(4, 4\)"),
         ({}, {"CameraTop": np.diag([1.0, 1.0, -1.0, 1.0])}, BadArgument, "the offset of CameraTop"),
-        ({}, {"CameraTop": np.ones((4, 4))}, BadArgument, "the offset of CameraTop: not a rotation"),
     ],
 )
 def test_bad_offsets_are_named(nao: nk.NaoModel, joints: object, frames: object, error: type, says: str) -> None:
@@ -200,8 +198,6 @@ def test_bad_offsets_are_named(nao: nk.NaoModel, joints: object, frames: object,
     [
         ("[joint]\nHeadYaw = 0.1", BadInputFile, r"unknown entry 'joint' \(nearest: joints\)"),
         ("joints = 3", BadInputFile, "joints must be a table"),
-        ("calibration = 3", BadInputFile, "calibration must be a table"),
-        ("[joints\n", BadInputFile, "not well-formed TOML"),
         ("[joints]\nHeadYaww = 0.1", UnknownName, "HeadYaw"),
     ],
 )

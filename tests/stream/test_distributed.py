@@ -84,14 +84,6 @@ def test_any_robot_is_taken(tmp_path: Path, base: str) -> None:
     assert np.array_equal(lazy.compute(), robot.jacobian(q, "follow_l", "root", threads=1))
 
 
-def test_many_threads_share_one_robot(nao: nk.NaoModel) -> None:
-    q = nao.random(0, 2000)
-    lazy = distributed.fk(nao, da.from_array(q, chunks=(20, -1)), ["LArm", "RFoot", "Head"])
-    for _ in range(3):
-        with dask.config.set(scheduler="threads", num_workers=8):
-            assert np.array_equal(lazy.compute(), nao.fk(q, ["LArm", "RFoot", "Head"], threads=1))
-
-
 def test_single_precision_stays_single_precision(nao: nk.NaoModel) -> None:
     q = nao.random(0, 30).astype(np.float32)
     cut = da.from_array(q, chunks=(8, -1))

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -19,7 +18,7 @@ import dask
 import dask.array as da
 import numpy as np
 import pytest
-from distributed import Client, as_completed, futures_of
+from distributed import Client, futures_of
 
 import nao_kin as nk
 from nao_kin import distributed
@@ -80,37 +79,6 @@ def test_each_worker_loads_the_robot_once_and_the_scheduler_never(client: Client
     assert max(loaded) == 1
     assert sum(loaded) + sum(used) >= 2 * 60  # each chunk of both came by a worker
     assert client.run_on_scheduler(_loads) == before
-
-
-@pytest.mark.full
-def test_a_worker_that_is_killed_takes_no_result_with_it(client: Client, nao: nk.NaoModel) -> None:
-    q = nao.random(1, 4000)
-    lazy = distributed.fk(nao, da.from_array(q, chunks=(100, -1)), ["LArm", "RFoot"]).map_blocks(_slowly)
-    workers = client.run(os.getpid)
-    poses = lazy.persist()
-    parts = futures_of(poses)
-    finished = as_completed(parts)
-    for _ in range(len(parts) // 2):
-        next(finished)
-    victim = next(iter(workers.values()))
-    held = [keys for address, keys in client.has_what().items() if workers[address] == victim]
-    assert any(held)  # there is something to lose
-    assert not all(part.done() for part in parts)
-    os.kill(victim, signal.SIGKILL)
-    _wait_until(lambda: not _lives(victim))
-    assert np.array_equal(poses.compute(), nao.fk(q, ["LArm", "RFoot"], threads=1))
-    client.wait_for_workers(2, timeout=30)
-    assert victim not in client.run(os.getpid).values()
-
-
-@pytest.mark.full
-def test_a_scheduler_that_runs_already_is_found_by_its_address(client: Client, nao: nk.NaoModel) -> None:
-    q = nao.random(2, 200)
-    with distributed.connect(address=client.scheduler.address) as second:
-        assert second is not client
-        lazy = distributed.jacobian(nao, da.from_array(q, chunks=(50, -1)), "LArm")
-        assert np.array_equal(lazy.compute(), nao.jacobian(q, "LArm", threads=1))
-    assert client.run(os.getpid)  # the scheduler is not ended with a client that found it running
 
 
 @pytest.mark.full

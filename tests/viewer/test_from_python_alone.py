@@ -39,7 +39,7 @@ def test_equal_robots_are_sent_once_and_kept_while_one_of_them_is_there(nao: nk.
     viewer, old = Viewer(nao), nk.load_nao("v4")
     alone, sent = len(viewer.static_html()), list[str]()
     viewer._messages.watch(sent.append)
-    added = [viewer.add_robot(robot) for robot in (nao, old, old, nk.load_nao(), *[nao] * 28)]
+    added = [viewer.add_robot(robot) for robot in (nao, old, old, nk.load_nao(), *[nao] * 6)]
     assert len(viewer.static_html()) < min(1.5 * alone, 4e6)
     parts = [key for key in sent if key.startswith(("geometry ", "model "))]
     assert len(parts) == len(set(parts)) >= 2  # a shape of the old NAO, and its description

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 from made_up_robots import J, made_up
-from viewer_pages import made_of, messages_of
+from viewer_pages import made_of, messages_of, unpacked
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NaoKinWarning
@@ -363,6 +363,14 @@ def test_a_floating_base_moves_the_root() -> None:
     assert len(viewer.q) == 32
 
 
+def test_links_have_naoqis_names_for_the_trunk_and_the_feet(viewer: Viewer) -> None:
+    about = Tree(viewer).about
+    titles = {link["name"]: link["title"] for link in about["links"]}
+    known = {"torso": "Torso", "l_ankle": "LFoot", "r_ankle": "RFoot"}
+    assert titles == {name: known.get(name, name) for name in viewer.robot.link_names}
+    assert about["root"] == "Torso"
+
+
 # --- the document -----------------------------------------------------------------------------------------------------
 
 
@@ -371,7 +379,7 @@ def test_a_page_contains_the_licences_of_the_libraries_in_it(viewer: Viewer) -> 
     bundled = json.loads((folder / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json").read_text(encoding="utf-8"))
     texts = [part["licenseText"] for part in bundled if part.get("licenseText")]
     assert {"three", "dat.gui"} <= {part["name"] for part in bundled}
-    document = viewer.static_html()
+    document = unpacked(viewer.static_html(), "scripts").decode()
     for text in (*texts, (folder / "LICENSE").read_text(encoding="utf-8")):
         assert text.strip() in document
     assert all(f"{part['name']} {part['version']}, {part['license']}" in document for part in bundled)
@@ -382,7 +390,7 @@ def test_the_page_is_one_small_file_that_asks_nobody(nao: nk.NaoModel) -> None:
     rows = 300
     viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), rows), fps=60)
     document = viewer.static_html()
-    assert len(document.encode()) < 2_600_000
+    assert len(document.encode()) < 1_200_000
     assert "default-src 'none'" in document
     head = document[: document.index("<script")]
     assert "http" not in head.replace("http-equiv", "")

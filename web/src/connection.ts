@@ -36,18 +36,12 @@ export class Connection {
 
   constructor(readonly page: App) {}
 
-  /**
-   * Read the scene that a saved page contains.
-   *
-   * @param lines messages in base64
-   */
-  read(lines: string[]) {
-    for (const line of lines) {
-      const letters = atob(line);
-      const bytes = new Uint8Array(letters.length);
-      // A loop, because Uint8Array.from with a function takes several times as long.
-      for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
-      this.page.viewer.handle_command_bytearray(bytes);
+  /** Read the scene that a saved page contains: messages, each after its number of bytes in 32 bits. */
+  read(scene: ArrayBuffer) {
+    const lengths = new DataView(scene);
+    for (let at = 0, length; at < scene.byteLength; at += 4 + length) {
+      length = lengths.getUint32(at);
+      this.page.viewer.handle_command_bytearray(new Uint8Array(scene, at + 4, length));
     }
     this.page.complete();
   }

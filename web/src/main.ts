@@ -1,16 +1,16 @@
 import { App } from "./app.ts";
+import { refuse, unpack } from "./packed.ts";
 import "./style.css";
 
-try {
+async function open() {
+  const scene = unpack("scene");
   const app = new App();
   Object.assign(window, { naoKin: app });
-  const lines = document.getElementById("scene")?.textContent?.trim();
-  if (lines) {
-    app.connection.read(lines.split("\n"));
+  const saved = await scene;
+  if (saved) {
+    app.connection.read(await saved.arrayBuffer());
     app.connection.acceptParent();
   } else app.connection.listen();
-} catch (error) {
-  console.error(error);
-  const line = document.getElementById("blank") as HTMLElement;
-  line.textContent = `This page cannot be shown; it needs WebGL (${(error as Error).message}).`;
 }
+
+open().catch((error) => refuse("WebGL", error));

@@ -116,7 +116,7 @@ export type About = {
   eyes: Eye[];
 };
 export type Sole = { link: number; corners: number[] };
-export type Link = { name: string; path: string[] };
+export type Link = { name: string; title: string; path: string[] };
 export type Place = { path: string[]; matrix: number[] };
 export type ShapeAbout = {
   link: number;

@@ -140,8 +140,6 @@ def test_a_mesh_is_closed_and_its_faces_and_normals_point_outwards(path: Path) -
 def test_a_mesh_has_no_cracks_no_slivers_and_no_folds(path: Path) -> None:
     """No mesh has dark specks, which come from open edges, triangles thinner than 0.05 mm, and folds."""
     body = mesh(path.stem)
-    _, uses = np.unique(body.edges_sorted, axis=0, return_counts=True)
-    assert (uses == 2).all()
     corners = body.vertices[body.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     assert (2 * body.area_faces / longest).min() > 5e-5
@@ -149,8 +147,8 @@ def test_a_mesh_has_no_cracks_no_slivers_and_no_folds(path: Path) -> None:
 
 
 @for_all("version", VERSIONS)
-def test_the_page_of_a_version_stays_within_two_point_six_megabytes(version: str) -> None:
-    assert len(nk.Viewer(robot(version)).static_html()) < 2_600_000
+def test_the_page_of_a_version_stays_within_one_point_two_megabytes(version: str) -> None:
+    assert len(nk.Viewer(robot(version)).static_html()) < 1_200_000
 
 
 # --- left and right -----------------------------------------------------------------------------------------------
@@ -206,14 +204,6 @@ def test_neighbouring_links_overlap_over_the_whole_range_of_their_joint(version:
             assert overlap > smallest, f"{joint.get('name')}: {overlap:.0f} mm³ at {pose.round(3)}"
         seen += 1
     assert seen == 24 + 16
-
-
-@for_all("version", SHAPES)
-def test_it_stands_58_centimetres_tall_on_its_soles(version: str) -> None:
-    nao = robot(version)
-    z = vertices(version, nao.posture("StandZero"), "l_sole")[:, 2]
-    assert -1e-3 < z.min() < 1e-3
-    assert 0.57 < z.max() < 0.58
 
 
 @for_all("side", ["l", "r"])
@@ -285,11 +275,6 @@ def test_who_sits_sits_on_the_covers_of_the_hips(posture: str) -> None:
             carriers.append(set(owners[simplex]))
     assert len(carriers) == 1
     assert {"LHip", "RHip"} < carriers[0] <= {"LHip", "RHip", "l_ankle", "r_ankle"}
-
-
-def test_each_eye_is_a_ring_of_eight_lights() -> None:
-    rings = [light.centroid[1] for light in mesh("head_led").split()]
-    assert sorted(np.sign(rings)) == [-1.0] * 8 + [1.0] * 8
 
 
 @for_all("version", VERSIONS)

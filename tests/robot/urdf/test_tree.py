@@ -77,10 +77,7 @@ def test_damping_and_friction_are_their_own_and_none_where_they_mean_nothing(tmp
     assert (joint.damping, joint.friction) == (0.5, 0.25)
     tree = _read(tmp_path, _joint("A", "base", "a", '<dynamics damping="-1" friction="much"/>'), links="base a")
     assert (tree.joints[0].damping, tree.joints[0].friction) == (0.0, 0.0)
-    assert tree.notes == (
-        "joint 'A' has damping '-1': taken as none",
-        "joint 'A' has friction 'much': taken as none",
-    )
+    assert tree.notes == ("joint 'A' has damping '-1': taken as none", "joint 'A' has friction 'much': taken as none")
 
 
 def test_a_mass_below_zero_is_refused(tmp_path: Path) -> None:

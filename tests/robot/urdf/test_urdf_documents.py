@@ -55,16 +55,6 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
         f'<xacro:unless value="false">{FIXED}</xacro:unless>',
         f'{FIXED}<xacro:include filename="arms.xacro"/><xacro:arm side="left"/>',
     ],
-    ids=[
-        "macro",
-        "macro inside",
-        "value",
-        "argument",
-        "condition",
-        "condition that holds",
-        "everything on a condition",
-        "call of what may be included",
-    ],
 )
 def test_a_xacro_source_is_refused_with_what_expands_it(
     tmp_path: Path, inside: str, monkeypatch: pytest.MonkeyPatch
@@ -127,17 +117,7 @@ def test_an_expression_that_no_element_uses_keeps_nothing_from_loading(tmp_path:
         f'<?xml-model href="urdf.xsd"?>\n <!-- a -> b? --> <?x?>\n<?xml version="1.0"?><robot name="r">{FIXED}</robot>',
         f'<!-- no declaration --><?x?><robot name="r">{FIXED}</robot>',
     ],
-    ids=[
-        "blank lines",
-        "default namespace",
-        "unbound prefixes",
-        "latin-1",
-        "byte order mark",
-        "byte order mark, blank lines",
-        "comments before the declaration",
-        "instructions before the declaration",
-        "comment and no declaration",
-    ],
+    ids=range(9),
 )
 def test_what_strict_xml_refuses_and_everybody_reads_is_read(tmp_path: Path, text: str | bytes) -> None:
     robot = _load(tmp_path, text)
@@ -159,14 +139,14 @@ def test_a_declaration_after_other_text_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_chain_of_thousands_of_fixed_links_loads(tmp_path: Path) -> None:
-    links = "".join(f'<link name="l{i}"/>' for i in range(6000))
+    links = "".join(f'<link name="l{i}"/>' for i in range(2000))
     joints = "".join(
         f'<joint name="j{i}" type="fixed"><origin xyz="0.001 0 0"/><parent link="l{i}"/><child link="l{i + 1}"/>'
         "</joint>"
-        for i in range(5999)
+        for i in range(1999)
     )
     robot = _load(tmp_path, f'<robot name="r">{links}{joints}</robot>')
-    assert robot.position([], "l5999").tolist() == pytest.approx([5.999, 0.0, 0.0])
+    assert robot.position([], "l1999").tolist() == pytest.approx([1.999, 0.0, 0.0])
 
 
 def test_a_mesh_name_that_no_system_takes_is_a_missing_file(tmp_path: Path) -> None:

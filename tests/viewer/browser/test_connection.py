@@ -39,6 +39,7 @@ def _grip(page: Page, joint: str) -> tuple[float, float, float]:
     return x, y, box["x"] + box["width"] - 8 - x
 
 
+@pytest.mark.full
 def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(browser: Any, nao: nk.NaoModel) -> None:
     port = free_port()
     first = Viewer(nao, port=port)

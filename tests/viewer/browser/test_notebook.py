@@ -187,7 +187,7 @@ def test_the_html_of_a_viewer_is_its_page_in_a_frame_and_needs_no_server(
         viewer.display(nao.posture("Sit"))
         html = viewer._repr_html_()
         assert viewer.url not in html
-    assert len(html) < 0.6 * len(viewer.static_html())
+    assert len(html) < 1_250_000
     path = tmp_path / "output.html"
     path.write_text(f"<!DOCTYPE html><title>Output</title>{html}", encoding="utf-8")
     with visitor(browser) as context:

@@ -416,7 +416,12 @@ def test_links_that_overlap_are_told_and_coloured_on_a_press(page: Page, nao: nk
     own = page.run(COLOURS, feet)
     assert line.inner_text() == "no links overlap"
     page.set(nao.posture("Crouch"))
-    assert line.inner_text() == "overlap: l_ankle, r_ankle"
+    assert line.inner_text() == "overlap: LFoot, RFoot"
+    assert line.get_attribute("data-state") == "known"
+    q = nao.posture("Crouch")
+    q[nao.joint_names.index("HeadYaw")] = 0.1
+    page.set(q)
+    assert line.get_attribute("data-state") == "warn"
     assert page.run(COLOURS, feet) == own
     line.click()
     assert line.get_attribute("aria-pressed") == "true"

@@ -61,13 +61,15 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     page: Visit, live: nk.Viewer, nao: nk.NaoModel
 ) -> None:
     moves: list[np.ndarray] = []
+    told: list[tuple[str, np.ndarray]] = []
+    held_by = {event: (lambda T, event=event: told.append((event, T))) for event in ("on_grab", "on_release")}
 
     def follow(T: np.ndarray) -> None:
         moves.append(T)
         live.display(nk.ik.arm(nao, "L", T, near=live.q).q)
 
     before = nao.position(live.q, "LArm")
-    ball = live.add_target("ball", before, on_move=follow)
+    ball = live.add_target("ball", before, on_move=follow, **held_by)
     page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
     # The hand's own handle is at the same place: the ball goes first.
     page.drag(page.place("ball"), (20.0, -60.0))
@@ -78,6 +80,8 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - ball.T) < 1e-3)
     held = ball.T
     page.tab.mouse.up()
+    assert until(lambda: [event for event, _ in told] == ["on_grab", "on_release"])
+    assert np.array_equal([T for _, T in told], [before, held])
     # Along an arrow only one coordinate changes; Escape restores the state before.
     page.drag(page.place("ball", (0.0, 0.0, 0.05)), (0.0, -40.0))
     assert until(lambda: ball.T[2] > held[2] + 0.01)
@@ -90,7 +94,7 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     page.tab.keyboard.press("ArrowUp")
     page.tab.keyboard.press("Shift+ArrowUp")
     x, y, z = (f"{1000 * value:.0f}" for value in page.matrix("ball")[:3, 3])
-    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in torso".replace("-", "−")
+    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in Torso".replace("-", "−")
     page.tab.keyboard.press("x")
     assert page.run("() => naoKin.drag.line.textContent") == "ball has no ring to turn"
     assert until(lambda: abs(np.linalg.norm(ball.T - held) - 0.011) < 1e-6)

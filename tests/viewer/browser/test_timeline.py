@@ -322,6 +322,7 @@ def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.Na
     assert 2 <= len(times(page)) <= len(yaw)
 
 
+@pytest.mark.full
 def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer, q = Viewer(nao), np.tile(nao.posture("StandInit"), (3, 1))
     bones = np.array(
@@ -390,6 +391,22 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
         assert np.array_equal(viewer.q, page.q)
         assert np.array_equal(other.q, page.q)
         subscription.remove()
+
+
+@pytest.mark.full
+def test_plots_open_by_themselves_only_beside_a_picture_of_half_the_height(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    viewer = nk.Viewer(nao)
+    viewer.plot("force", 1.0)
+    viewer.plot("force", 2.0)
+    path = viewer.save_html(tmp_path / "plots.html")
+    for size, opened_at_first in (((390, 844), False), ((1400, 900), True)):
+        with opened(browser, path, size) as saved:
+            plots, button = saved.tab.locator(".plots"), saved.tab.get_by_role("button", name="Plots")
+            assert plots.is_visible() == opened_at_first
+            button.click()
+            assert plots.is_visible() != opened_at_first
 
 
 @pytest.mark.full

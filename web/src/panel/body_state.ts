@@ -1,4 +1,5 @@
 import { THREE } from "../three.ts";
+import { differences } from "../values/configurations.ts";
 import { spoken, unitOf } from "../values/units.ts";
 import { button, div, element, write } from "./element.ts";
 import type { Panel } from "./panel.ts";
@@ -59,19 +60,23 @@ export class BodyState {
         : `The centre of mass is ${Number.isNaN(margin) ? "above no support" : `${text(-margin)} outside the support polygon`}`,
     );
     const { pairs } = collisions;
-    const names = (pairs ?? []).map((pair) => pair.map((link) => robot.about.links[link].name).join(", "));
+    const names = (pairs ?? []).map((pair) => pair.map((link) => robot.about.links[link].title).join(", "));
     const overlap = names.length > 1 ? `${names.length} pairs overlap` : `overlap: ${names[0]}`;
     const none = "no links overlap";
+    // The robot takes its own postures: meshes that overlap there are no alarm.
+    const { postures } = robot.about;
+    const own = names.length > 0 ? postures.find(({ q }) => differences(robot.about, q, robot.q).length === 0) : null;
+    const known = own ? `\n${own.name} is a posture of the robot` : "";
     say(
       this.overlap,
       pairs === null ? "" : names.length > 0 ? overlap : none,
-      names.length > 0 ? "warn" : "good",
-      `${names.join("\n") || none}; press to colour links that overlap`,
+      known ? "known" : names.length > 0 ? "warn" : "good",
+      `${names.join("\n") || none}${known}; press to colour links that overlap`,
     );
   }
 }
 
-function say(output: HTMLElement, text: string, state: "good" | "warn" | "bad", title: string) {
+function say(output: HTMLElement, text: string, state: "good" | "known" | "warn" | "bad", title: string) {
   write(output, text);
   output.dataset.state = state;
   output.title = title;

@@ -295,7 +295,7 @@ export class Readout {
     measure.ends.forEach((end, i) => {
       const select = this.ends[i];
       const { link } = end?.kind === "point" ? end : { link: null };
-      const text = link === null ? "click on a point" : `a point on ${page.robot.about.links[link].name}`;
+      const text = link === null ? "click on a point" : `a point on ${page.robot.about.links[link].title}`;
       if (select.options[0].text !== text) select.options[0].text = text;
       select.value = end?.kind === "frame" ? `frame:${end.name}` : "";
     });

@@ -47,7 +47,7 @@ class Tip {
     if (this.link === null) return;
     const { robot, panel } = this.page;
     const { about, q } = robot;
-    this.name.textContent = about.links[this.link].name;
+    this.name.textContent = about.links[this.link].title;
     const joint = jointOf(about, this.link);
     const coordinate = about.coordinates.find(({ column }) => column === joint?.column);
     this.joint.textContent = joint ? joint.name : "fixed to the base";

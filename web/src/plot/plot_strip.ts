@@ -17,7 +17,7 @@ const PATIENCE = 80;
 
 /**
  * The plots: joint angles and the position of a frame over the time of the motion that is played, and the program's plots.
- * While hidden, it draws nothing; the first points that the program plots open it.
+ * While hidden, it draws nothing. The first points that the program plots open it, if the picture keeps half the height.
  */
 export class PlotStrip {
   coordinates = this.player.page.robot.about.coordinates;
@@ -26,7 +26,7 @@ export class PlotStrip {
   /** A copy of the robot's tree that computes poses in other configurations. */
   skeleton: OffScreen | undefined = undefined;
   waiting: ReturnType<typeof setTimeout> | undefined = undefined;
-  button = this.player.switch("plot", "Plots", () => this.open(this.element.hidden !== false), "Plots");
+  button = this.player.switch("plot", "Plots", () => this.toggle(), "Plots");
   frames = select(
     "Frame to plot",
     this.player.page.robot.about.frames.map(({ name }) => name),
@@ -39,8 +39,9 @@ export class PlotStrip {
   drawn?: Coordinate[];
   /** The program's plots and their curves, by title. */
   streams: Map<string, { plot: Plot; curves: Curves }> = new Map();
-  /** Whether the program has plotted something. */
+  /** Whether the program has plotted something, and whether the user has opened or closed the plots. */
   begun = false;
+  asked = false;
   waitingPoints: ReturnType<typeof setTimeout> | undefined = undefined;
   /** The time that drawing the program's plots took [ms]. */
   took = 0;
@@ -84,6 +85,11 @@ export class PlotStrip {
   choose() {
     this.chosen = new Set(this.boxes?.filter(({ box }) => box.checked).map(({ column }) => column));
     this.update();
+  }
+
+  toggle() {
+    this.asked = true;
+    this.open(this.element.hidden !== false);
   }
 
   open(on: boolean) {
@@ -165,7 +171,10 @@ export class PlotStrip {
     // Drawn again, because their axes have the colours of the theme.
     for (const { plot } of this.streams.values()) plot.clear();
     this.drawStreams();
-    if (!motion) return [this.joints, this.places].forEach((plot) => plot.clear());
+    if (!motion) {
+      [this.joints, this.places].forEach((plot) => plot.clear());
+      return this.giveWay();
+    }
     const { units } = page.panel.settings;
     const columns = this.coordinates.map(({ column }) => column);
     const shown = this.chosen
@@ -197,6 +206,13 @@ export class PlotStrip {
       }),
     );
     this.setTime();
+    this.giveWay();
+  }
+
+  /** Close plots that the program has opened if the picture has less than half the height beside them. */
+  giveWay() {
+    const { pane } = this.player.page;
+    if (!this.asked && 2 * pane.clientHeight < (pane.parentElement as HTMLElement).clientHeight) this.open(false);
   }
 
   setTime() {
