@@ -19,9 +19,11 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from people_and_robots import TAKES
 from PIL import Image
 from walk_and_draw import last_pose
 
@@ -39,7 +41,7 @@ OPTIONS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enabl
 AT_REST = 3000
 
 
-def shot(viewer: nk.Viewer, size: tuple[int, int], camera: str = "three-quarter") -> Image.Image:
+def shot(viewer: nk.Viewer, size: tuple[int, int], camera: str | np.ndarray = "three-quarter") -> Image.Image:
     """Return a picture of the viewer's scene."""
     with tempfile.TemporaryDirectory() as folder:
         path = viewer.save_png(Path(folder) / "picture.png", camera=camera, size=size, timeout=180.0)
@@ -99,16 +101,14 @@ def ghosts() -> Image.Image:
         return shot(viewer, (1280, 1000), "side").crop((260, 380, 1020, 900))
 
 
-def imitation() -> Image.Image:
-    """Draw a NAO beside the person whom it imitates, in two samples."""
-    nao, pictures = nk.load_nao(), []
+def imitation(name: str) -> Image.Image:
+    """Draw a NAO beside the person whom it imitates."""
+    nao, take = nk.load_nao(), TAKES[name]
+    made, time = take.imitated(nao)
     with nk.Viewer(nao) as viewer:
-        for sample, time in {"wave": 1.45, "circles": 5.0}.items():
-            made = nk.imitation.imitate(nao, nk.imitation.read_skeleton(nk.imitation.SAMPLES[sample]))
-            q = made.motion.configurations(nao, times=[time]).q
-            viewer.animate(q, play=False, figure=made.figure([time]))
-            pictures.append(shot(viewer, (640, 560), "front"))
-    return beside(pictures)
+        q = made.motion.configurations(nao, times=[time]).q
+        viewer.animate(q, play=False, figure=made.figure([time]))
+        return shot(viewer, (960, 760), take.view()).resize((480, 380), Image.Resampling.LANCZOS)
 
 
 def lights() -> Image.Image:
@@ -233,7 +233,7 @@ PICTURES: dict[str, Callable[[], Image.Image]] = {
     "view": view,
     "viewer": clip,
     "ghosts": ghosts,
-    "imitation": imitation,
+    **{f"imitation_{name}": partial(imitation, name) for name in TAKES},
     "lights": lights,
     "old_script": old_script,
     "reach_manipulability": lambda: _reach("best", ("x", 0.0)),

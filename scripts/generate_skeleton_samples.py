@@ -102,7 +102,7 @@ def bvh(motion: Callable[[float], tuple[tuple[float, float, float], Angles]], se
     return "\n".join([text, "MOTION", f"Frames: {count}", f"Frame Time: {1 / rate:.6f}", *rows]) + "\n"
 
 
-def _rising(time: float, begin: float, end: float) -> float:
+def rising(time: float, begin: float, end: float) -> float:
     """Return 0 before `begin`, 1 after `end`, smoothly between."""
     s = min(max((time - begin) / (end - begin), 0.0), 1.0)
     return s * s * (3.0 - 2.0 * s)
@@ -110,8 +110,8 @@ def _rising(time: float, begin: float, end: float) -> float:
 
 def wave(time: float) -> tuple[tuple[float, float, float], Angles]:
     """Raise the right arm, wave four times, lower it."""
-    up = _rising(time, 0.0, 0.8) - _rising(time, 2.4, 3.2)
-    swing = np.sin(2.0 * np.pi * 2.5 * (time - 0.8)) * (_rising(time, 0.7, 0.9) - _rising(time, 2.3, 2.5))
+    up = rising(time, 0.0, 0.8) - rising(time, 2.4, 3.2)
+    swing = np.sin(2.0 * np.pi * 2.5 * (time - 0.8)) * (rising(time, 0.7, 0.9) - rising(time, 2.3, 2.5))
     return (0.0, 95.0, 0.0), {
         "LeftArm": (-75.0, 0.0, 0.0),
         "LeftForeArm": (0.0, 0.0, -15.0),
@@ -123,7 +123,7 @@ def wave(time: float) -> tuple[tuple[float, float, float], Angles]:
 
 def bow(time: float) -> tuple[tuple[float, float, float], Angles]:
     """Bend the trunk by 60° and straighten it, with the hands along the thighs."""
-    down = _rising(time, 0.3, 1.2) - _rising(time, 1.8, 2.7)
+    down = rising(time, 0.3, 1.2) - rising(time, 1.8, 2.7)
     leg, shoulder = (0.0, -20.0 * down, 0.0), (0.0, -50.0 * down, 0.0)
     return (0.0, 95.0, -6.0 * down), {
         "Hips": (0.0, 20.0 * down, 0.0),
@@ -139,7 +139,7 @@ def bow(time: float) -> tuple[tuple[float, float, float], Angles]:
 
 def circles(time: float) -> tuple[tuple[float, float, float], Angles]:
     """Move the hands in slow opposite circles before the body, with bent knees, and turn the trunk along."""
-    phase, on = 2.0 * np.pi * time / 4.0, _rising(time, 0.0, 1.0) - _rising(time, 7.0, 8.0)
+    phase, on = 2.0 * np.pi * time / 4.0, rising(time, 0.0, 1.0) - rising(time, 7.0, 8.0)
     bend = 18.0 * on
     angles = {"Spine1": (0.0, 0.0, 20.0 * on * np.sin(phase))}
     for side, sign, own in (("Left", 1.0, phase), ("Right", -1.0, phase + np.pi)):

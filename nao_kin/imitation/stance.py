@@ -342,7 +342,8 @@ def _weight(times: Floats, carries: NDArray[np.bool_]) -> Floats:
     for run in runs(np.asarray(both)):
         start, end = times[run.start], times[run.stop - 1]
         before = left[run.start - 1] if run.start else 0.5
-        after = left[run.stop] if run.stop < len(left) else 0.5
+        # A take that ends with one foot in the air leaves no time to shift the weight to both.
+        after = left[run.stop] if run.stop < len(left) else before if end - start < 0.5 * _SHIFT else 0.5
         knots, values = [start, end], [before, after]
         if end - start > 2.0 * _SHIFT:
             knots, values = [start, start + _SHIFT, end - _SHIFT, end], [before, 0.5, 0.5, after]

@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin.imitation import Imitation, Skeleton, imitate
 from nao_kin.imitation.arms import make_room
 from nao_kin.imitation.limbs import LimbMap
-from nao_kin.imitation.stance import _walked, in_place, slowly, stood
+from nao_kin.imitation.stance import _walked, _weight, in_place, slowly, stood
 
 JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
 
@@ -82,6 +82,14 @@ def test_a_robot_that_follows_steps_stands_on_one_foot_and_does_not_tip(nao: nk.
     alone = [row for row in walked.report.balance if len(row.soles) == 1]
     # At rest the centre of mass is 25 mm inside the inner edge, where the plan has it.
     assert min(row.com_margin for row in alone) > 0.02
+
+
+def test_weight_stays_above_the_foot_that_stands_at_the_end_of_a_take() -> None:
+    carries = np.ones((60, 2), dtype=bool)
+    carries[30:58, 0] = False
+    left = _weight(np.arange(60) / 20.0, carries)[:, 0]
+    assert left[0] == 0.5
+    assert not left[30:].any()
 
 
 def test_a_foot_on_the_floor_does_not_slip(nao: nk.NaoModel, walked: Imitation) -> None:
