@@ -193,38 +193,38 @@ PLACED = """(frames) => (naoKin.settle(), frames.map((frame) => {
 def test_the_torso_is_dragged_and_turned_while_both_soles_stay(page: Page, nao: nk.NaoModel) -> None:
     feet = ("LLeg", "RLeg")
     before, soles = page.q, np.array(page.run(PLACED, feet))
-    pointer = drag(page, "torso", (10, 40))
+    pointer = drag(page, "Torso", (10, 40))
     assert said(page) == ""
-    assert np.abs(on_screen(page, "torso") - pointer).max() < 0.1
+    assert np.abs(on_screen(page, "Torso") - pointer).max() < 0.1
     q = assert_consistent(page, nao)
     assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-6
     closed = nk.ik.legs(nao, *nao.fk(q, feet), near=before)
     assert closed.success
     assert np.abs(np.asarray(closed.q) - q).max() < 1e-5
     assert {nao.joint_names[k] for k in np.flatnonzero(q != before)} <= {*nao.chains["LLeg"], *nao.chains["RLeg"]}
-    torso = on_screen(page, "torso")
+    torso = on_screen(page, "Torso")
     page.tab.mouse.up()
     # The robot's place on the floor is that of its root; the camera goes along, so that the picture stays.
     assert np.array_equal(page.q, q)
-    assert np.abs(on_screen(page, "torso") - torso).max() < 0.1
+    assert np.abs(on_screen(page, "Torso") - torso).max() < 0.1
     assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=3e-4)
     assert np.array(page.run(PLACED, ["torso"]))[0, [3, 7]].tolist() == [0.0, 0.0]
     assert page.tab.get_by_label("Reference frame").evaluate("(select) => select.value") == "floor"
     page.tab.keyboard.press("ControlOrMeta+z")
     assert np.array_equal(page.q, before)
     # What stops it: a limit, or a leg that is straight.
-    drag(page, "torso", (0, 150), steps=2)
-    assert re.fullmatch(r"torso: out of reach by \d+ mm: .*(Knee|Ankle)Pitch stops at \S+°.*", said(page))
+    drag(page, "Torso", (0, 150), steps=2)
+    assert re.fullmatch(r"Torso: out of reach by \d+ mm: .*(Knee|Ankle)Pitch stops at \S+°.*", said(page))
     page.tab.keyboard.press("Escape")
     assert np.array_equal(page.q, before)
     assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-9
     page.tab.mouse.up()
-    drag(page, "torso", (0, -150), steps=2)
-    assert re.fullmatch(r"torso: out of reach by \d+ mm", said(page))
+    drag(page, "Torso", (0, -150), steps=2)
+    assert re.fullmatch(r"Torso: out of reach by \d+ mm", said(page))
     assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-4
     page.tab.keyboard.press("Escape")
     page.tab.mouse.up()
-    turn(page, "torso", 1, np.array([-0.7, -0.65, -0.6]))
+    turn(page, "Torso", 1, np.array([-0.7, -0.65, -0.6]))
     assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-6
     R, R_before = np.array(page.run(PLACED, ["torso"])).reshape(4, 4)[:3, :3], np.eye(3)
     about, angle = nk.rotations.natural_invariants(R_before.T @ R)
@@ -237,13 +237,13 @@ def test_the_torso_is_lowered_and_leans_by_keys(page: Page, nao: nk.NaoModel) ->
     feet = ("LLeg", "RLeg")
     before, soles = page.q, np.array(page.run(PLACED, feet))
     page.tab.get_by_role("button", name="front", exact=True).click()
-    page.tab.locator("#handles").get_by_role("button", name="torso").focus()
+    page.tab.locator("#handles").get_by_role("button", name="Torso").focus()
     page.tab.keyboard.press("Shift+ArrowDown")
-    found = re.fullmatch(r"torso, at (\S+), (\S+), (\S+) mm in its place before", said(page).replace("−", "-"))
+    found = re.fullmatch(r"Torso, at (\S+), (\S+), (\S+) mm in its place before", said(page).replace("−", "-"))
     assert found
     assert np.linalg.norm(np.array(found.groups(), float)) == pytest.approx(10.0, abs=1.0)
     page.tab.keyboard.press("y")
-    assert said(page) == "torso turned by 1.0° about y"
+    assert said(page) == "Torso turned by 1.0° about y"
     assert np.abs(np.array(page.run(PLACED, feet)) - soles).max() < 1e-6
     page.tab.keyboard.press("Enter")
     assert np.abs(page.q - before).max() > 0.02
