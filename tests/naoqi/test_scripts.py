@@ -515,7 +515,7 @@ def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
         (
             "import naoqi\nnaoqi.ALProxy('ALMotin')",
             1,
-            "Can't find service: ALMotin; there are: ALAnimationPlayer, ALAutonomousBlinking, ALAutonomousLife",
+            "Can't find service: ALMotin; there are: ALAnimatedSpeech, ALAnimationPlayer, ALAudioPlayer",
         ),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').fly(1)", 1, "ALMotion has no method fly; it has: "),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').getAngles('HeadYawn', True)", 1, "HeadYaw"),

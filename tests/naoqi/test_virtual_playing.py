@@ -200,9 +200,3 @@ def test_stopping_the_tracker_stops_the_head(virtual: VirtualNao) -> None:
     virtual.call("ALTracker", "stopTracker")
     assert call.done()
     assert virtual.call("ALMotion", "getTaskList") == []
-
-
-def test_the_model_says_what_the_robot_has(virtual: VirtualNao) -> None:
-    assert virtual.call("ALRobotModel", "getRobotType") == "Nao"
-    assert all(virtual.call("ALRobotModel", f"has{part}") is True for part in ("Arms", "Hands", "Legs"))
-    assert '<robot name="nao_v6"' in virtual.call("ALRobotModel", "getConfig")

@@ -242,7 +242,7 @@ def test_scripts_are_offered_what_is_public_and_nothing_that_a_service_keeps_to_
             return 2 * number
 
     tools = Tools(awake.machine)
-    own = set(awake.services["ALRobotModel"].method_names) & set(awake.services["ALTouch"].method_names)
+    own = set(awake.services["ALSonar"].method_names) & set(awake.services["ALTouch"].method_names)
     assert set(tools.method_names) == own | {"twice"}
     assert tools.invoke("twice", 3) == 6
     for name in ("_doubled", "invoke", "joints", "help", "kernels_for", "nao", "name"):
@@ -861,15 +861,26 @@ def test_a_life_that_ends_rests(asleep: VirtualNao) -> None:
 
 
 def test_the_small_services_answer(awake: VirtualNao) -> None:
-    assert awake.call("ALSystem", "robotName") == "nao"
-    assert awake.call("ALSystem", "setRobotName", "Ada") is True
-    assert awake.call("ALSystem", "robotName") == "Ada"
-    assert awake.call("ALSystem", "systemVersion") == "2.8"
-    assert awake.call("ALSystem", "systemInfo")[0] == ["robot", "nao_v6"]
-    assert awake.call("ALSystem", "freeMemory") == awake.call("ALSystem", "totalMemory") == 0
     assert awake.call("ALBattery", "getBatteryCharge") == 100
     awake.call("ALMemory", "insertData", "Device/SubDeviceList/Battery/Charge/Sensor/Value", 0.42)
     assert awake.call("ALBattery", "getBatteryCharge") == 42
+
+
+def test_what_animated_speech_says_and_players_play_is_in_the_log(awake: VirtualNao) -> None:
+    words = awake.post(
+        "ALAnimatedSpeech", "say", "^start(animations/Stand/Hey_1) Hello", {"bodyLanguageMode": "random"}
+    )
+    awake.step(0.1)
+    assert "Hello" in awake.services["ALTextToSpeech"].saying
+    awake.step(2.0)
+    assert words.done()
+    number = awake.call("ALAudioPlayer", "loadFile", "/home/nao/bark.wav")
+    awake.call("ALAudioPlayer", "play", number)
+    awake.call("ALAudioPlayer", "playFile", "purr.wav", 0.5, 0.0)
+    awake.call("ALAudioPlayer", "stopAll")
+    awake.call("ALTracker", "registerTarget", "Face", 0.1)
+    log = "\n".join(line for _, line in awake.log.lines)
+    assert all(part in log for part in ("bark.wav", "purr.wav", "Face would need vision"))
 
 
 def test_abilities_are_switched_off_by_their_services_too(awake: VirtualNao) -> None:
@@ -886,25 +897,6 @@ def test_abilities_are_switched_off_by_their_services_too(awake: VirtualNao) -> 
     assert awake.call("ALBasicAwareness", "isEnabled") is True
     awake.call("ALBasicAwareness", "stopAwareness")
     assert awake.call("ALBasicAwareness", "isEnabled") is awake.call("ALBasicAwareness", "isAwarenessRunning") is False
-    awake.call("ALAutonomousMoves", "setExpressiveListeningEnabled", False)
-    awake.call("ALAutonomousMoves", "setBackgroundStrategy", "none")
-    assert awake.call("ALAutonomousMoves", "getExpressiveListeningEnabled") is False
-    assert awake.call("ALAutonomousMoves", "getBackgroundStrategy") == "none"
-
-
-def test_preferences_are_kept_by_domain(awake: VirtualNao) -> None:
-    def call(method: str, *arguments: Any) -> Any:
-        return awake.call("ALPreferenceManager", method, *arguments)
-
-    assert call("getValue", "my.domain", "colour") is None
-    call("setValue", "my.domain", "colour", "red")
-    call("setValue", "my.domain", "size", [1, 2])
-    assert call("getValue", "my.domain", "colour") == "red"
-    assert call("getValueList", "my.domain") == [["colour", "red"], ["size", [1, 2]]]
-    assert call("getDomainList") == ["my.domain"]
-    call("removeValue", "my.domain", "size")
-    call("removeDomainValues", "my.domain")
-    assert call("getDomainList") == []
 
 
 @pytest.mark.parametrize(

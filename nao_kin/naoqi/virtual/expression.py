@@ -346,6 +346,9 @@ def spoken_words(text: str) -> str:
     return _TAG.sub("", text).strip()
 
 
+_body_language = one_of("mode of body language", ("disabled", "random", "contextual"))
+
+
 class ALTextToSpeech(Service):
     r"""Speaks texts one after the other, without sound: they go to the log and to the watcher.
 
@@ -449,3 +452,47 @@ class ALTextToSpeech(Service):
     def _tell(self, words: str) -> None:
         self.saying = words
         self.nao.log.change("speech", words)
+
+
+class ALAnimatedSpeech(Service):
+    """Speaks as ALTextToSpeech; gestures, such as `^start(animation)` in a text, are left out."""
+
+    name = "ALAnimatedSpeech"
+
+    def say(self, text: Text, configuration: Any = None) -> Call:
+        """Say a text after the previous ones; returns at its end."""
+        call: Call = self.nao.services["ALTextToSpeech"].invoke("say", text)
+        return call
+
+    setBodyLanguageModeFromStr, getBodyLanguageModeToStr = stored("mode of body language", _body_language, "contextual")
+
+
+class ALAudioPlayer(Service):
+    """Plays no sound: files go to the log, and take no time."""
+
+    name = "ALAudioPlayer"
+
+    def __init__(self, nao: Machine) -> None:
+        super().__init__(nao)
+        self._files: list[str] = []
+
+    def playFile(self, fileName: Text, volume: Any = 1.0, pan: Any = 0.0) -> None:
+        """Name a file in the log."""
+        self.nao.log.write(f"plays the sound {abbreviated(fileName)}")
+
+    def loadFile(self, fileName: Text) -> int:
+        """Return the number by which `play` plays a file."""
+        self._files.append(fileName)
+        return len(self._files)
+
+    def play(self, taskId: Any, volume: Any = 1.0, pan: Any = 0.0) -> None:
+        """Name a loaded file in the log."""
+        number = arguments.whole(taskId, "taskId")
+        if not 0 < number <= len(self._files):
+            raise BadArgument(f"taskId {number}: no such file is loaded")
+        self.playFile(self._files[number - 1])
+
+    def stopAll(self) -> None:
+        """End all sounds: there are none here."""
+
+    setMasterVolume, getMasterVolume = stored("volume of sounds", arguments.fraction, 1.0)

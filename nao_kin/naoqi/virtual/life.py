@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.arguments import Flag, Text, one_of
+from nao_kin.naoqi.virtual.arguments import Flag, one_of
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service, stored
@@ -70,37 +67,6 @@ class ALAutonomousLife(Service):
         """End all activities: there are none here."""
 
 
-class ALSystem(Service):
-    """The robot's name, model and versions."""
-
-    name = "ALSystem"
-
-    _name = "nao"
-
-    def robotName(self) -> str:
-        """The robot's name; initially "nao"."""
-        return self._name
-
-    def setRobotName(self, name: Text) -> bool:
-        """Name the robot."""
-        self._name = name
-        return True
-
-    def systemInfo(self) -> list[list[str]]:
-        """The robot's model and the version of Python."""
-        return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
-
-    def systemVersion(self) -> str:
-        """The version of NAOqi whose documentation this follows: 2.8."""
-        return "2.8"
-
-    def freeMemory(self) -> int:
-        """Always 0: not measured here."""
-        return 0
-
-    totalMemory = freeMemory
-
-
 class ALBattery(Service):
     """A full battery, unless a script inserts another charge in ALMemory."""
 
@@ -110,63 +76,6 @@ class ALBattery(Service):
         """The charge in per cent."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
         return round(100.0 * arguments.number(value, "the battery's charge"))
-
-
-class ALRobotModel(Service):
-    """The robot's type and parts."""
-
-    name = "ALRobotModel"
-
-    def getConfig(self) -> str:
-        """The robot's URDF; NAOqi has an XML format of its own."""
-        return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
-
-    def getRobotType(self) -> str:
-        """The kind of robot: "Nao"."""
-        return "Nao"
-
-    def hasArms(self) -> bool:
-        """True: a NAO has arms, legs, and hands that open."""
-        return True
-
-    hasHands = hasLegs = hasArms
-
-
-class ALPreferenceManager(Service):
-    """Preferences by domain and name, stored until the virtual NAO ends."""
-
-    name = "ALPreferenceManager"
-
-    def __init__(self, nao: Machine) -> None:
-        super().__init__(nao)
-        self._domains: dict[str, dict[str, Any]] = {}
-
-    def getValue(self, domain: Text, setting: Text) -> Any:
-        """The value of a setting; None for an unknown one."""
-        return self._domains.get(domain, {}).get(setting)
-
-    def setValue(self, domain: Text, setting: Text, value: Any) -> None:
-        """Store a value."""
-        self._domains.setdefault(domain, {})[setting] = value
-
-    def getValueList(self, domain: Text) -> list[list[Any]]:
-        """[setting, value] of a domain."""
-        return [[name, value] for name, value in self._domains.get(domain, {}).items()]
-
-    def getDomainList(self) -> list[str]:
-        """All domains, in alphabetical order."""
-        return sorted(self._domains)
-
-    def removeValue(self, domain: Text, setting: Text) -> None:
-        """Forget a value."""
-        values = self._domains.get(domain, {})
-        if setting not in values:
-            raise UnknownName("setting", setting, tuple(values))
-        del values[setting]
-
-    def removeDomainValues(self, domain: Text) -> None:
-        """Forget all values of a domain."""
-        self._domains.pop(domain, None)
 
 
 # --- The autonomous abilities, which scripts switch off first: stored, without effect.
@@ -208,22 +117,10 @@ class ALBasicAwareness(_Ability):
         return False
 
 
-class ALAutonomousMoves(Service):
-    """The service for autonomous movements before NAOqi 2.5; the robot makes none here."""
-
-    name = "ALAutonomousMoves"
-
-    setExpressiveListeningEnabled, getExpressiveListeningEnabled = stored("switch of listening", arguments.flag, True)
-    setBackgroundStrategy, getBackgroundStrategy = stored(
-        "strategy", one_of("strategy", ("none", "backToNeutral")), "backToNeutral"
-    )
-
-
 ABILITIES: tuple[type[Service], ...] = (
     ALBasicAwareness,
     *(
         type(f"AL{ability}", (_Ability,), {"name": f"AL{ability}", "ability": ability})
         for ability in ("AutonomousBlinking", "BackgroundMovement", "ListeningMovement", "SpeakingMovement")
     ),
-    ALAutonomousMoves,
 )

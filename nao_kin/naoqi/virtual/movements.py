@@ -198,6 +198,10 @@ class ALTracker(Service):
         targets = pointing(self.nao.robot, side, point)
         return self.nao.tasks.add(AtSpeed("pointAt", self.nao, joints, targets, pMaxSpeed))
 
+    def registerTarget(self, pTarget: Text, pParams: Any = None) -> None:
+        """Name a target in the log; it would be followed by vision, which is not here."""
+        self.nao.log.write(f"registerTarget: {pTarget} would need vision; lookAt and pointAt take places")
+
     def stopTracker(self) -> None:
         """End lookAt and pointAt."""
         self.nao.tasks.kill(lambda task: task.name in _TASKS)
