@@ -71,6 +71,8 @@ class Problem:
         prior: Mapping[str, ArrayLike] | Literal["typical", "none"] = "typical",
         joint_noise: float = 0.0,
     ) -> None:
+        if isinstance(observations, str):  # type: ignore[unreachable]
+            raise BadArgument("observations are expected, not a file; read_observations(robot, path) reads them")
         self.observations: list[Checked] = []
         for number, one in enumerate(observations):
             with errors_of(f"observation {number}"):

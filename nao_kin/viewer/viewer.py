@@ -435,6 +435,8 @@ class Viewer(Guessing):
             >>> viewer.shown["orthographic"]
             True
         """
+        if not isinstance(name, str):
+            raise BadArgument("show takes the name of what is drawn; display(q) shows a configuration")
         if choice(name, overlays.BUTTONS, "button") == "shapes" and self._messages.get("shapes") is None:
             self._messages.put("shapes", self._look.shapes())
         self._buttons.press(name, on)

@@ -94,6 +94,8 @@ Q, POSE = NAO.neutral(), np.eye(4)
         (lambda: nk.RobotModel("r.urdf"), "RobotModel.from_file('r.urdf')"),  # type: ignore[arg-type]
         (lambda: nk.load_nao("r.urdf"), "RobotModel.from_file"),
         (lambda: nk.load_robot("nao"), "load_nao"),
+        (lambda: nk.calibration.calibrate(NAO, "seen.json"), "read_observations"),  # type: ignore[arg-type]
+        (lambda: nk.Viewer(NAO).show(Q), "display(q)"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_given_in_the_wrong_place_is_answered_with_what_takes_it(ask: Any, way: str) -> None:
