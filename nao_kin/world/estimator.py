@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterator, Sequence
-from typing import Literal, NamedTuple
+from copy import copy
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,6 +47,7 @@ _ROW = np.radians(5.0)
 # The mean square difference between inertial unit and soles begins with this one of so many rows [rad²].
 _UNSURE, _UNSURE_ROWS = np.radians(1.0) ** 2, 20.0
 
+_Result = TypeVar("_Result", State, Odometry)
 _FIRST_ROW, _TRUE = np.zeros(1, dtype=np.intp), np.ones(1, dtype=np.bool_)
 
 
@@ -144,7 +146,7 @@ class StateEstimator:
         moment, now = float(time), self._now
         before = self._time
         if now is not None and moment == before:
-            return now
+            return _copied(now)
         if not before < moment < math.inf:
             raise BadArgument(f"times must ascend: {moment!r} s comes after {before!r} s")
         if contacts is not None and forces is not None:
@@ -169,7 +171,7 @@ class StateEstimator:
         self._support = int(support[0])
         notes = [*self._notes, *self._bias_notes]
         log = LegLog(self._legs, rows, values[None], T, ground, support, known, _LONGEST_GAP, notes)
-        return self._state(log, seen, step, gap)
+        return _copied(self._state(log, seen, step, gap))
 
     def _state(self, log: LegLog, seen: dict[str, Floats], step: float, gap: bool) -> State:
         """Return the state in a row with the values of its sensors, some time after the row before."""
@@ -323,3 +325,12 @@ class StateEstimator:
         step, *way = (b - a for a, b in zip(poses[0], poses[-1], strict=True))
         if step > 0.0:
             path.velocity[0] = np.array(ahead(way, poses[-1][3])) / step
+
+
+def _copied(found: _Result) -> _Result:
+    """Return a state, or its odometry, with arrays of its own."""
+    made = copy(found)
+    for name, value in vars(found).items():
+        if isinstance(value, np.ndarray | Odometry):
+            object.__setattr__(made, name, value.copy() if isinstance(value, np.ndarray) else _copied(value))
+    return made

@@ -454,7 +454,7 @@ def test_warmup_says_what_is_ready_and_where() -> None:
     kernels = json.loads("{" + document)["kernels"]
     assert err == ""
     rooms = Counter(kernel["name"].split(" kernel, ")[0] for kernel in kernels)
-    assert rooms == {"batch": 3, "collision": 1, "reach": 4, "ik": 12, "imitation": 1, "world": 2}
+    assert rooms == {"batch": 3, "collision": 1, "reach": 4, "ik": 12, "world": 2}
     assert not any(kernel["compiled"] for kernel in kernels)
     assert all(Path(kernel["folder"]).is_dir() for kernel in kernels)
     assert table.count("found") == len(kernels)

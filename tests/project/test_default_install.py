@@ -204,7 +204,7 @@ ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
 
 def test_every_extra_that_can_be_asked_for_is_asked_for() -> None:
     # Without anywidget a cell shows the page as it is; a xacro source and an unknown name are refused in other words.
-    assert ASKED.keys() | {"notebook", "xacro", "descriptions"} == EXTRAS.keys()
+    assert ASKED.keys() | {"notebook", "xacro", "descriptions", "c3d"} == EXTRAS.keys()
 
 
 @pytest.mark.parametrize("name", ASKED)
