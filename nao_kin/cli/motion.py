@@ -322,8 +322,8 @@ def imitate(
 
     sink = target.path
     written.check({"": sink, "--html": html})
-    check_motion_file(sink, to)
-    thin = to in _FOR_NAOQI or (to is None and Path(sink).suffix.lower() in (".py", ".xar"))
+    written_as = check_motion_file(sink, to)
+    thin = written_as in _FOR_NAOQI
     model = robot.load()
     points = _named_points(names) or None
     skeleton = imitation.read_skeleton(file, source=source, names=points, rate=rate, units=units, up=up)
@@ -340,7 +340,7 @@ def imitate(
             lead=(_LEAD if thin else 0.0) if lead is None else lead,
         )
     written_motion, thinned = _with_few_keys(model, made.motion) if thin else (made.motion, {})
-    if (to or Path(sink).suffix.lower()) in ("npz", ".npz"):
+    if written_as == "npz":
         with TemporaryDirectory() as folder:
             write_motion(written_motion, Path(folder, "motion.npz"))
             with np.load(Path(folder, "motion.npz")) as own:

@@ -66,11 +66,6 @@ class Option(NamedTuple):
         return self.flags[0].partition("/")[0] if self.flags else self.field.metadata["metavar"].strip("[]")
 
     @property
-    def takes_value(self) -> bool:
-        """Whether a word after it is its value."""
-        return self.kind is not bool
-
-    @property
     def several(self) -> bool:
         """Whether it takes a list of values."""
         return get_origin(self.kind) is list

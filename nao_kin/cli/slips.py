@@ -52,7 +52,7 @@ def mended(words: list[str], options: Mapping[str, Any]) -> list[str]:
             out += [word] if word.startswith("-") else _after_its_option(word, options, words)
             continue
         out.append(word)
-        if option.takes_value and left:
+        if option.kind is not bool and left:
             out.append(_value(option, left))
     return out
 

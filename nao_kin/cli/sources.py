@@ -111,16 +111,18 @@ def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
     return numbers
 
 
-def check_motion_file(path: str, to: str | None = None) -> None:
-    """Refuse a file to write whose suffix is no motion format, unless `to` names one, before any work for it."""
+def check_motion_file(path: str, to: str | None = None) -> str:
+    """Return the format of a motion file to write, `to` or that of its suffix; refuse others before any work for it."""
     from nao_kin.motion import FORMATS
 
     written = {name: known.suffixes for name, known in FORMATS.items() if known.write is not None}
-    suffixes = dict.fromkeys(itertools.chain(*written.values()))
     if to is not None:
-        choice(to, written, "motion format")
-    elif Path(path).suffix.lower() not in suffixes:
-        raise BadArgument(f"no motion format for {abbreviated(path)}; end it in one of: {', '.join(suffixes)}")
+        return choice(to, written, "motion format")
+    fitting = [name for name, own in written.items() if Path(path).suffix.lower() in own]
+    if not fitting:
+        suffixes = ", ".join(dict.fromkeys(itertools.chain(*written.values())))
+        raise BadArgument(f"no motion format for {abbreviated(path)}; end it in one of: {suffixes}")
+    return fitting[0]
 
 
 @dataclass(frozen=True)

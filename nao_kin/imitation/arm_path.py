@@ -62,8 +62,8 @@ def _alone(paths: Paths, count: int) -> Paths:
     m, n = paths.roots.shape[:2]
     arms, frames = np.repeat(np.arange(m), n * count), np.tile(np.repeat(np.arange(n), count), m)
     targets, roots = paths.targets[arms, frames][:, None], paths.roots[arms, frames][:, None]
-    first = paths._replace(targets=paths.targets[:, :1], roots=paths.roots[:, :1], pull=paths.pull[:, :1])
-    return first.only(arms)._replace(targets=targets, roots=roots, pull=np.full((len(arms), 1, 5), _TIE))
+    own = (paths.tilt[arms], paths.share[arms], paths.lower[arms], paths.upper[arms])
+    return Paths(*own, targets, roots, np.full((len(arms), 1, 5), _TIE), paths.before[arms])
 
 
 def candidates(paths: Paths) -> tuple[Floats, Floats]:
