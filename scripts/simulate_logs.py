@@ -16,6 +16,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,11 +43,14 @@ ERRORS: dict[str, dict[str, Any]] = {
     "24 ms late": NONE | {"delay": 0.024},
     "all of these": {"zeros": 1.0, "delay": 0.024},
 }
-# Sensors that `state` has besides the joints, and the errors with which they are compared.
+# Sensors that `state` has besides the joints, and the errors with which they are compared; `StateEstimator` has them
+# row by row.
+LIVE = "row by row: accelerometer, gyrometer, forces"
 SENSORS = {
     "accelerometer, gyrometer, forces": (("accelerometer", "gyro", "forces"), tuple(ERRORS)),
     "AngleX, AngleY, forces": (("angles", "forces"), ("noise alone", "all of these")),
     "forces": (("forces",), ("noise alone", "all of these")),
+    LIVE: (("accelerometer", "gyro", "forces"), ("noise alone", "all of these")),
 }
 NUMBERS = ("roll", "pitch", "height", "x", "y", "heading", "ball ahead", "ball aside")
 DOES = ("standing", "walking", "sitting", "carried", "falling", "lying")
@@ -73,7 +77,8 @@ def measured(
         for sensors, (names, compared) in SENSORS.items():
             if name not in compared:
                 continue
-            found = nk.world.state(nao, log.q, times=log.times, **{part: getattr(log, part) for part in names})
+            given = {part: getattr(log, part) for part in names}
+            found = (_live if sensors == LIVE else nk.world.state)(nao, log.q, times=log.times, **given)
             for number, values in _normalised(nao, found, log, np.random.default_rng([seed, scene])).items():
                 z.setdefault((name, sensors, number), []).extend(values)
             if name == "all of these":
@@ -81,6 +86,23 @@ def measured(
         if folder is not None and name == "all of these":
             _save(folder / f"{scene:03d}_{kind.replace(' ', '_')}.npz", log)
     return z, said
+
+
+def _live(nao: nk.NaoModel, q: Floats, *, times: Floats, **given: Floats) -> nk.world.State:
+    """Return the states of `StateEstimator` as those of a log."""
+    estimator = nk.world.StateEstimator(nao)
+    rows = [
+        estimator.update(time, q[k], **{name: values[k] for name, values in given.items()})
+        for k, time in enumerate(times)
+    ]
+    found: nk.world.State = _joined(rows)
+    return replace(found, odometry=_joined([row.odometry for row in rows]))
+
+
+def _joined(rows: list[Any]) -> Any:
+    """Return rows of states as one, with all of their rows."""
+    arrays = [name for name, value in vars(rows[-1]).items() if isinstance(value, np.ndarray)]
+    return replace(rows[-1], **{name: np.concatenate([getattr(row, name) for row in rows]) for name in arrays})
 
 
 def _save(path: Path, log: Any) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, choice, finite_decimal, shaped, whole_number
 from nao_kin._core.csv_numbers import delimiter_of
@@ -222,6 +222,8 @@ _LONGEST_GAP = 0.5
 _MOST_CORNERS = 1000
 # A longer side would keep OpenCV busy for minutes, as a part of the other one.
 _LONGEST_SIDE = 10
+# If a corner of a part of a board is farther from its place, its grid is wrong, in parts of a square; lenses bend less.
+_ASTRAY = 0.2
 
 
 def from_photos(
@@ -269,8 +271,9 @@ def from_photos(
         degrees: turning joints of the log are in degrees if it does not give their unit.
 
     Returns:
-        One posture for each photo, in the order of their names; its pixels are NaN if the photo shows no whole board. A
-        warning names these, and others say what is assumed about the log.
+        One posture for each photo, in the order of their names. Its pixels are NaN for corners beyond the edge of a
+        photo, and for all corners if it is not clear which part of the board is seen. Warnings name photos of no board
+        and of parts, and say what is assumed about the log.
 
     Raises:
         MissingExtra: OpenCV is not installed.
@@ -302,13 +305,13 @@ def from_photos(
     q = _interpolated(robot, read.times, read.q, taken, paths)
     pixels, (width, height) = _corners(paths, columns, rows)
     seen_by = _camera(robot, {"camera": camera, "resolution": [width, height], **({} if lens is None else _lens(lens))})
-    without = [path.name for path, found in zip(paths, pixels, strict=True) if np.isnan(found[0, 0])]
-    sides = f"{columns} × {rows} inner corners"
-    if len(without) == len(paths):
+    count, sides = np.isfinite(pixels[..., 0]).sum(axis=1), f"{columns} × {rows} inner corners"
+    if not count.any():
         raise BadArgument(f"none of {len(paths)} photos shows a whole chessboard with {sides}")
-    if without:
-        text = f"{len(without)} of {len(paths)} photos show no chessboard with {sides}: {listed(without)}"
-        warn_caller(text, NaoKinWarning)
+    for what, those in (("no chessboard", count == 0), ("a part of the board", (count > 0) & (count < columns * rows))):
+        if those.any():
+            named = listed([path.name for path, one in zip(paths, those, strict=True) if one])
+            warn_caller(f"{those.sum()} of {len(paths)} photos show {what} with {sides}: {named}", NaoKinWarning)
     y, x = np.divmod(np.arange(columns * rows), columns)
     points = size * np.stack((x, y, np.zeros_like(x)), axis=-1)
     moving, unknown = partial(_later, robot, read.times, read.q, taken), name if place is None else None
@@ -391,10 +394,11 @@ def _later(robot: RobotModel, moments: Floats, q: Floats, times: Floats, later: 
 
 
 def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tuple[int, int]]:
-    """Return the corners in each photo, shape (n, columns · rows, 2), NaN without a board, and the size of photos."""
+    """Return the corners in each photo, (n, columns · rows, 2), NaN for those not seen, and the size of photos."""
     import cv2
 
-    found, size, along = np.full((len(paths), columns * rows, 2), np.nan), None, np.ones(2)
+    found, size, along = np.full((len(paths), rows, columns, 2), np.nan), None, np.ones(2)
+    parts, whole = dict[int, tuple[Any, Floats]](), None
     for number, path in enumerate(paths):
         data = np.frombuffer(read_bytes(str(path), unpack=False), dtype=np.uint8)
         try:
@@ -408,18 +412,82 @@ def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tu
                 raise BadArgument(f"photos must have one size: {pixels}, the first one {size[0]} × {size[1]}")
             if image.size > MAX_NUMBERS or max(own) > _LONGEST_SIDE * min(own):
                 raise BadArgument(f"{pixels}; expected at most {MAX_NUMBERS}, and sides like those of a photo")
-            seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY)
-            if not seen:  # stretched brightness shows boards in the dark, but moves the corners of others a little
-                dark = cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
-                seen, corners = cv2.findChessboardCornersSB(image, (columns, rows), flags=dark)
+            # Stretched brightness shows boards in the dark, but moves the corners of others a little.
+            for flags in (0, cv2.CALIB_CB_NORMALIZE_IMAGE):
+                seen, at = cv2.findChessboardCornersSB(image, (columns, rows), flags=cv2.CALIB_CB_ACCURACY | flags)
+                if seen:
+                    break
+            else:
+                flags = cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_LARGER
+                seen, at, grid = cv2.findChessboardCornersSBWithMeta(image, (3, 3), flags)
+                if seen:
+                    parts[number] = image, np.asarray(at, dtype=np.float64).reshape(*grid.shape, 2)
+                continue
         except cv2.error as error:  # too many pixels, too little memory
             raise BadInputFile(str(path), f"refused by OpenCV: {abbreviated(error.err)}") from None
-        if not seen:
-            continue
-        corners = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
-        diagonal = corners[-1] - corners[0]
+        corners = np.asarray(at, dtype=np.float64).reshape(rows, columns, 2)
+        diagonal = corners[-1, -1] - corners[0, 0]
         if diagonal @ along < 0.0:
-            corners, diagonal = corners[::-1], -diagonal
-        along = diagonal if number == 0 or (along == 1.0).all() else along
+            corners, diagonal = corners[::-1, ::-1], -diagonal
+        if whole is None:
+            along, whole = diagonal, (corners, float(_squares(image, corners).mean()))
         found[number] = corners
-    return found, size or (0, 0)
+    if whole is not None:
+        for number, (image, part) in parts.items():
+            _put(image, part, found[number], *whole)
+    return found.reshape(len(paths), -1, 2), size or (0, 0)
+
+
+def _squares(image: Any, corners: Floats) -> Floats:
+    """Return how much brighter the squares between corners (r, c, 2) are than their mean, of every other one less."""
+    centres = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    rows, columns = (
+        np.rint(np.clip(centres[..., 1 - k], 0.0, side - 1.0)).astype(int) for k, side in enumerate(image.shape)
+    )
+    shown = image.astype(np.float64)[rows, columns]
+    return np.asarray((shown - shown[1:-1, 1:-1].mean()) * (-1.0) ** np.indices(shown.shape).sum(axis=0))
+
+
+def _put(image: Any, part: Floats, board: Floats, whole: Floats, bright: float) -> None:
+    """Write the corners of a part (r, c, 2) into those of the board (rows, columns, 2), if it is clear where they are.
+
+    The board is turned by less than 45° from the whole one of another photo. Its rows, or columns, are missing on one
+    side, where the next one would not be wholly in the image, at least a square from its edge; on the other side are
+    the squares of its end. The colours of its squares are those of the whole one.
+    """
+    import cv2
+
+    def way(corners: Floats) -> Floats:
+        x, y = corners[0, -1] - corners[0, 0], corners[-1, 0] - corners[0, 0]
+        return np.concatenate((x / np.linalg.norm(x), y / np.linalg.norm(y)))
+
+    turns = (np.rot90(one, turn) for one in (part, part[:, ::-1]) for turn in range(4))
+    part = np.ascontiguousarray(max(turns, key=lambda one: float(way(one) @ way(whole))))
+    (r, c), (rows, columns) = part.shape[:2], board.shape[:2]
+    # Rows and columns from −1 to r and c.
+    lines = np.stack(np.meshgrid(np.arange(-1.0, c + 1.0), np.arange(-1.0, r + 1.0)), axis=-1)
+    H: Any = cv2.findHomography(lines[1:-1, 1:-1].reshape(-1, 2), part.reshape(-1, 2), cv2.LMEDS)[0]
+    if H is None:
+        return
+    at = np.asarray(cv2.perspectiveTransform(lines.reshape(1, -1, 2), H), dtype=np.float64).reshape(lines.shape)
+    square = np.ptp(part, axis=(0, 1)).max() / (max(r, c) - 1.0)
+    within = ((at > square) & (at < np.array(image.shape[::-1]) - square)).all(axis=-1)
+    squares = _squares(image, at)
+    mean = squares[1:-1, 1:-1].mean()
+    if not mean or np.linalg.norm(part - at[1:-1, 1:-1], axis=-1).max() > _ASTRAY * square:
+        return
+    row = _first(rows - r, within[:, 1:-1], squares[:, 1:-1] / mean)
+    column = _first(columns - c, within[1:-1].T, squares[1:-1].T / mean)
+    if row is not None and column is not None and mean * bright * (-1.0) ** (row + column) > 0.0:
+        board[row : row + r, column : column + c] = part
+
+
+def _first(missing: int, within: NDArray[np.bool_], squares: Floats) -> int | None:
+    """Return the first line of a part of a board with so many more lines; None if it is not clear on which side."""
+    if missing <= 0:
+        return None if missing else 0
+    # A line may be cut off as far as one of the part, two lines from it, is within the image.
+    cut = [bool((within[inner] & ~within[line]).any()) for line, inner in ((0, 2), (-1, -3))]
+    if cut[0] == cut[1] or squares[-1 if cut[0] else 0].mean() < 0.5:
+        return None
+    return missing if cut[0] else 0

@@ -385,9 +385,14 @@ class Lines(_Observed):
         poses, ends = named((self.board, f"{PLACE} {self.frame}")), (self.camera.frame, self.frame)
         return Checked("lines", "pixel", q, measure, measured, poses, self, ends, at_own)
 
+    @property
+    def own_field(self) -> Field:
+        """The field."""
+        return self.field if isinstance(self.field, Field) else FIELDS[choice(self.field, FIELDS, "field")]
+
     def _curves(self) -> tuple[Floats, Floats]:
         """Return the conic (k, 3, 3) and the straight line (k, 3) of each pixel; zero for the one that it is not."""
-        field = self.field if isinstance(self.field, Field) else FIELDS[choice(self.field, FIELDS, "field")]
+        field = self.own_field
         if isinstance(self.lines, str) or not self.lines:
             raise BadArgument(f"lines must be a list of names or of pairs of points, got {quoted(self.lines)}")
         straight, C, L = field.lines, np.zeros((len(self.lines), 3, 3)), np.zeros((len(self.lines), 3))

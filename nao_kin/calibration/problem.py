@@ -522,8 +522,9 @@ def _mean(T: Floats) -> Floats:
 _DIRECTIONS, _CONTINUED = 24, 6
 # Pixels that show points of the floor farther away do not count [m].
 _FAR = 8.0
-# Errors of a pixel's direction and of the tilt of the robot that are expected, and the largest tilt [rad].
-_PIXEL, _TILT, _LARGEST_TILT = 5e-3, 0.03, 0.12
+# Errors of a pixel's direction and of the tilt of the robot that are expected, and the largest tilt [rad]; a robot
+# hardly ever stands farther beyond the border of the field, which is so wide [m].
+_PIXEL, _TILT, _LARGEST_TILT, _BEYOND, _BORDER = 5e-3, 0.03, 0.12, 0.01, 0.7
 
 
 def place_starts(state: State, observations: Sequence[Checked], starts: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -531,11 +532,12 @@ def place_starts(state: State, observations: Sequence[Checked], starts: Mapping[
     found = dict[str, Floats]()
     for name in dict.fromkeys(name for one in observations for name, what in one.poses if what.startswith(PLACE)):
         if name not in starts:
-            shown = [_shown(state, one) for one in observations if any(name == own for own, _ in one.poses)]
+            own = [one for one in observations if any(name == known for known, _ in one.poses)]
+            shown = [_shown(state, one) for one in own]
             eyes, rays, X, C, L = (np.concatenate(parts) for parts in zip(*shown, strict=True))
             if 2 * np.isfinite(X[:, 0]).sum() + np.isnan(X[:, 0]).sum() < 3:
                 raise BadArgument(f"the place {name} needs at least three numbers: two points, or pixels on two lines")
-            found[name] = _placed(eyes, rays, X, C, L)
+            found[name] = _placed(eyes, rays, X, C, L, np.max([_ends(one) for one in own], axis=0))
     return found
 
 
@@ -556,8 +558,19 @@ def _shown(state: State, one: Checked) -> tuple[Floats, ...]:
     return e[near], d[near], *(np.broadcast_to(part, (len(q), *part.shape))[near] for part in (X, C, L))
 
 
-def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floats:
-    """Return the pose of the field in the sole that fits best to what rays show; the robot may be somewhat tilted."""
+def _ends(one: Checked) -> Floats:
+    """Return the largest x and y of a sole that stands on the field or on its border; infinite for marks of others."""
+    if not isinstance(one.given, Lines):
+        return np.full(2, np.inf)
+    field = one.given.own_field
+    return 0.5 * np.array([field.length, field.width]) + _BORDER
+
+
+def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats, ends: Floats) -> Floats:
+    """Return the pose of the field in the sole that fits best to what rays show.
+
+    The robot may be somewhat tilted, and is not beyond the ends (x, y) of the field.
+    """
     from scipy.optimize import least_squares
 
     is_point, is_circle = np.isfinite(X[:, 0]), C[:, 0, 0] != 0.0
@@ -577,7 +590,8 @@ def _placed(eyes: Floats, rays: Floats, X: Floats, C: Floats, L: Floats) -> Floa
         c = 2.0 * np.einsum("mij,mj->mi", C, f) + L
         off_line = (f * (c + L)).sum(axis=-1) / 2.0 / np.maximum(np.hypot(c[:, 0], c[:, 1]), 1e-9)
         points = (f[is_point, :2] - X[is_point]) * angles[is_point, None]
-        return np.concatenate((points.ravel(), (off_line * angles)[~is_point], place[3:] / _TILT))
+        beyond = np.maximum(np.abs(place[:2] @ rot_z(place[2])[:2, :2]) - ends, 0.0) / _BEYOND
+        return np.concatenate((points.ravel(), (off_line * angles)[~is_point], place[3:] / _TILT, beyond))
 
     p, tried = on_floor(np.zeros(2)), []
     for yaw in np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False):

@@ -177,7 +177,7 @@ class StateEstimator:
         """Return the state in a row with the values of its sensors, some time after the row before."""
         rates, by_legs = seen.get("gyro"), log.lever[:, :3, 2]
         up = self._upright(seen, gap, step)
-        self._judge(log, rates, up)
+        rest = np.array([self._judge(log, rates, up)])
         quiet = np.array([bool(self._rest.quiet)]) if up is not None or rates is not None else None
         doing = done(log, up, quiet, self._doing)
         stands = doing == "standing"
@@ -186,7 +186,7 @@ class StateEstimator:
         if rates is not None:
             deviation = np.array([math.sqrt(self._rest.variance)])
             turns = Turns((rates - self._rest.bias)[None], _TRUE, deviation)
-        path = followed(log, ~_TRUE, turns, self._path, stands, on=not self._lost)
+        path = followed(log, rest, turns, self._path, stands, on=not self._lost)
         valid = path.segment[0] >= 0
         if valid:
             self._move(path)
@@ -294,10 +294,11 @@ class StateEstimator:
         length = math.sqrt(rule.x**2 + rule.y**2 + rule.z**2)
         return np.array([[rule.x, rule.y, rule.z]]) / length if length > 0.0 else np.full((1, 3), np.nan)
 
-    def _judge(self, log: LegLog, rates: Floats | None, up: Floats | None) -> None:
-        """Close the interval before if this row begins one, and add the row to its own."""
+    def _judge(self, log: LegLog, rates: Floats | None, up: Floats | None) -> bool:
+        """Add the row to its interval, and close the one before; return whether the robot is still at rest."""
         kind: Literal["gyro", "up"] | None = "up" if up is not None else None
         shown, kind = (up, kind) if rates is None else (rates[None], "gyro")
+        legs = log.q[:, self._legs.columns]
         if kind != self._kind:
             self._rest, self._kind, self._interval, self._bias_notes = Rest(kind), kind, -1, []
         number = int((float(log.moments[0]) - self._first) / INTERVAL)
@@ -311,7 +312,8 @@ class StateEstimator:
                 self._path.mark()
             self._interval, self._sums = number, np.zeros(8 + len(self._legs.columns))
         if log.known[0]:
-            self._sums += self._rest.values(log.q[:, self._legs.columns], log.ground.stands, shown)[0]
+            self._sums += self._rest.values(legs, log.ground.stands, shown)[0]
+        return self._rest.lasts(legs[0], None if shown is None else shown[0])
 
     def _move(self, path: Odometry) -> None:
         """Write the velocity over the poses of the last time, and go on with the segment."""

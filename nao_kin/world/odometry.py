@@ -41,8 +41,8 @@ class Odometry:
         T_world_support: its pose, shape (n, 4, 4).
         segment: number of each row's segment, from 0, shape (n,).
         covariance: of `pose`, relative to the first row of the segment, shape (n, 3, 3) [m, rad]. It grows with each
-            step by 3 mm and 0.5°, with the way from there by 3 %, and with the time in which the robot is not at rest
-            by 4 mm and 1.5° in √s, as soles slide; with a gyrometer the heading grows by 0.3° in √s, 1 % and the bias
+            step by 3 mm and 0.5°, with the way from there by 3.5 %, and with the time in which the robot is not at rest
+            by 4 mm and 1.9° in √s, as soles slide; with a gyrometer the heading grows by 0.3° in √s, 1 % and the bias
             that is not known instead. Two rows differ by 1.5 mm and 0.15°.
         velocity: mean velocity over 0.2 s: ahead, to the left [m/s], and of the heading [rad/s], shape (n, 3).
         notes: what is odd about the log and its sensors, and what was therefore not used.

@@ -24,10 +24,10 @@ Column = Any
 # The covariance grows with each step by these deviations [m, rad], without a gyrometer also by that of the heading, and
 # with the distance by a common error of scale, as slip makes it. With a gyrometer the heading diffuses [rad/√s].
 # Source: simulated walks with encoder noise of 0.1 to 0.3° and slip (docs/balance.md).
-_STEP, _STEP_TURN, _SCALE, _GYRO_DRIFT = 0.003, np.radians(0.5), 0.03, np.radians(0.3)
+_STEP, _STEP_TURN, _SCALE, _GYRO_DRIFT = 0.003, np.radians(0.5), 0.035, np.radians(0.3)
 # Soles that carry slide and turn while the robot moves [m/√s, rad/√s]; the error of a gyrometer's scale; differences
 # between two rows by noise and backlash of the joints [m, rad]. Source: robots simulated in MuJoCo, friction of 0.8.
-_SLIDE, _SLIDE_TURN, _GYRO_SCALE, _NOISE, _NOISE_TURN = 0.004, np.radians(1.5), 0.01, 0.0015, np.radians(0.15)
+_SLIDE, _SLIDE_TURN, _GYRO_SCALE, _NOISE, _NOISE_TURN = 0.004, np.radians(1.9), 0.01, 0.0015, np.radians(0.15)
 
 
 def columns(values: NDArray[Any]) -> list[Column]:

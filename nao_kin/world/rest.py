@@ -79,6 +79,14 @@ class Rest:
             found[:, 2:5], found[:, 5:8] = shown, shown * shown
         return found
 
+    def lasts(self, legs: Floats, shown: Floats | None) -> bool:
+        """Whether joints (j,), and what the sensor shows (3,), are those of the interval before, if it was at rest."""
+        if not self.rest or self._before is None:
+            return False
+        mean, changes = self._before[1], _SLOW if self._sensor == "gyro" else 2.0 * _NODDING
+        still = shown is None or np.abs(shown - mean[2:5]).max() < changes
+        return bool(still and np.abs(legs - mean[8:]).max(initial=0.0) < 2.0 * _STILL)
+
     def close(self, number: int, sums: Floats) -> None:
         """Judge the interval of this number, with the `sums` of the values of its rows."""
         count, before = float(sums[0]), self._before

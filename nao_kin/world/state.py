@@ -42,10 +42,12 @@ _ASKEW, _SOME = np.radians(45.0), 0.1
 # soles of a robot that lies on its belly are turned by 135° from the vertical.
 _ALONG = 0.9
 # Deviations of roll, pitch [rad] and height [m] by errors of the joints' zeros, of a degree at each of the joints of a
-# leg that turn about one axis (docs/calibration.md): 0.5, 0.6 and 1.7 mm in Stand, StandInit and Crouch, and 0.5 mm by
-# which a robot sinks; of roll and pitch by the bias of an inertial unit, 0.2 m/s². Without one, a sole may stand on its
-# edge where its centre of pressure is not known, or beyond this share of the half width of its sensors.
-_BY_LEGS, _BY_UNIT, _BY_LENGTH, _BY_EDGE, _EDGE = np.radians(1.7), np.radians(1.2), 0.0012, np.radians(4.0), 0.8
+# leg, of which two turn about the axis of roll and three and a half about that of pitch: 0.5, 0.6 and 1.7 mm in Stand,
+# StandInit and Crouch (docs/calibration.md), and 0.5 mm by which a robot sinks; of roll and pitch by the bias of an
+# inertial unit, 0.2 m/s². Without one, a sole may stand on its edge where its centre of pressure is not known, or
+# beyond this share of the half width of its sensors.
+_BY_LEGS, _BY_ROLL, _BY_PITCH, _BY_UNIT, _BY_EDGE = np.radians([1.7, 1.4, 1.9, 1.2, 4.0]).tolist()
+_BY_LENGTH, _EDGE = 0.0012, 0.8
 ONE = np.eye(2)
 BY_JOINTS = "neither forces nor an inertial unit show whether the robot stands: it is taken to, where it is upright"
 
@@ -66,8 +68,8 @@ class State:
             of `odometry`, and the origin of the support sole is on the floor. NaN where not `valid`.
         covariance: of roll, pitch and height, shape (n, 3, 3) [rad, m]; the covariance of x, y and heading is that of
             `odometry`. Roll and pitch have 1°, as the bias of an inertial unit leaves it, and a third of the
-            root mean square difference between the unit and the support sole in the log; without inertial unit 1.7°,
-            and 4.4° where the sole may stand on its edge.
+            root mean square difference between the unit and the support sole in the log; without inertial unit 1.4°
+            and 1.9°, and 4.2° and 4.4° where the sole may stand on its edge.
         T_base_soles: poses of the soles in the root link, on the ground, shape (n, s, 4, 4).
         forces: force on each sole, shape (n, s), NaN for a sole whose sensors are not used; 0 or 1 for contacts, 1
             without them.
@@ -385,8 +387,8 @@ def stated(log: LegLog, up: Floats, doing: NDArray[Any], stands: Mask, path: Odo
         (x, y), lever = columns(path.T_world_support[:, :2, 3]), columns(log.lever[:, :3, 3])
         heading, tilt = column(np.arctan2(T[:, 1, 0], T[:, 0, 0])), columns(roll_pitch(up))
         if unit is None:
-            a = _BY_LEGS**2 + _BY_EDGE**2 * column(1.0 * _on_edge(log))
-            b, d = 0.0 * x, a
+            edge = _BY_EDGE**2 * column(1.0 * _on_edge(log))
+            a, b, d = _BY_ROLL**2 + edge, 0.0 * x, _BY_PITCH**2 + edge
         else:
             a, b, _, d = (entry + 0.0 * x for entry in unit.ravel().tolist())
         pose, entries = _upright(tilt, (heading, x, y), lever, (a, b, d))

@@ -98,6 +98,48 @@ def test_photos_find_the_camera_and_what_they_cannot_is_named(
     assert np.abs(axes[0] - axes[1]).max() < 0.002
 
 
+def shown_parts(nao: nk.NaoModel, folder: Path, photos: list[np.ndarray]) -> np.ndarray:
+    """The corners in some photos, and in one of the whole board before them, shape (n + 1, corners, 2)."""
+    paths = [folder / f"top_{10 + k}.png" for k in range(len(photos) + 1)]
+    for path, image in zip(paths, [photo(nao, nao.neutral()), *photos], strict=True):
+        cv2.imwrite(str(path), image)
+    log = folder / "still.csv"
+    log.write_text("time,HeadYaw\n0,0\n" + "".join(f"{k / 4},0\n" for k in range(1, 4 * (len(paths) + 11))))
+    return np.asarray(from_photos(nao, paths, log, **BOARD, missing=0.0).pixels)
+
+
+@pytest.mark.filterwarnings("ignore:.* photos show")
+def test_of_a_board_that_the_edge_of_a_photo_cuts_the_corners_that_are_seen_count(
+    nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    # The board goes out of the photo at the right, left, lower and upper edge, and at two of them.
+    turns = [(0.38, 0.0), (-0.45, 0.1), (0.0, -0.3), (0.0, 0.22), (-0.38, 0.22), (0.3, -0.3)]
+    heads = nao.configuration({"HeadYaw": [t[0] for t in turns], "HeadPitch": [t[1] for t in turns]})
+    found = shown_parts(nao, tmp_path, [photo(nao, q) for q in heads])[1:]
+    camera = nk.world.camera(nao, "CameraTop", "QVGA")
+    x, y = (line.ravel() for line in np.meshgrid(SQUARE * np.arange(COLUMNS), SQUARE * np.arange(ROWS)))
+    T = nk.screws.inverse(nao.fk(heads, "CameraTop")) @ T_TORSO_BOARD
+    expected = camera.project(nk.screws.transform_point(T[:, None], np.stack((x, y, 0.0 * x), axis=-1)))
+    counts = np.isfinite(found[..., 0]).sum(axis=1)
+    assert counts.tolist() == [16, 12, 18, 18, 12, 15]
+    assert np.nanmax(np.abs(found - expected)) < 0.5
+
+
+def test_which_part_of_a_board_is_seen_must_be_clear(nao: nk.NaoModel, tmp_path: Path) -> None:
+    hidden, both, other = (photo(nao, nao.neutral()) for _ in range(3))
+    left = int(shown_parts(nao, tmp_path, [])[0, 1, 0]) + 4
+    hidden[:, :left] = 128  # by a hand: the edge of the photo cuts nothing
+    both = both[:, left : left + 90]  # both edges do
+    both = np.asarray(cv2.copyMakeBorder(both, 0, 0, 0, 0, cv2.BORDER_CONSTANT))
+    wide = np.full_like(other, 128)
+    wide[:, : both.shape[1]] = both
+    other = 255 - photo(nao, nao.configuration({"HeadYaw": 0.38}))  # not the colours of the board
+    with pytest.warns(NaoKinWarning, match=r"3 of 4 photos show no chessboard with 6 × 4 inner"):
+        found = shown_parts(nao, tmp_path, [hidden, wide, other])
+    assert np.isnan(found[1:]).all()
+    assert np.isfinite(found[0]).all()
+
+
 def test_times_are_numbers_in_names_or_a_table(nao: nk.NaoModel, folder: Path, tmp_path: Path) -> None:
     names = sorted(path.name for path in folder.glob("*.png"))
     table = tmp_path / "times.csv"

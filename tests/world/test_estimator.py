@@ -91,6 +91,18 @@ def test_with_contacts_alone_it_is_the_odometry_of_the_log(nao: nk.NaoModel, lif
     assert np.sqrt(np.diag(P)) == pytest.approx(np.sqrt(np.diag(whole)), rel=0.3)
 
 
+def test_the_covariance_does_not_grow_at_rest_but_as_soon_as_the_robot_moves(nao: nk.NaoModel) -> None:
+    rng, estimator = np.random.default_rng(0), nk.world.StateEstimator(nao)
+    bend, P = nao.posture("Crouch") - nao.posture("StandInit"), []
+    for k in range(500):
+        q = nao.posture("StandInit") + max(0.0, k / 100.0 - 4.2) * bend + rng.normal(0.0, np.radians(0.1), nao.nq)
+        now = estimator.update(0.01 * k, q, forces=[2.7, 2.7], gyro=rng.normal(0.02, 0.01, 3))
+        P.append(np.trace(now.odometry.covariance[0]))
+    assert P[90] > 1.5 * P[1]  # a rest is known after two intervals
+    assert max(P[110:420]) < 1.05 * min(P[110:420])
+    assert P[-1] > 1.4 * P[419]
+
+
 # What is done to a sensor of a robot that walks, and a word of the note on it.
 LIES: dict[str, tuple[str, Callable[[np.ndarray], np.ndarray], str]] = {
     "a dead foot": (

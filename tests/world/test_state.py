@@ -311,11 +311,11 @@ def test_the_covariance_of_the_path_grows_with_its_steps_and_its_lever(nao: nk.N
     for k in range(1, len(pose)):
         F = np.eye(3)
         F[:2, 2] = -(pose[k, 1] - pose[k - 1, 1]), pose[k, 0] - pose[k - 1, 0]
-        P = F @ P @ F.T + np.diag([0.004**2, 0.004**2, np.radians(1.5) ** 2]) * (path.times[k] - path.times[k - 1])
+        P = F @ P @ F.T + np.diag([0.004**2, 0.004**2, np.radians(1.9) ** 2]) * (path.times[k] - path.times[k - 1])
         if path.steps[k]:
             P += np.diag([0.003**2, 0.003**2, np.radians(0.5) ** 2])
     P += np.diag([0.0015**2, 0.0015**2, np.radians(0.15) ** 2])  # the noise of two rows
-    way = 0.03 * (pose[-1] - pose[0])
+    way = 0.035 * (pose[-1] - pose[0])
     assert path.covariance[-1] == pytest.approx(P + np.outer(way, way), rel=1e-9, abs=1e-15)
     assert path.steps.sum() > 6
     assert (np.diff(np.linalg.det(path.covariance[path.steps])) > 0.0).all()
