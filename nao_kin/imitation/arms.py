@@ -72,12 +72,13 @@ def opened(robot: RobotModel, points: Mapping[str, Floats], q: Floats) -> list[i
 
 
 def make_room(
-    robot: RobotModel, solver: LimbMap, times: Floats, q: Floats, rule: CollisionRule
+    robot: RobotModel, solver: LimbMap, times: Floats, q: Floats, rule: CollisionRule, changed: NDArray[np.bool_]
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return configurations in which limbs make room where links overlap, and left arm, right arm or head (n, 3) do.
 
-    ShoulderRoll goes the least share of the way to its outward limit, and the head of that to the middle, eased in and
-    out in time. Overlaps are looked for in frames and on the straight lines between them.
+    Only frames that have `changed`, (n,), may overlap. ShoulderRoll goes the least share of the way to its outward
+    limit, and the head of that to the middle, eased in and out in time. Overlaps are looked for in frames and on the
+    straight lines between them.
     """
     n, share, made = len(q), np.zeros((len(q), 3)), np.array(q)
     links = [solver.links(limb) for limb in range(3)]
@@ -85,8 +86,8 @@ def make_room(
     first = np.append(np.repeat(np.arange(n - 1), pieces), n - 1)
     second = np.minimum(first + 1, n - 1)
     parts = np.append(np.concatenate([np.arange(count) / count for count in pieces] or [[]]), 0.0)
-    todo = np.arange(len(first))
     for _ in range(_ROUNDS):
+        todo = np.flatnonzero(changed[first] | changed[second])
         start, end, part = made[first[todo]], made[second[todo]], parts[todo, None]
         found = robot.clearance(start + part * (end - start), **vars(rule))
         close = np.flatnonzero(found.distance < _ROOM - rule.tolerance)
@@ -102,5 +103,4 @@ def make_room(
         changed = np.any(grown > share, axis=1)
         share = grown
         made[changed] = solver.outwards(q[changed], share[changed])
-        todo = np.flatnonzero(np.logical_or(changed[first], changed[second]))
     return made, share > 0.0

@@ -255,15 +255,18 @@ def imitate(
     if legs != "ignore":
         stance = in_place(robot, start, torso) if legs == "stand" else followed(robot, start, times, points, torso)
         least, notes = stance.least, (*notes, *stance.notes)
-        q, lean, misses = stood(robot, times, q, stance, solver.columns)
+        q, lean, misses = stood(robot, times, q, stance, solver.columns, np.ones(len(q)), np.arange(len(q)))
     if rule is not None and arms:
         # Legs that stand otherwise may come near to arms.
+        changed = np.ones(len(q), dtype=bool)
         for _ in range(_ROOMS):
-            q, moved_now = make_room(robot, solver, times, q, rule)
+            before, (q, moved_now) = q, make_room(robot, solver, times, q, rule, changed)
             moved |= moved_now
             if stance is None or not moved_now.any():
                 break
-            q, lean, misses = stood(robot, times, q, stance, solver.columns)
+            again = np.flatnonzero(moved_now.any(axis=1) | bool(len(misses)))
+            q, lean, misses = stood(robot, times, q, stance, solver.columns, lean, again)
+            changed = np.any(q != before, axis=1)
     errors, codes = solver.errors(wanted, q)
     codes[:, [0, 1, 3, 4, 6]] |= np.where(moved, int(Clamp.LINKS), 0)[:, [0, 0, 1, 1, 2]]
     joints = [name for k, name in enumerate(robot.joint_names) if k + robot.nq_base in {*solver.columns, *hands}]

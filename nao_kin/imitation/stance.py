@@ -28,6 +28,8 @@ from nao_kin.rotations import nearest_rotation, power, rot_z
 FEET = ("LLeg", "RLeg")
 # The lean is smaller where it is missed by this [rad], or the place of the centre of mass by this [m].
 _TILTED, _AWAY = 0.15, 0.01
+# Distance of the centre of mass from its place at which no correction is needed [m].
+_THERE = 0.0005
 # Weights of the trunk's position and rotation, and how often the position is corrected.
 _TRUNK, _CORRECTIONS = (1.0, 0.3), 4
 # How fast the lean that the feet allow may change, as a share of the person's [1/s], and how often it is made smaller.
@@ -95,15 +97,22 @@ def in_place(robot: RobotModel, start: Floats, torso: Floats) -> Stance:
 
 
 def stood(
-    robot: RobotModel, times: Floats, q: Floats, stance: Stance, fixed: NDArray[np.intp]
+    robot: RobotModel,
+    times: Floats,
+    q: Floats,
+    stance: Stance,
+    fixed: NDArray[np.intp],
+    share: Floats,
+    todo: NDArray[np.intp],
 ) -> tuple[Floats, Floats, NDArray[np.intp]]:
     """Return configurations in a stance, the share of the trunk's lean that the feet allow, (n,), and misses.
 
-    Coordinates `fixed`, those of arms and head, keep their values. Misses are frames for which no pose was found; their
-    legs are interpolated.
+    Coordinates `fixed`, those of arms and head, keep their values, and all do in frames that are not `todo`, unless
+    they must lean less than by their `share`. Misses are frames for which no pose was found; their legs are
+    interpolated.
     """
-    n, made, share = len(q), np.array(q), np.ones(len(q))
-    todo, failed = np.arange(n), np.zeros(n, dtype=bool)
+    n, made, share = len(q), np.array(q), np.array(share)
+    failed = np.zeros(n, dtype=bool)
     for _ in range(_TRIES):
         failed = np.zeros(n, dtype=bool)
         for carries in ((True, True), (True, False), (False, True)):
@@ -141,13 +150,15 @@ def _solved(
     R, made = rot_z(heading) @ power(lean, share), np.array(q)
     place = np.column_stack([stance.com[rows], stance.height[rows] - (R @ _hips(robot))[:, 2]])
     place[:, :2] -= (R @ robot.com(made, reference=robot.tree.root)[..., None])[:, :2, 0]
+    feet = stance.feet[rows]
     on_floor = {k: name for k, name in enumerate("LR") if stance.carries[rows[0], k]}
+    stay = bool((feet[:, list(on_floor)] == feet[:1, list(on_floor)]).all())  # one support polygon is faster than n
     # The target `com` of the search would move the arms.
     for _ in range(_CORRECTIONS):
         found = whole_body(
             robot,
-            {FEET[k]: stance.feet[rows, k] for k in range(2) if k not in on_floor},
-            feet={name: stance.feet[rows, k] for k, name in on_floor.items()},
+            {FEET[k]: feet[:, k] for k in range(2) if k not in on_floor},
+            feet={name: feet[0, k] if stay else feet[:, k] for k, name in on_floor.items()},
             torso=join_poses(R, place),
             weights={"torso": _TRUNK},
             posture=made,
@@ -157,6 +168,8 @@ def _solved(
         made = np.where(np.isnan(found.q), made, found.q)
         made[:, fixed] = q[:, fixed]
         away = stance.com[rows] - found.com[:, :2]
+        if np.nanmax(norm(away), initial=0.0) < _THERE:
+            break
         place[:, :2] += np.nan_to_num(away)
     tilt = 2.0 * np.arcsin(np.minimum(0.5 * norm(found.torso[:, :3, 2] - R[..., 2]), 1.0))
     # Not NaN, as where no pose stands on both feet.

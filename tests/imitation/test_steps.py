@@ -141,7 +141,7 @@ def test_legs_of_frames_without_a_balanced_pose_are_interpolated(nao: nk.NaoMode
     stance = in_place(nao, start, np.tile(np.eye(3), (9, 1, 1)))
     com = stance.com + 0.5 * np.isin(np.arange(9), (4, 5))[:, None]  # half a metre away
     arms = np.arange(12)
-    q, _, misses = stood(nao, times, np.tile(start, (9, 1)), replace(stance, com=com), arms)
+    q, _, misses = stood(nao, times, np.tile(start, (9, 1)), replace(stance, com=com), arms, np.ones(9), np.arange(9))
     assert misses.tolist() == [4, 5]
     np.testing.assert_allclose(q[4], (2.0 * q[3] + q[6]) / 3.0, atol=1e-12)
 
@@ -285,7 +285,9 @@ def test_arms_that_cross_between_frames_make_room(nao: nk.NaoModel) -> None:
     share = np.linspace(0.0, 1.0, 100)[:, None]
     assert nao.clearance(q).is_free.all()
     assert not nao.clearance(q[0] + share * (q[1] - q[0])).is_free.all()
-    made, moved = make_room(nao, LimbMap(nao), np.array([0.0, 0.5]), q, nk.robot.CollisionRule())
+    made, moved = make_room(
+        nao, LimbMap(nao), np.array([0.0, 0.5]), q, nk.robot.CollisionRule(), np.ones(2, dtype=bool)
+    )
     assert moved[:, :2].any()
     assert nao.clearance(made[0] + share * (made[1] - made[0])).is_free.all()
 
@@ -294,7 +296,7 @@ def test_a_head_that_touches_a_shoulder_makes_room(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("StandInit"), (1, 1))
     q[0, :2] = 0.96, -0.47
     assert not nao.clearance(q).is_free.all()
-    made, moved = make_room(nao, LimbMap(nao), np.zeros(1), q, nk.robot.CollisionRule())
+    made, moved = make_room(nao, LimbMap(nao), np.zeros(1), q, nk.robot.CollisionRule(), np.ones(1, dtype=bool))
     assert moved[0, 2]
     assert nao.clearance(made).is_free.all()
 
