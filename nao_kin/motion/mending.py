@@ -322,7 +322,7 @@ def slow_down(
 
     Raises:
         BadArgument: a joint has to move but its speed limit is zero, or it moves in no time; with `balance`, the robot
-            falls also when it moves slowly.
+            falls or tilts by more than 2° also when it moves slowly.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -364,7 +364,9 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
         worst = int((found.rocking > _MOST_TILT).argmax())
         outside = f": its centre of mass is {-1e3 * found.com_margin[worst]:.3g} mm outside its support"
         why = outside if -math.inf < found.com_margin[worst] < 0.0 else ""
-        raise BadArgument(f"{robot.name} falls at {found.times[worst]:.4g} s, also when it moves slowly{why}")
+        most = float(np.nanmax(found.rocking))
+        does = "falls" if most > found.FALLS else f"tilts by {math.degrees(most):.2g}°"
+        raise BadArgument(f"{robot.name} {does} at {found.times[worst]:.4g} s, also when it moves slowly{why}")
     if now is times:
         return mended
     longer = np.flatnonzero(np.diff(now) > (1.0 + 1e-9) * np.diff(times))
