@@ -55,7 +55,7 @@ ALMOTION: list[tuple[str, tuple[Any, ...], str]] = [
     ("positionInterpolations", ("Torso", TORSO, PLACE, 63, 1.0), "the torso itself"),
     ("transformInterpolations", ("LArm", TORSO, [*EYE[:15], 2.0], 7, 1.0), "last row"),
     ("transformInterpolations", ("LArm", TORSO, [2.0, *[0.0] * 11], 7, 1.0), "rotation"),
-    ("positionInterpolation", (["LArm"], TORSO, PLACE, 7, 1.0, True), "chainName must be a text"),
+    ("positionInterpolation", (["LArm"], TORSO, PLACE, 7, 1.0, True), "effectorName must be a text"),
     ("setPositions", ("LArm", TORSO, [PLACE, OTHER], 0.5, 7), "one pose, got 2"),
     ("moveTo", (0.1, 0.0), "theta"),
     ("moveTo", ([[0.1, 0.0]],), "shape (..., 3)"),

@@ -902,13 +902,8 @@ def test_abilities_are_switched_off_by_their_services_too(awake: VirtualNao) -> 
 @pytest.mark.parametrize(
     ("method", "arguments", "kernels"),
     [
-        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place"}),
-        ("positionInterpolation", ("LLeg", 0, [0.1] * 6, 63, 1.0), {"damped least squares"}),
-        (
-            "setPositions",
-            (["LArm", "Torso"], 0, [[0.1] * 6] * 2, 0.5, 7),
-            {"arms by pose", "arms by place", "both legs", "bodies"},
-        ),
+        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"damped least squares"}),
+        ("positionInterpolation", ("LLeg", 1, [0.1] * 6, 63, 1.0), {"damped least squares", "bodies"}),
         ("moveTo", (0.1, 0.0, 0.0), {"both legs"}),
         ("moveIsActive", (), set()),
         ("wbEnable", (True,), {"bodies"}),
@@ -946,8 +941,6 @@ def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
     [
         ("ALTracker", "lookAt", ([1.0, 0.3, 0.2], 0, 0.5, False)),
         ("ALTracker", "lookAt", ([-1.0, 2.0, 0.1], 0, 0.5, False)),  # out of reach
-        ("ALMotion", "setPositions", ("Head", 0, [0.0, 0.0, 0.1, 0.0, 0.1, 0.2], 0.5, 56)),
-        ("ALMotion", "setPositions", ("LLeg", 0, [0.0, 0.05, -0.3, 0.0, 0.0, 0.0], 0.5, 63)),
     ],
 )
 def test_a_call_that_names_no_kernel_loads_none(

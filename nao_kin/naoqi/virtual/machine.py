@@ -359,15 +359,26 @@ class HandMove(AtSpeed):
 
 
 class Approach(MotionTask):
-    """Joints move to angles, or with `relative` by changes, each at a fraction of its own maximum speed: setAngles."""
+    """Joints move to angles, or with `relative` by changes, each at a fraction of its own maximum speed: setAngles.
+
+    With `together`, all arrive with the slowest: setPositions.
+    """
 
     reactive = True
 
     def __init__(
-        self, name: str, joints: Sequence[str], targets: Floats, fraction: float, *, relative: bool = False
+        self,
+        name: str,
+        joints: Sequence[str],
+        targets: Floats,
+        fraction: float,
+        *,
+        relative: bool = False,
+        together: bool = False,
     ) -> None:
         super().__init__(name, joints)
-        self._targets, self._fraction, self._relative = np.array(targets), fraction, relative
+        self._targets, self._fraction = np.array(targets), fraction
+        self._relative, self._together = relative, together
 
     def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
@@ -378,6 +389,9 @@ class Approach(MotionTask):
         self._step = self._fraction * nao.joints.max_speed[self.columns] * TICK
         nao.joints.note_outside(self.columns, self._targets[None], self.notes)
         self._targets = np.clip(self._targets, nao.joints.lower[self.columns], nao.joints.upper[self.columns])
+        if self._together:
+            ways = np.abs(self._targets - self._at)
+            self._step = ways / max(1.0, float((ways / self._step).max(initial=0.0)))
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Move the joints towards the targets for one tick."""

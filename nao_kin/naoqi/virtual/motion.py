@@ -15,7 +15,7 @@ from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
-from nao_kin.naoqi.conventions import ARMS, GROUPS, HANDS, LEGS, chain_names, joint_names, limits, torso_in
+from nao_kin.naoqi.conventions import ARMS, GROUPS, HANDS, LEGS, TORSO, chain_names, joint_names, limits, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Flag, Share, Text, Whole, one_of
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
@@ -387,11 +387,7 @@ class GeneralTools(Service):
 
 # --- ALMotion, joined from its topics.
 
-# The compiled kernels of nk.ik that an effector needs, by a part of its name.
-_KERNELS = {
-    "Arm": ("arms by pose", "arms by place"),
-    "Torso": ("both legs", "bodies"),
-}
+# The beginnings of the methods that need compiled kernels of nk.ik.
 _PATHS = ("positionInterpolation", "transformInterpolation")
 _MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", *_PATHS)
 _WALKS = ("move", "walk", "setFootSteps", "setWalkTarget")
@@ -403,13 +399,13 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
     name = "ALMotion"
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Return the kernels that a call needs to move arms or the torso by pose, to walk, or for the whole body."""
-        named = str(given[:1]) if name.startswith(_MOVES) else ""
-        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
-        if name.startswith(_PATHS):  # a descent in each tick
+        """Return the kernels that a call needs to move effectors, to walk, or for the whole body."""
+        moves, needed = name.startswith(_MOVES), set[str]()
+        if moves:
             needed.add("damped least squares")
         if name.startswith(_WALKS) and not name.endswith("Active"):
             needed.add("both legs")
-        if name.startswith("wb") or (name.startswith(_PATHS) and self.balance.enabled):
+        on_feet = any(part in str(given[:1]) for part in (TORSO, "Leg"))
+        if name.startswith("wb") or (moves and (on_feet or self.balance.enabled)):
             needed.add("bodies")
         return frozenset(needed)
