@@ -37,7 +37,7 @@ from nao_kin.naoqi.conventions import (
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Flag, Share, Text
 from nao_kin.naoqi.virtual.engine import TICK, Call
-from nao_kin.naoqi.virtual.machine import ON_TIME, Approach, Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import ON_TIME, AtSpeed, Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log
@@ -516,6 +516,6 @@ class CartesianControl(Service):
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(path.joints)]
-        task = Approach(name, path.joints, targets, fraction, together=True)
+        task = AtSpeed(name, self.nao, path.joints, targets, fraction, reactive=True)
         task.keeps_feet = path.keeps_feet
         self.nao.tasks.add(task)

@@ -297,14 +297,22 @@ class Interpolation(MotionTask):
         if not self._ahead:
             self._ahead.extend(self._motion.sample(t + TICK * np.arange(_TICKS_AHEAD)))
         values, done = self._ahead.popleft(), t >= self._end - ON_TIME
-        nao.joints.set(self.columns, self._motion.sample(self._end) if done else values, self.notes)
+        values = self._motion.sample(self._end) if done else values
+        nao.joints.set(self.columns, values[[name in self.resources for name in self._motion.joint_names]], self.notes)
         return done
+
+    def give_up(self, resources: frozenset[str]) -> None:
+        """Leave some joints to another task, and end with the last of the others."""
+        super().give_up(resources)
+        if self.started is not None:
+            ends = zip(self._motion.joint_names, self._motion.times, strict=True)
+            self._end = max((float(times[-1]) for name, times in ends if name in self.resources), default=0.0)
 
     def end(self, nao: Machine, *, killed: bool) -> None:
         """Note the velocity of joints whose movement is killed."""
         if killed and self.started is not None:
             velocity = self._motion.speed(nao.clock.now - self.begin)
-            nao.joints.leave_moving(self.columns, velocity, nao.clock.ticks)
+            nao.joints.leave_moving(nao.joints.columns(self._motion.joint_names), velocity, nao.clock.ticks)
 
 
 def _begun_moving(motion: Motion, velocity: Floats) -> Motion:
@@ -325,18 +333,38 @@ def _begun_moving(motion: Motion, velocity: Floats) -> Motion:
 
 
 class AtSpeed(Interpolation):
-    """Joints move straight to targets and arrive together, after max |target − start| / (fraction · max_speed)."""
+    """Joints move straight to targets, at fractions of their maximum speeds: setAngles, goToPosture and others.
 
-    def __init__(self, name: str, nao: Machine, joints: Sequence[str], targets: Floats, fraction: float) -> None:
-        speeds = fraction * nao.joints.max_speed[nao.joints.columns(joints)]
+    With `together`, all arrive with the slowest, after max |target − start| / (fraction · max_speed).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        nao: Machine,
+        joints: Sequence[str],
+        targets: Floats,
+        fraction: float,
+        *,
+        relative: bool = False,
+        together: bool = True,
+        reactive: bool = False,
+    ) -> None:
+        columns = nao.joints.columns(joints)
+        speeds = fraction * nao.joints.max_speed[columns]
 
         def plan(start: Floats) -> Motion:
-            duration = float(np.max(np.abs(targets - start) / speeds))
-            if duration == 0.0:
-                return Motion([0.0], joints, targets[None])
-            return Motion([0.0, duration], joints, np.stack([start, targets]))
+            wanted = start + targets if relative else targets
+            nao.joints.note_outside(columns, wanted[None], self.notes)
+            goal = np.clip(wanted, nao.joints.lower[columns], nao.joints.upper[columns])
+            durations = np.abs(goal - start) / speeds
+            ends = np.broadcast_to(durations.max(), durations.shape) if together else durations
+            rows = zip(start, goal, ends, strict=True)
+            curves = [([a, b], [0.0, end]) if end > 0.0 else ([b], [0.0]) for a, b, end in rows]
+            return Motion([times for _, times in curves], joints, [keys for keys, _ in curves])
 
         super().__init__(name, joints, plan)
+        self.reactive = reactive
 
 
 class HandMove(AtSpeed):
@@ -356,58 +384,6 @@ class HandMove(AtSpeed):
             nao.joints.set_stiffness(self.columns, 0.0)
         else:
             nao.joints.release(self.columns)
-
-
-class Approach(MotionTask):
-    """Joints move to angles, or with `relative` by changes, each at a fraction of its own maximum speed: setAngles.
-
-    With `together`, all arrive with the slowest: setPositions.
-    """
-
-    reactive = True
-
-    def __init__(
-        self,
-        name: str,
-        joints: Sequence[str],
-        targets: Floats,
-        fraction: float,
-        *,
-        relative: bool = False,
-        together: bool = False,
-    ) -> None:
-        super().__init__(name, joints)
-        self._targets, self._fraction = np.array(targets), fraction
-        self._relative, self._together = relative, together
-
-    def start(self, nao: Machine, time: float) -> None:
-        """Begin at the commanded joint values."""
-        super().start(nao, time)
-        self._at = nao.joints.command[self.columns]
-        if self._relative:
-            self._targets = self._at + self._targets
-        self._step = self._fraction * nao.joints.max_speed[self.columns] * TICK
-        nao.joints.note_outside(self.columns, self._targets[None], self.notes)
-        self._targets = np.clip(self._targets, nao.joints.lower[self.columns], nao.joints.upper[self.columns])
-        if self._together:
-            ways = np.abs(self._targets - self._at)
-            self._step = ways / max(1.0, float((ways / self._step).max(initial=0.0)))
-
-    def advance(self, nao: Machine, time: float) -> bool:
-        """Move the joints towards the targets for one tick."""
-        way = self._targets - self._at
-        near = np.abs(way) <= self._step * (1.0 + ON_TIME)
-        self._at = np.where(near, self._targets, self._at + np.clip(way, -self._step, self._step))
-        nao.joints.set(self.columns, self._at, self.notes)
-        return bool(near.all())
-
-    def give_up(self, resources: frozenset[str]) -> None:
-        """Leave some joints to another task."""
-        kept = [joint not in resources for joint in self.joints]
-        super().give_up(resources)
-        self._targets = self._targets[kept]
-        if self.started is not None:
-            self._at, self._step = self._at[kept], self._step[kept]
 
 
 class StiffnessRamp(MotionTask):

@@ -12,7 +12,7 @@ from nao_kin.naoqi.conventions import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Entries, Text
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.expression import actuators as led_actuators
+from nao_kin.naoqi.virtual.expression import masks as led_masks
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service
 
@@ -286,8 +286,9 @@ class ALMemory(Service):
         for joint, column in joints.column.items():
             for quantity, place in _QUANTITIES.items():
                 own[f"{DEVICE}{joint}/{place}/Value"] = lambda of=quantity, at=column: float(getattr(joints, of)[at])
-        for name, (led, channel) in led_actuators().items():
-            own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, led, channel)
+        for name in led_masks():
+            if "/" in name:
+                own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, name)
         for event in SWITCH_EVENTS:
             own[event] = lambda event=event: self.nao.services["ALTouch"]._is_raised(event)
         # The inertial sensor at rest: the torso's roll, pitch and yaw in the world [rad], and gravity, upwards [m/s²].
@@ -311,10 +312,9 @@ class ALMemory(Service):
             "DCM/Time": lambda: int(1000.0 * self.nao.clock.now),
         }
 
-    def _led(self, led: str, channel: int | None) -> float:
-        """Return the brightness of a channel of an LED, from 0 to 1; for an LED of one colour, its brightness."""
-        colour = self.nao.services["ALLeds"].colours[led]
-        return float(max(colour) if channel is None else colour[channel])
+    def _led(self, name: str) -> float:
+        """Return the brightness of an actuator of an LED, from 0 to 1."""
+        return float(self.nao.services["ALLeds"].rgb[led_masks()[name]].max())
 
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""

@@ -20,7 +20,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Flag, Share, Text, Whole, one_of
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.machine import Approach, AtSpeed, HandMove, Interpolation, Machine, StiffnessRamp, through
+from nao_kin.naoqi.virtual.machine import AtSpeed, HandMove, Interpolation, Machine, StiffnessRamp, through
 from nao_kin.naoqi.virtual.movements import GoToPosture
 from nao_kin.naoqi.virtual.service import Service, SetterAndGetter, stored
 from nao_kin.naoqi.virtual.walk import Locomotion
@@ -115,7 +115,8 @@ class JointControl(Service):
     def _approach(self, name: str, names: Any, values: Any, fraction: float) -> None:
         joints, relative = self.joints(names), name == "changeAngles"
         targets = arguments.one_each(values, joints, "changes" if relative else "angles")
-        self.nao.tasks.add(Approach(name, joints, targets, fraction, relative=relative))
+        task = AtSpeed(name, self.nao, joints, targets, fraction, relative=relative, together=False, reactive=True)
+        self.nao.tasks.add(task)
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
