@@ -289,7 +289,7 @@ def _error(T: np.ndarray, wanted: np.ndarray) -> float:
 def test_in_crouch_the_torso_goes_as_near_as_scipy_finds_with_both_feet_in_place(change: tuple) -> None:
     script = Script("Crouch")
     robot, q, start = script.nao.robot, script.nao.joints.q(), script.pose("Torso", WORLD)
-    feet, wanted, columns = script.feet(), start.copy(), columns_of(robot, ["Torso"])
+    feet, wanted, columns = script.feet(), start.copy(), columns_of(robot, ["Legs"])
     wanted[:3, 3] += change
 
     def torso(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

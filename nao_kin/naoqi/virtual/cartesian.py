@@ -91,16 +91,13 @@ def _path(path: Any, read: ToPoses, effector: str) -> Floats:
     return read(list(path)).reshape(-1, 4, 4)
 
 
-def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list[Floats]:
-    count, depth = len(effectors), _depth(times)
-    if depth < 2:
-        # A list of times is for all effectors; but if every effector has one pose, and the list has one time for each
-        # effector, each gets its own time.
-        one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
-        lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
-    else:
-        lists = arguments.entries(times, "times", count)
-    times_of_each = [arguments.list_each([row], [name], "times")[0] for row, name in zip(lists, effectors, strict=True)]
+def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> tuple[Floats, ...]:
+    # A list of times is for all effectors; but if every effector has one pose, and the list has one time for each
+    # effector, each gets its own time.
+    one_each = all(len(row) == 1 for row in rows) and len(effectors) > 1
+    if _depth(times) == 1 and not (one_each and len(times) == len(effectors)):
+        times = [times] * len(effectors)
+    times_of_each = arguments.list_each(times, effectors, "times")
     arguments.check_lengths(rows, times_of_each, effectors, "poses")
     arguments.check_times(times_of_each, effectors)
     return times_of_each
@@ -125,19 +122,13 @@ class EffectorPath:
         keys = np.column_stack([poses[:, :3, 3], self._turned])
         self._motion = Motion(self.times, ("x", "y", "z", "turn"), keys, "smooth")
 
-    def segment(self, time: float) -> int:
-        """Return the index of the key at which the segment of a time begins."""
-        return int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(0, len(self.times) - 2)))
-
     def pose(self, time: float) -> Floats:
         """Return the pose at a time, shape (4, 4)."""
         x, y, z, turned = self._motion.sample(time)
-        at, place = self.segment(time), np.array([x, y, z])
-        if at >= len(self._turns):
-            return join_poses(self._R[-1], place)
+        at = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self._turns) - 1))
         whole = self._turned[at + 1] - self._turned[at]
         share = min(max((turned - self._turned[at]) / whole, 0.0), 1.0) if whole > 0.0 else 1.0
-        return join_poses(self._R[at] @ exp(share * self._turns[at]), place)
+        return join_poses(self._R[at] @ exp(share * self._turns[at]), np.array([x, y, z]))
 
 
 # --- Joint values for targets.
@@ -198,9 +189,8 @@ def search(robot: NaoModel, name: str, target: Target, T_world_torso: Floats, q:
 
 
 def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
-    """Return the joints that move effectors or chains, each once, by their 26 names, without the hands."""
-    chains = ["Legs" if effector == TORSO else effector for effector in effectors]
-    return tuple(joint for joint in dict.fromkeys(joint_names(robot, chains)) if robot.unit(joint) != "1")
+    """Return the joints of limbs, each once, by their 26 names, without the hands."""
+    return tuple(joint for joint in dict.fromkeys(joint_names(robot, effectors)) if robot.unit(joint) != "1")
 
 
 def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
@@ -250,10 +240,12 @@ class CartesianState:
 class PathTask(MotionTask):
     """Effectors follow paths, with the whole robot if `balance` is enabled; other effectors and feet stay."""
 
+    limb = staticmethod(descend)
+
     def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
         self._robot, self._balance = nao.robot, balance
-        self._requests = {request.effector: request for request in requests}
-        names, on_feet = list(self._requests), set[str]()
+        self.requests = {request.effector: request for request in requests}
+        names, on_feet = list(self.requests), set[str]()
         if balance.enabled:
             names = ["Joints"]
         elif TORSO in names or not set(LEGS) <= set(names):
@@ -261,15 +253,15 @@ class PathTask(MotionTask):
             names = ["Legs" if one in on_feet else one for one in names]
         super().__init__(name, joints_of(nao.robot, names))
         self._on_feet = frozenset(on_feet)
-        self.keeps_feet = balance.enabled or not self._requests.keys().isdisjoint((TORSO, *LEGS))
+        self.keeps_feet = balance.enabled or not self.requests.keys().isdisjoint((TORSO, *LEGS))
 
     def prepare(self, nao: Machine) -> None:
         """Begin the paths at the commanded joint values, and stand on the other foot if the standing one moves."""
-        moved = [effector for effector in self._requests if effector in LEGS]
+        moved = [effector for effector in self.requests if effector in LEGS]
         if len(moved) == 1 and nao.base.support == moved[0]:
             nao.base.stand_on(LEGS[1 - LEGS.index(moved[0])], nao.joints.q(sensor=False))
         self.initial = CartesianState(nao)
-        self._paths = {effector: self.initial.curve(request) for effector, request in self._requests.items()}
+        self._paths = {effector: self.initial.curve(request) for effector, request in self.requests.items()}
 
     def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
@@ -285,15 +277,9 @@ class PathTask(MotionTask):
         nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
         return time - self.begin >= self._end - ON_TIME
 
-    def solve(
-        self,
-        nao: Machine,
-        time: float,
-        q: Floats,
-        limb: Callable[[NaoModel, str, Target, Floats, Floats], tuple[Floats, float]] = descend,
-    ) -> tuple[Floats, list[str]]:
+    def solve(self, nao: Machine, time: float, q: Floats) -> tuple[Floats, list[str]]:
         """Return joint values near q for the poses at a time, (nq,), and the effectors that miss their targets."""
-        state, together = self.initial, self._requests if self._balance.enabled else self._on_feet
+        state, together = self.initial, self.requests if self._balance.enabled else self._on_feet
         missed: list[str] = []
         if together:
             targets = {name: self._target(name, time, state.T_world_torso) for name in together}
@@ -303,11 +289,11 @@ class PathTask(MotionTask):
                 axes = AxisMask.ALL if self._balance.enabled else AxisMask.ALL & ~AxisMask.WZ
                 targets[TORSO] = state.T_world_torso, (_TORSO_HELD * axis_weights(axes), np.eye(3))
             q, missed = self.stand(nao, targets, q)
-            missed = [name for name in missed if name in self._requests or self._balance.enabled]
-        for name in self._requests.keys() - set(together):
+            missed = [name for name in missed if name in self.requests or self._balance.enabled]
+        for name in self.requests.keys() - set(together):
             # Two legs move in the world about the torso as it was; arms and head follow the torso.
             T_world_torso = state.T_world_torso if name in LEGS else nao.base.torso(q)
-            q, error = limb(nao.robot, name, self._target(name, time, T_world_torso), T_world_torso, q)
+            q, error = self.limb(nao.robot, name, self._target(name, time, T_world_torso), T_world_torso, q)
             missed += [name] if error > NOTEWORTHY else []
         return q, missed
 
@@ -368,11 +354,11 @@ class PathTask(MotionTask):
         return result.q, [_NAMES.get(name, name) for name in away if away[name] > NOTEWORTHY]
 
     def _is_in_torso(self, effector: str) -> bool:
-        return self._requests[effector].space == FRAME_TORSO
+        return self.requests[effector].space == FRAME_TORSO
 
     def _target(self, effector: str, time: float, T_world_torso: Floats) -> Target:
         """Return the target of an effector at a time, with the torso at a pose."""
-        request, T = self._requests[effector], self._paths[effector].pose(time)
+        request, T = self.requests[effector], self._paths[effector].pose(time)
         mask = AxisMask.ALL if effector == TORSO else request.mask
         R = self.initial.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
         if request.space == FRAME_TORSO:
@@ -498,7 +484,7 @@ class CartesianControl(Service):
         numbers = _each(spaces, count, "spaces", space_number)
         chosen = _each(masks, count, "axis masks", axis_mask)
         rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
-        when = [np.ones(1)] * count if times is None else _times(times, effectors, rows)
+        when = (np.ones(1),) * count if times is None else _times(times, effectors, rows)
         if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
             raise BadArgument("Torso does not move in FRAME_TORSO, the torso itself; use FRAME_WORLD or FRAME_ROBOT")
         columns = zip(effectors, numbers, chosen, rows, when, strict=True)
@@ -512,7 +498,8 @@ class CartesianControl(Service):
                 raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
         path = PathTask(name, self.nao, requests, BalanceControl())
         path.prepare(self.nao)
-        q, missed = path.solve(self.nao, 1.0, path.initial.q, search)
+        path.limb = search
+        q, missed = path.solve(self.nao, 1.0, path.initial.q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(path.joints)]

@@ -88,12 +88,7 @@ def masks() -> Mapping[str, Mask]:
 
 
 # NAOqi's name of each LED with a shape in the viewer → the viewer's name; ears and head have none.
-_LIGHTS: Mapping[str, str] = {
-    **{f"FaceLed{side}{number}": f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)},
-    "ChestLeds": "Chest",
-    "LeftFootLeds": "LeftFoot",
-    "RightFootLeds": "RightFoot",
-}
+_LIGHTS = {led: f"{led[7:-1]}Eye{led[-1]}" for led in EYES} | {led: led.removesuffix("Leds") for led in (CHEST, *FEET)}
 Colour = tuple[float, float, float]
 
 
@@ -116,10 +111,8 @@ def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
 
 _SUFFIX = "/Actuator/Value"
 _PREFIX = "Device/SubDeviceList/"
-_OFF_ON = (0.0, 1.0)
-_NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
-# Red, green and blue of each colour: the binary numbers from 000 to 111.
-_NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
+# The colours of the binary numbers from 000 to 111: red, green and blue.
+_NAMED = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
 _INITIAL: Floats = np.where(_BLUE, (0.0, 0.0, 1.0), 1.0)
 # The interval between two colours of a fade or an effect, and of an effect's colours [s].
 _STEP, _BEAT = 0.05, 0.25
@@ -251,7 +244,7 @@ class ALLeds(Service):
         return self._play(mask, at, times[-1])
 
     def _cycle(self, names: tuple[str, ...], seconds: float) -> Call:
-        return self._eyes(lambda time: np.array(_NAMED[names[int(time / _BEAT) % len(names)]]), seconds)
+        return self._eyes(lambda time: _colour(names[int(time / _BEAT) % len(names)], "rgb"), seconds)
 
     def _eyes(self, at: Callable[[float], Floats], seconds: float) -> Call:
         """Show the colours of an effect in the eyes, and then the previous ones."""
@@ -290,7 +283,8 @@ class ALLeds(Service):
 def _colour(value: Any, what: str) -> Floats:
     """Return a colour from 0x00RRGGBB or a name, shape (3,)."""
     if isinstance(value, str):
-        return np.array(_NAMED[arguments.choice(value, "colour", tuple(_NAMED))])
+        bits = _NAMED.index(arguments.choice(value, "colour", _NAMED))
+        return np.array([float(bits >> shift & 1) for shift in (2, 1, 0)])
     number = arguments.whole(value, what)
     if not 0 <= number <= 0xFFFFFFFF:
         raise BadArgument(f"{what} must be 0x00RRGGBB, got {number}")

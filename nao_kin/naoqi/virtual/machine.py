@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import itertools
 import threading
-import time as wall
 from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import compress
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -19,7 +17,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi.virtual.body import Base, Joints
-from nao_kin.naoqi.virtual.engine import TICK, Call, Clock, Event, EventLog, Monitor, NaoqiError, Notes
+from nao_kin.naoqi.virtual.engine import Call, Clock, Event, EventLog, Monitor, NaoqiError, Notes
 from nao_kin.robot import NaoModel
 
 # --- Motion tasks: they move joints over time, reserve the joints that they need, and wait for each other.
@@ -190,7 +188,6 @@ class Machine:
         behaviors: the folder of behaviours, or None.
         services: name → service.
         ended: set when the virtual NAO is closed.
-        held: how many blocks stop robot time.
     """
 
     def __init__(
@@ -207,7 +204,7 @@ class Machine:
         q = robot.clamp(robot.posture(posture))
         self.joints, self.base, self.tasks = Joints(robot, q), Base(robot, q, posture), Tasks(self)
         self.services: Mapping[str, Any] = {}
-        self.ended, self.held = threading.Event(), 0
+        self.ended = threading.Event()
         self._pending = set[Call]()
 
     def tick(self) -> None:
@@ -224,18 +221,6 @@ class Machine:
             if self.joints.advance():
                 self.base.update(self.joints.q(), None if keeps_feet else before)
             self.tasks.start_waiting()
-
-    @contextmanager
-    def time_held(self) -> Iterator[None]:
-        """Stop robot time inside the block, if it runs by itself; it does not catch up afterwards."""
-        with self.monitor:
-            self.held += 1
-        try:
-            yield
-        finally:
-            with self.monitor:
-                self.clock.due(wall.monotonic())
-                self.held -= 1
 
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot in ALMemory. Needs the lock."""
@@ -261,8 +246,6 @@ class Machine:
 
 # --- Tasks that move joints: along keys in time, or towards angles at limited speed.
 
-# The number of ticks for which a motion is sampled in one call, which takes little longer than sampling one tick.
-_TICKS_AHEAD = 64
 # The longest handle of a joint that begins with a velocity away from its next key [s].
 _BRAKING = 0.1
 # The rounding that a task ignores in its last tick [s].
@@ -287,17 +270,14 @@ class Interpolation(MotionTask):
         if velocity.any() and self._motion.interpolation != "linear":
             self._motion = _begun_moving(self._motion, velocity)
         self._end = self._motion.end
-        self._ahead: deque[Floats] = deque()
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
         nao.joints.note_outside(self.columns, extremes, self.notes)
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Command the motion's values at this time."""
         t = time - self.begin
-        if not self._ahead:
-            self._ahead.extend(self._motion.sample(t + TICK * np.arange(_TICKS_AHEAD)))
-        values, done = self._ahead.popleft(), t >= self._end - ON_TIME
-        values = self._motion.sample(self._end) if done else values
+        done = t >= self._end - ON_TIME
+        values = self._motion.sample(self._end if done else t)
         nao.joints.set(self.columns, values[[name in self.resources for name in self._motion.joint_names]], self.notes)
         return done
 

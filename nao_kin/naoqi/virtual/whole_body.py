@@ -7,10 +7,10 @@ from typing import Annotated
 
 import numpy as np
 
-from nao_kin._core.arrays import LOWER, Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.conventions import ARMS, FRAME_WORLD, LEGS, AxisMask
-from nao_kin.naoqi.virtual.arguments import Duration, Flag, Point, Share, one_of
+from nao_kin.naoqi.virtual.arguments import Duration, Flag, Point, one_of
 from nao_kin.naoqi.virtual.cartesian import (
     NOTEWORTHY,
     BalanceControl,
@@ -36,25 +36,15 @@ Held = Annotated[str, one_of("effector", ("Head", *ARMS))]
 _SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 # The speeds at which targets of held effectors move [m/s, rad/s].
 _PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
-# The shortest time of a movement at a fraction of the joints' speeds [s].
-_MIN_DURATION = 0.1
 
 
 class GoToBalance(PathTask):
-    """wbGoToBalance: move the centre of mass above `support` in `duration` [s], or longer for a speed `fraction`."""
+    """wbGoToBalance: move the centre of mass above `support` in `duration` [s]."""
 
-    def __init__(
-        self,
-        nao: Machine,
-        name: str,
-        control: BalanceControl,
-        support: str,
-        duration: float,
-        fraction: float | None = None,
-    ) -> None:
-        super().__init__(name, nao, (), BalanceControl(enabled=True))
+    def __init__(self, nao: Machine, control: BalanceControl, support: str, duration: float) -> None:
+        super().__init__("wbGoToBalance", nao, (), BalanceControl(enabled=True))
         self._control, self._feet = control, LEGS if support == "Legs" else (support,)
-        self._duration, self._fraction = duration, fraction
+        self._duration = duration
         nao.base.check_stands()
         self.value = False
 
@@ -65,14 +55,9 @@ class GoToBalance(PathTask):
         sensors = nao.robot.fk(state.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in self._feet for sensor in _SENSORS])
         self._to = (state.T_world_torso @ sensors)[:, :2, 3].mean(axis=0)
         self._from = com_above(nao.robot, state.q, state.T_world_torso)
-        if self._fraction is not None:
-            goal, _ = self.standing({}, state.q, self._to)
-            ways = np.abs(goal - state.q) / (self._fraction * nao.robot.velocity_limits)
-            # The largest speed of the smooth movement is 15/8 of the mean.
-            self._duration = max(self._duration, 1.875 * float(ways.max()))
         self._end = self._duration
 
-    def solve(self, nao: Machine, time: float, q: Floats, *_: object) -> tuple[Floats, list[str]]:
+    def solve(self, nao: Machine, time: float, q: Floats) -> tuple[Floats, list[str]]:
         """Return joint values for the position of the centre of mass at a time; at the end, set the result."""
         share = min(time / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
@@ -81,11 +66,10 @@ class GoToBalance(PathTask):
             T_world_torso = nao.base.torso(q)
             away = com_above(nao.robot, q, T_world_torso) - self._to
             stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
-            heights = (T_world_torso @ nao.robot.fk(q, self._feet))[:, 2, 3]
-            for foot, height in zip(self._feet, heights.tolist(), strict=True):
-                if height > LOWER:
-                    self.notes.once(foot, f"{foot} is {1e3 * height:.1f} mm above the floor: no balance on it")
-            self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY and bool((heights <= LOWER).all())
+            down = [foot for foot in self._feet if nao.base.is_down(foot, q)]
+            for foot in set(self._feet) - set(down):
+                self.notes.once(foot, f"{foot} is above the floor: no balance on it")
+            self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY and len(down) == len(self._feet)
             if self.value:  # the robot stands on these feet, also on one that was "Free"
                 self._control.feet.update(dict.fromkeys(self._feet, "Fixed"))
         return q, missed
@@ -113,7 +97,7 @@ class EffectorControl(PathTask):
         state = CartesianState(nao)
         T = self._now[effector] = state.T_world_torso @ nao.robot.fk(state.q, effector)
         mask = AxisMask.ROT if effector == "Head" else AxisMask.VEL
-        self._requests[effector] = EffectorRequest(effector, FRAME_WORLD, mask, T[None], np.ones(1), False)
+        self.requests[effector] = EffectorRequest(effector, FRAME_WORLD, mask, T[None], np.ones(1), False)
 
     def send(self, nao: Machine, effector: str, target: Floats) -> None:
         """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] for the head."""
@@ -122,25 +106,21 @@ class EffectorControl(PathTask):
             goal[:3, :3] = T_world_robot[:3, :3] @ matrix_from_rpy(target)
         else:
             goal[:3, 3] = T_world_robot[:3, :3] @ target + T_world_robot[:3, 3]
-        self._requests[effector] = replace(self._requests[effector], poses=goal[None])
+        self.requests[effector] = replace(self.requests[effector], poses=goal[None])
 
     def release(self, effector: str) -> None:
         """Hold an effector no longer; end with the last one."""
-        self._requests.pop(effector, None)
-        if not self._requests:
+        self.requests.pop(effector, None)
+        if not self.requests:
             self.call.cancel()
-
-    def holds(self, effector: str) -> bool:
-        """Return whether an effector is held."""
-        return effector in self._requests
 
     def _target(self, effector: str, time: float, T_world_torso: Floats) -> Target:
         """Return the target of an effector after one tick more."""
-        now, (goal,) = self._now[effector], self._requests[effector].poses
+        now, (goal,) = self._now[effector], self.requests[effector].poses
         turn, way = (float(np.linalg.norm(v)) for v in (log(now[:3, :3].T @ goal[:3, :3]), goal[:3, 3] - now[:3, 3]))
         ticks = max(1.0, way / (_PLACE_SPEED * TICK), turn / (_TURN_SPEED * TICK))
         T = self._now[effector] = part_of_way(now, goal, 1.0 / ticks)
-        return T, (axis_weights(self._requests[effector].mask), np.eye(3))
+        return T, (axis_weights(self.requests[effector].mask), np.eye(3))
 
 
 # --- The methods.
@@ -184,13 +164,7 @@ class WholeBodyControl(CartesianControl):
 
         The robot then stands on these feet: they become "Fixed". A foot in the air does not support the robot.
         """
-        return self.nao.tasks.add(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, duration))
-
-    def wbGoToBalanceWithSpeed(self, supportLeg: Support, fractionMaxSpeed: Share) -> Call:
-        """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
-        name = "wbGoToBalanceWithSpeed"
-        task = GoToBalance(self.nao, name, self.balance, supportLeg, _MIN_DURATION, fractionMaxSpeed)
-        return self.nao.tasks.add(task)
+        return self.nao.tasks.add(GoToBalance(self.nao, self.balance, supportLeg, duration))
 
     def wbEnableEffectorControl(self, effectorName: Held, isEnabled: Flag) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
@@ -217,7 +191,7 @@ class WholeBodyControl(CartesianControl):
         [rad].
         """
         control = self.nao.tasks.of(EffectorControl)
-        if control is None or not control.holds(effectorName):
+        if control is None or effectorName not in control.requests:
             raise BadArgument(f"{effectorName} is not held: call wbEnableEffectorControl({effectorName!r}, True) first")
         control.send(self.nao, effectorName, targetCoordinate)
 
