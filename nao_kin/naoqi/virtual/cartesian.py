@@ -245,14 +245,13 @@ class PathTask(MotionTask):
     def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
         self._robot, self._balance = nao.robot, balance
         self.requests = {request.effector: request for request in requests}
-        names, on_feet = list(self.requests), set[str]()
+        names, self._on_feet = list(self.requests), list[str]()
         if balance.enabled:
             names = ["Joints"]
         elif TORSO in names or not set(LEGS) <= set(names):
-            on_feet = {one for one in names if one == TORSO or (one in LEGS and not self._is_in_torso(one))}
-            names = ["Legs" if one in on_feet else one for one in names]
+            self._on_feet = [one for one in names if one == TORSO or (one in LEGS and not self._is_in_torso(one))]
+            names = ["Legs" if one in self._on_feet else one for one in names]
         super().__init__(name, joints_of(nao.robot, names))
-        self._on_feet = frozenset(on_feet)
         self.keeps_feet = balance.enabled or not self.requests.keys().isdisjoint((TORSO, *LEGS))
 
     def prepare(self, nao: Machine) -> None:
@@ -279,7 +278,7 @@ class PathTask(MotionTask):
 
     def solve(self, nao: Machine, time: float, q: Floats) -> tuple[Floats, list[str]]:
         """Return joint values near q for the poses at a time, (nq,), and the effectors that miss their targets."""
-        state, together = self.initial, self.requests if self._balance.enabled else self._on_feet
+        state, together = self.initial, list(self.requests) if self._balance.enabled else self._on_feet
         missed: list[str] = []
         if together:
             targets = {name: self._target(name, time, state.T_world_torso) for name in together}
@@ -290,7 +289,8 @@ class PathTask(MotionTask):
                 targets[TORSO] = state.T_world_torso, (_TORSO_HELD * axis_weights(axes), np.eye(3))
             q, missed = self.stand(nao, targets, q)
             missed = [name for name in missed if name in self.requests or self._balance.enabled]
-        for name in self.requests.keys() - set(together):
+        alone = [name for name in self.requests if name not in together]
+        for name in sorted(alone, key=lambda name: name not in LEGS):
             # Two legs move in the world about the torso as it was; arms and head follow the torso.
             T_world_torso = state.T_world_torso if name in LEGS else nao.base.torso(q)
             q, error = self.limb(nao.robot, name, self._target(name, time, T_world_torso), T_world_torso, q)

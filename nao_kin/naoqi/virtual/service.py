@@ -179,9 +179,7 @@ def _values(takes: inspect.Signature, given: tuple[Any, ...]) -> list[Any]:
     return values
 
 
-def stored(
-    what: str, read: Callable[[Any, str], Any], initially: Any, *, answer: bool | None = None
-) -> SetterAndGetter:
+def stored(what: str, read: Callable[[Any, str], Any], initially: Any, answer: bool | None = None) -> SetterAndGetter:
     """Return the setter, with its answer, and the getter of a value that a service only stores, as the log says."""
 
     def setter(self: Service, value: Any) -> bool | None:

@@ -67,7 +67,7 @@ class GoToBalance(PathTask):
             away = com_above(nao.robot, q, T_world_torso) - self._to
             stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
             down = [foot for foot in self._feet if nao.base.is_down(foot, q)]
-            for foot in set(self._feet) - set(down):
+            for foot in [foot for foot in self._feet if foot not in down]:
                 self.notes.once(foot, f"{foot} is above the floor: no balance on it")
             self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY and len(down) == len(self._feet)
             if self.value:  # the robot stands on these feet, also on one that was "Free"
