@@ -394,6 +394,19 @@ def test_a_leg_is_set_to_a_position_in_the_world(script: Script, leg: str) -> No
     assert np.abs(script.pose(other, WORLD) - standing).max() < 1e-9
 
 
+@pytest.mark.parametrize("space", [WORLD, TORSO])
+def test_both_feet_and_the_torso_keep_to_their_paths_seen_from_each_other(script: Script, space: int) -> None:
+    before = script.pose("Torso", WORLD)
+    legs = [script.pose(leg, WORLD) for leg in ("LLeg", "RLeg")]
+    changes = [[[0.01, 0.0, -0.02, 0.0, 0.0, 0.0]], *[[[0.0, 0.0, 0.01, 0.0, 0.0, 0.0]]] * 2]
+    names, spaces = ["Torso", "LLeg", "RLeg"], [WORLD, space, space]
+    script("positionInterpolations", names, spaces, changes, [63] * 3, [[0.5]] * 3, False)
+    up = (before[:3, :3] if space == TORSO else np.eye(3)) @ [0.0, 0.0, 0.01]
+    for leg, T in zip(("LLeg", "RLeg"), legs, strict=True):
+        expected = T[:3, 3] + up - before[:3, 3] - [0.01, 0.0, -0.02]
+        assert np.abs(script.pose("Torso", WORLD)[:3, :3] @ script.pose(leg, TORSO)[:3, 3] - expected).max() < 1e-6
+
+
 @pytest.mark.parametrize("leg", ["LLeg", "RLeg"])
 def test_a_leg_that_moves_with_the_torso_leaves_the_other_foot_in_place(script: Script, leg: str) -> None:
     other = "RLeg" if leg == "LLeg" else "LLeg"

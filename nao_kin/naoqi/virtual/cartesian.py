@@ -249,7 +249,8 @@ class PathTask(MotionTask):
         if balance.enabled:
             names = ["Joints"]
         elif TORSO in names or not set(LEGS) <= set(names):
-            self._on_feet = [one for one in names if one == TORSO or (one in LEGS and not self._is_in_torso(one))]
+            in_world = [one for one in names if TORSO in names or self.requests[one].space != FRAME_TORSO]
+            self._on_feet = [one for one in in_world if one in (TORSO, *LEGS)]
             names = ["Legs" if one in self._on_feet else one for one in names]
         super().__init__(name, joints_of(nao.robot, names))
         self.keeps_feet = balance.enabled or not self.requests.keys().isdisjoint((TORSO, *LEGS))
@@ -282,13 +283,12 @@ class PathTask(MotionTask):
         missed: list[str] = []
         if together:
             targets = {name: self._target(name, time, state.T_world_torso) for name in together}
-            in_torso = any(self._is_in_torso(name) for name in together)
+            in_torso = any(self.requests[name].space == FRAME_TORSO for name in together)
             if TORSO not in targets and (in_torso or not self._balance.enabled):
                 # The torso would run away from a target that moves with it.
                 axes = AxisMask.ALL if self._balance.enabled else AxisMask.ALL & ~AxisMask.WZ
                 targets[TORSO] = state.T_world_torso, (_TORSO_HELD * axis_weights(axes), np.eye(3))
             q, missed = self.stand(nao, targets, q)
-            missed = [name for name in missed if name in self.requests or self._balance.enabled]
         alone = [name for name in self.requests if name not in together]
         for name in sorted(alone, key=lambda name: name not in LEGS):
             # Two legs move in the world about the torso as it was; arms and head follow the torso.
@@ -327,6 +327,9 @@ class PathTask(MotionTask):
         feet, balance = dict(zip(LEGS, self.initial.T_world_feet, strict=True)), self._balance
         fixed = {foot: T for foot, T in feet.items() if foot not in targets and balance.feet[foot] != "Free"}
         standing = {balance.support: fixed[balance.support]} if com is None and balance.support in fixed else fixed
+        if not fixed and not balance.enabled:  # both feet are on paths
+            standing = {foot: targets[foot][0] for foot in LEGS}
+            targets = {name: target for name, target in targets.items() if name not in standing}
         if not standing:
             self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
             return q, []
@@ -352,9 +355,6 @@ class PathTask(MotionTask):
             return q, list(targets)
         away = {name: np.hypot(way, RADIAN * turn) for name, (way, turn) in result.residuals.items()}
         return result.q, [_NAMES.get(name, name) for name in away if away[name] > NOTEWORTHY]
-
-    def _is_in_torso(self, effector: str) -> bool:
-        return self.requests[effector].space == FRAME_TORSO
 
     def _target(self, effector: str, time: float, T_world_torso: Floats) -> Target:
         """Return the target of an effector at a time, with the torso at a pose."""

@@ -63,8 +63,7 @@ class GoToBalance(PathTask):
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
         q, missed = self.stand(nao, {}, q, place)
         if time >= self._end - ON_TIME:
-            T_world_torso = nao.base.torso(q)
-            away = com_above(nao.robot, q, T_world_torso) - self._to
+            away = com_above(nao.robot, q, nao.base.torso(q)) - self._to
             stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
             down = [foot for foot in self._feet if nao.base.is_down(foot, q)]
             for foot in [foot for foot in self._feet if foot not in down]:
