@@ -147,8 +147,8 @@ _MAX_STEPS = 60
 _CONVERGED = 1e-10
 # The error of a target above which the log reports it: metres, and radians times 0.1.
 NOTEWORTHY = 1e-3
-# The error below which a target counts as reached, and the number of random starts for a target that is not [m].
-_MET, _STARTS = 1e-6, 12
+# The error below which two solutions are equally good [m], and the number of random starts for a target that is missed.
+_MET, _STARTS = 1e-6, 6
 # The weights of a foot and of a torso that must keep their poses, relative to other targets.
 _HELD, _TORSO_HELD = 100.0, 10.0
 # One motor drives both hips: on two feet, the torso's yaw gives way to its other coordinates.
@@ -178,14 +178,16 @@ def descend(robot: NaoModel, name: str, target: Target, T_world_torso: Floats, q
 
 
 def search(robot: NaoModel, name: str, target: Target, T_world_torso: Floats, q: Floats) -> tuple[Floats, float]:
-    """Return the same as `descend`, from random values of the limb too: the solution nearest to q, or the best."""
+    """Return the same as `descend`; if that misses its target, the nearest solution from random values of the limb."""
+    found = descend(robot, name, target, T_world_torso, q)
+    if found[1] <= NOTEWORTHY:
+        return found
     columns = columns_of(robot, [name])
     starts = np.tile(q, (_STARTS, 1))
     starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
-    found = [descend(robot, name, target, T_world_torso, q)]
-    if found[0][1] > _MET:
-        found += [descend(robot, name, target, T_world_torso, robot.clamp(start)) for start in starts]
-    return min(found, key=lambda one: (max(one[1], _MET), float(np.abs(one[0] - q).max())))
+    others = [descend(robot, name, target, T_world_torso, robot.clamp(start)) for start in starts]
+    best = min(others, key=lambda one: (max(one[1], _MET), float(np.abs(one[0] - q).max())))
+    return best if best[1] < found[1] - NOTEWORTHY else found
 
 
 def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
@@ -240,8 +242,6 @@ class CartesianState:
 class PathTask(MotionTask):
     """Effectors follow paths, with the whole robot if `balance` is enabled; other effectors and feet stay."""
 
-    limb = staticmethod(descend)
-
     def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
         self._robot, self._balance = nao.robot, balance
         self.requests = {request.effector: request for request in requests}
@@ -293,7 +293,7 @@ class PathTask(MotionTask):
         for name in sorted(alone, key=lambda name: name not in LEGS):
             # Two legs move in the world about the torso as it was; arms and head follow the torso.
             T_world_torso = state.T_world_torso if name in LEGS else nao.base.torso(q)
-            q, error = self.limb(nao.robot, name, self._target(name, time, T_world_torso), T_world_torso, q)
+            q, error = search(nao.robot, name, self._target(name, time, T_world_torso), T_world_torso, q)
             missed += [name] if error > NOTEWORTHY else []
         return q, missed
 
@@ -435,8 +435,8 @@ class CartesianControl(Service):
     - A relative target adds to the position, and rotates about the axes of the space.
     - Torso moves the legs with the feet in place. A leg in FRAME_WORLD or FRAME_ROBOT moves with the other foot and the
       torso in place. In both cases the torso's yaw is adapted if the shared hip motor requires it.
-    - An unreachable target raises no error: the effector moves as near as it can, and the log says so. As in NAOqi,
-      an interpolation that is stopped by a joint's limit does not search for other joint values.
+    - An unreachable target raises no error: the effector moves as near as it can, and the log says so. If a limit stops
+      a limb on its path, and other joint values reach the target, the limb moves to them at its maximum speeds.
     """
 
     def __init__(self, nao: Machine) -> None:
@@ -498,7 +498,6 @@ class CartesianControl(Service):
                 raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
         path = PathTask(name, self.nao, requests, BalanceControl())
         path.prepare(self.nao)
-        path.limb = search
         q, missed = path.solve(self.nao, 1.0, path.initial.q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
