@@ -528,39 +528,29 @@ def _descents(
 
 def descended_along(
     robot: RobotModel,
-    joints: tuple[str, ...],
-    frames: tuple[str, str],
-    T_reference_target: Floats,
-    R_reference_axes: Floats,
+    frame: str,
+    T_base_target: Floats,
+    R_base_axes: Floats,
     weights: Floats,
     tolerance: float,
     steps: int,
     q: Floats,
 ) -> tuple[Floats, float]:
-    """Return q (nq,) after a search with some joints for the pose of a frame in a reference, both `frames`.
+    """Return q (nq,) after a search with the joints that move a frame for its pose in a fixed base.
 
-    Errors are along the given axes; their weighted norm is returned too. The rest is as in `Goal`; the base is fixed.
+    Errors are along the given axes; their weighted norm is returned too. The rest is as in `Goal`.
     """
-    chain, region, drivers = cached_limb(robot, _chain_between, *frames, *joints)
-    T, R, columns = T_reference_target, R_reference_axes, region.moving
+    motion = cached_limb(robot, FrameMotion, frame)
     # Errors are along the axes of the target. The frame and its target are turned equally, so that these are R's.
-    links = chain.links.copy()
+    links = motion.chain.links.copy()
     last = links[-12:].reshape(3, 4)
-    last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
-    fixed = np.where(chain.place < 0, chain.ratio * q[drivers], 0.0)
-    chain = chain._replace(links=links, offset=chain.offset + fixed)
-    target, others = join_poses(R, T[:3, 3]).reshape(1, 16), region.fixed_values(q[None])
-    found = descended(chain, region, Goal(weights, tolerance, steps), target, others, q[None, columns], None)
+    last[:, :3] = last[:, :3] @ T_base_target[:3, :3].T @ R_base_axes
+    target, fixed = join_poses(R_base_axes, T_base_target[:3, 3]).reshape(1, 16), motion.limited.fixed_values(q[None])
+    goal, chain = Goal(weights, tolerance, steps), motion.chain._replace(links=links)
+    found = descended(chain, motion.limited, goal, target, fixed, q[None, motion.columns], None)
     best = q.copy()
-    best[columns] = found.q[0]
+    best[motion.columns] = found.q[0]
     return best, float(np.sqrt(2.0 * found.cost[0]))
-
-
-def _chain_between(robot: RobotModel, frame: str, reference: str, *joints: str) -> tuple[Chain, LimitRegion, list[int]]:
-    """Return the chain from a reference to a frame, the limits of the joints that move, and all drivers."""
-    chain = serial_chain(robot, reference, frame)
-    region = LimitRegion(robot, np.array([robot.joint_names.index(joint) for joint in joints]))
-    return chain_of([chain], joints), region, [robot.joint_names.index(driver.joint) for driver in chain.drivers]
 
 
 # --- The nearest joint values of a limb whose closed form has no solution, from several starts.

@@ -518,7 +518,7 @@ def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
             "Can't find service: ALMotin; there are: ALAnimatedSpeech, ALAnimationPlayer, ALAudioPlayer",
         ),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').fly(1)", 1, "ALMotion has no method fly; it has: "),
-        ("import naoqi\nnaoqi.ALProxy('ALMotion').getAngles('HeadYawn', True)", 1, "HeadYaw"),
+        ("import naoqi\nnaoqi.ALProxy('ALMotion').getAngles('HeadYawn', useSensors=True)", 1, "nearest: HeadYaw"),
         ("1/0", 1, "ZeroDivisionError"),
         ("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)", 137, ""),
     ],

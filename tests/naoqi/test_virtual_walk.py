@@ -444,8 +444,13 @@ def test_names_of_old_do_the_same(script: Walking) -> None:
     start = script.place()
     script("walkTo", 0.05, 0.0, 0.0)
     assert off(script.place(), composed(start, (0.05, 0.0, 0.0))) < 1e-6
-    script("setWalkTargetVelocity", 0.5, 0.0, 0.0, 0.5)
+    script("setWalkTargetVelocity", 0.5, 0.0, 0.0, 0.5, [["StepHeight", 0.03]], [["StepHeight", 0.01]])
     assert script("walkIsActive")
+    heights = []
+    for _ in range(30):
+        script.nao.step(0.05)
+        heights.append(script.feet()[:, 2, 3])
+    assert np.max(heights, axis=0) == pytest.approx([0.03, 0.01], abs=2e-3)
     script("stopWalk")
     script("waitUntilWalkIsFinished")
     assert not script("walkIsActive")

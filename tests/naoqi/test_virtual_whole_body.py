@@ -64,26 +64,12 @@ def test_the_centre_of_mass_goes_above_the_middle_of_what_supports_it(
 
 def test_going_to_balance_tells_whether_it_is_there(script: Balancing) -> None:
     assert script("wbGoToBalance", "LLeg", 0.6) is True
-    assert script("wbGoToBalanceWithSpeed", "Legs", 0.5) is True
     going = script.nao.post("ALMotion", "wbGoToBalance", "RLeg", 1.0)
     script.nao.step(0.1)
     script("killAll")
     assert going.result(0) is False
     script("setStiffnesses", "RArm", 0.0)
     assert script("wbGoToBalance", "RLeg", 0.5) is False
-
-
-def test_with_a_speed_no_joint_is_faster(script: Balancing) -> None:
-    most = 0.1 * script.nao.joints.max_speed * 0.01
-    call = script.nao.post("ALMotion", "wbGoToBalanceWithSpeed", "LLeg", 0.1)
-    before, fastest = script.nao.joints.sensor, 0.0
-    while not call.done():
-        script.nao.step(0.01)
-        fastest = max(fastest, float((np.abs(script.nao.joints.sensor - before) / most).max()))
-        before = script.nao.joints.sensor
-    assert fastest < 1.05
-    assert fastest > 0.8
-    assert np.abs(script.com() - script.soles("LLeg").mean(axis=0)).max() < 1e-6
 
 
 def test_a_foot_that_is_free_is_moved_in_balance_on_the_other(script: Balancing) -> None:
@@ -127,7 +113,7 @@ def test_there_is_no_balance_on_a_foot_in_the_air(script: Balancing) -> None:
     script("wbFootState", "Free", "RLeg")
     script("positionInterpolation", "RLeg", WORLD, [0.0, 0.0, 0.02, 0.0, 0.0, 0.0], 63, 0.5, False)
     assert script("wbGoToBalance", "RLeg", 1.0) is False
-    assert "RLeg is 20.0 mm above the floor" in script.log()
+    assert "RLeg is above the floor" in script.log()
 
 
 def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: Balancing) -> None:
@@ -175,7 +161,7 @@ def test_every_axis_mask_is_met_in_balance(script: Balancing, effector: str, spa
         assert np.abs(errors).max() < 1e-4, mask
         assert np.abs(script.feet()[: len(feet)] - soles).max() < 1e-6
         assert script.inside(*feet) > 0.004
-    assert "as near to its target" not in script.log()
+    assert "does not reach" not in script.log()
 
 
 @pytest.mark.parametrize("mask", [5, 7, 56])
@@ -196,7 +182,7 @@ def test_balance_comes_before_what_is_out_of_reach(script: Balancing) -> None:
     script("wbEnableBalanceConstraint", True, "Legs")
     call = script.nao.post("ALMotion", "positionInterpolations", "RArm", ROBOT, [0.6, -0.1, 0.3, 0, 0, 0], 7, 2.0)
     script.wait(call, 0.004, "LLeg", "RLeg")
-    assert "as near to its target as balance and the feet let it" in script.log()
+    assert "RArm does not reach its target" in script.log()
 
 
 def test_the_head_is_held_in_its_rotation_and_goes_where_it_is_told(script: Balancing) -> None:

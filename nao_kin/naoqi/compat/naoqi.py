@@ -68,8 +68,8 @@ class ALProxy:
         if method.startswith("__"):  # Python's own attributes are not methods of a robot
             raise AttributeError(method)
 
-        def call(*arguments: Any) -> Any:
-            return self.call(method, *arguments)
+        def call(*arguments: Any, **named: Any) -> Any:
+            return self.call(method, *arguments, *named.values())
 
         call.__name__ = method
         return call

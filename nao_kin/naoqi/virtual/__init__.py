@@ -55,13 +55,13 @@ FRAME_ROBOT stays in place while both soles are down.
 
 from nao_kin.naoqi.virtual.body import Base
 from nao_kin.naoqi.virtual.engine import Call, Event, NaoqiError
-from nao_kin.naoqi.virtual.machine import Approach, Interpolation, Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import AtSpeed, Interpolation, Machine, MotionTask
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
-    "Approach",
+    "AtSpeed",
     "Base",
     "Call",
     "Event",

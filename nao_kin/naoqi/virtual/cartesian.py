@@ -1,20 +1,19 @@
-"""ALMotion's Cartesian control: paths of effectors, joint values that follow them, tasks, and the methods."""
+"""ALMotion's Cartesian control: paths of effectors, the joint values that follow them, and the methods."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from nao_kin import ik
-from nao_kin._core.arrays import Floats, choice, eased, join_poses, rigid_inverse
+from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi.conventions import (
-    ARMS,
     EFFECTORS,
     FRAME_ROBOT,
     FRAME_TORSO,
@@ -37,8 +36,8 @@ from nao_kin.naoqi.conventions import (
 )
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Flag, Share, Text
-from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.machine import ON_TIME, Approach, Machine, MotionTask
+from nao_kin.naoqi.virtual.engine import TICK, Call
+from nao_kin.naoqi.virtual.machine import ON_TIME, AtSpeed, Machine, MotionTask
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log
@@ -56,7 +55,7 @@ class EffectorRequest:
     space: int
     mask: int  # the controlled axes of the space
     poses: Floats  # of its path in the space, or changes if `relative`, shape (k, 4, 4)
-    times: Floats  # of the poses, shape (k,) [s]; empty for a method without times
+    times: Floats  # of the poses, shape (k,) [s]
     relative: bool  # whether the poses are changes of the effector's initial pose
 
 
@@ -92,16 +91,13 @@ def _path(path: Any, read: ToPoses, effector: str) -> Floats:
     return read(list(path)).reshape(-1, 4, 4)
 
 
-def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list[Floats]:
-    count, depth = len(effectors), _depth(times)
-    if depth < 2:
-        # A list of times is for all effectors; but if every effector has one pose, and the list has one time for each
-        # effector, each gets its own time.
-        one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
-        lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
-    else:
-        lists = arguments.entries(times, "times", count)
-    times_of_each = [arguments.list_each([row], [name], "times")[0] for row, name in zip(lists, effectors, strict=True)]
+def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> tuple[Floats, ...]:
+    # A list of times is for all effectors; but if every effector has one pose, and the list has one time for each
+    # effector, each gets its own time.
+    one_each = all(len(row) == 1 for row in rows) and len(effectors) > 1
+    if _depth(times) == 1 and not (one_each and len(times) == len(effectors)):
+        times = [times] * len(effectors)
+    times_of_each = arguments.list_each(times, effectors, "times")
     arguments.check_lengths(rows, times_of_each, effectors, "poses")
     arguments.check_times(times_of_each, effectors)
     return times_of_each
@@ -126,31 +122,43 @@ class EffectorPath:
         keys = np.column_stack([poses[:, :3, 3], self._turned])
         self._motion = Motion(self.times, ("x", "y", "z", "turn"), keys, "smooth")
 
-    def segment(self, time: float) -> int:
-        """Return the index of the key at which the segment of a time begins."""
-        return int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(0, len(self.times) - 2)))
-
     def pose(self, time: float) -> Floats:
         """Return the pose at a time, shape (4, 4)."""
         x, y, z, turned = self._motion.sample(time)
-        at, place = self.segment(time), np.array([x, y, z])
-        if at >= len(self._turns):
-            return join_poses(self._R[-1], place)
+        at = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self._turns) - 1))
         whole = self._turned[at + 1] - self._turned[at]
         share = min(max((turned - self._turned[at]) / whole, 0.0), 1.0) if whole > 0.0 else 1.0
-        return join_poses(self._R[at] @ exp(share * self._turns[at]), place)
+        return join_poses(self._R[at] @ exp(share * self._turns[at]), np.array([x, y, z]))
 
 
-# --- Joint values for targets that control some axes only.
+# --- Joint values for targets.
 #
 # NAOqi solves Cartesian control with the pseudo-inverse of the Jacobian of the controlled axes, from cycle to cycle.
-# So does this module: damped least squares from the joint values of the cycle before, which keeps joint motion along a
-# path small.
+# So does this module: damped least squares from the joint values of the cycle before. Targets that move the feet or the
+# torso are solved for the whole robot on its feet (`nk.ik.whole_body`), then each other limb for itself.
+
+# A pose in the world, and the weights of x, y, z, wx, wy, wz along the axes of a space, as in `nk.ik.whole_body`.
+Target = tuple[Floats, tuple[Floats, Floats]]
+Targets = dict[str, Target]
 
 # One radian has the weight of 0.1 m.
 RADIAN = 0.1
 _MAX_STEPS = 60
 _CONVERGED = 1e-10
+# The error of a target above which the log reports it: metres, and radians times 0.1.
+NOTEWORTHY = 1e-3
+# The error below which two solutions are equally good [m], and the number of random starts for a target that is missed.
+_MET, _STARTS = 1e-6, 6
+# The weights of a foot and of a torso that must keep their poses, relative to other targets.
+_HELD, _TORSO_HELD = 100.0, 10.0
+# One motor drives both hips: on two feet, the torso's yaw gives way to its other coordinates.
+_YAW_GIVES_WAY = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1e-3])
+# The distance of the centre of mass from the edge of the support polygon [m].
+_MARGIN = 0.005
+# The names in the log for those of `nk.ik.whole_body`.
+_NAMES = {"torso": TORSO, "com": "the centre of mass"}
+# The largest number of times that targets are moved nearer so that joints are not too fast.
+_MAX_HALVINGS = 7
 
 
 def axis_weights(mask: int) -> Floats:
@@ -158,47 +166,33 @@ def axis_weights(mask: int) -> Floats:
     return np.repeat([1.0, RADIAN], 3) * controlled_axes(mask)
 
 
-@dataclass(frozen=True, eq=False)
-class LimbTarget:
-    """The target pose of a frame, relative to the torso or to the sole of the standing foot."""
+def descend(robot: NaoModel, name: str, target: Target, T_world_torso: Floats, q: Floats) -> tuple[Floats, float]:
+    """Return joint values of one limb near q, (nq,), at its target or at a local minimum, and the norm of its errors.
 
-    frame: str
-    T_reference_target: Floats
-    mask: int  # which of x, y, z, wx, wy, wz, along the axes of the space, are controlled
-    R_reference_space: Floats
-    reference: str = TORSO  # the frame that stays in place: "Torso", or a foot, whose leg then moves too
-
-
-@dataclass(frozen=True, eq=False)
-class LimbSolution:
-    """A configuration inside the limits, shape (nq,), and the norm of its errors: metres, radians times `RADIAN`."""
-
-    q: Floats
-    missing: float
+    They are inside all limits. The errors are in metres, radians times `RADIAN`.
+    """
+    T, (weights, R) = target
+    T_torso_world = rigid_inverse(T_world_torso)
+    R_torso = T_torso_world[:3, :3] @ R
+    return ik.descended_along(robot, name, T_torso_world @ T, R_torso, weights, _CONVERGED, _MAX_STEPS, q)
 
 
-def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Return joint values of one limb near q, inside all limits, that bring it to its target or to a local minimum."""
-    joints = tuple(robot.joint_names[column] for column in columns_of(robot, [target.frame]))
-    frames, weights = (target.frame, target.reference), axis_weights(target.mask)
-    T, R = target.T_reference_target, target.R_reference_space
-    return LimbSolution(*ik.descended_along(robot, joints, frames, T, R, weights, _CONVERGED, _MAX_STEPS, q))
-
-
-# --- The six effectors of Cartesian control, each with its joints and its solvers.
-
-# The residual below which a target counts as reached [m].
-MET = 1e-6
-# The largest number of corrections of the torso's position, and the position error that ends them [m].
-_MAX_CORRECTIONS, _IN_PLACE = 5, 1e-9
-# The number of random starts after a descent from the current joints that misses its target.
-_STARTS = 12
+def search(robot: NaoModel, name: str, target: Target, T_world_torso: Floats, q: Floats) -> tuple[Floats, float]:
+    """Return the same as `descend`; if that misses its target, the nearest solution from random values of the limb."""
+    found = descend(robot, name, target, T_world_torso, q)
+    if found[1] <= NOTEWORTHY:
+        return found
+    columns = columns_of(robot, [name])
+    starts = np.tile(q, (_STARTS, 1))
+    starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
+    others = [descend(robot, name, target, T_world_torso, robot.clamp(start)) for start in starts]
+    best = min(others, key=lambda one: (max(one[1], _MET), float(np.abs(one[0] - q).max())))
+    return best if best[1] < found[1] - NOTEWORTHY else found
 
 
 def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
-    """Return the joints that move effectors, each once, by their 26 names, without the hands."""
-    chains = ["Legs" if effector == TORSO else effector for effector in effectors]
-    return tuple(joint for joint in dict.fromkeys(joint_names(robot, chains)) if robot.unit(joint) != "1")
+    """Return the joints of limbs, each once, by their 26 names, without the hands."""
+    return tuple(joint for joint in dict.fromkeys(joint_names(robot, effectors)) if robot.unit(joint) != "1")
 
 
 def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
@@ -207,99 +201,21 @@ def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
-def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Return joint values for one limb: of the solution nearest to the current ones, or else of the nearest pose.
-
-    Poses of arms and legs, positions of hands and orientations of the head are solved in closed form, other masks by
-    descents from the current joint values and from random ones.
-    """
-    near = descend(robot, target, q)
-    if near.missing <= MET:
-        return near
-    columns = columns_of(robot, [target.frame])
-    starts = np.tile(q, (_STARTS, 1))
-    starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
-    closed = _closed_form(robot, target, q)
-    if closed is not None and np.isfinite(closed).all():  # a solution for the torso's current pose only
-        starts[0] = closed
-    if closed is not None and target.reference == TORSO:
-        starts = starts[: int(np.isfinite(closed).all())]
-    others = [descend(robot, target, robot.clamp(start)) for start in starts]
-    reached = [one for one in others if one.missing <= MET]
-    if reached:
-        return min(reached, key=lambda one: float(np.abs(one.q - q).max()))
-    return min(near, *others, key=lambda one: one.missing)
+# --- The motion task: effectors on timed paths.
 
 
-def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
-    """Return joint values near q for fixed poses of the left and right foot (2, 4, 4) and the nearest torso pose.
+@dataclass
+class BalanceControl:
+    """The constraints of whole-body control."""
 
-    The yaw of the torso is adapted, because one motor drives both hips. If limits exclude that pose, the torso goes to
-    the nearest one for which both feet hold. `missing` is the torso's error, its yaw included; infinite if a foot does
-    not reach its pose.
-    """
-    q_legs, adapted = _with_fitting_yaw(robot, T_world_torso, T_world_feet, q)
-    if q_legs is None or not robot.within_limits(q_legs):
-        # One descent with the feet as constraints.
-        feet = dict(zip("LR", T_world_feet, strict=True))
-        solution = ik.whole_body(robot, {}, feet=feet, torso=adapted, weights={"posture": 0.0}, near=q, restarts=0)
-        if not np.isfinite(solution.q).all():
-            return LimbSolution(np.array(q), np.inf)
-        q_legs, adapted = solution.q, solution.torso
-    turn = log(T_world_torso[:3, :3].T @ adapted[:3, :3])
-    away = T_world_torso[:3, 3] - adapted[:3, 3]
-    return LimbSolution(q_legs, float(np.linalg.norm([away, RADIAN * turn])))
-
-
-def _with_fitting_yaw(
-    robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats
-) -> tuple[Floats | None, Floats]:
-    """Return joint values for both feet, regardless of limits, and the torso with the nearest yaw that fits the hips.
-
-    If a leg is too short, return None and the torso as it is.
-    """
-    left, right = T_world_feet
-    target = T_world_torso
-    for _ in range(_MAX_CORRECTIONS):
-        # A batch of one uses the compiled kernel: in Python, a tick of 10 ms would take longer than 10 ms to compute.
-        solution = ik.legs(robot, left[None], right, base="floating", torso=target, free="yaw", near=q, limits="ignore")
-        if not np.all(solution.success):
-            return None, T_world_torso
-        torso = np.asarray(solution.torso)[0]
-        # The solver adapts the yaw about the middle of the hips, which displaces a leaning torso: correct its position.
-        six = position6d(T_world_torso)
-        six[5] = position6d(torso)[5]
-        target = pose(six)
-        if np.abs(target[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
-            break
-    return solution.q[0], torso
-
-
-def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:
-    T, frame, axes = target.T_reference_target, target.frame, target.mask
-    if target.reference != TORSO:
-        T = robot.fk(q, target.reference) @ T
-    if frame in ARMS and axes in (AxisMask.ALL, AxisMask.VEL):
-        return ik.arm(robot, frame[0], T if axes == AxisMask.ALL else T[:3, 3], near=q).q
-    if frame in LEGS and axes == AxisMask.ALL:
-        return ik.leg(robot, frame[0], T, near=q).q
-    if frame == "Head" and axes in (AxisMask.ROT, AxisMask.ALL):
-        return ik.head(robot, T[:3, :3], near=q).q
-    return None
-
-
-# --- The motion tasks of Cartesian control: effectors along timed paths, and joints moving to a solution.
-
-# The number of points between two keys at which a path is checked before it is followed.
-_CHECKED = 8
-# The residual of a target above which the log reports it: metres, and radians times 0.1.
-NOTEWORTHY = 1e-3
-# The effectors to solve for first; the head and the arms depend on the torso.
-_FIRST = (TORSO, *LEGS)
+    enabled: bool = False
+    # "Fixed", "Plane" or "Free".
+    feet: dict[str, str] = field(default_factory=lambda: dict.fromkeys(LEGS, "Fixed"))
+    support: str | None = None  # "Legs", "LLeg" or "RLeg" below the centre of mass; None for no constraint
 
 
 class CartesianState:
-    """The commanded q with torso, FRAME_ROBOT and feet in the world; a task keeps the FRAME_ROBOT of its beginning."""
+    """The commanded q, with torso, FRAME_ROBOT and feet in the world."""
 
     def __init__(self, nao: Machine) -> None:
         self.robot = nao.robot
@@ -307,10 +223,9 @@ class CartesianState:
         self.T_world_torso = nao.base.torso(self.q)
         self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
         self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, LEGS)
-        self._standing = nao.base.support
 
-    def path(self, request: EffectorRequest) -> Floats:
-        """Return the effector's current pose and all of a request, in the world, or in the torso for FRAME_TORSO."""
+    def curve(self, request: EffectorRequest) -> EffectorPath:
+        """Return the curve of a request from the current pose, in the world, or in the torso for FRAME_TORSO."""
         now = pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
         if request.relative:  # positions add up, and rotations are about the axes of the space
@@ -320,148 +235,192 @@ class CartesianState:
             wanted, six = position6d(poses), position6d(now)
             poses = pose(np.where(controlled_axes(request.mask), wanted, six))
         poses = np.concatenate([now[None], poses])
-        return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
-
-    def curve(self, request: EffectorRequest) -> EffectorPath:
-        """Return the curve of a request over its times."""
-        return EffectorPath(np.concatenate([[0.0], request.times]), self.path(request))
-
-    def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
-        """Return the target for the solvers from a request, a pose T as returned by `path`, and the torso's pose."""
-        effector, standing, reference = request.effector, self._standing, TORSO
-        R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
-        T_reference_world = np.eye(4) if request.space == FRAME_TORSO else rigid_inverse(T_world_torso)
-        if request.space != FRAME_TORSO and effector in LEGS and standing is not None and standing != effector:
-            # A leg moves the hip of the other leg and so the torso: only the standing foot stays in place.
-            reference = standing
-            T_reference_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, standing))
-        R = T_reference_world[:3, :3] @ R_world_space
-        return LimbTarget(effector, T_reference_world @ T, request.mask, R, reference)
-
-
-def hold_still(nao: Machine, requests: Sequence[EffectorRequest]) -> None:
-    """Stand on the other foot if the requests move the standing foot alone."""
-    moved = [request.effector for request in requests if request.effector in LEGS]
-    if len(moved) == 1 and nao.base.support == moved[0]:
-        nao.base.stand_on(LEGS[1 - LEGS.index(moved[0])], nao.joints.q(sensor=False))
-
-
-class _LimbFollower:
-    """One limb on its path, from segment to segment.
-
-    Descents from tick to tick follow a segment. If they miss the key at its end, and other joint values reach this key,
-    the joints move straight to those values instead.
-    """
-
-    def __init__(self, request: EffectorRequest, state: CartesianState) -> None:
-        self.request, self._initial = request, state
-        self.path = state.curve(request)
-        self._columns = columns_of(state.robot, [request.effector])
-        self._segment = -1
-        self._straight: tuple[Floats, Floats] | None = None
-        self.missing = 0.0
-
-    def solve(self, time: float, q: Floats, T_world_torso: Floats) -> Floats:
-        """Return the configuration at a time, from that of the previous tick."""
-        at = self.path.segment(time)
-        begin, end = self.path.times[at : at + 2]
-        if at != self._segment:
-            self._segment = at
-            self._look_ahead(begin, end, q, T_world_torso)
-        if self._straight is None:
-            return descend(self._initial.robot, self._target(time, T_world_torso), q).q
-        share = min(max((time - begin) / (end - begin), 0.0), 1.0)
-        start, goal = self._straight
-        result = q.copy()
-        result[self._columns] = start + eased(share) * (goal - start)
-        return np.asarray(result)
-
-    def _target(self, time: float, T_world_torso: Floats) -> LimbTarget:
-        return self._initial.target(self.request, self.path.pose(time), T_world_torso)
-
-    def _look_ahead(self, begin: float, end: float, q: Floats, T_world_torso: Floats) -> None:
-        """Follow the segment in a few steps; if that misses its key, search for other joint values that reach it."""
-        solution = LimbSolution(q, 0.0)
-        for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
-            target = self._target(float(time), T_world_torso)
-            solution = descend(self._initial.robot, target, solution.q)
-        self._straight = None
-        if solution.missing > MET:
-            other = anywhere(self._initial.robot, target, q)
-            if other.missing < solution.missing - MET:
-                self._straight = q[self._columns].copy(), other.q[self._columns]
-                solution = other
-        self.missing = solution.missing
+        T = self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses
+        return EffectorPath(np.concatenate([[0.0], request.times]), T)
 
 
 class PathTask(MotionTask):
-    """Effectors follow paths: positionInterpolations and transformInterpolations."""
+    """Effectors follow paths, with the whole robot if `balance` is enabled; other effectors and feet stay."""
 
-    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest]) -> None:
-        by_name = {request.effector: request for request in requests}
-        super().__init__(name, joints_of(nao.robot, tuple(by_name)))
-        self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
-        self._requests = by_name
+    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
+        self._robot, self._balance = nao.robot, balance
+        self.requests = {request.effector: request for request in requests}
+        names, self._on_feet = list(self.requests), list[str]()
+        if balance.enabled:
+            names = ["Joints"]
+        elif TORSO in names or not set(LEGS) <= set(names):
+            in_world = [one for one in names if TORSO in names or self.requests[one].space != FRAME_TORSO]
+            self._on_feet = [one for one in in_world if one in (TORSO, *LEGS)]
+            names = ["Legs" if one in self._on_feet else one for one in names]
+        super().__init__(name, joints_of(nao.robot, names))
+        self.keeps_feet = balance.enabled or not self.requests.keys().isdisjoint((TORSO, *LEGS))
+
+    def prepare(self, nao: Machine) -> None:
+        """Begin the paths at the commanded joint values, and stand on the other foot if the standing one moves."""
+        moved = [effector for effector in self.requests if effector in LEGS]
+        if len(moved) == 1 and nao.base.support == moved[0]:
+            nao.base.stand_on(LEGS[1 - LEGS.index(moved[0])], nao.joints.q(sensor=False))
+        self.initial = CartesianState(nao)
+        self._paths = {effector: self.initial.curve(request) for effector, request in self.requests.items()}
 
     def start(self, nao: Machine, time: float) -> None:
         """Begin at the commanded joint values."""
         super().start(nao, time)
-        hold_still(nao, tuple(self._requests.values()))
-        self._initial = CartesianState(nao)
-        by_name = {effector: _LimbFollower(request, self._initial) for effector, request in self._requests.items()}
-        self._end = max(float(limb.path.times[-1]) for limb in by_name.values())
-        self._torso = by_name.pop(TORSO, None)
-        self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
-        self._others = list(by_name.values())
+        self.prepare(nao)
+        self._end = max((float(path.times[-1]) for path in self._paths.values()), default=np.inf)
 
     def advance(self, nao: Machine, time: float) -> bool:
-        """Solve for this tick: torso and legs first, then the effectors that depend on the torso."""
-        t = time - self.begin
-        q = nao.joints.q(sensor=False)
-        if self._torso is not None:
-            q = self._over_feet(self._torso, t, q)
-        else:
-            T_world_torso = self._initial.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
-            q = self._solved(self._legs, t, q, T_world_torso)
-        q = self._solved(self._others, t, q, nao.base.torso(q))
+        """Command the joint values for this tick."""
+        q, missed = self.solve(nao, time - self.begin, nao.joints.q(sensor=False))
+        for name in missed:
+            self.notes.once(("missed", name), f"{name} does not reach its target; it goes as near as it can")
         nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
-        return t >= self._end - ON_TIME
+        return time - self.begin >= self._end - ON_TIME
 
-    def _solved(self, limbs_on_paths: Sequence[_LimbFollower], t: float, q: Floats, T_world_torso: Floats) -> Floats:
-        for limb in limbs_on_paths:
-            q = limb.solve(t, q, T_world_torso)
-            if limb.missing > NOTEWORTHY:
-                name = limb.request.effector
-                self.notes.once(("missed", name), f"{name} does not reach its target; it goes as near as it can")
-        return q
+    def solve(self, nao: Machine, time: float, q: Floats) -> tuple[Floats, list[str]]:
+        """Return joint values near q for the poses at a time, (nq,), and the effectors that miss their targets."""
+        state, together = self.initial, list(self.requests) if self._balance.enabled else self._on_feet
+        missed: list[str] = []
+        if together:
+            targets = {name: self._target(name, time, state.T_world_torso) for name in together}
+            in_torso = any(self.requests[name].space == FRAME_TORSO for name in together)
+            if TORSO not in targets and (in_torso or not self._balance.enabled):
+                # The torso would run away from a target that moves with it.
+                axes = AxisMask.ALL if self._balance.enabled else AxisMask.ALL & ~AxisMask.WZ
+                targets[TORSO] = state.T_world_torso, (_TORSO_HELD * axis_weights(axes), np.eye(3))
+            q, missed = self.stand(nao, targets, q)
+        alone = [name for name in self.requests if name not in together]
+        for name in sorted(alone, key=lambda name: name not in LEGS):
+            # Two legs move in the world about the torso as it was; arms and head follow the torso.
+            T_world_torso = state.T_world_torso if name in LEGS else nao.base.torso(q)
+            q, error = search(nao.robot, name, self._target(name, time, T_world_torso), T_world_torso, q)
+            missed += [name] if error > NOTEWORTHY else []
+        return q, missed
 
-    def _over_feet(self, torso: _LimbFollower, t: float, q: Floats) -> Floats:
-        """Solve both legs for the torso on its path; a foot with a path follows it, a foot without one stays."""
-        feet = self._initial.T_world_feet.copy()
-        for leg in self._legs:
-            T = leg.path.pose(t)
-            T_world_foot = self._initial.T_world_torso @ T if leg.request.space == FRAME_TORSO else T
-            feet[LEGS.index(leg.request.effector)] = T_world_foot
-        solution = torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
-        if solution.missing > NOTEWORTHY:
-            limits = "feet in place, the joints' limits and the one motor of both hips"
-            self.notes.once("torso", f"Torso goes as near to its target as {limits} allow")
-        return solution.q
+    def stand(self, nao: Machine, targets: Targets, q: Floats, com: Floats | None = None) -> tuple[Floats, list[str]]:
+        """Return joint values of the whole robot for targets that can be reached in a tick, and the missed targets.
+
+        Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
+        targets is then halved until no joint is too fast: joints that come late would let the feet slip.
+        """
+        T_world_torso, fastest = nao.base.torso(q), nao.joints.max_speed[self.columns] * TICK
+        above = com_above(nao.robot, q, T_world_torso)
+        nearer, missed = targets, list[str]()
+        for halving in range(_MAX_HALVINGS):
+            share = 0.5**halving
+            if halving:
+                now = {name: T_world_torso @ nao.robot.fk(q, name) for name in targets}
+                nearer = {name: (part_of_way(now[name], T, share), weights) for name, (T, weights) in targets.items()}
+            found, away = self.standing(nearer, q, None if com is None else above + share * (com - above))
+            # Targets that were moved nearer count as missed.
+            missed = missed or list(targets) if halving else away
+            if np.all(np.abs(nao.robot.to_body(found) - nao.robot.to_body(q))[self.columns] <= fastest):
+                return found, missed
+        return q, missed
+
+    def standing(self, targets: Targets, q: Floats, com: Floats | None = None) -> tuple[Floats, list[str]]:
+        """Return joint values of the whole robot on its feet, near q, (nq,), and the targets that it misses.
+
+        A foot with a target is not fixed. `com` is the centre of mass on the floor, (2,); None for any above the
+        support. If no foot stands, nothing moves.
+        """
+        feet, balance = dict(zip(LEGS, self.initial.T_world_feet, strict=True)), self._balance
+        fixed = {foot: T for foot, T in feet.items() if foot not in targets and balance.feet[foot] != "Free"}
+        standing = {balance.support: fixed[balance.support]} if com is None and balance.support in fixed else fixed
+        if not fixed and not balance.enabled:  # both feet are on paths
+            standing = {foot: targets[foot][0] for foot in LEGS}
+            targets = {name: target for name, target in targets.items() if name not in standing}
+        if not standing:
+            self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
+            return q, []
+        held = _HELD * axis_weights(AxisMask.ALL), np.eye(3)
+        rows = targets | {foot: (T, held) for foot, T in fixed.items() if foot not in standing}
+        weights = {"torso" if name == TORSO else name: six for name, (_, six) in rows.items()}
+        if TORSO in rows and not balance.enabled:
+            weights["torso"] = weights["torso"][0] * _YAW_GIVES_WAY, weights["torso"][1]
+        supported = com is None and balance.support is not None
+        result = ik.whole_body(
+            self._robot,
+            {name: T for name, (T, _) in rows.items() if name != TORSO},
+            feet={foot[0]: T for foot, T in standing.items()},
+            com="support" if supported else com,
+            margin=_MARGIN if supported else 0.0,
+            torso=rows[TORSO][0] if TORSO in rows else None,
+            weights=weights,
+            near=q,
+            posture=self.initial.q if balance.enabled else q,
+            restarts=0,
+        )
+        if not np.isfinite(result.q).all():
+            return q, list(targets)
+        away = {name: np.hypot(way, RADIAN * turn) for name, (way, turn) in result.residuals.items()}
+        return result.q, [_NAMES.get(name, name) for name in away if away[name] > NOTEWORTHY]
+
+    def _target(self, effector: str, time: float, T_world_torso: Floats) -> Target:
+        """Return the target of an effector at a time, with the torso at a pose."""
+        request, T = self.requests[effector], self._paths[effector].pose(time)
+        mask = AxisMask.ALL if effector == TORSO else request.mask
+        R = self.initial.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
+        if request.space == FRAME_TORSO:
+            T, R = T_world_torso @ T, T_world_torso[:3, :3]
+        return T, (axis_weights(mask), R)
 
 
-class SynchronizedApproach(Approach):
-    """Joints move to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
+def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
+    """Return the projection of the centre of mass onto the floor, shape (2,) [m]."""
+    return np.asarray((T_world_torso[:3, :3] @ robot.com(q) + T_world_torso[:3, 3])[:2])
 
-    def start(self, nao: Machine, time: float) -> None:
-        """Slow the joints down so that all arrive with the slowest."""
-        super().start(nao, time)
-        ways = np.abs(self._targets - self._at)
-        ticks = float((ways / self._step).max(initial=0.0))
-        if ticks > 1.0:
-            self._step = ways / ticks
+
+def part_of_way(now: Floats, wanted: Floats, share: float) -> Floats:
+    """Return the pose at a fraction of the path between two, shape (4, 4)."""
+    R = now[:3, :3] @ exp(share * log(now[:3, :3].T @ wanted[:3, :3]))
+    return join_poses(R, now[:3, 3] + share * (wanted[:3, 3] - now[:3, 3]))
 
 
 # --- The methods.
+
+
+def _follows(name: str) -> Callable[..., Call]:
+    """Return an interpolation method; one whose name ends in s takes several effectors."""
+
+    def method(
+        self: CartesianControl,
+        effectorNames: Any,
+        space: Any,
+        paths: Any,
+        axisMasks: Any,
+        times: Any,
+        isAbsolute: Flag = True,
+    ) -> Call:
+        requests = self._requests(name, effectorNames, space, paths, axisMasks, times, relative=not isAbsolute)
+        return self.nao.tasks.add(PathTask(name, self.nao, requests, self.balance))
+
+    method.__doc__ = f"""Move effectors through {_kind(name)}s at times; returns when the last is reached.
+
+    space and axisMasks are one value for all effectors, or a list of one for each. paths is a list of one path for
+    each effector; a path is one {_kind(name)} or a list of them. For a single effector, paths may be just its path.
+    times is a time or a list of times for one effector; for several, a list for each or one list for all [s]. With
+    isAbsolute False, {_kind(name)}s are relative to the initial one."""
+    return method
+
+
+def _sends(name: str) -> Callable[..., None]:
+    """Return a method that sends effectors to poses immediately; one whose name ends in s takes several effectors."""
+
+    def method(
+        self: CartesianControl, effectorNames: Any, space: Any, poses: Any, fractionMaxSpeed: Share, axisMasks: Any
+    ) -> None:
+        self._send(name, effectorNames, space, poses, fractionMaxSpeed, axisMasks)
+
+    method.__doc__ = f"""Send effectors to {_kind(name)}s, at a fraction of the joints' maximum speeds, above 0.
+
+    Returns immediately. space, poses and axisMasks are one value for all effectors, or a list of one for each. Those of
+    a change are relative to the commanded ones."""
+    return method
+
+
+def _kind(name: str) -> str:
+    return "position" if "position" in name.lower() else "transform"
 
 
 class CartesianControl(Service):
@@ -470,16 +429,19 @@ class CartesianControl(Service):
     Effectors are Head, LArm, RArm, LLeg, RLeg and Torso. A position is Position6D (x, y, z, wx, wy, wz), a transform
     its matrix row by row, 16 numbers or 12. In an axis mask, 7 is the position, 56 the rotation, 63 both.
 
-    - Interpolations begin at the commanded pose, reach every key at its time, and are at rest at both ends.
-      FRAME_ROBOT is the one at the beginning.
+    - Interpolations begin at the commanded pose and are at rest at both ends. FRAME_ROBOT is the one at the beginning.
     - setPositions and its relatives send the joints straight to values for the target: the path in space is not
-    straight.
+      straight.
     - A relative target adds to the position, and rotates about the axes of the space.
-    - Torso moves the legs with the feet in place; its yaw is adapted if the shared hip motor requires it. At the
-      limits of joints, the torso goes to the nearest pose for which both feet stay.
-      A moving leg moves the other hip too; in FRAME_WORLD and FRAME_ROBOT the other foot stays in place.
-    - An unreachable target raises no error: the effector moves as near as it can, and the log says so.
+    - Torso moves the legs with the feet in place. A leg in FRAME_WORLD or FRAME_ROBOT moves with the other foot and the
+      torso in place. In both cases the torso's yaw is adapted if the shared hip motor requires it.
+    - An unreachable target raises no error: the effector moves as near as it can, and the log says so. If a limit stops
+      a limb on its path, and other joint values reach the target, the limb moves to them at its maximum speeds.
     """
+
+    def __init__(self, nao: Machine) -> None:
+        super().__init__(nao)
+        self.balance = BalanceControl()
 
     def getPosition(self, name: Text, space: Any, useSensorValues: Flag) -> list[float]:
         """Position6D of an effector, joint, sensor or camera, from the sensors or the commands [m, rad]."""
@@ -489,70 +451,12 @@ class CartesianControl(Service):
         """The same pose as a 4 x 4 matrix, row by row, 16 numbers."""
         return [float(value) for value in transform_list(self._pose(name, space, useSensorValues))]
 
-    def positionInterpolations(
-        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Flag = True
-    ) -> Call:
-        """Move effectors through positions at times; returns when the last is reached.
-
-        space and axisMasks are one value for all effectors, or a list of one for each. paths is a list of one path for
-        each effector; a path is one position or a list of positions. For a single effector, paths may be just its path.
-        times is a time or a list of times for one effector; for several, a list for each or one list for all [s]. With
-        isAbsolute False, positions are relative to the initial one.
-        """
-        return self._follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
-
-    def positionInterpolation(
-        self, chainName: Any, space: Any, path: Any, axisMask: Any, durations: Any, isAbsolute: Flag = True
-    ) -> Call:
-        """The same as positionInterpolations, for one effector."""
-        return self._follow("positionInterpolation", chainName, space, path, axisMask, durations, isAbsolute)
-
-    def transformInterpolations(
-        self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Flag = True
-    ) -> Call:
-        """The same as positionInterpolations, with transforms."""
-        return self._follow("transformInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
-
-    def transformInterpolation(
-        self, chainName: Any, space: Any, path: Any, axisMask: Any, duration: Any, isAbsolute: Flag = True
-    ) -> Call:
-        """The same as transformInterpolations, for one effector."""
-        return self._follow("transformInterpolation", chainName, space, path, axisMask, duration, isAbsolute)
-
-    def setPositions(
-        self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Share, axisMask: Any
-    ) -> None:
-        """Send effectors to positions at a fraction of the joints' maximum speeds, above 0; returns immediately.
-
-        space, position and axisMask are one value for all effectors, or a list of one for each.
-        """
-        self._send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
-
-    def setPosition(self, chainName: Any, space: Any, position: Any, fractionMaxSpeed: Share, axisMask: Any) -> None:
-        """The same as setPositions, for one effector."""
-        self._send("setPosition", chainName, space, position, fractionMaxSpeed, axisMask)
-
-    def changePosition(
-        self, effectorName: Any, space: Any, positionChange: Any, fractionMaxSpeed: Share, axisMask: Any
-    ) -> None:
-        """Change an effector's position from its commanded one; otherwise the same as setPosition."""
-        self._send("changePosition", effectorName, space, positionChange, fractionMaxSpeed, axisMask)
-
-    def setTransforms(
-        self, effectorNames: Any, space: Any, transform: Any, fractionMaxSpeed: Share, axisMask: Any
-    ) -> None:
-        """The same as setPositions, with transforms."""
-        self._send("setTransforms", effectorNames, space, transform, fractionMaxSpeed, axisMask)
-
-    def setTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Share, axisMask: Any) -> None:
-        """The same as setTransforms, for one effector."""
-        self._send("setTransform", chainName, space, transform, fractionMaxSpeed, axisMask)
-
-    def changeTransform(
-        self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Share, axisMask: Any
-    ) -> None:
-        """Change an effector's transform from its commanded one; otherwise the same as setTransform."""
-        self._send("changeTransform", chainName, space, transform, fractionMaxSpeed, axisMask)
+    positionInterpolation, positionInterpolations = map(_follows, ("positionInterpolation", "positionInterpolations"))
+    transformInterpolation, transformInterpolations = map(
+        _follows, ("transformInterpolation", "transformInterpolations")
+    )
+    setPosition, setPositions, changePosition = map(_sends, ("setPosition", "setPositions", "changePosition"))
+    setTransform, setTransforms, changeTransform = map(_sends, ("setTransform", "setTransforms", "changeTransform"))
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -566,12 +470,11 @@ class CartesianControl(Service):
         """Return the requests of a method from its arguments; a method without a final s takes one effector.
 
         Spaces and masks are one for all effectors, or a list. `paths` has a path for each effector, a list of poses or
-        one pose; `times` a time or a list for one effector, for several a list for each, or one for all; None without
-        times.
+        one pose; `times` a time or a list for one effector, for several a list for each, or one for all; None for 1 s.
         """
         if not name.endswith("s"):
-            arguments.text(names, next(iter(self.takes[name].parameters)))
-        read = pose if "position" in name.lower() else pose_from_list
+            arguments.text(names, "effectorName")
+        read = pose if _kind(name) == "position" else pose_from_list
         effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
         count = len(effectors)
         if len(set(effectors)) < count:
@@ -581,47 +484,24 @@ class CartesianControl(Service):
         numbers = _each(spaces, count, "spaces", space_number)
         chosen = _each(masks, count, "axis masks", axis_mask)
         rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
-        when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
+        when = (np.ones(1),) * count if times is None else _times(times, effectors, rows)
         if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
             raise BadArgument("Torso does not move in FRAME_TORSO, the torso itself; use FRAME_WORLD or FRAME_ROBOT")
         columns = zip(effectors, numbers, chosen, rows, when, strict=True)
         return tuple(EffectorRequest(*fields, relative) for fields in columns)
 
-    def _follow(
-        self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: bool
-    ) -> Call:
-        """Make effectors follow paths over time: the interpolation methods."""
-        requests = self._requests(name, names, spaces, paths, masks, times, relative=not is_absolute)
-        return self.nao.tasks.add(self._path_task(name, requests))
-
-    def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
-        return PathTask(name, self.nao, requests)
-
     def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: float, masks: Any) -> None:
-        """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions etc."""
+        """Send the joints to values for the end of paths of one pose, without whole-body control."""
         requests = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
         for request in requests:
             if len(request.poses) != 1:
                 raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
-        hold_still(self.nao, requests)
-        state = CartesianState(self.nao)
-        q, T_world_torso = state.q, state.T_world_torso
-        missed: list[str] = []
-        for request in sorted(requests, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
-            T = state.path(request)[-1]
-            if request.effector == TORSO:
-                solution = torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
-            else:
-                solution = anywhere(self.nao.robot, state.target(request, T, T_world_torso), q)
-            q = solution.q
-            missed += [request.effector] if solution.missing > NOTEWORTHY else []
-            if request.effector in _FIRST:
-                T_world_torso = self.nao.base.torso(q)
+        path = PathTask(name, self.nao, requests, BalanceControl())
+        path.prepare(self.nao)
+        q, missed = path.solve(self.nao, 1.0, path.initial.q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
-        effectors = [request.effector for request in requests]
-        joints = joints_of(self.nao.robot, effectors)
-        targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
-        task = SynchronizedApproach(name, joints, targets, fraction)
-        task.keeps_feet = not set(effectors).isdisjoint(_FIRST)
+        targets = self.nao.robot.to_body(q)[self.nao.joints.columns(path.joints)]
+        task = AtSpeed(name, self.nao, path.joints, targets, fraction, reactive=True)
+        task.keeps_feet = path.keeps_feet
         self.nao.tasks.add(task)

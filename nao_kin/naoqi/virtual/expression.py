@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import bisect
+import functools
 import itertools
-import math
 import re
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Annotated, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import arguments
@@ -30,9 +35,12 @@ LEFT_EAR = tuple(f"LeftEarLed{number}" for number in range(1, 11))
 RIGHT_EAR = tuple(f"RightEarLed{number}" for number in range(1, 11))
 BRAIN = tuple(f"Brain{number}" for number in range(12))
 CHEST, FEET = "ChestLeds", ("LeftFootLeds", "RightFootLeds")
+EYES, EARS = (*LEFT_EYE, *RIGHT_EYE), (*LEFT_EAR, *RIGHT_EAR)
+ALL = (*EYES, *EARS, *BRAIN, CHEST, *FEET)
+_ROW = {led: row for row, led in enumerate(ALL)}
 # LEDs with one colour only: blue in the ears, white on the head.
-BLUE, WHITE = frozenset({*LEFT_EAR, *RIGHT_EAR}), frozenset(BRAIN)
-ALL = (*LEFT_EYE, *RIGHT_EYE, *LEFT_EAR, *RIGHT_EAR, *BRAIN, CHEST, *FEET)
+_BLUE, _WHITE = (np.isin(ALL, leds)[:, None] for leds in (EARS, BRAIN))
+_NUMBER_IN_EYE = np.array([[int(led[-1]) if led in EYES else -1] for led in ALL])
 
 # Places on the head, from Brain0 on.
 _HEAD = (
@@ -40,55 +48,47 @@ _HEAD = (
     "Rear/Left/2 Rear/Left/1 Rear/Left/0 Middle/Left/0 Front/Left/0 Front/Left/1"
 ).split()
 
-# One LED, or one channel of it: 0 red, 1 green, 2 blue, None all.
-Part = tuple[str, int | None]
+# Which channels of which LEDs, shape (leds, 3).
+Mask = NDArray[np.bool_]
 
 
-def groups() -> dict[str, tuple[Part, ...]]:
-    """Return NAOqi's groups and alternative names of LEDs, with their LEDs."""
-    eyes, ears = LEFT_EYE + RIGHT_EYE, LEFT_EAR + RIGHT_EAR
-    leds_of: dict[str, tuple[str, ...]] = {
-        "FaceLeds": eyes,
-        "LeftFaceLeds": LEFT_EYE,
-        "RightFaceLeds": RIGHT_EYE,
-        "EarLeds": ears,
-        "LeftEarLeds": LEFT_EAR,
-        "RightEarLeds": RIGHT_EAR,
-        "BrainLeds": BRAIN,
-        "FeetLeds": FEET,
-        "AllLeds": ALL,
-    }
+@functools.cache
+def masks() -> Mapping[str, Mask]:
+    """Return the channels of every name: an LED, a group, an alternative name, or an actuator's name in ALMemory.
+
+    Actuators' names lack "Device/SubDeviceList/" and "/Actuator/Value".
+    """
+    named: dict[str, Mask] = {}
+
+    def add(name: str, leds: Sequence[str], channels: int | slice = slice(None)) -> None:
+        named[name] = np.zeros((len(ALL), 3), dtype=np.bool_)
+        named[name][[_ROW[led] for led in leds], channels] = True
+
+    leds_of = {"FaceLeds": EYES, "LeftFaceLeds": LEFT_EYE, "RightFaceLeds": RIGHT_EYE, "BrainLeds": BRAIN}
+    leds_of |= {"EarLeds": EARS, "LeftEarLeds": LEFT_EAR, "RightEarLeds": RIGHT_EAR, "FeetLeds": FEET, "AllLeds": ALL}
+    for name, leds in (leds_of | {led: (led,) for led in ALL}).items():
+        add(name, leds)
     # The eyes' LEDs in pairs, and by their alternative names, which count backwards in the right eye.
     for number, (left, right) in enumerate(zip(LEFT_EYE, RIGHT_EYE, strict=True)):
-        leds_of |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
-        leds_of[f"RightFaceLed{8 - number}"] = (right,)
-    return {name: tuple((led, None) for led in leds) for name, leds in leds_of.items()}
-
-
-def actuators() -> dict[str, Part]:
-    """Return the LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
-    parts: dict[str, Part] = {}
-    for channel, colour in enumerate(CHANNELS):
-        for number in range(8):
-            parts[f"Face/Led/{colour}/Left/{(45 - 45 * number) % 360}Deg"] = LEFT_EYE[number], channel
-            parts[f"Face/Led/{colour}/Right/{315 - 45 * number}Deg"] = RIGHT_EYE[number], channel
-        for place, led in zip(("ChestBoard", "LFoot", "RFoot"), (CHEST, *FEET), strict=True):
-            parts[f"{place}/Led/{colour}"] = led, channel
+        add(f"FaceLed{number}", (left, right))
+        add(f"LeftFaceLed{number + 1}", (left,))
+        add(f"RightFaceLed{8 - number}", (right,))
+        for channel, colour in enumerate(CHANNELS):
+            add(f"Face/Led/{colour}/Left/{(45 - 45 * number) % 360}Deg", (left,), channel)
+            add(f"Face/Led/{colour}/Right/{315 - 45 * number}Deg", (right,), channel)
+    for place, led in zip(("ChestBoard", "LFoot", "RFoot"), (CHEST, *FEET), strict=True):
+        for channel, colour in enumerate(CHANNELS):
+            add(f"{place}/Led/{colour}", (led,), channel)
     for number in range(10):
-        parts[f"Ears/Led/Left/{36 * number}Deg"] = LEFT_EAR[number], None
-        parts[f"Ears/Led/Right/{36 * number}Deg"] = RIGHT_EAR[number], None
+        add(f"Ears/Led/Left/{36 * number}Deg", (LEFT_EAR[number],))
+        add(f"Ears/Led/Right/{36 * number}Deg", (RIGHT_EAR[number],))
     for place, led in zip(_HEAD, BRAIN, strict=True):
-        parts[f"Head/Led/{place}"] = led, None
-    return parts
+        add(f"Head/Led/{place}", (led,))
+    return named
 
 
 # NAOqi's name of each LED with a shape in the viewer → the viewer's name; ears and head have none.
-_LIGHTS: Mapping[str, str] = {
-    **{f"FaceLed{side}{number}": f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)},
-    "ChestLeds": "Chest",
-    "LeftFootLeds": "LeftFoot",
-    "RightFootLeds": "RightFoot",
-}
+_LIGHTS = {led: f"{led[7:-1]}Eye{led[-1]}" for led in EYES} | {led: led.removesuffix("Leds") for led in (CHEST, *FEET)}
 Colour = tuple[float, float, float]
 
 
@@ -111,13 +111,11 @@ def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
 
 _SUFFIX = "/Actuator/Value"
 _PREFIX = "Device/SubDeviceList/"
-_OFF_ON = (0.0, 1.0)
-_NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
-# Red, green and blue of each colour: the binary numbers from 000 to 111.
-_NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
-_INITIAL: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
-_STEPS_PER_SECOND = 20
-_MAX_FRAMES = 10_000
+# The colours of the binary numbers from 000 to 111: red, green and blue.
+_NAMED = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
+_INITIAL: Floats = np.where(_BLUE, (0.0, 0.0, 1.0), 1.0)
+# The interval between two colours of a fade or an effect, and of an effect's colours [s].
+_STEP, _BEAT = 0.05, 0.25
 
 
 class ALLeds(Service):
@@ -130,90 +128,79 @@ class ALLeds(Service):
     show the brightest channel.
 
     The last call for an LED has priority: it takes the LED from a running fade or effect, which continues with its
-    other LEDs. `colours` has the r, g, b of each LED.
+    other LEDs. `colours` has the r, g, b of each LED, `rgb` the same as an array (leds, 3).
     """
 
     name = "ALLeds"
 
     def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
-        self._groups = groups()
-        self._actuators = actuators()
-        self.colours = dict(_INITIAL)
-        # The last call for each LED; earlier effects no longer change it.
-        self._owners: dict[str, object] = {}
+        self._masks = dict(masks())
+        self.rgb = _INITIAL.copy()
+        # The number of the last call for each LED; earlier calls no longer change it.
+        self._caller, self._calls = np.zeros(len(ALL), dtype=np.int64), itertools.count(1)
 
-    # --- groups ---------------------------------------------------------------------------------------------------
+    @property
+    def colours(self) -> dict[str, Colour]:
+        """The r, g, b of each LED, from 0 to 1."""
+        return {led: (r, g, b) for led, (r, g, b) in zip(ALL, self.rgb.tolist(), strict=True)}
 
     def listGroups(self) -> list[str]:
         """Names of all groups."""
-        return sorted([*self._groups, CHEST, *FEET])
-
-    def listGroup(self, groupName: Any) -> list[str]:
-        """Names of the LEDs of a group."""
-        return list(dict.fromkeys(led for led, _ in self._parts(groupName)))
-
-    def listLEDs(self) -> list[str]:
-        """Names of all LEDs."""
-        return list(self.colours)
-
-    listLED = listLEDs
+        single = {*EYES, *EARS, *BRAIN}
+        return sorted(name for name in self._masks if "/" not in name and name not in single)
 
     def createGroup(self, groupName: Text, ledNames: Entries) -> None:
         """Make a group of LEDs or groups."""
-        if groupName in self.colours or groupName in groups():
+        if groupName in masks():
             raise BadArgument(f"{groupName} already exists")
-        self._groups[groupName] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
-
-    # --- light ----------------------------------------------------------------------------------------------------
+        self._masks[groupName] = np.any([self._mask(name) for name in ledNames], axis=0)
 
     def on(self, name: Any) -> None:
         """Light an LED or group fully, in white or in the only colour of the LED."""
-        self._fade(self._parts(name), (1.0, 1.0, 1.0))
+        self.fade(name, 1.0, 0.0)
 
     def off(self, name: Any) -> None:
         """Darken an LED or group."""
-        self._fade(self._parts(name), (0.0, 0.0, 0.0))
+        self.fade(name, 0.0, 0.0)
 
     def reset(self, name: Any) -> None:
         """Set an LED or group to its initial colours."""
-        self._play([({led: _INITIAL[led] for led, _ in self._parts(name)}, 0.0)])
+        self._fade(self._mask(name), [_INITIAL], [0.0])
 
     def setIntensity(self, name: Any, intensity: Fraction) -> None:
         """Set the brightness of an LED or group, from 0 to 1: white, or the channel at the end of its name."""
-        self._fade(self._parts(name), (intensity,) * 3)
+        self.fade(name, intensity, 0.0)
 
     def getIntensity(self, name: Any) -> list[float]:
         """[r, g, b] of the first LED of an LED or group, from 0 to 1."""
-        return list(self.colours[self._parts(name)[0][0]])
+        return list(map(float, self.rgb[int(self._mask(name).any(axis=1).argmax())]))
 
     def fade(self, name: Any, intensity: Fraction, duration: Delay) -> Call:
         """Fade an LED or group to a brightness in some seconds; returns at the end."""
-        return self._fade(self._parts(name), (intensity,) * 3, duration)
+        return self._fade(self._mask(name), [np.full(3, intensity)], [duration])
 
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
         """Fade an LED or group to a colour in some seconds; returns at the end.
 
         The colour is 0x00RRGGBB, a name, or three numbers from 0 to 1; the seconds follow.
         """
-        parts = self._parts(name)
         if len(colour) not in (2, 4):
             count = len(colour) + 1
             raise BadArgument(f"takes name, rgb, seconds or name, red, green, blue, seconds, got {count} arguments")
-        if len(colour) == 2:
-            r, g, b = _colour(colour[0], "rgb")
+        *wanted, seconds = colour
+        if len(wanted) == 1:
+            rgb = _colour(wanted[0], "rgb")
         else:
-            r, g, b = map(arguments.fraction, colour, ("red", "green", "blue"))
-        return self._fade(parts, (r, g, b), arguments.duration(colour[-1], "duration", zero=True))
+            rgb = np.array(list(map(arguments.fraction, wanted, ("red", "green", "blue"))))
+        return self._fade(self._mask(name), [rgb], [arguments.duration(seconds, "duration", zero=True)])
 
     def fadeListRGB(self, name: Any, rgbList: Entries, timeList: Any) -> Call:
         """Fade an LED or group through colours at times from now; returns at the end."""
-        parts, colours = self._parts(name), [_colour(value, "rgb") for value in rgbList]
         times = arguments.list_each(timeList, ("LEDs",), "times")
-        arguments.entries(times[0], "timeList", len(colours))
+        arguments.entries(times[0], "timeList", len(rgbList))
         arguments.check_times(times, ("LEDs",))
-        frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
-        return self._play(frames)
+        return self._fade(self._mask(name), [_colour(value, "rgb") for value in rgbList], times[0].tolist())
 
     def rasta(self, duration: Duration) -> Call:
         """Show green, yellow and red in the eyes for some seconds; returns at the end."""
@@ -225,104 +212,83 @@ class ALLeds(Service):
 
     def rotateEyes(self, rgb: Any, timeForRotation: Duration, totalDuration: Delay) -> Call:
         """Rotate one lit LED in each eye for some seconds; returns at the end."""
-        colour, step = _colour(rgb, "rgb"), timeForRotation / 8
-        count = min(math.ceil(totalDuration / timeForRotation * 8), _MAX_FRAMES)
-        return self._eyes(lambda i, led: colour if led == i % 8 else (0.0, 0.0, 0.0), count, step, totalDuration)
+        colour = _colour(rgb, "rgb")
+
+        def at(time: float) -> Floats:
+            return np.where(int(8.0 * time / timeForRotation) % 8 == _NUMBER_IN_EYE, colour, 0.0)
+
+        return self._eyes(at, totalDuration)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _parts(self, name: Any) -> tuple[Part, ...]:
-        """Return the LEDs of a name, each with its channel."""
-        wanted = arguments.text(name, "name")
-        actuator = self._actuators.get(wanted.removeprefix(_PREFIX).removesuffix(_SUFFIX))
-        if actuator is not None:
-            return (actuator,)
-        for candidate, channel in ((wanted, None), *((wanted.removesuffix(c), i) for i, c in enumerate(CHANNELS))):
-            parts = ((candidate, None),) if candidate in self.colours else self._groups.get(candidate)
-            if parts is not None:
-                return parts if channel is None else tuple((led, channel) for led, _ in parts)
-        raise UnknownName("LED or group", wanted, (*self._groups, *self.colours))
+    def _mask(self, name: Any) -> Mask:
+        """Return the channels of a name."""
+        wanted = arguments.text(name, "name").removeprefix(_PREFIX).removesuffix(_SUFFIX)
+        if wanted in self._masks:
+            return self._masks[wanted]
+        for channel, colour in enumerate(CHANNELS):
+            if wanted.endswith(colour) and wanted.removesuffix(colour) in self._masks:
+                return np.asarray(self._masks[wanted.removesuffix(colour)] & (np.arange(3) == channel))
+        raise UnknownName("LED or group", wanted, tuple(self._masks))
 
-    def _with(self, parts: tuple[Part, ...], colour: Colour) -> dict[str, Colour]:
-        """Return the colours of LEDs after some or all of their channels are set to those of a colour."""
-        colours: dict[str, Colour] = {}
-        for led, channel in parts:
-            mixed = list(colours.get(led, self.colours[led]))
-            for index in range(3) if channel is None else (channel,):
-                mixed[index] = colour[index]
-            colours[led] = (mixed[0], mixed[1], mixed[2])
-        return colours
+    def _fade(self, mask: Mask, colours: Sequence[Floats], times: Sequence[float]) -> Call:
+        """Fade channels to colours, (3,) or (leds, 3), on straight lines; a time of zero means immediately."""
+        keys, when = [self.rgb.copy(), *colours], [0.0, *times]
 
-    def _write(self, colours: dict[str, Colour]) -> None:
-        for led, colour in colours.items():
-            light = max(colour)
-            self.colours[led] = (0.0, 0.0, light) if led in BLUE else (light,) * 3 if led in WHITE else colour
-        self.nao.log.change("leds", {led: self.colours[led] for led in colours})
+        def at(time: float) -> Floats:
+            key = min(bisect.bisect(when, time), len(times))
+            gap = when[key] - when[key - 1]
+            share = (time - when[key - 1]) / gap if gap > 0.0 else 1.0
+            return np.asarray((1.0 - share) * keys[key - 1] + share * keys[key])
 
-    def _fade(self, parts: tuple[Part, ...], colour: Colour, seconds: float = 0.0) -> Call:
-        """Fade LEDs to a colour; set it immediately for zero seconds."""
-        return self._play([(self._with(parts, colour), seconds)])
+        return self._play(mask, at, times[-1])
 
     def _cycle(self, names: tuple[str, ...], seconds: float) -> Call:
-        """Show one colour after the other in the eyes, four per second, and then the previous colours."""
-        count = min(math.ceil(seconds * 4), _MAX_FRAMES)
-        return self._eyes(lambda i, _: _NAMED[names[i % len(names)]], count, seconds / count, seconds)
+        return self._eyes(lambda time: _colour(names[int(time / _BEAT) % len(names)], "rgb"), seconds)
 
-    def _eyes(self, colour: Callable[[int, int], Colour], count: int, step: float, seconds: float) -> Call:
-        """Show frames in the eyes every `step` seconds, by frame and LED number, and then the previous colours."""
-        before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
-        frames = [({led: colour(i, int(led[-1])) for led in before}, i * step) for i in range(count)]
-        return self._play([*frames, (before, seconds)], smooth=False)
+    def _eyes(self, at: Callable[[float], Floats], seconds: float) -> Call:
+        """Show the colours of an effect in the eyes, and then the previous ones."""
+        before = self.rgb.copy()
+        return self._play(self._masks["FaceLeds"], lambda time: before if time >= seconds else at(time), seconds)
 
-    def _play(self, frames: list[tuple[dict[str, Colour], float]], *, smooth: bool = True) -> Call:
-        """Show colours at times from now, interpolated if `smooth`; the call ends with the last colour."""
-        begin = self.nao.clock.now
+    def _play(self, mask: Mask, at: Callable[[float], Floats], seconds: float) -> Call:
+        """Show colours that are a function of the time from now; the call ends with the last."""
+        begin, number = self.nao.clock.now, next(self._calls)
         call = Call(lambda: call.finish())
-        start = {led: self.colours[led] for led in frames[-1][0]}
-        last = 0.0
-        self._owners |= dict.fromkeys(start, call)
+        self._caller[mask.any(axis=1)] = number
 
-        def write(colours: dict[str, Colour]) -> None:
-            owned = {led: colour for led, colour in colours.items() if self._owners[led] is call}
-            if owned:
-                self._write(owned)
-
-        def show(index: int) -> None:
-            nonlocal start, last
+        def show() -> None:
             if call.done():
                 return
-            now = self.nao.clock.now - begin
-            while index < len(frames) and now >= frames[index][1] - 1e-9:
-                write(frames[index][0])
-                start, last = frames[index]
-                index += 1
-            if index == len(frames):
+            time = self.nao.clock.now - begin
+            done = time >= seconds - 1e-9
+            self._write(mask & (self._caller == number)[:, None], at(seconds if done else time))
+            if done:
                 self.nao.monitor.later(call.finish)
-                return
-            goal, end = frames[index]
-            if smooth and now > last:
-                share = (now - last) / (end - last)
-                write({led: _mixed(start[led], goal[led], share) for led in goal})
-            wait = min(1.0 / _STEPS_PER_SECOND, end - now) if smooth else end - now
-            self.nao.clock.after(wait, lambda: show(index))
+            else:
+                self.nao.clock.after(min(_STEP, seconds - time), show)
 
-        show(0)
+        show()
         return call
 
+    def _write(self, mask: Mask, colours: Floats) -> None:
+        mixed = np.where(mask, colours, self.rgb)
+        light = mixed.max(axis=1, keepdims=True)
+        self.rgb = np.where(_BLUE, light * (0.0, 0.0, 1.0), np.where(_WHITE, light, mixed))
+        changed = {led: colour for led, colour in self.colours.items() if mask[_ROW[led]].any()}
+        if changed:
+            self.nao.log.change("leds", changed)
 
-def _colour(value: Any, what: str) -> Colour:
-    """Return a colour from 0x00RRGGBB or a name."""
+
+def _colour(value: Any, what: str) -> Floats:
+    """Return a colour from 0x00RRGGBB or a name, shape (3,)."""
     if isinstance(value, str):
-        return _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
+        bits = _NAMED.index(arguments.choice(value, "colour", _NAMED))
+        return np.array([float(bits >> shift & 1) for shift in (2, 1, 0)])
     number = arguments.whole(value, what)
     if not 0 <= number <= 0xFFFFFFFF:
         raise BadArgument(f"{what} must be 0x00RRGGBB, got {number}")
-    return ((number >> 16 & 0xFF) / 255.0, (number >> 8 & 0xFF) / 255.0, (number & 0xFF) / 255.0)
-
-
-def _mixed(one: Colour, other: Colour, share: float) -> Colour:
-    r, g, b = ((1.0 - share) * a + share * c for a, c in zip(one, other, strict=True))
-    return (r, g, b)
+    return np.array([number >> shift & 0xFF for shift in (16, 8, 0)]) / 255.0
 
 
 # --- ALTextToSpeech: speech that takes time, but makes no sound.

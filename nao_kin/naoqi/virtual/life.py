@@ -26,7 +26,6 @@ class ALAutonomousLife(Service):
     def __init__(self, nao: Machine) -> None:
         super().__init__(nao)
         self._state = "disabled"
-        self._enabled = dict.fromkeys(_ABILITIES, True)
 
     def getState(self) -> str:
         """One of "solitary", "interactive", "safeguard" and, initially, "disabled"."""
@@ -47,15 +46,15 @@ class ALAutonomousLife(Service):
 
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
-        return [[ability, enabled, False] for ability, enabled in self._enabled.items()]
+        return [[ability, self.stored.get(ability, True), False] for ability in _ABILITIES]
 
     def setAutonomousAbilityEnabled(self, autonomousAbility: Ability, enabled: Flag) -> None:
         """Stored; no ability does anything here."""
-        self._enabled[autonomousAbility] = enabled
+        self.stored[autonomousAbility] = enabled
 
     def getAutonomousAbilityEnabled(self, autonomousAbility: Ability) -> bool:
         """The stored value; initially True."""
-        return self._enabled[autonomousAbility]
+        return bool(self.stored.get(autonomousAbility, True))
 
     setRobotOffsetFromFloor, getRobotOffsetFromFloor = stored("offset from the floor", arguments.number, 0.0)
 
@@ -95,8 +94,8 @@ class _Ability(Service):
         return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
 
     def isRunning(self, id: Any = None) -> bool:
-        """False; with an id, whether this motion task is running or waiting."""
-        return False if id is None else super().isRunning(arguments.whole(id, "id"))
+        """False: no ability does anything here."""
+        return False
 
 
 class ALBasicAwareness(_Ability):
@@ -104,17 +103,15 @@ class ALBasicAwareness(_Ability):
 
     name, ability = "ALBasicAwareness", "BasicAwareness"
 
+    isAwarenessRunning = _Ability.isRunning  # the name before NAOqi 2.5, as the next two
+
     def startAwareness(self) -> None:
-        """The same as setEnabled(True), under its name before NAOqi 2.5."""
+        """The same as setEnabled(True)."""
         self.setEnabled(True)
 
     def stopAwareness(self) -> None:
-        """The same as setEnabled(False), under its name before NAOqi 2.5."""
+        """The same as setEnabled(False)."""
         self.setEnabled(False)
-
-    def isAwarenessRunning(self) -> bool:
-        """The same as isRunning, under its name before NAOqi 2.5."""
-        return False
 
 
 ABILITIES: tuple[type[Service], ...] = (

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import itertools
 import threading
-import time as wall
 from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import compress
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -19,7 +17,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi.virtual.body import Base, Joints
-from nao_kin.naoqi.virtual.engine import TICK, Call, Clock, Event, EventLog, Monitor, NaoqiError, Notes
+from nao_kin.naoqi.virtual.engine import Call, Clock, Event, EventLog, Monitor, NaoqiError, Notes
 from nao_kin.robot import NaoModel
 
 # --- Motion tasks: they move joints over time, reserve the joints that they need, and wait for each other.
@@ -190,7 +188,6 @@ class Machine:
         behaviors: the folder of behaviours, or None.
         services: name → service.
         ended: set when the virtual NAO is closed.
-        held: how many blocks stop robot time.
     """
 
     def __init__(
@@ -207,7 +204,7 @@ class Machine:
         q = robot.clamp(robot.posture(posture))
         self.joints, self.base, self.tasks = Joints(robot, q), Base(robot, q, posture), Tasks(self)
         self.services: Mapping[str, Any] = {}
-        self.ended, self.held = threading.Event(), 0
+        self.ended = threading.Event()
         self._pending = set[Call]()
 
     def tick(self) -> None:
@@ -224,18 +221,6 @@ class Machine:
             if self.joints.advance():
                 self.base.update(self.joints.q(), None if keeps_feet else before)
             self.tasks.start_waiting()
-
-    @contextmanager
-    def time_held(self) -> Iterator[None]:
-        """Stop robot time inside the block, if it runs by itself; it does not catch up afterwards."""
-        with self.monitor:
-            self.held += 1
-        try:
-            yield
-        finally:
-            with self.monitor:
-                self.clock.due(wall.monotonic())
-                self.held -= 1
 
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot in ALMemory. Needs the lock."""
@@ -261,8 +246,6 @@ class Machine:
 
 # --- Tasks that move joints: along keys in time, or towards angles at limited speed.
 
-# The number of ticks for which a motion is sampled in one call, which takes little longer than sampling one tick.
-_TICKS_AHEAD = 64
 # The longest handle of a joint that begins with a velocity away from its next key [s].
 _BRAKING = 0.1
 # The rounding that a task ignores in its last tick [s].
@@ -287,24 +270,29 @@ class Interpolation(MotionTask):
         if velocity.any() and self._motion.interpolation != "linear":
             self._motion = _begun_moving(self._motion, velocity)
         self._end = self._motion.end
-        self._ahead: deque[Floats] = deque()
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
         nao.joints.note_outside(self.columns, extremes, self.notes)
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Command the motion's values at this time."""
         t = time - self.begin
-        if not self._ahead:
-            self._ahead.extend(self._motion.sample(t + TICK * np.arange(_TICKS_AHEAD)))
-        values, done = self._ahead.popleft(), t >= self._end - ON_TIME
-        nao.joints.set(self.columns, self._motion.sample(self._end) if done else values, self.notes)
+        done = t >= self._end - ON_TIME
+        values = self._motion.sample(self._end if done else t)
+        nao.joints.set(self.columns, values[[name in self.resources for name in self._motion.joint_names]], self.notes)
         return done
+
+    def give_up(self, resources: frozenset[str]) -> None:
+        """Leave some joints to another task, and end with the last of the others."""
+        super().give_up(resources)
+        if self.started is not None:
+            ends = zip(self._motion.joint_names, self._motion.times, strict=True)
+            self._end = max((float(times[-1]) for name, times in ends if name in self.resources), default=0.0)
 
     def end(self, nao: Machine, *, killed: bool) -> None:
         """Note the velocity of joints whose movement is killed."""
         if killed and self.started is not None:
             velocity = self._motion.speed(nao.clock.now - self.begin)
-            nao.joints.leave_moving(self.columns, velocity, nao.clock.ticks)
+            nao.joints.leave_moving(nao.joints.columns(self._motion.joint_names), velocity, nao.clock.ticks)
 
 
 def _begun_moving(motion: Motion, velocity: Floats) -> Motion:
@@ -325,18 +313,38 @@ def _begun_moving(motion: Motion, velocity: Floats) -> Motion:
 
 
 class AtSpeed(Interpolation):
-    """Joints move straight to targets and arrive together, after max |target − start| / (fraction · max_speed)."""
+    """Joints move straight to targets, at fractions of their maximum speeds: setAngles, goToPosture and others.
 
-    def __init__(self, name: str, nao: Machine, joints: Sequence[str], targets: Floats, fraction: float) -> None:
-        speeds = fraction * nao.joints.max_speed[nao.joints.columns(joints)]
+    With `together`, all arrive with the slowest, after max |target − start| / (fraction · max_speed).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        nao: Machine,
+        joints: Sequence[str],
+        targets: Floats,
+        fraction: float,
+        *,
+        relative: bool = False,
+        together: bool = True,
+        reactive: bool = False,
+    ) -> None:
+        columns = nao.joints.columns(joints)
+        speeds = fraction * nao.joints.max_speed[columns]
 
         def plan(start: Floats) -> Motion:
-            duration = float(np.max(np.abs(targets - start) / speeds))
-            if duration == 0.0:
-                return Motion([0.0], joints, targets[None])
-            return Motion([0.0, duration], joints, np.stack([start, targets]))
+            wanted = start + targets if relative else targets
+            nao.joints.note_outside(columns, wanted[None], self.notes)
+            goal = np.clip(wanted, nao.joints.lower[columns], nao.joints.upper[columns])
+            durations = np.abs(goal - start) / speeds
+            ends = np.broadcast_to(durations.max(), durations.shape) if together else durations
+            rows = zip(start, goal, ends, strict=True)
+            curves = [([a, b], [0.0, end]) if end > 0.0 else ([b], [0.0]) for a, b, end in rows]
+            return Motion([times for _, times in curves], joints, [keys for keys, _ in curves])
 
         super().__init__(name, joints, plan)
+        self.reactive = reactive
 
 
 class HandMove(AtSpeed):
@@ -356,44 +364,6 @@ class HandMove(AtSpeed):
             nao.joints.set_stiffness(self.columns, 0.0)
         else:
             nao.joints.release(self.columns)
-
-
-class Approach(MotionTask):
-    """Joints move to angles, or with `relative` by changes, each at a fraction of its own maximum speed: setAngles."""
-
-    reactive = True
-
-    def __init__(
-        self, name: str, joints: Sequence[str], targets: Floats, fraction: float, *, relative: bool = False
-    ) -> None:
-        super().__init__(name, joints)
-        self._targets, self._fraction, self._relative = np.array(targets), fraction, relative
-
-    def start(self, nao: Machine, time: float) -> None:
-        """Begin at the commanded joint values."""
-        super().start(nao, time)
-        self._at = nao.joints.command[self.columns]
-        if self._relative:
-            self._targets = self._at + self._targets
-        self._step = self._fraction * nao.joints.max_speed[self.columns] * TICK
-        nao.joints.note_outside(self.columns, self._targets[None], self.notes)
-        self._targets = np.clip(self._targets, nao.joints.lower[self.columns], nao.joints.upper[self.columns])
-
-    def advance(self, nao: Machine, time: float) -> bool:
-        """Move the joints towards the targets for one tick."""
-        way = self._targets - self._at
-        near = np.abs(way) <= self._step * (1.0 + ON_TIME)
-        self._at = np.where(near, self._targets, self._at + np.clip(way, -self._step, self._step))
-        nao.joints.set(self.columns, self._at, self.notes)
-        return bool(near.all())
-
-    def give_up(self, resources: frozenset[str]) -> None:
-        """Leave some joints to another task."""
-        kept = [joint not in resources for joint in self.joints]
-        super().give_up(resources)
-        self._targets = self._targets[kept]
-        if self.started is not None:
-            self._at, self._step = self._at[kept], self._step[kept]
 
 
 class StiffnessRamp(MotionTask):

@@ -12,7 +12,6 @@ from nao_kin.naoqi.conventions import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Entries, Text
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.expression import actuators as led_actuators
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import Service
 
@@ -123,7 +122,7 @@ class ALMemory(Service):
 
     The robot's own keys are evaluated when they are read. These follow the robot: for each joint
     `Device/SubDeviceList/<joint>/Position/Sensor/Value`, `…/Position/Actuator/Value` and `…/Hardness/Actuator/Value`;
-    LEDs; the torso's angles (AngleX, AngleY, AngleZ) and gravity in its frame (AccelerometerX …) of the inertial
+    the torso's angles (AngleX, AngleY, AngleZ) and gravity in its frame (AccelerometerX …) of the inertial
     sensor; footContact, leftFootContact and rightFootContact; postures; `robotIsWakeUp`; `DCM/Time`. RHipYawPitch has
     the values of LHipYawPitch. The other keys are constant.
 
@@ -175,9 +174,7 @@ class ALMemory(Service):
         """All keys that contain a text, in alphabetical order."""
         return sorted(key for key in {*self._values, *self._own} if filter in key)
 
-    def getDataListName(self) -> list[str]:
-        """All keys, in alphabetical order."""
-        return self.getDataList("")
+    getDataListName = getDataList
 
     def getDataOnChange(self, key: Key, iDummy: Any = 0) -> Call:
         """Wait for the next event of this name, and return its value."""
@@ -225,18 +222,14 @@ class ALMemory(Service):
         calling = partial(self._call_module, callbackModule, function, name, note)
         self.listening.setdefault(name, {})[callbackModule] = calling
 
+    subscribeToMicroEvent = subscribeToEvent
+
     def unsubscribeToEvent(self, name: Key, callbackModule: Text) -> None:
         """End the calls of a service at an event."""
         if self.listening.get(name, {}).pop(callbackModule, None) is None:
             raise BadArgument(f"{callbackModule} has not subscribed to {name}")
 
     unsubscribeToMicroEvent = unsubscribeToEvent
-
-    def subscribeToMicroEvent(
-        self, name: Key, callbackModule: Text, callbackMessage: Text, callbackMethod: Text
-    ) -> None:
-        """The same as subscribeToEvent with a message."""
-        self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
 
     def _announce(self, key: str, value: Any) -> None:
         """Raise an event of the robot; the values of the robot's own keys are not stored."""
@@ -286,8 +279,6 @@ class ALMemory(Service):
         for joint, column in joints.column.items():
             for quantity, place in _QUANTITIES.items():
                 own[f"{DEVICE}{joint}/{place}/Value"] = lambda of=quantity, at=column: float(getattr(joints, of)[at])
-        for name, (led, channel) in led_actuators().items():
-            own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, led, channel)
         for event in SWITCH_EVENTS:
             own[event] = lambda event=event: self.nao.services["ALTouch"]._is_raised(event)
         # The inertial sensor at rest: the torso's roll, pitch and yaw in the world [rad], and gravity, upwards [m/s²].
@@ -310,11 +301,6 @@ class ALMemory(Service):
             "BatteryChargeChanged": lambda: self.nao.services["ALBattery"].invoke("getBatteryCharge"),
             "DCM/Time": lambda: int(1000.0 * self.nao.clock.now),
         }
-
-    def _led(self, led: str, channel: int | None) -> float:
-        """Return the brightness of a channel of an LED, from 0 to 1; for an LED of one colour, its brightness."""
-        colour = self.nao.services["ALLeds"].colours[led]
-        return float(max(colour) if channel is None else colour[channel])
 
     def _contact(self, foot: str) -> bool:
         """Return whether the robot stands with this sole on the floor."""

@@ -15,12 +15,12 @@ from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
-from nao_kin.naoqi.conventions import ARMS, GROUPS, HANDS, LEGS, chain_names, joint_names, limits, torso_in
+from nao_kin.naoqi.conventions import ARMS, GROUPS, HANDS, LEGS, TORSO, chain_names, joint_names, limits, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.arguments import Flag, Share, Text, Whole, one_of
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.machine import Approach, AtSpeed, HandMove, Interpolation, Machine, StiffnessRamp, through
+from nao_kin.naoqi.virtual.machine import AtSpeed, HandMove, Interpolation, StiffnessRamp, through
 from nao_kin.naoqi.virtual.movements import GoToPosture
 from nao_kin.naoqi.virtual.service import Service, SetterAndGetter, stored
 from nao_kin.naoqi.virtual.walk import Locomotion
@@ -115,7 +115,8 @@ class JointControl(Service):
     def _approach(self, name: str, names: Any, values: Any, fraction: float) -> None:
         joints, relative = self.joints(names), name == "changeAngles"
         targets = arguments.one_each(values, joints, "changes" if relative else "angles")
-        self.nao.tasks.add(Approach(name, joints, targets, fraction, relative=relative))
+        task = AtSpeed(name, self.nao, joints, targets, fraction, relative=relative, together=False, reactive=True)
+        self.nao.tasks.add(task)
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
@@ -180,7 +181,7 @@ class StiffnessControl(Service):
         """Set stiffnesses from 0 to 1 immediately: one for all joints, or a list of one for each."""
         joints = self.joints(names)
         values = arguments.one_each(stiffnesses, joints, "stiffnesses")
-        _check_stiffnesses(joints, values[:, None])
+        _check_stiffnesses(joints, values)
         self.nao.joints.set_stiffness(self.nao.joints.columns(joints), values)
 
     def getStiffnesses(self, jointName: Any) -> list[float]:
@@ -203,9 +204,9 @@ class StiffnessControl(Service):
         self.nao.log.write(f"setMotionConfig: {config!r} changes nothing here")
 
 
-def _check_stiffnesses(joints: Sequence[str], rows: Iterable[Floats]) -> None:
+def _check_stiffnesses(joints: Sequence[str], rows: Iterable[Floats | float]) -> None:
     for joint, row in zip(joints, rows, strict=True):
-        for value in (row.min(), row.max()):
+        for value in np.ravel(row).tolist():
             arguments.fraction(value, f"stiffness of {joint}")
 
 
@@ -213,44 +214,32 @@ def _check_stiffnesses(joints: Sequence[str], rows: Iterable[Floats]) -> None:
 
 _ARMS = ("Arms", *ARMS)
 _IDLE = ("Body", "Legs", *_ARMS, "Head")
+_BREATH = {"Bpm": 12.0, "Amplitude": 0.5}
 
 
-def _switch(
-    name: str, *, initially: bool = True, of: Sequence[str] | None = None, answer: bool | None = None
-) -> SetterAndGetter:
-    """Return the setter and the getter of a switch that is only stored; `of` some chains, or of any name if empty."""
+def _switches(what: str, of: Sequence[str], initially: bool = True, answer: bool | None = None) -> SetterAndGetter:
+    """Return the setter and the getter of a switch that is only stored for chains; for any name if `of` is empty."""
 
-    def key(chain: Any) -> tuple[str, str]:
-        return name, arguments.choice(chain, "chain", of) if of else arguments.text(chain, "pName")
+    def read(chain: Any) -> str:
+        return arguments.choice(chain, "chain", of) if of else arguments.text(chain, "pName")
 
     def setter(self: Service, chain: Any, enable: Any) -> bool | None:
-        (_, chosen), on = key(chain), arguments.flag(enable, "the last argument")
+        chosen, on = read(chain), arguments.flag(enable, "the last argument")
         chains = (chosen, *ARMS) if chosen == "Arms" else (chosen,)
-        self.stored |= dict.fromkeys([(name, each) for each in chains], on)
-        self.nao.log.write(f"{name}{f' of {chosen}' if chosen else ''} is {'on' if on else 'off'}; it is not simulated")
+        self.stored |= dict.fromkeys([(what, each) for each in chains], on)
+        self.nao.log.write(f"{what} of {chosen} = {on}: stored, without effect")
         return answer
 
     def getter(self: Service, chain: Any) -> bool:
-        return bool(self.stored.get(key(chain), initially))
+        return bool(self.stored.get((what, read(chain)), initially))
 
-    def setter_of_all(self: Service, enable: Any) -> bool | None:
-        return setter(self, "", enable)
-
-    def getter_of_all(self: Service) -> bool:
-        return getter(self, "")
-
-    pair = (setter_of_all, getter_of_all) if of is None else (setter, getter)
-    pair[0].__doc__ = f"Switch {name} on or off: stored, because it is not simulated."
-    pair[1].__doc__ = f"The stored value; initially {initially}."
-    return pair
+    setter.__doc__ = f"Switch {what} on or off; stored, without effect."
+    getter.__doc__ = f"The stored value; initially {initially}."
+    return setter, getter
 
 
 class GeneralTools(Service):
     """The methods of ALMotion about the robot and its tasks; switches of reflexes are only stored."""
-
-    def __init__(self, nao: Machine) -> None:
-        super().__init__(nao)
-        self._breath: dict[str, float] = {"Bpm": 12.0, "Amplitude": 0.5}
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
@@ -351,18 +340,14 @@ class GeneralTools(Service):
 
     # --- reflexes, which are not simulated ------------------------------------------------------------------------
 
-    setFallManagerEnabled, getFallManagerEnabled = _switch("fall manager")
-    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _switch("smart stiffness", answer=True)
-    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _switch("diagnosis effect")
-    setPushRecoveryEnabled, getPushRecoveryEnabled = _switch("push recovery")
-    setCollisionProtectionEnabled, getCollisionProtectionEnabled = _switch(
-        "collision protection", of=_ARMS, answer=True
-    )
-    setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _switch(
-        "external collision protection", of=()
-    )
-    setBreathEnabled, getBreathEnabled = _switch("breath", of=_IDLE, initially=False)
-    setIdlePostureEnabled, getIdlePostureEnabled = _switch("idle posture", of=_IDLE, initially=False)
+    setFallManagerEnabled, getFallManagerEnabled = stored("fall manager", arguments.flag, True)
+    setSmartStiffnessEnabled, getSmartStiffnessEnabled = stored("smart stiffness", arguments.flag, True, answer=True)
+    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = stored("diagnosis effect", arguments.flag, True)
+    setPushRecoveryEnabled, getPushRecoveryEnabled = stored("push recovery", arguments.flag, True)
+    setCollisionProtectionEnabled, getCollisionProtectionEnabled = _switches("collision protection", _ARMS, answer=True)
+    setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _switches("external protection", ())
+    setBreathEnabled, getBreathEnabled = _switches("breath", _IDLE, initially=False)
+    setIdlePostureEnabled, getIdlePostureEnabled = _switches("idle posture", _IDLE, initially=False)
     setOrthogonalSecurityDistance, getOrthogonalSecurityDistance = stored(
         "orthogonal security distance", arguments.duration, 0.4
     )
@@ -377,21 +362,17 @@ class GeneralTools(Service):
     def setBreathConfig(self, pConfig: Any) -> None:
         """Stored: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
         for name, value in arguments.pairs(pConfig, "pConfig"):
-            key = arguments.choice(name, "parameter", tuple(self._breath))
-            self._breath[key] = arguments.number(value, key)
+            key = arguments.choice(name, "parameter", tuple(_BREATH))
+            self.stored[key] = arguments.number(value, key)
 
     def getBreathConfig(self) -> list[list[Any]]:
         """The stored values."""
-        return [[key, value] for key, value in self._breath.items()]
+        return [[key, self.stored.get(key, value)] for key, value in _BREATH.items()]
 
 
 # --- ALMotion, joined from its topics.
 
-# The compiled kernels of nk.ik that an effector needs, by a part of its name.
-_KERNELS = {
-    "Arm": ("arms by pose", "arms by place"),
-    "Torso": ("both legs", "bodies"),
-}
+# The beginnings of the methods that need compiled kernels of nk.ik.
 _PATHS = ("positionInterpolation", "transformInterpolation")
 _MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", *_PATHS)
 _WALKS = ("move", "walk", "setFootSteps", "setWalkTarget")
@@ -403,13 +384,9 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
     name = "ALMotion"
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Return the kernels that a call needs to move arms or the torso by pose, to walk, or for the whole body."""
-        named = str(given[:1]) if name.startswith(_MOVES) else ""
-        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
-        if name.startswith(_PATHS):  # a descent in each tick
-            needed.add("damped least squares")
-        if name.startswith(_WALKS) and not name.endswith("Active"):
-            needed.add("both legs")
-        if name.startswith("wb") or (name.startswith(_PATHS) and self.balance.enabled):
-            needed.add("bodies")
-        return frozenset(needed)
+        """Return the kernels that a call needs to move effectors, to walk, or for the whole body."""
+        moves, walks = name.startswith(_MOVES), name.startswith(_WALKS) and not name.endswith("Active")
+        on_feet = self.balance.enabled or any(part in str(given[:1]) for part in (TORSO, "Leg"))
+        bodies = name.startswith("wb") or (moves and on_feet)
+        needed = {"damped least squares": moves, "both legs": walks, "bodies": bodies}
+        return frozenset(kernel for kernel, is_needed in needed.items() if is_needed)

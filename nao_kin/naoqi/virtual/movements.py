@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import warnings
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +9,7 @@ import numpy as np
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
+from nao_kin.errors import BadArgument, NaoKinError, UnknownName
 from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.conventions import ARMS, FRAME_TORSO, HANDS, torso_in
 from nao_kin.naoqi.virtual import arguments
@@ -20,7 +17,6 @@ from nao_kin.naoqi.virtual.arguments import Number, Point, Share, Text, Whole, o
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.machine import AtSpeed, Interpolation, Machine
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.robot import NaoModel
 
 # --- ALRobotPosture: the robot moves to a posture.
 
@@ -159,7 +155,6 @@ def _between(one: Floats, other: Floats, share: float) -> Floats:
 
 _HEAD = ("HeadYaw", "HeadPitch")
 _CAMERA = "CameraTop"
-_ARM = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 _TASKS = ("lookAt", "pointAt")
 SomeArm = Annotated[str, one_of("effector", (*ARMS, "Arms"))]
 
@@ -194,9 +189,15 @@ class ALTracker(Service):
         """
         point = self._in_torso(pPosition, pFrame)
         side = pEffector[0] if pEffector != "Arms" else "L" if point[1] >= 0.0 else "R"
-        joints = tuple(f"{side}{joint}" for joint in _ARM)
-        targets = pointing(self.nao.robot, side, point)
-        return self.nao.tasks.add(AtSpeed("pointAt", self.nao, joints, targets, pMaxSpeed))
+        q = self.nao.joints.q(sensor=False)
+        shoulder = self.nao.robot.position(q, f"{side}ShoulderPitch")
+        way = point - shoulder
+        distance = float(np.linalg.norm(way))
+        if distance < 1e-6:
+            raise BadArgument("pPosition is in the shoulder, so it has no direction from there")
+        # A place one metre away is out of reach: the arm stretches towards it.
+        arm = ik.arm(self.nao.robot, side, shoulder + way / distance, near=q)
+        return self.nao.tasks.add(AtSpeed("pointAt", self.nao, arm.joints, arm.best, pMaxSpeed))
 
     def registerTarget(self, pTarget: Text, pParams: Any = None) -> None:
         """Name a target in the log; it would be followed by vision, which is not here."""
@@ -210,32 +211,6 @@ class ALTracker(Service):
         q = self.nao.joints.q()
         T_torso_frame = rigid_inverse(torso_in(self.nao.robot, q, frame, torso_in_world=self.nao.base.torso(q)))
         return np.asarray(T_torso_frame[:3, :3] @ point + T_torso_frame[:3, 3])
-
-
-def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
-    """Return joint values, ShoulderPitch to WristYaw, of a stretched arm that points at a point in the torso (3,).
-
-    With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from the shoulder, where h is its position
-    with both at zero. The roll follows from y of the direction, then the pitch from x and z. Limits are ignored.
-    """
-    names = [f"{side}{joint}" for joint in _ARM]
-    columns = [robot.joint_names.index(name) for name in names]
-    q = robot.neutral()
-    q[columns] = np.clip(0.0, robot.lower[columns], robot.upper[columns])
-    stretched = q[columns]
-    q[columns[:2]] = 0.0
-    shoulder = robot.fk(q, names[0])[:3, 3]
-    hand = robot.fk(q, f"{side}Arm")[:3, 3] - shoulder
-    way = point - shoulder
-    distance = float(np.linalg.norm(way))
-    if distance < 1e-6:
-        raise BadArgument("pPosition is in the shoulder, so it has no direction from there")
-    x, y, z = way * float(np.linalg.norm(hand)) / distance
-    radius = math.hypot(hand[0], hand[1])
-    roll = math.asin(min(max(y / radius, -1.0), 1.0)) - math.atan2(hand[1], hand[0])
-    forward = math.cos(roll) * hand[0] - math.sin(roll) * hand[1]
-    pitch = math.atan2(hand[2], forward) - math.atan2(z, x)
-    return np.array([math.remainder(pitch, 2.0 * math.pi), roll, *stretched[2:]])
 
 
 # --- ALBehaviorManager and ALAnimationPlayer: the timelines of Choregraphe's behaviours, played.
@@ -264,13 +239,9 @@ class ALBehaviorManager(Service):
 
     name = "ALBehaviorManager"
 
-    def __init__(self, nao: Machine) -> None:
-        super().__init__(nao)
-        self._known: dict[tuple[Path, int], list[str]] = {}
-
     def getInstalledBehaviors(self) -> list[str]:
-        """Names of all behaviours that can be played; of several timelines in a file, each by its number: wave/1."""
-        return sorted(name for file, path in self._files().items() for name in self._playable(file, path))
+        """Names of all behaviours in the folder; `isBehaviorInstalled` tells which can be played."""
+        return sorted(self._files())
 
     def isBehaviorInstalled(self, name: Text) -> bool:
         """Whether there is such a behaviour and it can be played; if it cannot, the log says why."""
@@ -328,30 +299,7 @@ class ALBehaviorManager(Service):
         file = max((file for file in files if f"{name}/".startswith(f"{file}/")), key=len, default=None)
         if file is None:
             raise UnknownName("behaviour", name, tuple(files))
-        return self._read(files[file], name[len(file) + 1 :], file)
-
-    def _playable(self, name: str, path: Path) -> list[str]:
-        """Return the names of the behaviours in a file: its own for a single timeline, or numbered ones."""
-        version = path, path.stat().st_mtime_ns
-        if version not in self._known:
-            names: list[str] = []
-            with suppress(BadInputFile), warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # reported when the behaviour is played
-                while True:  # until there is no timeline of the next number
-                    read_motion(path, format="xar", timeline=len(names) + 1, robot=self.nao.robot)
-                    names.append(f"{name}/{len(names) + 1}")
-            self._known[version] = [name] if len(names) == 1 else names
-        return self._known[version]
-
-    def _read(self, path: Path, timeline: str, name: str) -> Motion:
-        """Return the motion of a timeline in a file; if `timeline` is empty, of its only timeline."""
-        try:
-            return read_motion(path, format="xar", timeline=timeline or None, robot=self.nao.robot)
-        except BadInputFile:
-            if timeline:
-                raise
-            read_motion(path, format="xar", timeline=1, robot=self.nao.robot)  # any other fault is raised again
-        raise BadArgument(f"{name} has several timelines; play one by its number or its box's name, as {name}/1")
+        return read_motion(files[file], format="xar", timeline=name[len(file) + 1 :] or None, robot=self.nao.robot)
 
     def _files(self) -> dict[str, Path]:
         folder = self.nao.behaviors

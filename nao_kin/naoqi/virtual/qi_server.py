@@ -41,7 +41,7 @@ class QiServer:
     return qi's future, so that thousands may wait. Angles travel as doubles; a robot sends floats of 32 bits.
 
     The first call that needs a compiled kernel, for walking, Cartesian or whole-body control, waits until the kernel is
-    loaded, and so do robot time and later calls.
+    loaded, and so do later calls.
 
     Import `nao_kin.naoqi`, or qi, before you create a robot: qi is not reliable if Pinocchio is loaded first.
 

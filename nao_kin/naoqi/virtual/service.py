@@ -87,8 +87,8 @@ class Service:
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
         """Return the names of the compiled kernels of `nk.ik` that a call needs.
 
-        They are loaded, or compiled, before the lock is taken; robot time stands still meanwhile. Single targets of the
-        head, a camera or a leg need no kernels: their closed forms run as Python.
+        They are loaded, or compiled, before the lock is taken. Single targets of the head or a camera need no kernels:
+        their closed forms run as Python.
         """
         return frozenset()
 
@@ -179,11 +179,13 @@ def _values(takes: inspect.Signature, given: tuple[Any, ...]) -> list[Any]:
     return values
 
 
-def stored(what: str, read: Callable[[Any, str], Any], initially: Any) -> SetterAndGetter:
-    """Return the setter and the getter of a value that a service only stores."""
+def stored(what: str, read: Callable[[Any, str], Any], initially: Any, answer: bool | None = None) -> SetterAndGetter:
+    """Return the setter, with its answer, and the getter of a value that a service only stores, as the log says."""
 
-    def setter(self: Service, value: Any) -> None:
+    def setter(self: Service, value: Any) -> bool | None:
         self.stored[what] = read(value, what)
+        self.nao.log.write(f"{what} = {self.stored[what]}: stored, without effect")
+        return answer
 
     def getter(self: Service) -> Any:
         return self.stored.get(what, initially)
@@ -198,12 +200,11 @@ _ready: set[str] = set()
 
 
 def _make_ready(nao: Machine, call: str, kernels: frozenset[str]) -> None:
-    """Load compiled kernels from the disk, or compile them, while robot time stands still."""
-    with nao.time_held():
-        if compiles():
-            message = f"{call} waits for compiled kernels; robot time stands still"
-            with nao.monitor:
-                nao.log.write(message)
-                nao.log.change("kernels", message)
-        warm_up([f"ik kernel, {name}" for name in sorted(kernels)])
-        _ready.update(kernels)
+    """Load compiled kernels from the disk, or compile them, before a call takes the lock."""
+    if compiles():
+        message = f"{call} waits for compiled kernels"
+        with nao.monitor:
+            nao.log.write(message)
+            nao.log.change("kernels", message)
+    warm_up([f"ik kernel, {name}" for name in sorted(kernels)])
+    _ready.update(kernels)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import bisect
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +19,6 @@ from nao_kin._core.arrays import Floats, choice
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.conventions import pose
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.cartesian import EffectorPath
 from nao_kin.naoqi.virtual.engine import TICK
 from nao_kin.robot import RobotModel
 
@@ -230,13 +228,7 @@ _GETTING_READY = 0.5
 _READY_SPEED_SHARE = 0.4
 _READY = 1e-6
 _MAX_STRETCH = 10
-
-
-class StepImpossible(BadArgument):
-    """The legs cannot make a step."""
-
-    def __init__(self, why: str) -> None:
-        super().__init__(f"the legs cannot make this step: {why}")
+_IMPOSSIBLE = "the legs cannot make this step"
 
 
 def smooth(u: Floats) -> Floats:
@@ -244,39 +236,25 @@ def smooth(u: Floats) -> Floats:
     return np.asarray(u * u * u * (10.0 + u * (6.0 * u - 15.0)))
 
 
-def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats) -> Floats:
+def ready_motion(robot: RobotModel, feet: dict[str, Floats], q: Floats) -> Floats:
     """Return configurations (n, nq) at the ticks that bring the torso level between the feet; none if it is there.
 
-    The feet stay in place. If the legs cannot do that (from Crouch, whose ankles are at their limits), the joints move
-    straight to the final configuration, and the feet slide a little; if the legs cannot stand there, the feet end side
-    by side.
+    The joints move straight to the final configuration, and the feet slide a little meanwhile. If the legs cannot stand
+    there, the feet end side by side.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, along(feet["L"], feet["R"], 0.5)[None]), q)
-    reachable = bool(np.all(ready.success))
-    if not reachable:
+    if not np.all(ready.success):
         left, right = (_flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R"))
         ready = _legs(robot, left, right, _torso(robot, np.zeros((1, 3))), q)
-    goal = ready.q[0]
-    if np.abs(goal - q).max() < _READY:
+    way = ready.q[0] - q
+    if np.abs(way).max() < _READY:
         return np.empty((0, robot.nq))
-    ticks = round(_GETTING_READY / TICK)
-    if reachable:
-        poses = np.stack([T_world_torso, np.asarray(ready.torso)[0]])
-
-        def over_feet(count: int) -> Floats:
-            path = EffectorPath([0.0, float(count)], poses)
-            torso = np.stack([path.pose(float(time)) for time in range(1, count + 1)])
-            return _all_of(_legs(robot, left, right, torso, q))
-
-        with suppress(StepImpossible):
-            return _slow_enough(robot, over_feet, q, ticks, _READY_SPEED_SHARE)
 
     def straight(count: int) -> Floats:
-        share = smooth(np.arange(1, count + 1) / count)[:, None]
-        return np.asarray(q + share * (goal - q))
+        return np.asarray(q + smooth(np.arange(1, count + 1) / count)[:, None] * way)
 
-    return _slow_enough(robot, straight, q, ticks, _READY_SPEED_SHARE)
+    return _slow_enough(robot, straight, q, round(_GETTING_READY / TICK), _READY_SPEED_SHARE)
 
 
 def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
@@ -311,13 +289,13 @@ def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, tick
             return motion
         ticks = math.ceil(ticks * max(float(used.max()), 1.02))
         if ticks > max_ticks:
-            raise StepImpossible(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
+            raise BadArgument(f"{_IMPOSSIBLE}: {robot.joint_names[int(np.argmax(used))]} would have to jump")
 
 
 def _all_of(result: ik.LegsResult) -> Floats:
     missed = np.flatnonzero(~np.asarray(result.success))
     if missed.size:
-        raise StepImpossible(result.describe((int(missed[0]),)))
+        raise BadArgument(f"{_IMPOSSIBLE}: {result.describe((int(missed[0]),))}")
     return result.q
 
 

@@ -213,10 +213,7 @@ class VirtualNao:
             for _ in range(due):
                 if self.machine.ended.is_set():
                     return
-                with self.monitor:
-                    if self.machine.held:
-                        break
-                    self.machine.tick()
+                self.machine.tick()
 
     # --- state ----------------------------------------------------------------------------------------------------
 

@@ -163,7 +163,7 @@ class Walk(MotionTask):
         super().start(nao, time)
         q = nao.joints.q(sensor=False)
         self.plan.begin(body_of(nao, q))
-        self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
+        self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), q)
 
     def advance(self, nao: Machine, time: float) -> bool:
         """Command the next configuration; after the last one of a step, plan the next step from there."""
@@ -247,8 +247,6 @@ class Locomotion(Service):
       sideways or turns, every second step only brings the feet together.
     - A new command takes over a running walk after its current step.
     """
-
-    _arms = (True, True)
 
     # --- walking --------------------------------------------------------------------------------------------------
 
@@ -383,11 +381,11 @@ class Locomotion(Service):
 
     def setMoveArmsEnabled(self, leftArmEnabled: Flag, rightArmEnabled: Flag) -> None:
         """Stored; the arms do not swing here."""
-        self._arms = leftArmEnabled, rightArmEnabled
+        self.stored |= {"LArm": leftArmEnabled, "RArm": rightArmEnabled}
 
     def getMoveArmsEnabled(self, chainName: SomeArms) -> bool:
         """The stored value of "LArm" or "RArm", or whether both are enabled for "Arms"; initially True."""
-        return all(self._arms) if chainName == "Arms" else self._arms[ARMS.index(chainName)]
+        return all(self.stored.get(arm, True) for arm in ARMS if chainName in (arm, "Arms"))
 
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
 
@@ -396,14 +394,18 @@ class Locomotion(Service):
     setWalkArmsEnabled, getFootGaitConfig = setMoveArmsEnabled, getMoveConfig
 
     def setWalkTargetVelocity(
-        self, x: Number, y: Number, theta: Number, frequency: Fraction, moveConfig: Any = None
+        self, x: Number, y: Number, theta: Number, frequency: Fraction, left: Any = None, right: Any = None
     ) -> None:
-        """The same as moveToward, with the frequency from 0 to 1."""
-        self.moveToward(x, y, theta, [*(moveConfig or []), ["MaxStepFrequency", frequency]])
+        """The same as moveToward, with the frequency from 0 to 1; one move configuration for both feet, or two."""
+        config = list(left or [])
+        if right is not None:
+            sides = zip(steps.SIDES.values(), (left, right), strict=True)
+            config = [[side + name, value] for side, given in sides for name, value in arguments.pairs(given, "config")]
+        self.moveToward(x, y, theta, [*config, ["MaxStepFrequency", frequency]])
 
     def getWalkArmsEnabled(self) -> list[bool]:
         """The stored values of the left and of the right arm."""
-        return list(self._arms)
+        return [self.stored.get(arm, True) for arm in ARMS]
 
     # --- inside ---------------------------------------------------------------------------------------------------
 

@@ -1,308 +1,125 @@
-"""ALMotion's whole-body control: the constraints of feet and balance, the tasks that keep them, and the methods."""
+"""ALMotion's whole-body control: to go to balance, to hold effectors, and the methods."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
-from nao_kin import ik
-from nao_kin._core.arrays import LOWER, Floats, join_poses
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.conventions import ARMS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO, AxisMask, joint_names
-from nao_kin.naoqi.virtual.arguments import Duration, Flag, Point, Share, one_of
+from nao_kin.naoqi.conventions import ARMS, FRAME_WORLD, LEGS, AxisMask
+from nao_kin.naoqi.virtual.arguments import Duration, Flag, Point, one_of
 from nao_kin.naoqi.virtual.cartesian import (
     NOTEWORTHY,
-    RADIAN,
+    BalanceControl,
     CartesianControl,
     CartesianState,
     EffectorRequest,
-    LimbSolution,
+    PathTask,
+    Target,
     axis_weights,
-    hold_still,
+    com_above,
+    part_of_way,
 )
 from nao_kin.naoqi.virtual.engine import TICK, Call
-from nao_kin.naoqi.virtual.machine import ON_TIME, Machine, MotionTask
+from nao_kin.naoqi.virtual.machine import ON_TIME, Machine
 from nao_kin.naoqi.virtual.steps import smooth
-from nao_kin.robot import NaoModel
-from nao_kin.rotations import exp, log, matrix_from_rpy
+from nao_kin.rotations import log, matrix_from_rpy
 
-# --- The constraints of whole-body control, and joint values that satisfy them.
-
-# Effector → pose (4, 4) or position (3,) in the world, and its weights, as in `nk.ik.whole_body`.
-Targets = dict[str, tuple[Floats, Any]]
+# --- The motion tasks: the centre of mass goes above a support, and effectors are held.
 
 FootState = Annotated[str, one_of("foot state", ("Fixed", "Plane", "Free"))]
 Support = Annotated[str, one_of("support leg", ("Legs", *LEGS))]
-_SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
-# The weight of a lifted foot that must keep its pose, relative to other targets.
-_HELD = 100.0
-# The distance of the centre of mass from the edge of the support polygon [m].
-_MARGIN = 0.005
-# The largest number of times that targets are moved nearer so that joints are not too fast.
-_MAX_HALVINGS = 7
-# The residual that counts for targets that were moved nearer: metres, and radians times 0.1.
-_NOTEWORTHY_IN_BALANCE = 2e-3
-
-
-@dataclass
-class BalanceControl:
-    """The constraints of whole-body control."""
-
-    enabled: bool = False
-    # "Fixed", "Plane" or "Free".
-    feet: dict[str, str] = field(default_factory=lambda: dict.fromkeys(LEGS, "Fixed"))
-    support: str | None = None  # "Legs", "LLeg" or "RLeg" below the centre of mass; None for no constraint
-
-
-class WholeBodyTask(MotionTask):
-    """A task of all joints except the hands, with the feet in place and the centre of mass above its support."""
-
-    keeps_feet = True
-
-    def __init__(self, nao: Machine, name: str, balance: BalanceControl) -> None:
-        super().__init__(name, joint_names(nao.robot, "Joints"))
-        self._robot, self._balance = nao.robot, balance
-
-    def start(self, nao: Machine, time: float) -> None:
-        """Note the initial state and the joints without stiffness."""
-        super().start(nao, time)
-        self._initial = CartesianState(nao)
-        # The largest movement of each joint in a tick; infinite for joints that another task takes.
-        self._max_step = nao.robot.velocity_limits * TICK
-
-    def command(self, nao: Machine, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
-        """Command joint values for targets that can be reached in this tick, and return them; None as from `solve`.
-
-        Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
-        targets is then halved until no joint is too fast: joints that come late would let the feet slip.
-        """
-        q = nao.joints.q(sensor=False)
-        T_world_torso = nao.base.torso(q)
-        above = com_above(self._robot, q, T_world_torso)
-        joints, missing = q, 0.0
-        nearer = targets
-        for halving in range(_MAX_HALVINGS):
-            share = 0.5**halving
-            if halving:
-                nearer = {
-                    name: (_part(T_world_torso @ self._robot.fk(q, name), wanted, share), weights)
-                    for name, (wanted, weights) in targets.items()
-                }
-            solution = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
-            if solution is None:
-                return None
-            # Targets that were moved nearer count as missed.
-            missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else solution.missing
-            if np.all(np.abs(solution.q - q) <= self._max_step):
-                joints = solution.q
-                break
-        if missing > NOTEWORTHY:
-            self.notes.once("missed", missed)
-        nao.joints.set(self.columns, nao.robot.to_body(joints)[self.columns], self.notes)
-        return joints
-
-    def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
-        """Return joint values of the whole robot, near q, shape (nq,); None if no foot stands.
-
-        A foot with a target is not fixed. `com` is the centre of mass on the floor, (2,); None for any above the
-        support.
-        """
-        feet, balance = dict(zip(LEGS, self._initial.T_world_feet, strict=True)), self._balance
-        fixed = {foot: T for foot, T in feet.items() if foot not in targets and balance.feet[foot] != "Free"}
-        standing = {balance.support: fixed[balance.support]} if com is None and balance.support in fixed else fixed
-        if not standing:
-            return None
-        rows = dict(targets)
-        rows |= {foot: (T, (_HELD, RADIAN * _HELD)) for foot, T in fixed.items() if foot not in standing}
-        weights = {"torso" if name == TORSO else name: weight for name, (_, weight) in rows.items()}
-        torso, _ = rows.pop(TORSO, (None, None))
-        supported = com is None and balance.support is not None
-        result = ik.whole_body(
-            self._robot,
-            {name: T for name, (T, _) in rows.items()},
-            feet={foot[0]: T for foot, T in standing.items()},
-            com="support" if supported else com,
-            margin=_MARGIN if supported else 0.0,
-            torso=torso,
-            weights=weights,
-            near=q,
-            posture=self._initial.q,
-            restarts=0,
-        )
-        if not np.isfinite(result.q).all():
-            return LimbSolution(np.array(q), np.inf)
-        errors = [np.hypot(away, RADIAN * turn) for away, turn in result.residuals.values()]
-        return LimbSolution(result.q, float(np.linalg.norm(errors)))
-
-
-def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
-    """Return the projection of the centre of mass onto the floor, shape (2,) [m]."""
-    return np.asarray((T_world_torso[:3, :3] @ robot.com(q) + T_world_torso[:3, 3])[:2])
-
-
-def _part(now: Floats, wanted: Floats, share: float) -> Floats:
-    """Return the pose at a fraction of the path from a pose (4, 4) to a pose or a position (3,)."""
-    if wanted.ndim == 1:
-        return np.asarray(now[:3, 3] + share * (wanted - now[:3, 3]))
-    R = now[:3, :3] @ exp(share * log(now[:3, :3].T @ wanted[:3, :3]))
-    return join_poses(R, now[:3, 3] + share * (wanted[:3, 3] - now[:3, 3]))
-
-
-# --- The motion tasks of whole-body control: to balance, along paths, and effectors held in FRAME_ROBOT.
-
 Held = Annotated[str, one_of("effector", ("Head", *ARMS))]
+_SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 # The speeds at which targets of held effectors move [m/s, rad/s].
 _PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
-# The shortest time of a movement at a fraction of the joints' speeds [s].
-_MIN_DURATION = 0.1
 
 
-class GoToBalance(WholeBodyTask):
-    """wbGoToBalance: move the centre of mass above `support` in `duration` [s], or longer for a speed `fraction`."""
+class GoToBalance(PathTask):
+    """wbGoToBalance: move the centre of mass above `support` in `duration` [s]."""
 
-    def __init__(
-        self,
-        nao: Machine,
-        name: str,
-        control: BalanceControl,
-        support: str,
-        duration: float,
-        fraction: float | None = None,
-    ) -> None:
-        super().__init__(nao, name, BalanceControl(enabled=True))
+    def __init__(self, nao: Machine, control: BalanceControl, support: str, duration: float) -> None:
+        super().__init__("wbGoToBalance", nao, (), BalanceControl(enabled=True))
         self._control, self._feet = control, LEGS if support == "Legs" else (support,)
-        self._duration, self._fraction = duration, fraction
+        self._duration = duration
         nao.base.check_stands()
         self.value = False
 
     def start(self, nao: Machine, time: float) -> None:
         """Find the path of the centre of mass, which ends above the middle of the feet's pressure sensors."""
         super().start(nao, time)
-        state = self._initial
+        state = self.initial
         sensors = nao.robot.fk(state.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in self._feet for sensor in _SENSORS])
         self._to = (state.T_world_torso @ sensors)[:, :2, 3].mean(axis=0)
         self._from = com_above(nao.robot, state.q, state.T_world_torso)
-        if self._fraction is not None:
-            goal = self.solve({}, state.q, com=self._to)
-            assert goal is not None
-            ways = np.abs(goal.q - state.q) / (self._fraction * nao.robot.velocity_limits)
-            # The largest speed of the smooth movement is 15/8 of the mean.
-            self._duration = max(self._duration, 1.875 * float(ways.max()))
+        self._end = self._duration
 
-    def advance(self, nao: Machine, time: float) -> bool:
-        """Solve the whole robot for this tick's position of the centre of mass."""
-        share = min((time - self.begin) / self._duration, 1.0)
+    def solve(self, nao: Machine, time: float, q: Floats) -> tuple[Floats, list[str]]:
+        """Return joint values for the position of the centre of mass at a time; at the end, set the result."""
+        share = min(time / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
-        q = self.command(nao, {}, "the centre of mass goes as near to its target as it can", com=place)
-        assert q is not None
-        done = share >= 1.0 - ON_TIME
-        if done:
-            T_world_torso = nao.base.torso(q)
-            away = com_above(nao.robot, q, T_world_torso) - self._to
+        q, missed = self.stand(nao, {}, q, place)
+        if time >= self._end - ON_TIME:
+            away = com_above(nao.robot, q, nao.base.torso(q)) - self._to
             stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
-            heights = (T_world_torso @ nao.robot.fk(q, self._feet))[:, 2, 3]
-            for foot, height in zip(self._feet, heights.tolist(), strict=True):
-                if height > LOWER:
-                    self.notes.once(foot, f"{foot} is {1e3 * height:.1f} mm above the floor: no balance on it")
-            self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY and bool((heights <= LOWER).all())
+            down = [foot for foot in self._feet if nao.base.is_down(foot, q)]
+            for foot in [foot for foot in self._feet if foot not in down]:
+                self.notes.once(foot, f"{foot} is above the floor: no balance on it")
+            self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY and len(down) == len(self._feet)
             if self.value:  # the robot stands on these feet, also on one that was "Free"
                 self._control.feet.update(dict.fromkeys(self._feet, "Fixed"))
-        return done
+        return q, missed
 
 
-class WholeBodyPathTask(WholeBodyTask):
-    """Effectors follow paths with the whole robot: positionInterpolations."""
-
-    def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
-        super().__init__(nao, name, balance)
-        self._requests = tuple(requests)
-
-    def start(self, nao: Machine, time: float) -> None:
-        """Begin at the commanded joint values."""
-        hold_still(nao, self._requests)
-        super().start(nao, time)
-        initial = self._initial
-        self._paths = [initial.curve(request) for request in self._requests]
-        self._end = max(float(path.times[-1]) for path in self._paths)
-        # The torso stays where it is if paths are relative to it: it would run away from a target that moves with it.
-        self._held: Targets = {}
-        if any(request.space == FRAME_TORSO for request in self._requests):
-            self._held[TORSO] = initial.T_world_torso, 1.0
-        self._axes = {FRAME_TORSO: initial.T_world_torso[:3, :3], FRAME_ROBOT: initial.T_world_robot[:3, :3]}
-
-    def advance(self, nao: Machine, time: float) -> bool:
-        """Solve the whole robot for this tick's poses."""
-        t = time - self.begin
-        targets = dict(self._held)
-        for request, path in zip(self._requests, self._paths, strict=True):
-            T, mask = path.pose(t), AxisMask.ALL if request.effector == TORSO else request.mask
-            T = self._initial.T_world_torso @ T if request.space == FRAME_TORSO else T
-            targets[request.effector] = T, (axis_weights(mask), self._axes.get(request.space, np.eye(3)))
-        q = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
-        if q is None:
-            self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
-        return t >= self._end - ON_TIME
-
-
-class EffectorControl(WholeBodyTask):
+class EffectorControl(PathTask):
     """The whole robot holds effectors at their last goals: wbSetEffectorControl.
 
-    Targets move to the `goals` in the world, hand positions (3,) or head rotation (3, 3), at 0.2 m/s and 0.8 rad/s.
+    Targets move to the goals at 0.2 m/s and 0.8 rad/s.
     """
 
     reactive = True
 
     def __init__(self, nao: Machine, balance: BalanceControl) -> None:
-        super().__init__(nao, "wbEnableEffectorControl", balance)
-        self.goals: dict[str, Floats] = {}
-        self._now: dict[str, Floats] = {}
+        super().__init__("wbEnableEffectorControl", nao, (), balance)
+        self._now: dict[str, Floats] = {}  # the moving targets, T_world_effector
+
+    def start(self, nao: Machine, time: float) -> None:
+        """Begin to hold, without an end."""
+        super().start(nao, time)
+        self._end = np.inf
 
     def hold(self, nao: Machine, effector: str) -> None:
         """Hold an effector at its current pose."""
         state = CartesianState(nao)
-        T_world = state.T_world_torso @ nao.robot.fk(state.q, effector)
-        self._now[effector] = self.goals[effector] = T_world[:3, :3] if effector == "Head" else T_world[:3, 3]
+        T = self._now[effector] = state.T_world_torso @ nao.robot.fk(state.q, effector)
+        mask = AxisMask.ROT if effector == "Head" else AxisMask.VEL
+        self.requests[effector] = EffectorRequest(effector, FRAME_WORLD, mask, T[None], np.ones(1), False)
 
     def send(self, nao: Machine, effector: str, target: Floats) -> None:
         """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] for the head."""
-        T_world_robot = CartesianState(nao).T_world_robot
+        T_world_robot, goal = CartesianState(nao).T_world_robot, self._now[effector].copy()
         if effector == "Head":
-            self.goals[effector] = T_world_robot[:3, :3] @ matrix_from_rpy(target)
+            goal[:3, :3] = T_world_robot[:3, :3] @ matrix_from_rpy(target)
         else:
-            self.goals[effector] = T_world_robot[:3, :3] @ target + T_world_robot[:3, 3]
+            goal[:3, 3] = T_world_robot[:3, :3] @ target + T_world_robot[:3, 3]
+        self.requests[effector] = replace(self.requests[effector], poses=goal[None])
 
-    def advance(self, nao: Machine, time: float) -> bool:
-        """Move the targets towards their goals, and the whole robot with them."""
-        targets: Targets = {}
-        for effector, goal in self.goals.items():
-            now = self._now[effector] = _towards(self._now[effector], goal)
-            if effector == "Head":
-                targets[effector] = join_poses(now, np.zeros(3)), (0.0, RADIAN)
-            else:
-                targets[effector] = now, 1.0
-        if self.resources:
-            self.command(nao, targets, "an effector goes as near to its target as balance lets it")
-        return False
+    def release(self, effector: str) -> None:
+        """Hold an effector no longer; end with the last one."""
+        self.requests.pop(effector, None)
+        if not self.requests:
+            self.call.cancel()
 
-    def give_up(self, resources: frozenset[str]) -> None:
-        """Leave some joints to another task."""
-        super().give_up(resources)
-        if self.started is not None:
-            self._max_step[[index for index, name in enumerate(self._robot.joint_names) if name in resources]] = np.inf
-
-
-def _towards(now: Floats, goal: Floats) -> Floats:
-    """Return the target after one tick, for a position, shape (3,), or a rotation, shape (3, 3)."""
-    is_place = now.ndim == 1
-    way = goal - now if is_place else log(now.T @ goal)
-    length, step = float(np.linalg.norm(way)), (_PLACE_SPEED if is_place else _TURN_SPEED) * TICK
-    if length <= step:
-        return goal
-    way = (step / length) * way
-    return np.asarray(now + way if is_place else now @ exp(way))
+    def _target(self, effector: str, time: float, T_world_torso: Floats) -> Target:
+        """Return the target of an effector after one tick more."""
+        now, (goal,) = self._now[effector], self.requests[effector].poses
+        turn, way = (float(np.linalg.norm(v)) for v in (log(now[:3, :3].T @ goal[:3, :3]), goal[:3, 3] - now[:3, 3]))
+        ticks = max(1.0, way / (_PLACE_SPEED * TICK), turn / (_TURN_SPEED * TICK))
+        T = self._now[effector] = part_of_way(now, goal, 1.0 / ticks)
+        return T, (axis_weights(self.requests[effector].mask), np.eye(3))
 
 
 # --- The methods.
@@ -323,16 +140,6 @@ class WholeBodyControl(CartesianControl):
     - setAngles, angleInterpolation and setPositions move their own joints; the balance does not correct them.
     - "Plane" is treated as "Fixed": a foot does not slide. wbEnableEffectorOptimization has no effect.
     """
-
-    def __init__(self, nao: Machine) -> None:
-        super().__init__(nao)
-        self.balance = BalanceControl()
-
-    def _path_task(self, name: str, requests: Sequence[EffectorRequest]) -> MotionTask:
-        """Return a task of the whole robot if whole-body control is on."""
-        if self.balance.enabled:
-            return WholeBodyPathTask(name, self.nao, requests, self.balance)
-        return super()._path_task(name, requests)
 
     def wbEnable(self, isEnabled: Flag) -> None:
         """Switch whole-body control on or off; switching it off removes all constraints."""
@@ -356,13 +163,7 @@ class WholeBodyControl(CartesianControl):
 
         The robot then stands on these feet: they become "Fixed". A foot in the air does not support the robot.
         """
-        return self.nao.tasks.add(GoToBalance(self.nao, "wbGoToBalance", self.balance, supportLeg, duration))
-
-    def wbGoToBalanceWithSpeed(self, supportLeg: Support, fractionMaxSpeed: Share) -> Call:
-        """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
-        name = "wbGoToBalanceWithSpeed"
-        task = GoToBalance(self.nao, name, self.balance, supportLeg, _MIN_DURATION, fractionMaxSpeed)
-        return self.nao.tasks.add(task)
+        return self.nao.tasks.add(GoToBalance(self.nao, self.balance, supportLeg, duration))
 
     def wbEnableEffectorControl(self, effectorName: Held, isEnabled: Flag) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
@@ -372,9 +173,7 @@ class WholeBodyControl(CartesianControl):
         control = self.nao.tasks.of(EffectorControl)
         if not isEnabled:
             if control is not None:
-                control.goals.pop(effectorName, None)
-                if not control.goals:
-                    control.call.cancel()
+                control.release(effectorName)
             return
         self.nao.base.check_stands()
         if not self.balance.enabled:
@@ -391,7 +190,7 @@ class WholeBodyControl(CartesianControl):
         [rad].
         """
         control = self.nao.tasks.of(EffectorControl)
-        if control is None or effectorName not in control.goals:
+        if control is None or effectorName not in control.requests:
             raise BadArgument(f"{effectorName} is not held: call wbEnableEffectorControl({effectorName!r}, True) first")
         control.send(self.nao, effectorName, targetCoordinate)
 
