@@ -160,8 +160,8 @@ class KinematicRobot(Guessing):
     def neutral(self) -> Floats:
         """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        The robot's frames are defined in this configuration. It need not be inside the limits: the NAO's elbows stop 2°
-        before zero.
+        The robot's frames are defined in this configuration. It need not be inside the limits; the documentation's page
+        on conventions says when that counts.
 
         Examples:
             >>> nk.load_nao().neutral().shape
@@ -180,13 +180,13 @@ class KinematicRobot(Guessing):
     ) -> Floats:
         """Return a predefined posture, with other values for some joints.
 
-        Joints that the posture does not name are at zero. Without `angles` and `joints` the limits are not checked;
-        with them the whole posture is, because a coupled limit may link a named joint with another one.
+        Joints that the posture does not name are at zero. Only the limits of joints that `angles` and `joints` name are
+        checked, coupled limits of one of them included.
 
         Args:
             name: one of `posture_names`.
             angles: joint or chain → value, as for `configuration`.
-            limits: what to do with joints outside their limits: "enforce", "clamp", "ignore" or "measured".
+            limits: what to do with a named joint outside its limits: "enforce", "clamp", "ignore" or "measured".
             **joints: further joints or chains → value, for names that are Python identifiers.
 
         Returns:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from nao_kin.errors import (
     UnknownName,
     WrongShape,
 )
+from nao_kin.robot.semantics import Posture
 
 # --- degrees ----------------------------------------------------------------------------------------------------------
 
@@ -252,7 +254,22 @@ def test_other_values_leave_the_posture_and_a_floating_base_alone() -> None:
     assert np.array_equal(nao.posture("Sit"), before)
 
 
-def test_a_posture_with_other_values_faces_the_limits_of_all_joints(nao: nk.NaoModel) -> None:
+def test_only_the_limits_of_named_joints_are_checked(nao: nk.NaoModel) -> None:
+    stretched = {"Stretched": Posture({"HeadPitch": 0.4})}
+    robot = nk.RobotModel(nao.tree, replace(nao.semantics, start="", postures=stretched))
+    for make in (robot.configuration, lambda given: robot.posture("Stretched", given)):
+        assert robot.angles(make({"HeadYaw": 0.3}))["LElbowRoll"] == 0.0  # outside, and not named
+        with pytest.raises(OutsideLimits, match="LElbowRoll = 0 not in"):
+            make({"LElbowRoll": 0.0})
+    # The range of HeadPitch depends on HeadYaw, and so counts too.
+    with pytest.raises(OutsideLimits, match="HeadPitch = 0.4 not in"):
+        robot.posture("Stretched", HeadYaw=1.2)
+    clamped = robot.posture("Stretched", HeadYaw=1.2, limits="clamp")
+    outside = {violation.joint for violation in robot.limit_violations(clamped)}
+    assert outside == {"LElbowRoll", "RElbowRoll"}
+
+
+def test_a_posture_with_other_values_faces_the_limits_of_those(nao: nk.NaoModel) -> None:
     with pytest.raises(OutsideLimits, match="HeadYaw = 3 not in"):
         nao.posture("Stand", HeadYaw=3.0)
     # The range of HeadPitch depends on HeadYaw.
