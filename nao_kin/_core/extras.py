@@ -106,7 +106,7 @@ EXTRAS = {
         Extra(
             "symbolic",
             ("sympy",),
-            "symbolic forward kinematics (nao_kin.joints.DHTable.symbolic, nao-kin dh --symbolic)",
+            "symbolic forward kinematics (nao_kin.joints.DHTable.symbolic, nao-kin joints --dh FRAME --symbolic)",
             "Denavit–Hartenberg tables are computed without it",
         ),
     )

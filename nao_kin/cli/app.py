@@ -55,7 +55,7 @@ _motion = typer.Typer(
     rich_markup_mode=None,
 )
 _COMMANDS = (
-    "info joints dh fk ik check reach view export sample balance odometry state collisions camera calibrate imitate "
+    "info joints fk ik check reach view export sample balance odometry state collisions camera calibrate imitate "
     "serve run live warmup doctor"
 ).split()
 _OF_MOTIONS = ("convert", "check", "info", "plot")

@@ -20,6 +20,8 @@ ELSEWHERE = {
     "com": "nao-kin balance",
     "compare": "nao-kin check",
     "convert": "nao-kin motion convert",
+    "dh": "nao-kin joints --dh FRAME",
+    "diff": "nao-kin info --compare V",
     "frames": "nao-kin fk",
     "gui": "nao-kin view",
     "jacobian": "robot.jacobian in Python",

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, texts
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin.errors import BadArgument, NotFinite
+from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.robot.build import Base, FrameIds, FrameTable, build_model, numbers_of, restore_numbers
 from nao_kin.robot.configurations import (
     ConfigurationSpace,
@@ -154,6 +154,27 @@ class KinematicRobot(Guessing):
         place = self.model.frames[index]
         # The universe, and a floating base, come before the joints of the tree.
         return int(place.parentJoint) - (2 if self.base == "floating" else 1), np.array(place.placement.homogeneous)
+
+    def columns(self, name: str) -> NDArray[np.intp]:
+        """Return the columns of q that move a joint, the joints of a chain, or a frame, from the trunk outwards.
+
+        A name that a chain and a frame share means the chain, as in `configuration`. A joint that follows another one
+        has the column of that one. The columns of velocities and of Jacobians are these plus nv − nq.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.columns("LArm").tolist(), nao.columns("CameraTop").tolist(), nao.columns("RHipYawPitch").tolist()
+            ([8, 9, 10, 11, 12, 13], [0, 1], [2])
+        """
+        table, known = self.joints, {**self.frame_table, **self.chains, **self._units}
+        if name not in known:
+            raise UnknownName("joint, chain or frame", name, tuple(known))
+        if name in self.chains or name in self._units:
+            rows = [table.row(joint) for joint in self.chains.get(name, (name,))]
+        else:
+            rows = table.path(self.frame_placement(name)[0])
+        moving = [int(table.coordinates[row]) for row in rows if table.multipliers[row]]
+        return np.array(list(dict.fromkeys(moving)), dtype=np.intp)
 
     # --- configurations -------------------------------------------------------------------------------------------
 

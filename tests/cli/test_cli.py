@@ -291,7 +291,11 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
         (("bogus",), "no such command 'bogus' (see nao-kin --help)"),
         (("FK",), "no such command 'FK' (nearest: fk"),
         (("fk", "--posture"), "Option '--posture' requires an argument"),
-        (("dh", "LArm", "x" * 300), "(xxx"),
+        (("joints", "x" * 300), "(xxx"),
+        (("dh", "LArm"), "no such command 'dh' (that is nao-kin joints --dh FRAME)"),
+        (("joints", "--dh", "LArm", "--typed"), "--dh and --typed exclude each other"),
+        (("joints", "--latex"), "--latex needs --dh"),
+        (("info", "--compare", "v7"), "unknown NAO version 'v7'"),
         (("camera", "--resolution", "640by480"), "unknown resolution of CameraTop '640by480'"),
         (("reach", "LArm", "--by", "mean"), "--by needs --html or --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
@@ -303,6 +307,25 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
 )
 def test_bad_input_is_one_line_on_standard_error(capsys: Capture, arguments: tuple[str, ...], message: str) -> None:
     assert message in _refused(capsys, *arguments)
+
+
+def test_versions_are_compared_number_by_number(capsys: Capture) -> None:
+    document = _json(capsys, "info", "--nao", "v3.2", "--compare", "v6", "--json", "--deg")
+    one, other = nk.load_nao("v3.2"), nk.load_nao("v6")
+    assert document["robots"] == [one.name, other.name]
+    found = document["differences"]
+    assert found["mass [kg]"] == [[one.mass], [other.mass]]
+    assert found["place of LElbowYaw [mm]"] == [[90.0, 0.0, 0.0], [105.0, 15.0, 0.0]]
+    k = one.joint_names.index("LElbowRoll")
+    ranges = [[np.degrees(robot.lower[k]), np.degrees(robot.upper[k])] for robot in (one, other)]
+    assert np.allclose(found["range of LElbowRoll [°]"], ranges)
+    assert np.allclose(found["roll, pitch, yaw of CameraBottom [°]"], [[0.0, 40.0, 0.0], [0.0, 39.7, 0.0]], atol=0.01)
+    assert "place of LHipRoll [mm]" not in found  # it is the same
+    assert "MicroFrontLeft" in found["frames of one alone"][1]
+    assert run(["info", "--nao", "v3.2", "--compare", "v6"]) == 0
+    table = capsys.readouterr().out
+    assert "90 0 0" in table
+    assert "MicroFrontLeft" in table
 
 
 @for_all(
