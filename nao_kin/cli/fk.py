@@ -28,7 +28,7 @@ from nao_kin.cli.sources import FileOptions, frame_names, note_clamped
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.robot import RobotModel
+    from nao_kin.robot import PoseForm, RobotModel
     from nao_kin.stream import PoseColumns
 
 
@@ -37,18 +37,13 @@ if TYPE_CHECKING:
 # First row and numbers of the poses (n, frames, k) of one chunk after another.
 Chunks = Iterator[tuple[int, Floats]]
 
-# matrix: the 16 entries of the homogeneous matrix, row by row, like NAOqi's getTransform. position6d: x, y, z, wx, wy,
-# wz with R = Rz(wz) Ry(wy) Rx(wx), like NAOqi's getPosition. rpy: the same numbers, as roll, pitch, yaw. quaternion:
-# x, y, z and the unit quaternion, scalar first.
-PoseFormat = Literal["matrix", "position6d", "rpy", "quaternion"]
-
 
 @dataclass(frozen=True)
 class PosePrinter:
     """Prints poses of named frames in a format; `times` are those of the rows, shape (n,) [s]."""
 
     frames: Sequence[str]
-    style: PoseFormat
+    style: PoseForm
     columns: PoseColumns
     times: Floats | None = None
 
@@ -135,17 +130,12 @@ class PoseOptions:
 
     frame: list[str] | None = shared.FRAME
     reference: str | None = shared.REFERENCE
-    as_: PoseFormat = option(None, "Format of a pose.", default="rpy")
+    as_: Literal["matrix", "quaternion", "rpy"] = option(None, "Format of a pose.", default="rpy")
 
     def frames(self, model: RobotModel) -> list[str]:
         """Return the frames of --frame, by default the effectors and the cameras."""
         effectors = [*model.semantics.end_effectors, *model.semantics.cameras]
         return frame_names(model, self.frame) or effectors or list(model.link_names)
-
-    @property
-    def style(self) -> Literal["matrix", "position6d", "rpy", "position_quaternion"]:
-        """The format of --as, as `nao_kin.stream.fk` calls it."""
-        return "position_quaternion" if self.as_ == "quaternion" else self.as_
 
 
 @dataclass(frozen=True)
@@ -206,7 +196,7 @@ def fk(
     frames, reference = wanted.frames(model), wanted.reference
     # Refuse unknown frames before anything is printed.
     model.frame_ids(frames if reference is None else [*frames, reference])
-    printer = PosePrinter(frames, wanted.as_, PoseColumns(wanted.style, given.deg), times)
+    printer = PosePrinter(frames, wanted.as_, PoseColumns(wanted.as_, given.deg), times)
     poses = _poses(model, q, frames, reference, printer.columns)
     if written.json:
         printer.print_json(poses, model.name, reference, many=many)
@@ -236,10 +226,10 @@ def _stream(
     result = stream.fk(
         model,
         files if path is None else stream.Configurations(path.q, path.times, str(one)),
-        wanted.frames(model),
         str(streamed.sink),
+        frame=wanted.frames(model),
         reference=wanted.reference,
-        as_=wanted.style,
+        as_=wanted.as_,
         dtype=streamed.dtype,
         limits=limits if path is None else "ignore",
         degrees=given.file_deg,

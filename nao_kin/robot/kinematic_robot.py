@@ -468,8 +468,8 @@ class KinematicRobot(Guessing):
             reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
                 with a floating one, where "world" means the same unless a frame has this name.
             limits: "ignore" for any joint values; "enforce" and "clamp" check the limits first.
-            as_: "matrix" for homogeneous matrices; "position_quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion
-                scalar first and in canonical sign, as from `rotations.quat_from_matrix`; "position6d" for
+            as_: "matrix" for homogeneous matrices; "quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion scalar
+                first and in canonical sign, as from `rotations.quat_from_matrix`; "rpy" for
                 (x, y, z, roll, pitch, yaw) with R = Rz(yaw) Ry(pitch) Rx(roll), NAOqi's Position6D.
             dtype: precision of the result.
             out: array for the result.

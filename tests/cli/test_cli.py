@@ -13,7 +13,7 @@ import sys
 import time
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -45,6 +45,10 @@ def test_all_commands_name_a_robot_by_the_same_options() -> None:
     for name in options.COMMANDS:
         taken = [option for option in options_of(name)[0] if option in of_robots]
         assert tuple(taken) == fewer.get(name, of_robots), name
+
+
+def test_the_forms_of_poses_are_those_of_the_library() -> None:
+    assert options_of("fk")[0]["as_"].choices == get_args(nk.robot.PoseForm)
 
 
 @pytest.mark.parametrize("command", options.COMMANDS)
@@ -111,7 +115,6 @@ def test_degrees_go_in_and_come_out(capsys: Capture) -> None:
 @pytest.mark.parametrize(
     ("style", "names"),
     [
-        ("position6d", ["x", "y", "z", "wx", "wy", "wz"]),
         ("rpy", ["x", "y", "z", "roll", "pitch", "yaw"]),
         ("quaternion", ["x", "y", "z", "r0", "r1", "r2", "r3"]),
     ],

@@ -45,7 +45,7 @@ nk.export.urdf(nao)  # wrong
 mass: int = nao.mass  # wrong
 nk.motion.write_motion("a.csv", motion)  # wrong
 nk.errors.UnknownNam  # wrong
-nk.world.odometry(nao, [0.0, 0.1], [q, q]).headng  # wrong
+nk.world.odometry(nao, [q, q], [0.0, 0.1]).headng  # wrong
 """
 
 

@@ -28,7 +28,7 @@ FUNCTIONS = {
     "bracket": (screws.bracket, "xx"),
     "dual_bracket": (screws.dual_bracket, "xx"),
     "sclerp": (screws.sclerp, "TTs"),
-    "sclerp, the longer way": (partial(screws.sclerp, longer=True), "TTs"),
+    "sclerp, the longer way": (partial(screws.sclerp, arc="longer"), "TTs"),
     "left_jacobian": (screws.left_jacobian, "x"),
     "left_jacobian_inverse": (screws.left_jacobian_inverse, "x"),
     "right_jacobian": (screws.right_jacobian, "x"),
