@@ -28,7 +28,7 @@ from nao_kin.cli.sources import FileOptions, frame_names, note_clamped
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.robot import PoseForm, RobotModel
+    from nao_kin.robot import RobotModel
     from nao_kin.stream import PoseColumns
 
 
@@ -43,7 +43,6 @@ class PosePrinter:
     """Prints poses of named frames in a format; `times` are those of the rows, shape (n,) [s]."""
 
     frames: Sequence[str]
-    style: PoseForm
     columns: PoseColumns
     times: Floats | None = None
 
@@ -52,7 +51,7 @@ class PosePrinter:
         head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
-            "as": self.style,
+            "as": self.columns.style,
             "units": units(self.columns.degrees),
         }
         if self.times is not None:
@@ -64,7 +63,7 @@ class PosePrinter:
             print_json({**head, "poses": next(poses)})
 
     def _json_pose(self, row: list[float]) -> object:
-        if self.style == "matrix":
+        if self.columns.style == "matrix":
             return [row[i : i + 4] for i in range(0, 16, 4)]
         return dict(zip(self.columns.names, row, strict=True))
 
@@ -79,17 +78,17 @@ class PosePrinter:
     def print_table(self, chunks: Chunks) -> None:
         """Print the poses of one configuration as a table."""
         turns = self.columns.orientation
-        if self.style == "matrix":
+        if self.columns.style == "matrix":
             columns = ["x axis", "y axis", "z axis", "origin\n[m]"]
         else:
-            unit = "" if self.style == "quaternion" else "\n[°]" if self.columns.degrees else "\n[rad]"
+            unit = "" if self.columns.style == "quaternion" else "\n[°]" if self.columns.degrees else "\n[rad]"
             columns = [f"{name}\n[m]" for name in self.columns.names[: -len(turns)]]
             columns += [name.removesuffix("_deg") + unit for name in turns]
         table = []
         for _, rows in _rows(chunks):
             for name, row in zip(self.frames, rows, strict=True):
                 cells = [fixed(value) for value in row]
-                if self.style == "matrix":  # as usually written: the columns are the axes and the origin
+                if self.columns.style == "matrix":  # as usually written: the columns are the axes and the origin
                     cells = ["\n".join(cells[column::4]) for column in range(4)]
                 table.append([name, *cells])
         print_table(["frame", *columns], table, numbers=columns)
@@ -196,7 +195,7 @@ def fk(
     frames, reference = wanted.frames(model), wanted.reference
     # Refuse unknown frames before anything is printed.
     model.frame_ids(frames if reference is None else [*frames, reference])
-    printer = PosePrinter(frames, wanted.as_, PoseColumns(wanted.as_, given.deg), times)
+    printer = PosePrinter(frames, PoseColumns(wanted.as_, given.deg), times)
     poses = _poses(model, q, frames, reference, printer.columns)
     if written.json:
         printer.print_json(poses, model.name, reference, many=many)

@@ -39,7 +39,8 @@ def info(
         if json:
             print_json({"robots": [model.name, other.name], "differences": {what: pair for what, *pair in rows}})
         else:
-            print_table(("", model.name, other.name), [(what, *map(_cell, pair)) for what, *pair in rows])
+            cells = ((what, *(" ".join(f"{x + 0.0:.6g}" for x in values) for values in pair)) for what, *pair in rows)
+            print_table(("", model.name, other.name), cells)
         return
     facts: dict[str, object] = {
         "name": model.name,
@@ -74,21 +75,13 @@ def _text(value: object) -> str:
     return f"{value:.5f}" if isinstance(value, float) else str(value)
 
 
-def _cell(values: list[Any]) -> str:
-    names = all(isinstance(value, str) for value in values)
-    return "\n".join(values) if names else " ".join(f"{value + 0.0:.6g}" for value in values)
-
-
-def _differences(one: RobotModel, other: RobotModel, deg: bool) -> Iterator[tuple[str, list[Any], list[Any]]]:
-    """Yield what two robots have else: its name with the unit, and the numbers or names of both."""
+def _differences(one: RobotModel, other: RobotModel, deg: bool) -> Iterator[tuple[str, list[float], list[float]]]:
+    """Yield what differs between two robots: a name with the unit, and the numbers of both."""
     first, second = _facts(one, deg), _facts(other, deg)
     for what, values in first.items():
         others = second.get(what, values)
         if not np.allclose(values, others, rtol=1e-9, atol=1e-9):
             yield what, list(values), list(others)
-    alone = [[name for name in a.frame_names if name not in b.frame_table] for a, b in ((one, other), (other, one))]
-    if any(alone):
-        yield "frames of one alone", alone[0], alone[1]
 
 
 def _facts(robot: RobotModel, deg: bool) -> dict[str, tuple[float, ...]]:
@@ -146,7 +139,7 @@ def joints(
         table_of_dh = dh_table(model, dh, "modified" if modified else "classic")
         print_note(*table_of_dh.notes)
         if latex:
-            print(table_of_dh.as_latex(degrees=deg))
+            print(table_of_dh.as_latex())
         else:
             _print_dh(table_of_dh, deg, symbolic, "json" if json else "csv" if csv else "")
         return

@@ -161,23 +161,20 @@ class DHTable:
             "notes": list(self.notes),
         }
 
-    def as_latex(self, *, degrees: bool = False) -> str:
+    def as_latex(self) -> str:
         r"""Return the table as a `tabular` of LaTeX, then B and E; multiples of π/12 are written as such.
-
-        Args:
-            degrees: write angles in degrees.
 
         Examples:
             >>> print(nk.joints.dh_table(nk.load_nao(), "LLeg").as_latex().splitlines()[5])
             LHipPitch & $0.1$ & $0$ & $0$ & $\pi$ \\
         """
-        unit, scale = (r"${}^\circ$", math.degrees(1.0)) if degrees else ("rad", 1.0)
-        columns = zip(self.joints, self.a, self.alpha, self.d, self.theta, strict=True)
-        lines = [r"\begin{tabular}{lrrrr}", rf"joint & $a$ [m] & $\alpha$ [{unit}] & $d$ [m] & $\theta$ [{unit}] \\"]
-        lines.append(r"\hline")
-        for joint, a, alpha, d, theta in columns:
-            angles = [f"{angle * scale + 0.0:.6g}" if degrees else _latex_angle(angle) for angle in (alpha, theta)]
-            cells = f"{a + 0.0:.6g}", angles[0], f"{d + 0.0:.6g}", angles[1]
+        lines = [
+            r"\begin{tabular}{lrrrr}",
+            r"joint & $a$ [m] & $\alpha$ [rad] & $d$ [m] & $\theta$ [rad] \\",
+            r"\hline",
+        ]
+        for joint, a, alpha, d, theta in zip(self.joints, self.a, self.alpha, self.d, self.theta, strict=True):
+            cells = f"{a + 0.0:.6g}", _latex_angle(alpha), f"{d + 0.0:.6g}", _latex_angle(theta)
             lines.append(" & ".join([joint.replace("_", r"\_"), *(f"${cell}$" for cell in cells)]) + r" \\")
         matrices = []
         for name, T in (("B", self.base), ("E", self.tool)):

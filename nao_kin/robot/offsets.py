@@ -28,7 +28,7 @@ from nao_kin.screws import pose_of
 _KINDS = {
     "joints": "rad, or m",
     "frames": "dx, dy, dz [m], roll, pitch, yaw [rad]",
-    "added_frames": "parent; pose: dx, dy, dz [m], roll, pitch, yaw [rad]",
+    "added_frames": "parent; x, y, z [m], roll, pitch, yaw [rad]",
     "cameras": "lenses [pixels], distortion k1, k2, p1, p2[, k3[, k4, k5, k6]]",
     "inertial_unit": "mounting: roll, pitch [rad]; gyro_bias [rad/s]; accelerometer_bias [m/s²]",
     "foot_sensors": "zero [kg], gain",
@@ -148,8 +148,8 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
 
     A TOML file has any of these tables: `joints` of numbers; `frames` of six numbers or four rows of four each;
     `cameras` of lenses {resolution, fx, fy, cx, cy, distortion}; `inertial_unit` with `mounting`, `gyro_bias` and
-    `accelerometer_bias`; `foot_sensors` of [zero, gain]; `added_frames` of {parent, pose}, as `RobotModel.with_frame`
-    takes them; and the texts `version` and `body_id`. A table `calibration`
+    `accelerometer_bias`; `foot_sensors` of [zero, gain]; `added_frames` of [parent, six numbers or four rows], as
+    `RobotModel.with_frame` takes them; and the texts `version` and `body_id`. A table `calibration`
     may say where they are from; its `robot` is the argument `found_for`. Calibrations in files of B-Human
     (jointCalibration.cfg, cameraCalibration.cfg) and HULKs (JSON of bodies and heads) are recognised and converted.
 
@@ -172,7 +172,8 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
         if "cameras" in document:
             document["cameras"] = {name: _lens(name, row) for name, row in document["cameras"].items()}
         if "added_frames" in document:
-            document["added_frames"] = {name: _added(name, row) for name, row in document["added_frames"].items()}
+            rows = document["added_frames"].items()  # a file has the parent and the numbers in one list
+            document["added_frames"] = {name: (row[0], row[1] if len(row) == 2 else row[1:]) for name, row in rows}
     except BadArgument as error:
         raise BadArgument(f"offsets: {error}") if given else BadInputFile(str(offsets), str(error)) from None
     about = document.pop(_ABOUT, {})
@@ -189,16 +190,6 @@ def _lens(camera: str, row: Any) -> list[float]:
         what = "resolution, fx, fy, cx, cy and distortion"
         raise BadArgument(f"the lens of {camera} must have {what}; see {quoted(sorted(odd)[0])}")
     return [*row["resolution"], *(row[name] for name in _LENS), *row["distortion"]]
-
-
-def _added(name: str, row: Any) -> tuple[str, Any]:
-    """Return an added frame in a table as the parent and the pose that `with_offsets` takes."""
-    if not isinstance(row, Mapping):
-        parent, pose = row
-        return parent, pose
-    if row.keys() != {"parent", "pose"}:
-        raise BadArgument(f"the added frame {name} must have parent and pose, got {', '.join(row) or 'neither'}")
-    return row["parent"], row["pose"]
 
 
 def write_offsets(
@@ -247,16 +238,12 @@ def write_offsets(
 
 def _row_text(kind: str, name: str, value: Any) -> str:
     """Return the value of a row of a table in TOML."""
-    if kind == "added_frames":
-        parent, pose = value
-        named: dict[str, Any] = {"parent": parent, "pose": as_floats(pose, (), f"the pose of {name}").tolist()}
-    else:
-        numbers = as_floats(value, (), f"the offset of {name}").tolist()
-        if kind != "cameras":
-            return _toml(numbers)
-        width, height, *rest = numbers
-        named = {"resolution": [int(width), int(height)], **dict(zip(_LENS, rest, strict=False))}
-        named["distortion"] = rest[4:]
+    parent, value = (value[:1], value[1]) if kind == "added_frames" else ((), value)
+    numbers = as_floats(value, (), f"the numbers of {name}").tolist()
+    if kind != "cameras":
+        return _toml([*parent, *numbers] if parent else numbers)
+    width, height, *rest = numbers
+    named = {"resolution": [int(width), int(height)], **dict(zip(_LENS, rest, strict=False)), "distortion": rest[4:]}
     return f"{{ {', '.join(f'{key} = {_toml(part)}' for key, part in named.items())} }}"
 
 

@@ -342,7 +342,7 @@ class Screw:
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.3.3.
 
     Examples:
-        >>> upright = nk.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 0, 1])
+        >>> upright = nk.screws.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 0, 1])
         >>> nk.screws.Screw(upright, np.pi, 0.4).pose[:3, 3].round(9) + 0.0
         array([2. , 0. , 0.4])
     """
@@ -439,7 +439,7 @@ class Screw:
         """The displacement by this screw, exp of its twist, shape (..., 4, 4).
 
         Examples:
-            >>> x_axis = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+            >>> x_axis = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
             >>> nk.screws.Screw(x_axis, 0, 0.5).pose[:3, 3]
             array([0.5, 0. , 0. ])
         """

@@ -216,7 +216,7 @@ class Camera:
         if p.ndim == 1 and bad:
             behind = p[0] <= 0.0
             why = "is not in front of" if behind else "is too far from the optical axis for the distortion of"
-            raise BadArgument(f"the point {p.tolist()} {why} {self.name}, in the axes x forward, y left, z up")
+            raise BadArgument(f"the point {why} {self.name}")
         return pixels
 
     def ray(self, pixels: ArrayLike) -> Floats:

@@ -66,7 +66,7 @@ CALLS = """
     nk.ik.IKResult.describe(nk.ik.arm(NAO, "L", NAO.fk(np.zeros(25), "LArm")), ())
     nk.ik.TwistMap.idle_joints(nk.ik.velocity(NAO, np.zeros(25), np.zeros(6), "LArm").map, ())
     nk.ik.TwistMap.rank(nk.ik.velocity(NAO, np.zeros(25), np.zeros(6), "LArm").map)
-    nk.lines.PluckerLine((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    nk.screws.lines.PluckerLine((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     next(nk.naoqi.readings(Still(), NAO, rate=1000.0, wanted=lambda: True))
     nk.naoqi.NaoqiSource("tcp://127.0.0.1:9")
     nk.naoqi.QiServer(nk.naoqi.VirtualNao(NAO, stepped=True))

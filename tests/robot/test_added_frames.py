@@ -11,7 +11,7 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NaoKinWarning, UnknownName, WrongShape
 from nao_kin.rotations import matrix_from_rpy
 from nao_kin.viewer.description import SceneRobot
 
@@ -95,9 +95,12 @@ def test_offsets_and_the_file_of_a_robot_know_an_added_frame(
     assert np.abs(nk.load_nao(offsets=path).fk(q, "Pen") - expected).max() < 1e-14
     assert run(["fk", "--offsets", str(path), "--frame", "Pen", "--json"]) == 0
     assert '"Pen"' in capsys.readouterr().out
-    path.write_text('[added_frames]\nPen = { parent = "LArm", place = [0, 0, 0, 0, 0, 0] }\n')
-    with pytest.raises(BadInputFile, match="Pen must have parent and pose, got parent, place"):
-        nk.robot.read_offsets(path)
+    path.write_text('[added_frames]\nPen = ["LArm", 0.08, 0.0, 0.02, 0.0, 0.0, 0.1]\n')
+    six = nao.with_frame("Pen", "LArm", [0.08, 0.0, 0.02, 0.0, 0.0, 0.1])
+    assert np.array_equal(nk.load_nao(offsets=path).fk(q, "Pen"), six.fk(q, "Pen"))
+    path.write_text('[added_frames]\nPen = ["LArm", 0.08, 0.0]\n')
+    assert run(["fk", "--offsets", str(path)]) == 2
+    assert "the pose of Pen must have shape (6,) or (4, 4)" in capsys.readouterr().err
 
 
 def test_a_frame_under_a_foot_carries_nothing(nao: nk.NaoModel) -> None:

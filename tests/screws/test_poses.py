@@ -11,8 +11,9 @@ from rotation_samples import PROPERTY
 from screw_samples import EPS, EXACT, as_array, exact_ad, exact_pose, power_series, random_twists, twists
 
 import nao_kin as nk
-from nao_kin import lines, rotations, screws
+from nao_kin import rotations, screws
 from nao_kin.errors import BadArgument, NotARotation, UnknownName
+from nao_kin.screws import lines
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)
 MANY = screws.exp(random_twists(60, 1))

@@ -7,8 +7,9 @@ import pytest
 from loops import for_all
 from screw_samples import BATCHES, random_twists
 
-from nao_kin import lines, screws
+from nao_kin import screws
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, WrongShape
+from nao_kin.screws import lines
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)
 
