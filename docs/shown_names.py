@@ -1,4 +1,4 @@
-"""Short names in the reference, as programs write them: nk.lines.angle instead of nao_kin.screws.lines.angle."""
+"""Short names in the reference, as programs write them: nk.screws.lines.angle instead of nao_kin.screws.lines.angle."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from sphinx.application import Sphinx
 import nao_kin as nk
 
 # Module → how programs write it.
-_WRITTEN = {f"nao_kin{name}": f"nk{name}" for name in ("", ".rotations.rank_one")} | {
-    room.__name__: f"nk.{name}" for name in nk.__all__ if isinstance(room := getattr(nk, name), ModuleType)
+_WRITTEN = {f"nao_kin{name}": f"nk{name}" for name in ("", ".rotations.rank_one", ".screws.lines")} | {
+    room.__name__: f"nk.{name}"
+    for name in (*nk.__all__, *nk._UNLISTED)
+    if isinstance(room := getattr(nk, name), ModuleType)
 }
 _NAME = re.compile(r"\b(nao_kin(?:\.\w+)*)\.(\w*)")
 # Before a method of a robot that has an entry of its own.

@@ -22,7 +22,7 @@ with tempfile.TemporaryDirectory() as temporary:
         end.write("0.1,0.2\n")  # an incomplete row, as if the robot was switched off
 
     try:
-        done = nk.stream.fk(nao, log, ["LArm", "RArm"], hands, as_="position6d", on_error="skip")
+        done = nk.stream.fk(nao, log, hands, frame=["LArm", "RArm"], as_="rpy", on_error="skip")
     except nk.errors.MissingExtra as error:
         sys.exit(str(error))
     print(f"{done.rows_read} rows read, {done.rows_written} written, {done.bad_rows} bad")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from nao_kin import (
         calibration,
-        cli,
+        cli as cli,
         crosscheck,
         errors,
         export,
@@ -47,11 +47,10 @@ if TYPE_CHECKING:
         load_robot,
         nao as parameters,
         robot_names,
-        semantics,
-        urdf,
+        semantics as semantics,
+        urdf as urdf,
     )
-    from nao_kin.screws import lines
-    from nao_kin.stream import distributed
+    from nao_kin.stream import distributed as distributed
     from nao_kin.viewer import Viewer
 
 __all__ = [
@@ -64,15 +63,12 @@ __all__ = [
     "Viewer",
     "cache_folder",
     "calibration",
-    "cli",
     "crosscheck",
-    "distributed",
     "errors",
     "export",
     "ik",
     "imitation",
     "joints",
-    "lines",
     "load_nao",
     "load_robot",
     "motion",
@@ -83,18 +79,17 @@ __all__ = [
     "robot_names",
     "rotations",
     "screws",
-    "semantics",
     "stream",
-    "urdf",
     "viewer",
     "warm_up",
     "world",
 ]
 
+# Modules that are found here but not listed, because few programs need them.
+_UNLISTED = ("cli", "distributed", "semantics", "urdf")
 # Public modules that are not directly in `nao_kin`, and then the module of every other public name.
 _INSIDE = {
     "distributed": "nao_kin.stream.distributed",
-    "lines": "nao_kin.screws.lines",
     "parameters": "nao_kin.robot.nao",
     "semantics": "nao_kin.robot.semantics",
     "urdf": "nao_kin.robot.urdf",
@@ -138,7 +133,7 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
 if not TYPE_CHECKING:  # for type checkers, every name would exist
 
     def __getattr__(name: str) -> Any:
-        if name not in __all__:
+        if name not in (*__all__, *_UNLISTED):
             from nao_kin._core.guesses import unknown_attribute
 
             raise unknown_attribute("module 'nao_kin'", name, __all__)

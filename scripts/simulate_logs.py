@@ -92,7 +92,7 @@ def _live(nao: nk.NaoModel, q: Floats, *, times: Floats, **given: Floats) -> nk.
     """Return the states of `StateEstimator` as those of a log."""
     estimator = nk.world.StateEstimator(nao)
     rows = [
-        estimator.update(time, q[k], **{name: values[k] for name, values in given.items()})
+        estimator.update(q[k], time, **{name: values[k] for name, values in given.items()})
         for k, time in enumerate(times)
     ]
     found: nk.world.State = _joined(rows)

@@ -93,8 +93,9 @@ EXTRAS = {
         Extra(
             "calibration",
             ("scipy",),
-            "joint offsets and camera mountings from observations (nao_kin.calibration, nao-kin calibrate)",
-            "offsets that you know are used without it",
+            "joint offsets and camera mountings from observations (nao_kin.calibration, nao-kin calibrate); "
+            "the filter of imitate",
+            "offsets that you know are used, and people are imitated unfiltered, without it",
         ),
         Extra(
             "photos",
@@ -106,7 +107,7 @@ EXTRAS = {
         Extra(
             "symbolic",
             ("sympy",),
-            "symbolic forward kinematics (nao_kin.joints.DHTable.symbolic, nao-kin dh --symbolic)",
+            "symbolic forward kinematics (nao_kin.joints.DHTable.symbolic, nao-kin joints --dh FRAME --symbolic)",
             "Denavit–Hartenberg tables are computed without it",
         ),
     )

@@ -142,3 +142,9 @@ def with_underscores(name: str, taken: Container[str]) -> str:
 
 def _endless(endings: tuple[str, ...]) -> Iterator[str]:
     return itertools.chain(endings, (f"{endings[-1]}_{n}" for n in itertools.count(2)))
+
+
+def two_numbers(text: str) -> tuple[int, int] | None:
+    """Return two whole numbers such as 640x480; None for another text."""
+    found = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", text)
+    return None if found is None else (int(found[1]), int(found[2]))

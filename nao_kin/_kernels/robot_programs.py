@@ -392,9 +392,9 @@ def _form(builder: Builder, frame: FrameRegisters, form: str) -> list[Component]
         return [*origin]
     if form == "rotation":
         return [column[row] for row in range(3) for column in columns]
-    if form == "position_quaternion":
+    if form == "quaternion":
         return [*origin, *builder.quaternion(frame)]
-    if form == "position6d":
+    if form == "rpy":
         return [*origin, *builder.rpy(frame)]
     last = [Component(builder.zero, 0)] * 3 + [Component(builder.root.x, 0)]
     return [column[row] for row in range(3) for column in (*columns, origin)] + last

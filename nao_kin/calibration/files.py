@@ -377,7 +377,7 @@ def _read_times(path: str) -> dict[str, float]:
 
 def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, paths: Sequence[Path]) -> Floats:
     """Return the configurations at the times of photos."""
-    found = configurations_at(robot, moments, q, times, longest_gap=_LONGEST_GAP)
+    found = configurations_at(robot, q, moments, times, longest_gap=_LONGEST_GAP)
     for path, time, row in zip(paths, times, found, strict=True):
         if not moments[0] <= time <= moments[-1]:
             ends = f"from {moments[0]:.6f} to {moments[-1]:.6f} s"
@@ -390,7 +390,7 @@ def _interpolated(robot: RobotModel, moments: Floats, q: Floats, times: Floats, 
 def _later(robot: RobotModel, moments: Floats, q: Floats, times: Floats, later: float) -> Floats:
     """Return the configurations at times later than those of photos, within the log."""
     within = np.clip(times + later, moments[0], moments[-1])
-    return configurations_at(robot, moments, q, within, longest_gap=float(np.ptp(moments)))
+    return configurations_at(robot, q, moments, within, longest_gap=float(np.ptp(moments)))
 
 
 def _corners(paths: Sequence[Path], columns: int, rows: int) -> tuple[Floats, tuple[int, int]]:

@@ -68,7 +68,7 @@ class Pixels(_Observed):
         on_floor: whether the board is the floor that the frame, a sole, stands on: its points have z = 0, and its
             unknown pose is a place (x, y, yaw). Observations of `Lines` may share it.
         moving: for images of moving joints, a function that returns their configurations, shape (..., nq), a time [s]
-            after those of the images: `lambda t: nk.world.configurations_at(robot, log_times, log_q, times + t)`. The
+            after those of the images: `lambda t: nk.world.configurations_at(robot, log_q, log_times, times + t)`. The
             clock of the camera is then unknown: by how much its images are later than their times say.
     """
 

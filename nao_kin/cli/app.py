@@ -54,17 +54,25 @@ _motion = typer.Typer(
     invoke_without_command=True,
     rich_markup_mode=None,
 )
-_COMMANDS = (
-    "info joints dh fk ik check reach view export sample balance odometry state collisions camera calibrate imitate "
-    "serve run live warmup doctor"
-).split()
-_OF_MOTIONS = ("convert", "check", "info", "plot")
-for _group, _names in ((app, _COMMANDS), (_motion, _OF_MOTIONS)):
-    for _name in _names:
-        # Listed in the help without its options, which `Group` makes when the command is called.
-        _about = COMMANDS[_name if _group is app else f"motion {_name}"].function.__doc__
-        _group.command(_name, help=_about)(lambda: None)
-app.add_typer(_motion)
+# What commands are for → their names, in the order of the help; `motion` is a group of commands.
+_JOBS = {
+    "A robot": "info joints fk ik reach collisions",
+    "A robot on the floor, its cameras and logs": "balance odometry state camera calibrate",
+    "Motions": "motion imitate",
+    "Pictures, and files for other programs": "view export",
+    "NAOqi": "serve run live",
+    "This installation": "sample check doctor warmup",
+}
+_OF_MOTIONS = {"Commands": "convert check info plot"}
+for _group, _jobs in ((app, _JOBS), (_motion, _OF_MOTIONS)):
+    for _job, _names in _jobs.items():
+        for _name in _names.split():
+            if _name == "motion":
+                app.add_typer(_motion, rich_help_panel=_job)
+                continue
+            # Listed in the help without its options, which `Group` makes when the command is called.
+            _about = COMMANDS[_name if _group is app else f"motion {_name}"].function.__doc__
+            _group.command(_name, help=_about, rich_help_panel=_job)(lambda: None)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -13,6 +12,7 @@ import numpy as np
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
+from nao_kin._core.text import two_numbers
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import Needs, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import csv_text, degrees_per, fixed, print_json, print_note, print_table, print_written, units
@@ -68,7 +68,7 @@ def camera(
     q = joints.configuration(model, limits=limits)
     from nao_kin import world
 
-    found = world.camera(model, name, _size(resolution) or resolution)
+    found = world.camera(model, name, resolution)
     if rows is None:
         _print_numbers(model, q, found, joints.deg, json)
         return
@@ -156,12 +156,6 @@ def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json:
     print_table([found.name, model.name], lines.items())
 
 
-def _size(text: str) -> tuple[int, int] | None:
-    """Return two numbers such as 640x480; None for another text."""
-    found = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", text)
-    return None if found is None else (int(found[1]), int(found[2]))
-
-
 # --- `nao-kin calibrate`.
 
 
@@ -191,7 +185,7 @@ class PhotoOptions:
         """Return what the photos show; None without --photos. With `deg` the angles of --place are in degrees."""
         if self.photos is None:
             return None
-        sides = _size(self.board)
+        sides = two_numbers(self.board)
         if sides is None:
             raise BadArgument(f"--board {self.board}: expected columns and rows of inner corners, as in 9x6")
         # OpenCV reads it when it is loaded, and then decodes no picture with more pixels.

@@ -37,18 +37,12 @@ if TYPE_CHECKING:
 # First row and numbers of the poses (n, frames, k) of one chunk after another.
 Chunks = Iterator[tuple[int, Floats]]
 
-# matrix: the 16 entries of the homogeneous matrix, row by row, like NAOqi's getTransform. position6d: x, y, z, wx, wy,
-# wz with R = Rz(wz) Ry(wy) Rx(wx), like NAOqi's getPosition. rpy: the same numbers, as roll, pitch, yaw. quaternion:
-# x, y, z and the unit quaternion, scalar first.
-PoseFormat = Literal["matrix", "position6d", "rpy", "quaternion"]
-
 
 @dataclass(frozen=True)
 class PosePrinter:
     """Prints poses of named frames in a format; `times` are those of the rows, shape (n,) [s]."""
 
     frames: Sequence[str]
-    style: PoseFormat
     columns: PoseColumns
     times: Floats | None = None
 
@@ -57,7 +51,7 @@ class PosePrinter:
         head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
-            "as": self.style,
+            "as": self.columns.style,
             "units": units(self.columns.degrees),
         }
         if self.times is not None:
@@ -69,7 +63,7 @@ class PosePrinter:
             print_json({**head, "poses": next(poses)})
 
     def _json_pose(self, row: list[float]) -> object:
-        if self.style == "matrix":
+        if self.columns.style == "matrix":
             return [row[i : i + 4] for i in range(0, 16, 4)]
         return dict(zip(self.columns.names, row, strict=True))
 
@@ -84,17 +78,17 @@ class PosePrinter:
     def print_table(self, chunks: Chunks) -> None:
         """Print the poses of one configuration as a table."""
         turns = self.columns.orientation
-        if self.style == "matrix":
+        if self.columns.style == "matrix":
             columns = ["x axis", "y axis", "z axis", "origin\n[m]"]
         else:
-            unit = "" if self.style == "quaternion" else "\n[°]" if self.columns.degrees else "\n[rad]"
+            unit = "" if self.columns.style == "quaternion" else "\n[°]" if self.columns.degrees else "\n[rad]"
             columns = [f"{name}\n[m]" for name in self.columns.names[: -len(turns)]]
             columns += [name.removesuffix("_deg") + unit for name in turns]
         table = []
         for _, rows in _rows(chunks):
             for name, row in zip(self.frames, rows, strict=True):
                 cells = [fixed(value) for value in row]
-                if self.style == "matrix":  # as usually written: the columns are the axes and the origin
+                if self.columns.style == "matrix":  # as usually written: the columns are the axes and the origin
                     cells = ["\n".join(cells[column::4]) for column in range(4)]
                 table.append([name, *cells])
         print_table(["frame", *columns], table, numbers=columns)
@@ -135,17 +129,12 @@ class PoseOptions:
 
     frame: list[str] | None = shared.FRAME
     reference: str | None = shared.REFERENCE
-    as_: PoseFormat = option(None, "Format of a pose.", default="rpy")
+    as_: Literal["matrix", "quaternion", "rpy"] = option(None, "Format of a pose.", default="rpy")
 
     def frames(self, model: RobotModel) -> list[str]:
         """Return the frames of --frame, by default the effectors and the cameras."""
         effectors = [*model.semantics.end_effectors, *model.semantics.cameras]
         return frame_names(model, self.frame) or effectors or list(model.link_names)
-
-    @property
-    def style(self) -> Literal["matrix", "position6d", "rpy", "position_quaternion"]:
-        """The format of --as, as `nao_kin.stream.fk` calls it."""
-        return "position_quaternion" if self.as_ == "quaternion" else self.as_
 
 
 @dataclass(frozen=True)
@@ -206,7 +195,7 @@ def fk(
     frames, reference = wanted.frames(model), wanted.reference
     # Refuse unknown frames before anything is printed.
     model.frame_ids(frames if reference is None else [*frames, reference])
-    printer = PosePrinter(frames, wanted.as_, PoseColumns(wanted.style, given.deg), times)
+    printer = PosePrinter(frames, PoseColumns(wanted.as_, given.deg), times)
     poses = _poses(model, q, frames, reference, printer.columns)
     if written.json:
         printer.print_json(poses, model.name, reference, many=many)
@@ -236,10 +225,10 @@ def _stream(
     result = stream.fk(
         model,
         files if path is None else stream.Configurations(path.q, path.times, str(one)),
-        wanted.frames(model),
         str(streamed.sink),
+        frame=wanted.frames(model),
         reference=wanted.reference,
-        as_=wanted.style,
+        as_=wanted.as_,
         dtype=streamed.dtype,
         limits=limits if path is None else "ignore",
         degrees=given.file_deg,

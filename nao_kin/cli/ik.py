@@ -208,7 +208,7 @@ def _solved(model: RobotModel, request: Request, targets: Targets, near: Floats 
         return room.analytic(model, frame, target, locked=held, near=near, limits=limits)
     if kind == "orientation":  # the position of the pose has no weight
         target, common["weights"] = join_poses(target, np.zeros(3)), (0.0, 0.1)
-    return room.numeric(model, T=target, **common)
+    return room.numeric(model, target=target, **common)
 
 
 @dataclass(frozen=True)

@@ -129,10 +129,10 @@ def check(
 
     model = robot.load()
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
-    fill = "hold" if posture is None else posture
+    rest = "hold" if posture is None else posture
     rule = accepted.rule if collisions else False
     motion = recorded(source, model, columns=columns, hips=hips, missing=missing)
-    report = motions.check(model, motion, fill=fill, collisions=rule, balance=balance, limits=limits, **chosen)
+    report = motions.check(model, motion, missing=rest, collisions=rule, balance=balance, limits=limits, **chosen)
     if json:
         document = report.as_dict()
         rows = {name: [_in_unit(row, source.deg) for row in document[name]] for name in ("violations", "accepted")}
@@ -396,7 +396,7 @@ def _named_points(texts: list[str] | None) -> dict[str, str]:
 def _write_page(model: RobotModel, made: Imitation, path: str, *, overwrite: bool) -> None:
     from nao_kin.viewer import Viewer
 
-    clip = made.motion.configurations(model, rate=_FPS, fill=made.q[0])
+    clip = made.motion.configurations(model, rate=_FPS, missing=made.q[0])
     with closing(Viewer(model)) as viewer:
         viewer.animate(clip.q, _FPS, balance=bool(made.report.balance), figure=made.figure(clip.times))
         viewer.camera("front")

@@ -233,7 +233,7 @@ def live(
             since = time.monotonic()
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
-                doing.value = _described(estimator.update(reading.time, reading.q, **reading.sensors))
+                doing.value = _described(estimator.update(reading.q, reading.time, **reading.sensors))
             if output is None:
                 found.clear()  # without a recording, the last reading is enough
             found.append(reading)

@@ -81,7 +81,7 @@ def odometry(
     from nao_kin.world import odometry as walked
 
     model, q, times, options = sensors.read(given, robot, file)
-    path = walked(model, times, q, **options)
+    path = walked(model, q, times, **options)
     print_note(*path.notes)
     valid = path.valid
     numbers = np.full((len(times), 6), np.nan)
@@ -131,7 +131,7 @@ def state(
     from nao_kin.world import state as found
 
     model, q, times, options = sensors.read(given, robot, file, "angles", "accelerometer")
-    result = found(model, q, times=times, **options)
+    result = found(model, q, times, **options)
     print_note(*result.notes)
     if write is not None:
         write(_columns(result, given.deg))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import io
+import itertools
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import redirect_stderr
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, ge
 
 import typer
 from typer.completion import completion_init  # type: ignore[attr-defined]  # imported there from a private module
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 import nao_kin as nk
 from nao_kin._core.arrays import finite_decimal
@@ -28,21 +29,26 @@ from nao_kin.errors import BadArgument
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
-# Pairs of options that exclude each other.
+# Options of which each excludes the others.
 _EXCLUDING = (
-    ("urdf", "robot"),
-    ("nao", "urdf"),
-    ("nao", "robot"),
-    ("csv", "json"),
+    ("nao", "urdf", "robot"),
+    ("csv", "json", "latex"),
+    ("symbolic", "csv"),
+    ("symbolic", "latex"),
+    ("latex", "deg"),
     ("csv", "output"),
+    ("dh", "typed"),
+    ("dh", "rule"),
+    ("dh", "tolerance"),
     ("posture", "missing"),
     ("file", "target"),
     ("numeric", "analytic"),
     ("direction", "criterion"),
-    ("pixel", "point"),
-    ("file", "pixel"),
-    ("file", "point"),
+    ("file", "pixel", "point"),
 )
+# The options that name a robot stand under a heading of their own, the last one.
+_ROBOT = "Robot"
+_OF_ROBOTS = {option.name for option in fields(RobotOptions)}
 
 
 class Option(NamedTuple):
@@ -82,6 +88,7 @@ class Option(NamedTuple):
             help += f" Default: {default:g}." if isinstance(default, float) else f" Default: {default}."
         kind: Any = bool if self.kind is bool else list[str] if self.several or self.flags else str
         about: dict[str, Any] = {"help": help, "show_default": False}
+        about |= {"rich_help_panel": _ROBOT} if self.name in _OF_ROBOTS else {}
         if self.kind is not bool:
             about |= {"metavar": metavar or f"<{'|'.join(self.choices)}>", "autocompletion": _completed(self)}
         info = typer.Option(*self.flags, **about) if self.flags else typer.Argument(**about)
@@ -161,8 +168,8 @@ def with_options(name: str) -> Callable[..., None]:
 
 def _check(options: Mapping[str, Option], given: Mapping[str, Any], needs: Needs) -> None:
     """Refuse options that exclude each other, and options without those that they need."""
-    for one, other in _EXCLUDING:
-        if one in given and other in given:
+    for group in _EXCLUDING:
+        for one, other in itertools.combinations([name for name in group if name in given], 2):
             raise BadArgument(f"{options[one].label} and {options[other].label} exclude each other; give one")
     for name, needed in needs.items():
         for names in (needed,) if isinstance(needed, str) else needed:
@@ -190,8 +197,37 @@ def usage_message(error: Any) -> str:
     return f"no such option: {abbreviated(name)} ({advice})"
 
 
+def _write_under_headings(formatter: Any, rows: Iterable[tuple[str, Any]]) -> None:
+    """Write the rows of a help under their headings, those of a robot last; None is left out."""
+    sections: dict[str, list[Any]] = {}
+    for heading, row in rows:
+        if row is not None:
+            sections.setdefault(heading, []).append(row)
+    for heading in sorted(sections, key=_ROBOT.__eq__):
+        with formatter.section(heading):
+            formatter.write_dl(sections[heading])
+
+
+class Command(TyperCommand):
+    """A command whose help has the options under headings."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments, options, and the options that name a robot."""
+        kinds = {"argument": "Arguments", "option": "Options"}
+        given = self.get_params(ctx)
+        rows = ((getattr(one, "rich_help_panel", None) or kinds[one.param_type_name], one) for one in given)
+        _write_under_headings(formatter, ((heading, one.get_help_record(ctx)) for heading, one in rows))
+
+
 class Group(TyperGroup):
     """A group of commands that makes the options of a command when it is called, and names the nearest commands."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands by what they are for."""
+        width = formatter.width - 6 - max(map(len, self.commands))
+        commands: Any = self.commands.items()
+        rows = ((one.rich_help_panel, (name, one.get_short_help_str(width))) for name, one in commands)
+        _write_under_headings(formatter, rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names; its options are made now, those of the others never."""
@@ -203,7 +239,7 @@ class Group(TyperGroup):
         name = " ".join([*ctx.command_path.split()[1:], args[0]])
         if name in COMMANDS:
             alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-            alone.command(args[0], epilog=COMMANDS[name].example)(with_options(name))
+            alone.command(args[0], cls=Command, epilog=COMMANDS[name].example)(with_options(name))
             self.commands[args[0]] = typer.main.get_command(alone)
             args = [args[0], *mended(args[1:], options_of(name)[0])]
         return super().resolve_command(ctx, args)

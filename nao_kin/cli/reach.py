@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-_ENDINGS = (".npz", ".vtk", ".ply")
+_ENDINGS = (".npz", ".vtk", ".ply", ".png")
 
 
 @command("reach", "Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html", needs={"by": "html|output"})
@@ -32,10 +33,12 @@ def reach(
     voxel: float = option("M", "Edge of a voxel [m].", default=0.01),
     seed: int = shared.SEED,
     reference: str | None = shared.REFERENCE,
-    output: str | None = option("FILE", "Write the map: .npz, which a later run continues, .vtk or .ply."),
+    output: str | None = option("FILE", "Write the map: .npz, which a later run continues, .vtk, .ply or .png."),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
     by: Literal["best", "mean", "count", "coverage"] = option(
-        None, "Quantity of the colours in --html and .ply.", default="best"
+        None,
+        "Quantity of the colours in --html, .ply and .png; best and mean manipulability.",
+        default="best",
     ),
     threads: int | None = option("N", "Number of threads. Default: one per core."),
     written: OutputOptions,
@@ -94,15 +97,19 @@ def reach(
 def _written(
     model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
 ) -> list[str]:
-    if output is not None:
-        savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, by=by)}
-        savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=True)  # checked before the sampling
-    if html is not None:
+    savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, by=by)}
+    kind = "" if output is None else Path(output).suffix.lower()
+    if html is not None or kind == ".png":
         from nao_kin.viewer import Viewer
 
-        viewer = Viewer(model)
-        viewer.show_reach(found, by=by)
-        viewer.save_html(html, overwrite=force)
+        with closing(Viewer(model)) as viewer:
+            viewer.show_reach(found, by=by)
+            if html is not None:
+                viewer.save_html(html, overwrite=force)
+            if kind == ".png":
+                viewer.save_png(str(output), overwrite=True)
+    if output is not None and kind != ".png":
+        savers.get(kind, found.save)(output, overwrite=True)  # checked before the sampling
     return [file for file in (output, html) if file is not None]
 
 

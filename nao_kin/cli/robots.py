@@ -1,27 +1,47 @@
-"""`nao-kin info`, `joints`, `dh` and `check`: a robot, its joints, and how it compares with other implementations."""
+"""`nao-kin info`, `joints` and `check`: a robot, its joints, and how it compares with other implementations."""
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import typer
 
 from nao_kin._core.arrays import finite_or_none
 from nao_kin.cli import options as shared
-from nao_kin.cli.options import RobotOptions, argument, command, flag, option
-from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, progress
+from nao_kin.cli.options import RobotOptions, command, flag, option
+from nao_kin.cli.output import csv_text, degrees_per, print_json, print_note, print_table, progress, units
 
 if TYPE_CHECKING:
     from nao_kin.crosscheck import Report
-    from nao_kin.joints import JointTable, JointTableRow
+    from nao_kin.joints import DHTable, JointTable, JointTableRow
     from nao_kin.robot import RobotModel
 
 
-@command("info", "Example: nao-kin info --nao v5 --json")
-def info(*, robot: RobotOptions, json: bool = shared.JSON) -> None:
+@command("info", "Example: nao-kin info --nao v6 --compare v5", needs={"deg": "compare"})
+def info(
+    *,
+    compare: str | None = option("V", "Print the lengths, limits and masses that differ in this version of the NAO."),
+    deg: bool = shared.DEG,
+    json: bool = shared.JSON,
+    robot: RobotOptions,
+) -> None:
     """Print a robot's name, degrees of freedom, mass, chains, postures and file."""
     model = robot.load()
+    if compare is not None:
+        from nao_kin.robot import load_nao
+
+        other = load_nao(compare)
+        rows = list(_differences(model, other, deg))
+        if json:
+            print_json({"robots": [model.name, other.name], "differences": {what: pair for what, *pair in rows}})
+        else:
+            cells = ((what, *(" ".join(f"{x + 0.0:.6g}" for x in values) for values in pair)) for what, *pair in rows)
+            print_table(("", model.name, other.name), cells)
+        return
     facts: dict[str, object] = {
         "name": model.name,
         "degrees_of_freedom": model.nv,
@@ -55,12 +75,48 @@ def _text(value: object) -> str:
     return f"{value:.5f}" if isinstance(value, float) else str(value)
 
 
+def _differences(one: RobotModel, other: RobotModel, deg: bool) -> Iterator[tuple[str, list[float], list[float]]]:
+    """Yield what differs between two robots: a name with the unit, and the numbers of both."""
+    first, second = _facts(one, deg), _facts(other, deg)
+    for what, values in first.items():
+        others = second.get(what, values)
+        if not np.allclose(values, others, rtol=1e-9, atol=1e-9):
+            yield what, list(values), list(others)
+
+
+def _facts(robot: RobotModel, deg: bool) -> dict[str, tuple[float, ...]]:
+    """Return the masses, and places, ranges, speeds and efforts of joints and frames, by a name with the unit."""
+    found: dict[str, tuple[float, ...]] = {"mass [kg]": (robot.mass,)}
+    found |= {f"mass of {link} [kg]": (body.mass,) for link, body in robot.tree.inertials.items()}
+    angle, turned = ("°", math.degrees(1.0)) if deg else ("rad", 1.0)
+    for joint in robot.tree.joints:
+        name = joint.child if joint.kind == "fixed" else joint.name
+        found[f"place of {name} [mm]"] = tuple(1000.0 * x for x in joint.origin.xyz)
+        found[f"roll, pitch, yaw of {name} [{angle}]"] = tuple(turned * x for x in joint.origin.rpy)
+        if joint.kind != "fixed":
+            scale = degrees_per(robot.unit(name), deg)
+            unit = {"1": "", "rad": angle}.get(robot.unit(name), robot.unit(name))
+            found[f"range of {name}{unit and f' [{unit}]'}"] = joint.lower * scale, joint.upper * scale
+            found[f"speed of {name}{unit and f' [{unit}/s]'}"] = (joint.velocity * scale,)
+            found[f"effort of {name}"] = (joint.effort,)
+    return found
+
+
 # --- `nao-kin joints`.
 
 
-@command("joints", "Example: nao-kin joints --typed --deg")
+@command(
+    "joints",
+    "Example: nao-kin joints --typed --deg; nao-kin joints --dh LArm --modified --latex",
+    needs=dict.fromkeys(("modified", "symbolic", "csv", "latex"), "dh"),
+)
 def joints(
     *,
+    dh: str | None = option("FRAME", "Print the Denavit–Hartenberg parameters of the chain from the root to FRAME."),
+    modified: bool = flag("Craig's convention: a and α come before the joint."),
+    symbolic: bool = flag("Also print the pose of FRAME as a formula of the joints' values; needs sympy."),
+    csv: bool = shared.CSV,
+    latex: bool = flag("Print a table of LaTeX."),
     typed: bool = flag("Merge revolute joints that share a centre into one joint."),
     rule: str | None = option("RULE", "Merge by coincident joint centres (default) or concurrent axes."),
     tolerance: float | None = option("M", "Largest distance of merged axes from their common point [m]."),
@@ -72,10 +128,21 @@ def joints(
 
     The Plücker coordinates are the direction and the moment of the axis, in the root frame with all joints at zero.
     --json adds the largest speed and torque, and the mimic joints of each joint.
+
+    --dh prints the table of a chain: with the joints' values s, the pose of its end is B A1(s1) … An(sn) E. The
+    constant B and E are printed below the table.
     """
-    from nao_kin.joints import joint_table
+    from nao_kin.joints import dh_table, joint_table
 
     model = robot.load()
+    if dh is not None:
+        table_of_dh = dh_table(model, dh, "modified" if modified else "classic")
+        print_note(*table_of_dh.notes)
+        if latex:
+            print(table_of_dh.as_latex())
+        else:
+            _print_dh(table_of_dh, deg, symbolic, "json" if json else "csv" if csv else "")
+        return
     chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
     table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
     if json:
@@ -133,41 +200,24 @@ def _vector(values: tuple[float, ...]) -> str:
     return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero turns −0 into 0
 
 
-# --- `nao-kin dh`.
-
-
-@command("dh", "Example: nao-kin dh LArm --modified --deg")
-def dh(
-    frame: str = argument("FRAME", "The end of the chain, such as LArm, LLeg or CameraTop."),
-    *,
-    modified: bool = flag("Craig's convention: a and α come before the joint."),
-    symbolic: bool = flag("Print the pose of the frame as a formula of the joints' values; needs sympy."),
-    deg: bool = shared.DEG,
-    json: bool = shared.JSON,
-    robot: RobotOptions,
-) -> None:
-    """Print the Denavit–Hartenberg parameters of the chain from the root to a frame.
-
-    With the joints' values s, the pose of the frame is B A1(s1) … An(sn) E. The constant B and E are printed below the
-    table.
-    """
-    from nao_kin.joints import dh_table
-
-    table = dh_table(robot.load(), frame, "modified" if modified else "classic")
-    print_note(*table.notes)
+def _print_dh(table: DHTable, deg: bool, symbolic: bool, form: str) -> None:
+    """Print Denavit–Hartenberg parameters as JSON, as CSV, or for people."""
     scale = degrees_per("rad", deg)
-    if json:
-        document = table.as_dict() | {"units": {"length": "m", "angle": "deg" if deg else "rad"}}
+    if form == "json":
+        document = table.as_dict() | {"units": units(deg)}
         for row in document["rows"]:
             row |= {"alpha": row["alpha"] * scale, "theta": row["theta"] * scale}
         document["residual"]["rotation"] *= scale
         print_json(document | ({"symbolic": [str(entry) for entry in table.symbolic()]} if symbolic else {}))
         return
+    columns = zip(table.joints, table.a, table.alpha * scale, table.d, table.theta * scale, strict=True)
+    if form == "csv":
+        turned = "deg" if deg else "rad"
+        names = ("joint", "a [m]", f"alpha [{turned}]", "d [m]", f"theta [{turned}]")
+        sys.stdout.write(csv_text(names, ((joint, *map(float, values)) for joint, *values in columns)))
+        return
     angle = "°" if deg else "rad"
-    rows = [
-        [joint, *(_rounded(value) for value in values)]
-        for joint, *values in zip(table.joints, table.a, table.alpha * scale, table.d, table.theta * scale, strict=True)
-    ]
+    rows = [[joint, *(_rounded(value) for value in values)] for joint, *values in columns]
     print_table(("joint", "a [m]", f"α [{angle}]", "d [m]", f"θ [{angle}]"), rows, numbers=("a [m]", "d [m]"))
     for name, T in (("B", table.base), ("E", table.tool)):
         lines = ["  ".join(f"{_rounded(value):>8}" for value in line) for line in T]

@@ -20,6 +20,8 @@ ELSEWHERE = {
     "com": "nao-kin balance",
     "compare": "nao-kin check",
     "convert": "nao-kin motion convert",
+    "dh": "nao-kin joints --dh FRAME",
+    "diff": "nao-kin info --compare V",
     "frames": "nao-kin fk",
     "gui": "nao-kin view",
     "jacobian": "robot.jacobian in Python",
@@ -73,6 +75,9 @@ def _value(option: Any, left: deque[str]) -> str:
 
 def _after_its_option(word: str, options: Mapping[str, Any], words: list[str]) -> list[str]:
     """Return a word that stands alone, behind the option it means if it is no file."""
+    meant = next((flag for option in options.values() for flag in option.flags if flag == f"--{word}"), None)
+    if "file" in options and meant is not None and not os.path.isfile(word):
+        raise BadArgument(f"{quoted(word)} is no file; the option is {meant}")
     if ("file" not in options and any(not option.flags for option in options.values())) or os.path.exists(word):
         return [word]
     if word.lower() in nk.robot.nao.VERSIONS and "nao" in options and "--nao" not in words:

@@ -329,11 +329,11 @@ class FileOptions(JointOptions):
             )
         source = MotionFile(file, None, self.deg, self.file_deg, self.timeline, self.ignore_other)
         motion, note = source.read_with_note(model)
-        rest: Any = self.posture if self.missing is None else model.configuration({}, missing=self.value_of_missing)
+        rest = self.posture if self.missing is None else self.value_of_missing
         path = motion.configurations(
             model,
             rate=sampling if self.rate is None else self.rate,
-            fill="hold" if rest is None else rest,
+            missing="hold" if rest is None else rest,
             hips="average" if self.hips is None else self.hips,
         )
         q = self._within_limits(model, file, path, limits, in_degrees=bool(note) and not self.file_deg)

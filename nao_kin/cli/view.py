@@ -125,6 +125,8 @@ def view(
     if not live and page != LivePage():
         raise BadArgument("--host, --port, --allow-host and --token are for a live page: add --wait or --open")
     written.check({"--html": html, "--png": png, "--video": video})
+    if fps is not None and not fps > 0.0:
+        raise BadArgument(f"--fps {fps:g}: expected a number above zero")
     # The file is read before any mesh, so that its errors are reported without delay.
     speed = _FPS if fps is None else fps
     model = robot.load()

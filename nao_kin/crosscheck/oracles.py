@@ -59,6 +59,12 @@ def _kinematics_of(robot: RobotModel) -> ET.Element:
     document[:] = [element for element in document if element.tag in ("link", "joint")]
     for link in document.findall("link"):
         del link[:]
+    in_file = {link: name for name, link in robot.tree.shared_names.items()}
+    for row in (row for row in robot.tree.joints if row.child in robot.tree.added):
+        ET.SubElement(document, "link", name=row.child)
+        joint = ET.SubElement(document, "joint", name=row.name, type="fixed")
+        ET.SubElement(joint, "parent", link=in_file.get(row.parent, row.parent))
+        ET.SubElement(joint, "child", link=row.child)
     for joint in document.findall("joint"):
         place = robot.tree.offsets.get(joint.get("name", ""))
         if place is not None:

@@ -16,7 +16,7 @@ from nao_kin._core.text import fresh_name
 from nao_kin.export.inertia import central_tensor
 from nao_kin.export.meshes import GREY, paint_names, shapes_of
 from nao_kin.export.urdf import UNBOUNDED
-from nao_kin.export.variants import joint_values, link_of
+from nao_kin.export.variants import joint_values
 from nao_kin.joints import JointGroups
 from nao_kin.robot import RobotModel, capsules
 from nao_kin.robot.semantics import Semantics
@@ -345,7 +345,7 @@ def on_their_soles(tree: UrdfTree, bodies: Bodies, semantics: Semantics) -> tupl
     """
     collisions, changes = list(tree.collisions), []
     for sole in semantics.soles:
-        body, T_sole = bodies.place(link_of(tree, sole))
+        body, T_sole = bodies.place(tree.link_of(sole))
         own = [(place, shape) for place, shape in enumerate(collisions) if shape.link in body.links]
         if not own:
             changes.append(f"the body of the sole {sole} has no shape: it touches nothing")
@@ -463,7 +463,7 @@ def _across_the_soles(data: Any, robot: RobotModel, bodies: Bodies) -> Floats:
     """Return the sum of the soles' normals in the world of `data`; along z for a robot without soles."""
     normals = [np.array([0.0, 0.0, 1e-9])]
     for sole in robot.semantics.soles:
-        body, T_sole = bodies.place(link_of(robot.tree, sole))
+        body, T_sole = bodies.place(robot.tree.link_of(sole))
         normals.append(data.body(body.name).xmat.reshape(3, 3) @ T_sole.rotation[:, 2])
     return np.asarray(np.sum(normals, axis=0))
 
@@ -566,9 +566,9 @@ def add_sites(
 
     `frames` selects the links with sites: "all", "effectors" for those in the semantics, "none" for sensors only.
     """
-    felt = {link_of(tree, name) for name in semantics.force_sensors}
-    sensing = {link_of(tree, name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt
-    named = {link_of(tree, name) for name in semantics.frames()}
+    felt = {tree.link_of(name) for name in semantics.force_sensors}
+    sensing = {tree.link_of(name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt
+    named = {tree.link_of(name) for name in semantics.frames()}
     wanted = {"all": set(tree.links), "effectors": named | sensing, "none": sensing}[frames]
     for body, one in zip(bodies.bodies, added, strict=True):
         sizes = _felt_sizes({link: T for link, T in body.links.items() if link in felt})
@@ -609,7 +609,7 @@ def _add_sensors(spec: Any, bodies: Bodies, tree: UrdfTree, semantics: Semantics
         (semantics.force_sensors, kinds.mjSENS_TOUCH, "force"),
     ):
         for name in names:
-            add(f"{name}_{word}", kind, objects.mjOBJ_SITE, link_of(tree, name))
+            add(f"{name}_{word}", kind, objects.mjOBJ_SITE, tree.link_of(name))
     root = bodies.bodies[0].name
     add(f"{root}_orientation", kinds.mjSENS_FRAMEQUAT, objects.mjOBJ_XBODY, root)
     for joint in bodies.joints():
@@ -623,7 +623,7 @@ def _add_sensors(spec: Any, bodies: Bodies, tree: UrdfTree, semantics: Semantics
 def _add_cameras(added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Semantics) -> tuple[str, ...]:
     changes = []
     for name in semantics.cameras:
-        body, T = bodies.place(link_of(tree, name))
+        body, T = bodies.place(tree.link_of(name))
         one = added[bodies.bodies.index(body)]
         camera = one.add_camera(name=name, **pos_quat(T * pin.SE3(_R_FRAME_CAMERA, np.zeros(3))))
         if name in semantics.fields_of_view:

@@ -14,7 +14,7 @@ from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.export.inertia import hosts
 from nao_kin.export.pipeline import UTF_8, Destination, Exported, xml_text
-from nao_kin.export.variants import Variant, joint_values, link_of, name_frames, new_names
+from nao_kin.export.variants import Variant, joint_values, name_frames, new_names
 from nao_kin.robot import LinkShapes, RobotModel
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
@@ -59,7 +59,7 @@ class Planning:
         self._bodies = hosts(tree, {joint.child for joint in tree.joints if joint.kind == "fixed"})
         self.groups: dict[str, Group] = {}
         self.end_effectors: list[EndEffector] = []
-        frames = {link_of(tree, name): name for name in semantics.end_effectors}
+        frames = {tree.link_of(name): name for name in semantics.end_effectors}
         # End effector → the moving joints between the root and it.
         self._ends = {link: self._moving_above(link) for link in frames if link in tree.links}
         lacking = [name for link, name in frames.items() if link not in tree.links]

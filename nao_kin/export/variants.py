@@ -92,12 +92,6 @@ def _fixed(joint: UrdfJoint, value: float = 0.0) -> UrdfJoint:
 _MOST_NAMED = 6
 
 
-def link_of(tree: UrdfTree, frame: str) -> str:
-    """Return the link of a frame's name: a link, or the one that the joint with this name moves."""
-    moved = (joint.child for joint in tree.joints if joint.name == frame)
-    return frame if frame in tree.links else tree.shared_names.get(frame) or next(moved, frame)
-
-
 def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
     """Return the tree with fewer links on fixed joints; the others are merged, mass and shapes, into their carriers.
 

@@ -2,10 +2,10 @@
 
 These options are the same in all solvers of poses:
 
-- `near`: preferred configurations, shape (..., nq), that broadcast with the targets. Solutions are sorted by their
-  distance to it, searches begin there, and joints that the targets do not determine keep its values. If limits are
-  enforced, `near` is projected into them, and `notes` says so. None for all joints at zero, or at the limit nearest to
-  it.
+- `near`: preferred configurations, shape (..., nq), that broadcast with the targets, or the name of a posture.
+  Solutions are sorted by their distance to it, searches begin there, and joints that the targets do not determine keep
+  its values. If limits are enforced, `near` is projected into them, and `notes` says so. None for all joints at zero,
+  or at the limit nearest to it.
 - `limits`: "enforce" leaves out solutions with a joint outside its own range or a coupled limit; "ignore" keeps them,
   with the whole turns that bring each joint within half a turn of `near`. The policy "clamp" is refused: with
   "enforce", `best` has the nearest values inside the limits that a search finds.

@@ -56,7 +56,7 @@ _SPREAD, _APPROACH, _SEARCH = np.linspace(-math.pi, math.pi, 9), 40, 200
 def analytic(
     robot: RobotModel,
     frame: str,
-    T: ArrayLike,
+    target: ArrayLike,
     *,
     reference: str | None = None,
     locked: Mapping[str, float] | None = None,
@@ -79,7 +79,7 @@ def analytic(
     Args:
         robot: any robot.
         frame: the frame to place.
-        T: targets T_reference_frame, shape (..., 4, 4) [m].
+        target: poses T_reference_frame, shape (..., 4, 4) [m].
         reference: the frame in which targets are given, and from which the chain begins; None for the torso, the root
             of the robot's semantics, or else the root link.
         locked: joint name → value of joints of the chain that stay there [rad, m]: a chain of seven joints has a closed
@@ -117,7 +117,7 @@ def analytic(
     """
     need_extra("nk.ik.analytic", "analytic")
     check_tolerance(tolerance)
-    targets = rigid_poses(T, "T")
+    targets = rigid_poses(target, "target")
     batch = targets.shape[:-2]
     rest = robot.clamp(robot.neutral()) if near is None else robot.neutral()
     options = as_options(robot, rest, near, batch, limits, threads)

@@ -18,7 +18,7 @@ from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
 from nao_kin.ik.results import IKResult, without_collisions
-from nao_kin.ik.targets import refuse_not_rigid
+from nao_kin.ik.targets import named_posture, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation, exp, log
 
@@ -187,7 +187,7 @@ def checked_path(
     if torso is not None:
         given["torso"] = _samples(torso, _POSE, "torso")
     if near is not None:
-        given["near"] = _samples(near, (robot.nq,), "near")
+        given["near"] = _samples(named_posture(robot, near), (robot.nq,), "near")
     if times is not None:
         given["times"] = _times(times)
     n = _common_length({what: count for what, (_, count) in given.items()})

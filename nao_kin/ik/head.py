@@ -50,7 +50,7 @@ _JOINTS = ("HeadYaw", "HeadPitch")
 
 def head(
     robot: RobotModel,
-    R_torso_head: ArrayLike | None = None,
+    target: ArrayLike | None = None,
     *,
     position: ArrayLike | None = None,
     frame: str = "Head",
@@ -69,8 +69,8 @@ def head(
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
-        R_torso_head: orientations of the frame in the torso, shape (..., 3, 3); None with `position`.
-        position: positions of the frame's origin in the torso, shape (..., 3) [m]; None with `R_torso_head`.
+        target: orientations of the frame in the torso, shape (..., 3, 3); None with `position`.
+        position: positions of the frame's origin in the torso, shape (..., 3) [m]; None with `target`.
         frame: a frame on the head, a camera for instance.
         near: as in all solvers, see `nao_kin.ik`.
         limits: as in all solvers.
@@ -85,7 +85,7 @@ def head(
         nan.
 
     Raises:
-        BadArgument: the robot has no such neck; the message says what is missing. Or not exactly one of `R_torso_head`
+        BadArgument: the robot has no such neck; the message says what is missing. Or not exactly one of `target`
             and `position` is given, or the frame is in the neck, which has one position.
         NotARotation: a target is not a rotation; the error has the argument, its index and its defect.
 
@@ -99,24 +99,24 @@ def head(
         'out of reach; the nearest pose is off by 2.271 mm'
     """
     limb = head_limb(robot, frame)
-    if position is not None and R_torso_head is None:
+    if position is not None and target is None:
         points = as_floats(position, (3,), "position")
         options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
         return without_collisions(robot, _at_position(limb, points, options), collisions)
-    if R_torso_head is None or position is not None:
-        raise BadArgument("give one of R_torso_head and position")
-    R = as_floats(R_torso_head, (3, 3), "R_torso_head")
+    if target is None or position is not None:
+        raise BadArgument("give one of target and position")
+    R = as_floats(target, (3, 3), "target")
     batch = R.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
-    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: check_rotation(R, name="R_torso_head"))
+    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: check_rotation(R, name="target"))
     return without_collisions(robot, result, collisions)
 
 
 def look_at(
     robot: RobotModel,
-    point: ArrayLike,
+    target: ArrayLike,
     camera: str = "CameraTop",
     *,
     near: ArrayLike | None = None,
@@ -133,7 +133,7 @@ def look_at(
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
-        point: points in the torso, shape (..., 3) [m].
+        target: points in the torso, shape (..., 3) [m].
         camera: one of the robot's cameras, or any frame on the head; its x-axis is the optical axis.
         near: as in `head`.
         limits: as in `head`.
@@ -153,7 +153,7 @@ def look_at(
     if camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, robot.body_frame(camera))
-    points = as_floats(point, (3,), "point")
+    points = as_floats(target, (3,), "target")
     options = as_options(robot, limb.rest, near, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)
     return without_collisions(robot, result, collisions)

@@ -58,7 +58,7 @@ _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "Ank
 def leg(
     robot: RobotModel,
     side: str,
-    T_torso_foot: ArrayLike,
+    target: ArrayLike,
     *,
     frame: str | None = None,
     near: ArrayLike | None = None,
@@ -77,7 +77,7 @@ def leg(
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry.
         side: "L" or "R", or the end effector "LLeg" or "RLeg".
-        T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
+        target: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
         near: as in all solvers, see `nao_kin.ik`.
         limits: as in all solvers.
@@ -106,11 +106,11 @@ def leg(
         (True, (1, 25))
     """
     limb = leg_limb(robot, check_side(side, "Leg"), frame)
-    T = as_poses(T_torso_foot, "T_torso_foot")
+    T = as_poses(target, "target")
     batch = T.shape[:-2]
     options = as_options(robot, limb.rest, near, batch, limits, threads)
     nearest = partial(nearest_foot, robot, limb)
-    result = solve(_LEG, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rigid(T, "T_torso_foot"), nearest)
+    result = solve(_LEG, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rigid(T, "target"), nearest)
     return without_collisions(robot, result, collisions)
 
 

@@ -187,7 +187,7 @@ _BLOCK = 2048
 def numeric(
     robot: RobotModel,
     frame: str,
-    T: ArrayLike,
+    target: ArrayLike,
     *,
     near: ArrayLike | None = None,
     limits: SolverLimits = "enforce",
@@ -213,10 +213,11 @@ def numeric(
     Args:
         robot: any robot.
         frame: the frame to place.
-        T: targets: poses T_root_frame, shape (..., 4, 4), or positions of the frame's origin in the root with any
+        target: poses T_root_frame, shape (..., 4, 4), or positions of the frame's origin in the root with any
             orientation, shape (..., 3) [m]; (3, 3) are three positions. With a floating base the root is the world.
-        near: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
-            `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says so.
+        near: start of the search, and values of the other joints, shape (..., nq), or the name of a posture; broadcasts
+            with the targets. None for `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says
+            so.
         weights: weights of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and
             the rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves
             the rotation about the target's x axis free. A position has the axes of the root, and no rotation errors.
@@ -246,7 +247,7 @@ def numeric(
     """
     motion = cached_limb(robot, FrameMotion, frame)
     enforced = is_enforced(limits)
-    poses = is_pose(T, "T")
+    poses = is_pose(target, "target")
     six = _six_weights(weights, 6 if poses else 3)
     check_tolerance(tolerance)
     search = PoseSearch(
@@ -259,13 +260,13 @@ def numeric(
         seed=whole_number(seed, "seed", 0),
         threads=check_threads(threads),
     )
-    targets = rigid_poses(T, "T") if poses else join_poses(np.eye(3), as_floats(T, (3,), "T"))
+    targets = rigid_poses(target, "target") if poses else join_poses(np.eye(3), as_floats(target, (3,), "target"))
     notes: tuple[str, ...] = ()
     if near is None:  # no note if zero is outside the limits, as for the NAO's elbows
         start = motion.start if enforced else robot.neutral()
     else:
         start, notes = checked_reference(robot, near, enforced)
-    batch = common_batch("T and near", targets.shape[:-2], start.shape[:-1])
+    batch = common_batch("target and near", targets.shape[:-2], start.shape[:-1])
     T_rows, reference_rows = rows_of(targets, batch, 2), np.array(rows_of(start, batch, 1))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     results = [search.solve(T_rows[part], reference_rows[part]) for part in parts]

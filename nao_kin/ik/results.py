@@ -132,14 +132,9 @@ class Outcome:
         return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
 
     @property
-    def message(self) -> str | NDArray[np.object_]:
-        """The reason in a sentence: a str, or for a batch an array of them, shape (...)."""
-        if self.reasons.ndim == 0:
-            return self.describe()
-        messages = np.empty(self.reasons.shape, dtype=object)
-        for index in np.ndindex(*self.reasons.shape):
-            messages[index] = self.describe(index)
-        return messages
+    def message(self) -> str:
+        """The reason in a sentence; for a batch a line for each target, in the order of its indices."""
+        return "\n".join(map(self.describe, np.ndindex(*self.reasons.shape)))
 
     def describe(self, index: tuple[int, ...] = ()) -> str:
         """Return the reason of one target as a sentence."""

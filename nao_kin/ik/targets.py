@@ -103,7 +103,7 @@ def as_options(
     enforce, workers = is_enforced(limits), None if threads is None else check_threads(threads)
     if near is None:
         return Options(rest, (), enforce, workers)
-    array = as_floats(near, (robot.nq,), "near")
+    array = as_floats(named_posture(robot, near), (robot.nq,), "near")
     try:
         fits = common_batch("near", array.shape[:-1], batch) == batch
     except WrongShape:
@@ -112,6 +112,11 @@ def as_options(
         raise WrongShape("near", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
     inside, notes = _projected(robot, array, "near") if enforce else (with_unit_quaternion(robot, array), ())
     return Options(inside, notes, enforce, workers)
+
+
+def named_posture(robot: RobotModel, near: ArrayLike) -> ArrayLike:
+    """Return the posture of this name, or configurations unchanged."""
+    return robot.posture(near) if isinstance(near, str) else near
 
 
 def checked_reference(
@@ -144,7 +149,7 @@ def with_unit_quaternion(robot: RobotModel, q: ArrayLike, what: str = "near") ->
 def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:
     """Return configurations, shape (..., nq); an error names the argument and the joint."""
     try:
-        return as_floats(reference, (robot.nq,), what)
+        return as_floats(named_posture(robot, reference), (robot.nq,), what)
     except NotFinite as error:
         joint = error.index[-1] - robot.nq_base
         name = robot.joint_names[joint] if joint >= 0 else "base"

@@ -166,7 +166,7 @@ class Imitation:
             >>> wave.clip(nao)["body_pos_w"].shape
             (161, 43, 3)
         """
-        q = self.motion.configurations(robot, times=self.played, fill=self.q[0]).q
+        q = self.motion.configurations(robot, times=self.played, missing=self.q[0]).q
         return clip_of(robot, self.times, q, self.T_world_base, self.contacts)
 
     def __repr__(self) -> str:
@@ -278,12 +278,12 @@ def imitate(
     rest = Motion([0.0], joints, start[None, at])
     motion = concatenate([rest, motion, rest], gap=lead) if lead else motion
     motion, played, changes, more = _playable(robot, motion, start, balance=legs != "ignore")
-    report = check(robot, motion, fill=start, rate=_RATE, collisions=rule or False, balance=stance is not None)
+    report = check(robot, motion, missing=start, rate=_RATE, collisions=rule or False, balance=stance is not None)
     if lead:
         # The robot is in its first keys already.
         played = played[1:-1]
         motion = Motion([row[1:] for row in motion.times], joints, [row[1:] for row in motion.keys])
-    framed = motion.configurations(robot, times=played, fill=start).q
+    framed = motion.configurations(robot, times=played, missing=start).q
     down = robot.set_down(framed).T_world_base if robot.semantics.soles else np.tile(np.eye(4), (len(q), 1, 1))
     if (steps > np.diff(times) + 1e-9).any():
         notes = (*notes, f"{(steps - np.diff(times)).sum():.3g} s more for shifting the weight from foot to foot")
@@ -315,14 +315,14 @@ def _playable(
 
     Also return the time of each of its frames, changes, and notes.
     """
-    inside = clamp(robot, motion, fill=start)
+    inside = clamp(robot, motion, missing=start)
     # Keys between frames may be new; slower motions keep all keys.
     keys = np.searchsorted(inside.motion.key_times, motion.key_times - 1e-9)
     played = slow_down(robot, inside.motion)
     changes, notes = inside.changes + played.changes, list[str]()
     if balance and motion.duration > 0.0:
         try:
-            played = slow_down(robot, played.motion, balance=True, fill=start)
+            played = slow_down(robot, played.motion, balance=True, missing=start)
             changes += played.changes
         except BadArgument as reason:
             notes.append(str(reason))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -159,6 +160,27 @@ class DHTable:
             "residual": {"position": float(self.residual[0]), "rotation": float(self.residual[1])},
             "notes": list(self.notes),
         }
+
+    def as_latex(self) -> str:
+        r"""Return the table as a `tabular` of LaTeX, then B and E; multiples of π/12 are written as such.
+
+        Examples:
+            >>> print(nk.joints.dh_table(nk.load_nao(), "LLeg").as_latex().splitlines()[5])
+            LHipPitch & $0.1$ & $0$ & $0$ & $\pi$ \\
+        """
+        lines = [
+            r"\begin{tabular}{lrrrr}",
+            r"joint & $a$ [m] & $\alpha$ [rad] & $d$ [m] & $\theta$ [rad] \\",
+            r"\hline",
+        ]
+        for joint, a, alpha, d, theta in zip(self.joints, self.a, self.alpha, self.d, self.theta, strict=True):
+            cells = f"{a + 0.0:.6g}", _latex_angle(alpha), f"{d + 0.0:.6g}", _latex_angle(theta)
+            lines.append(" & ".join([joint.replace("_", r"\_"), *(f"${cell}$" for cell in cells)]) + r" \\")
+        matrices = []
+        for name, T in (("B", self.base), ("E", self.tool)):
+            rows = r" \\ ".join(" & ".join(f"{round(value, 6) + 0.0:g}" for value in row) for row in T.tolist())
+            matrices.append(rf"{name} = \begin{{bmatrix}} {rows} \end{{bmatrix}}")
+        return "\n".join([*lines, r"\end{tabular}", r"\[ " + r" \quad ".join(matrices) + r" \]"])
 
     def __repr__(self) -> str:
         return f"<DHTable {self.robot}, {self.frame}: {len(self.joints)} joints, {self.convention}>"
@@ -347,11 +369,24 @@ def _exact(value: float) -> Any:
     return sympy.Float(value)
 
 
+def _twelfths(value: float) -> int | None:
+    """Return how many π/12 an angle is; None if it is no multiple."""
+    nearest = round(value / (math.pi / 12))
+    return nearest if abs(value - nearest * math.pi / 12) <= _ROUNDING else None
+
+
 def _angle(value: float) -> Any:
     """Return an angle for SymPy: a multiple of π/12 if it is one."""
     import sympy
 
-    twelfths = value / (math.pi / 12)
-    nearest = round(twelfths)
-    exact = abs(value - nearest * math.pi / 12) <= _ROUNDING
-    return sympy.Rational(nearest, 12) * sympy.pi if exact else sympy.Float(value)
+    exact = _twelfths(value)
+    return sympy.Float(value) if exact is None else sympy.Rational(exact, 12) * sympy.pi
+
+
+def _latex_angle(value: float) -> str:
+    """Return an angle [rad] in LaTeX: a multiple of π/12 if it is one."""
+    exact = _twelfths(value)
+    if not exact:
+        return f"{value + 0.0:.6g}" if exact is None else "0"
+    times, over = Fraction(abs(exact), 12).as_integer_ratio()
+    return f"{'-' if exact < 0 else ''}{times if times > 1 else ''}\\pi{f'/{over}' if over > 1 else ''}"

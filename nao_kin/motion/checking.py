@@ -298,7 +298,7 @@ def check(
     robot: RobotModel,
     motion: Motion,
     *,
-    fill: str | ArrayLike = HOLD,
+    missing: str | ArrayLike = HOLD,
     rate: float = _RATE,
     collisions: bool | CollisionRule = False,
     balance: bool = False,
@@ -314,7 +314,7 @@ def check(
     Args:
         robot: a robot with all the named joints.
         motion: the motion to check.
-        fill: values of the joints that the motion does not name, as in `Motion.configurations`; coupled limits need
+        missing: values of the joints that the motion does not name, as in `Motion.configurations`; coupled limits need
             them.
         rate: samples per second.
         collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second: True,
@@ -332,15 +332,15 @@ def check(
     check_joints(robot, motion)
     choice(limits, ("enforce", "measured"), "limits")
     rate = checked_rate(rate)
-    curves, rule = JointCurves(motion, fill, robot, rate), CollisionRule.of(collisions)
+    curves, rule = JointCurves(motion, missing, robot, rate), CollisionRule.of(collisions)
     motors = robot.joints_by_motor(motion.joint_names).values()
-    intervals, falls = _balance(motion.balance(robot, fill=fill)) if balance else ([], [])
+    intervals, falls = _balance(motion.balance(robot, missing=missing)) if balance else ([], [])
     findings: Iterable[list[MotionViolation]] = (
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_disagreement(robot, first, joint, curves) for first, *others in motors for joint in others),
-        [] if rule is None else _collisions(robot, motion, fill, rate, rule),
+        [] if rule is None else _collisions(robot, motion, missing, rate, rule),
         falls,
     )
     rows = [(row, limits == "measured" and _is_noise(row)) for found in findings for row in found]
@@ -362,10 +362,10 @@ def _is_noise(row: MotionViolation) -> bool:
 
 
 def _collisions(
-    robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float, rule: CollisionRule
+    robot: RobotModel, motion: Motion, missing: str | ArrayLike, rate: float, rule: CollisionRule
 ) -> list[MotionViolation]:
     """Return the intervals of samples in which links overlap, each with the links that overlap most."""
-    moves = motion.configurations(robot, rate=rate, fill=fill)
+    moves = motion.configurations(robot, rate=rate, missing=missing)
     times = moves.times
     clearance = robot.clearance(moves.q, **vars(rule))
     rows = []
@@ -495,7 +495,7 @@ def plot(
     joints: Sequence[str] | None = None,
     speed: bool = False,
     balance: bool = False,
-    fill: str | ArrayLike = HOLD,
+    missing: str | ArrayLike = HOLD,
 ) -> Figure:
     """Draw a diagram for each joint: its values over time, its limits dashed, and violations of them in red.
 
@@ -505,7 +505,7 @@ def plot(
         joints: names of the joints to draw; None for all.
         speed: draw speeds and their limits instead.
         balance: add a diagram of the margins of the centre of mass and of the zero-moment point, as in `check`.
-        fill: values of the joints that the motion does not name, for `balance`.
+        missing: values of the joints that the motion does not name, for `balance`.
 
     Returns:
         A matplotlib figure: `figure.savefig("motion.png")` writes it. Angles are in degrees.
@@ -551,7 +551,7 @@ def plot(
         unit += "/s" if speed else ""
         axes.set_title(f"{name}{f' [{unit}]' if unit else ''}", fontsize=9)
     if balance:
-        _draw_margins(grid.flat[len(names)], motion.balance(robot, fill=fill))
+        _draw_margins(grid.flat[len(names)], motion.balance(robot, missing=missing))
     for index, axes in enumerate(grid.flat):
         axes.grid(alpha=0.3)
         axes.tick_params(labelsize=8)

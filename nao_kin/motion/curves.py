@@ -17,10 +17,10 @@ from nao_kin.robot import RobotModel
 class JointCurves:
     """The curve of every joint of a robot during a motion; joints that are not named stand still."""
 
-    def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
-        """Prepare the curves; `fill` is that of `Motion.configurations`, `rate` in samples per second."""
+    def __init__(self, motion: Motion, missing: str | ArrayLike, robot: RobotModel, rate: float) -> None:
+        """Prepare the curves; `missing` is that of `Motion.configurations`, `rate` in samples per second."""
         self._motion, self._robot, self._rate = motion, robot, rate
-        self._fill = filled(robot, fill)[robot.nq_base :]
+        self._missing = filled(robot, missing)[robot.nq_base :]
         self._cache: dict[str, Segments] = {}
         self.sampled = False  # whether common times of Bezier curves, which have to be sampled, were requested
 
@@ -59,7 +59,7 @@ class JointCurves:
             column = motion.joint_names.index(joint)
             times, keys, curve = motion.times[column], motion.keys[column], motion.segments[column]
         else:
-            times, keys = np.array([motion.start]), self._fill[[self._robot.joint_names.index(joint)]]
+            times, keys = np.array([motion.start]), self._missing[[self._robot.joint_names.index(joint)]]
             curve = segments("linear", times, keys, None)
         return held(curve, times, keys, motion.start, motion.end)
 

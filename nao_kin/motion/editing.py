@@ -213,13 +213,13 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
     return motion if result is None else result
 
 
-def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> Motion:
+def complete(robot: RobotModel, motion: Motion, missing: str | ArrayLike = HOLD) -> Motion:
     """Return the motion with one more key for each joint of a robot that it does not name; these joints stand still.
 
     Args:
         robot: its joints with their own motor are added, in its order.
         motion: the motion to complete.
-        fill: values of these joints, as in `Motion.configurations`.
+        missing: values of these joints, as in `Motion.configurations`.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -227,7 +227,7 @@ def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) ->
         25
     """
     check_joints(robot, motion)
-    angles = dict(zip(robot.joint_names, filled(robot, fill)[robot.nq_base :], strict=True))
+    angles = dict(zip(robot.joint_names, filled(robot, missing)[robot.nq_base :], strict=True))
     driven = {robot.mimics[name].joint for name in motion.joint_names if name in robot.mimics}
     absent = [name for name in robot.joint_names if name not in motion.joint_names and name not in driven]
     handles = None if motion.handles is None else [*motion.handles, *[np.zeros((1, 2, 2))] * len(absent)]

@@ -117,7 +117,7 @@ def made_linear(robot: RobotModel, motion: Motion) -> tuple[Motion, Change]:
 # --- Motions moved into the limits, and joints of one motor made to agree.
 
 
-def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) -> MendedMotion:
+def clamp(robot: RobotModel, motion: Motion, *, missing: str | ArrayLike = HOLD) -> MendedMotion:
     """Return the motion with its keys moved into the limits, then into the coupled limits.
 
     A key outside the range of its joint is moved to the end of the range. The ends of the handles of a Bezier segment
@@ -128,7 +128,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
     Args:
         robot: has all the joints named.
         motion: the motion to change.
-        fill: values of the joints that the motion does not name, as in `Motion.configurations`.
+        missing: values of the joints that the motion does not name, as in `Motion.configurations`.
 
     Raises:
         BadArgument: the motion moves a joint and thereby violates the coupled limit of a joint that it does not name.
@@ -141,7 +141,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
     """
     check_joints(robot, motion)
     clamped, changes = _into_ranges(robot, motion)
-    coupled = [row for row in check(robot, clamped, fill=fill).violations if row.kind == "coupled limit"]
+    coupled = [row for row in check(robot, clamped, missing=missing).violations if row.kind == "coupled limit"]
     if not coupled:
         return MendedMotion(clamped if changes else motion, tuple(changes))
     fixed = next((row for row in coupled if row.joint not in motion.joint_names), None)
@@ -155,7 +155,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         changes.append(change)
     for table in robot.coupled_limits:
         if table.joint in clamped.joint_names:
-            clamped, moved = _into_table(robot, clamped, table, fill)
+            clamped, moved = _into_table(robot, clamped, table, missing)
             changes += moved
     return MendedMotion(clamped, tuple(changes))
 
@@ -259,11 +259,11 @@ def _overshoots(motion: Motion, column: int, lower: float, upper: float) -> NDAr
 
 
 def _into_table(
-    robot: RobotModel, motion: Motion, table: CoupledLimit, fill: str | ArrayLike
+    robot: RobotModel, motion: Motion, table: CoupledLimit, missing: str | ArrayLike
 ) -> tuple[Motion, list[Change]]:
     """Return a linear motion with one joint moved into its coupled limit, and the changes."""
     joint = table.joint
-    curves = JointCurves(motion, fill, robot, LINEAR_RATE)
+    curves = JointCurves(motion, missing, robot, LINEAR_RATE)
     times = np.unique(curves.common_times(table.joint, table.of, bends=bends(curves[table.of], table)))
     given = curves.values(joint, times)
     wanted = np.clip(given, *table.range(curves.values(table.of, times)))
@@ -301,7 +301,7 @@ def slow_down(
     motion: Motion,
     *,
     balance: bool = False,
-    fill: str | ArrayLike = HOLD,
+    missing: str | ArrayLike = HOLD,
 ) -> MendedMotion:
     """Return the motion with time stretched until every joint satisfies its speed limit.
 
@@ -318,7 +318,7 @@ def slow_down(
         motion: the motion to change; its first key stays in place.
         balance: then stretch time where the robot begins to tilt, and 0.3 s before and after, until it tilts by less
             than 2°, as `check(balance=True)` finds it.
-        fill: with `balance`, values of the joints that the motion does not name, as in `Motion.configurations`.
+        missing: with `balance`, values of the joints that the motion does not name, as in `Motion.configurations`.
 
     Raises:
         BadArgument: a joint has to move but its speed limit is zero, or it moves in no time; with `balance`, the robot
@@ -333,10 +333,10 @@ def slow_down(
     """
     check_joints(robot, motion)
     mended = _within_speeds(robot, motion)
-    return _upright(robot, mended, fill) if balance else mended
+    return _upright(robot, mended, missing) if balance else mended
 
 
-def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> MendedMotion:
+def _upright(robot: RobotModel, mended: MendedMotion, missing: str | ArrayLike) -> MendedMotion:
     """Return a motion that takes longer where it tips the robot, until the robot does not fall."""
     motion = mended.motion
     keys, grid = motion.key_times, np.linspace(motion.start, motion.end, math.ceil(_GRID * motion.duration) + 1)
@@ -344,7 +344,7 @@ def _upright(robot: RobotModel, mended: MendedMotion, fill: str | ArrayLike) -> 
     times = np.union1d(grid[~near], keys)
     now = times
     for _ in range(_TRIES):
-        found = motion.balance(robot, fill=fill)
+        found = motion.balance(robot, missing=missing)
         tilts = [run for run in runs(found.rocking > 0.0) if (found.rocking[run] > _MOST_TILT).any()]
         if not tilts:
             break

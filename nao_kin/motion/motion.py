@@ -228,18 +228,20 @@ def checked_rate(rate: float) -> float:
     return float(number)
 
 
-def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:
+def filled(robot: RobotModel, missing: str | ArrayLike) -> Floats:
     """Return the configuration (nq,) with the values of the joints that a motion does not name."""
-    if isinstance(fill, str):
-        if fill != HOLD:
-            if fill not in robot.posture_names:
-                raise UnknownName("posture", fill, (*robot.posture_names, HOLD))
-            return robot.posture(fill)
+    if isinstance(missing, str):
+        if missing != HOLD:
+            if missing not in robot.posture_names:
+                raise UnknownName("posture", missing, (*robot.posture_names, HOLD))
+            return robot.posture(missing)
         start = robot.semantics.start
         return robot.posture(start) if start in robot.posture_names else robot.clamp(robot.neutral())
-    q = as_floats(fill, (), "fill")
+    q = as_floats(missing, (), "missing")
+    if q.shape == ():
+        return robot.configuration({}, missing=float(q))
     if q.shape != (robot.nq,):
-        raise WrongShape("fill", f"({robot.nq},), or be the name of a posture", q.shape)
+        raise WrongShape("missing", f"({robot.nq},), or be a number or the name of a posture", q.shape)
     return np.array(robot.checked(q))
 
 
@@ -378,7 +380,7 @@ class Motion(Guessing):
         *,
         rate: float | None = None,
         times: ArrayLike | None = None,
-        fill: str | ArrayLike = HOLD,
+        missing: str | ArrayLike = HOLD,
         hips: Hips = "average",
     ) -> Trajectory:
         """Return the configurations of a robot that performs the motion; limits are not checked.
@@ -388,8 +390,9 @@ class Motion(Guessing):
             rate: configurations per second, from the first key on; the last one is at the last key, possibly after a
                 shorter step. Without `rate` and `times` there is one for each key time.
             times: times of the configurations, shape (n,) [s].
-            fill: values of the joints not named, and of a floating base: the name of a posture, a configuration (nq,),
-                or "hold": the robot's start posture (StandInit for a NAO), or else zero, moved to the nearest limit.
+            missing: values of the joints not named, and of a floating base: the name of a posture, a number, a
+                configuration (nq,), or "hold": the robot's start posture (StandInit for a NAO), or else zero, moved to
+                the nearest limit.
             hips: value of a motor that the motion names twice, such as LHipYawPitch and RHipYawPitch: the "average", or
                 the "left" or "right" one. It applies to all mimic joints; without sides in their names the average is
                 used.
@@ -409,20 +412,20 @@ class Motion(Guessing):
         check_joints(robot, self)
         check_hips(hips)
         at = sampling_times(self, rate, times)
-        q = np.tile(filled(robot, fill), (len(at), 1))
+        q = np.tile(filled(robot, missing), (len(at), 1))
         values = dict(zip(self.joint_names, self.sample(at).T, strict=True))
         for joint, column in robot.motor_values(values, hips).items():
             q[:, robot.nq_base + robot.joint_names.index(joint)] = column
         return Trajectory(at, q)
 
-    def balance(self, robot: RobotModel, *, fill: str | ArrayLike = HOLD) -> DynamicBalance:
+    def balance(self, robot: RobotModel, *, missing: str | ArrayLike = HOLD) -> DynamicBalance:
         """Return the balance of a robot that performs the motion, in 100 samples per second.
 
         The robot stands still before and after the motion, and the first and the last 20 samples are of these times.
 
         Args:
             robot: has all the joints named.
-            fill: values of the joints not named, as in `configurations`.
+            missing: values of the joints not named, as in `configurations`.
 
         Raises:
             BadArgument: the motion lasts more than an hour; the errors of `nk.world.dynamic_balance`.
@@ -436,8 +439,8 @@ class Motion(Guessing):
             raise BadArgument(f"the balance of at most an hour is sampled, {_LONGEST:g} s, got {self.duration:.6g} s")
         count = math.ceil(self.duration * _BALANCE_RATE) + 2 * REST + 1
         times = self.start + (np.arange(count) - REST) / _BALANCE_RATE
-        q = self.configurations(robot, times=np.clip(times, self.start, self.end), fill=fill).q
-        return dynamic_balance(robot, times, q)
+        q = self.configurations(robot, times=np.clip(times, self.start, self.end), missing=missing).q
+        return dynamic_balance(robot, q, times)
 
     def as_bezier(self) -> Motion:
         """Return the same curves, up to rounding, as Bezier curves with handles.

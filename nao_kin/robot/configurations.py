@@ -217,7 +217,7 @@ class ConfigurationSpace:
         q[...] = self._postures[name]
         columns = [self._coordinates.column[joint] for joint in given]
         q[..., self._offset :][..., columns] = values[..., columns]
-        return self.within(q, limits)
+        return self.within(q, limits, given)
 
     def random(self, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None) -> Floats:
         """Return configurations inside all limits, each joint uniform in its range."""
@@ -282,7 +282,10 @@ class ConfigurationSpace:
                 return q
         inside = np.array(q, order="C")
         clamped = self._limits.clamp(values)
-        columns = slice(None) if joints is None else [self._coordinates.column[name] for name in joints]
+        columns: Any = slice(None)
+        if joints is not None:  # and those whose range depends on one of them
+            named = {*joints, *(table.joint for table in self._limits.tables if table.of in joints)}
+            columns = [self._coordinates.column[name] for name in named]
         inside[..., self._offset :][..., columns] = clamped[..., columns]
         if limits == "measured":
             OutsideRows.of(values, inside[..., self._offset :], names).warn(self._units.__getitem__)

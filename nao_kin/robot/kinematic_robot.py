@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, texts
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin.errors import BadArgument, NotFinite
+from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.robot.build import Base, FrameIds, FrameTable, build_model, numbers_of, restore_numbers
 from nao_kin.robot.configurations import (
     ConfigurationSpace,
@@ -155,13 +155,34 @@ class KinematicRobot(Guessing):
         # The universe, and a floating base, come before the joints of the tree.
         return int(place.parentJoint) - (2 if self.base == "floating" else 1), np.array(place.placement.homogeneous)
 
+    def columns(self, name: str) -> NDArray[np.intp]:
+        """Return the columns of q that move a joint, the joints of a chain, or a frame, from the trunk outwards.
+
+        A name that a chain and a frame share means the chain, as in `configuration`. A joint that follows another one
+        has the column of that one. The columns of velocities and of Jacobians are these plus nv − nq.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.columns("LArm").tolist(), nao.columns("CameraTop").tolist(), nao.columns("RHipYawPitch").tolist()
+            ([8, 9, 10, 11, 12, 13], [0, 1], [2])
+        """
+        table, known = self.joints, {**self.frame_table, **self.chains, **self._units}
+        if name not in known:
+            raise UnknownName("joint, chain or frame", name, tuple(known))
+        if name in self.chains or name in self._units:
+            rows = [table.row(joint) for joint in self.chains.get(name, (name,))]
+        else:
+            rows = table.path(self.frame_placement(name)[0])
+        moving = [int(table.coordinates[row]) for row in rows if table.multipliers[row]]
+        return np.array(list(dict.fromkeys(moving)), dtype=np.intp)
+
     # --- configurations -------------------------------------------------------------------------------------------
 
     def neutral(self) -> Floats:
         """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        The robot's frames are defined in this configuration. It need not be inside the limits: the NAO's elbows stop 2°
-        before zero.
+        The robot's frames are defined in this configuration. It need not be inside the limits; the documentation's page
+        on conventions says when that counts.
 
         Examples:
             >>> nk.load_nao().neutral().shape
@@ -180,13 +201,13 @@ class KinematicRobot(Guessing):
     ) -> Floats:
         """Return a predefined posture, with other values for some joints.
 
-        Joints that the posture does not name are at zero. Without `angles` and `joints` the limits are not checked;
-        with them the whole posture is, because a coupled limit may link a named joint with another one.
+        Joints that the posture does not name are at zero. Only the limits of joints that `angles` and `joints` name are
+        checked, coupled limits of one of them included.
 
         Args:
             name: one of `posture_names`.
             angles: joint or chain → value, as for `configuration`.
-            limits: what to do with joints outside their limits: "enforce", "clamp", "ignore" or "measured".
+            limits: what to do with a named joint outside its limits: "enforce", "clamp", "ignore" or "measured".
             **joints: further joints or chains → value, for names that are Python identifiers.
 
         Returns:
@@ -447,8 +468,8 @@ class KinematicRobot(Guessing):
             reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
                 with a floating one, where "world" means the same unless a frame has this name.
             limits: "ignore" for any joint values; "enforce" and "clamp" check the limits first.
-            as_: "matrix" for homogeneous matrices; "position_quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion
-                scalar first and in canonical sign, as from `rotations.quat_from_matrix`; "position6d" for
+            as_: "matrix" for homogeneous matrices; "quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion scalar
+                first and in canonical sign, as from `rotations.quat_from_matrix`; "rpy" for
                 (x, y, z, roll, pitch, yaw) with R = Rz(yaw) Ry(pitch) Rx(roll), NAOqi's Position6D.
             dtype: precision of the result.
             out: array for the result.

@@ -37,12 +37,12 @@ from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 # --- The questions about configurations that a robot answers.
 
 Expression = Literal["frame", "root", "mixed"]
-PoseForm = Literal["matrix", "position_quaternion", "position6d"]
+PoseForm = Literal["matrix", "quaternion", "rpy"]
 
 POSE_FORMS: tuple[str, ...] = get_args(PoseForm)
 
 # The shape of one frame's pose in each form.
-POSE_SHAPES = {"matrix": (4, 4), "rotation": (3, 3), "position": (3,), "position_quaternion": (7,), "position6d": (6,)}
+POSE_SHAPES = {"matrix": (4, 4), "rotation": (3, 3), "position": (3,), "quaternion": (7,), "rpy": (6,)}
 
 
 class Question(NamedTuple):
@@ -254,7 +254,7 @@ def _in_form(poses: Floats, form: str) -> Floats:
         return np.array(R)
     if form == "position":
         return np.array(p)
-    turn = quat_from_matrix(R) if form == "position_quaternion" else rpy_from_matrix(R)
+    turn = quat_from_matrix(R) if form == "quaternion" else rpy_from_matrix(R)
     return np.concatenate((p, turn), axis=-1)
 
 

@@ -23,7 +23,7 @@ from nao_kin.robot.geometry import GeometryKind, Shape, geometry_model, shapes_o
 from nao_kin.robot.ground import OutlineKind, SetDown, set_down, sole_outline
 from nao_kin.robot.kinematic_robot import KinematicRobot
 from nao_kin.robot.link_shapes import LinkShapes
-from nao_kin.robot.offsets import with_offsets
+from nao_kin.robot.offsets import with_frames, with_offsets
 from nao_kin.robot.semantics import INERTIAL_UNIT, Mimic, Semantics
 from nao_kin.robot.semantics_files import camera_of, find_semantics, pose_of_body
 from nao_kin.robot.support_polygon import SupportPolygon, support_polygon
@@ -213,6 +213,7 @@ class RobotModel(KinematicRobot):
         joints: Mapping[str, ArrayLike] | None = None,
         frames: Mapping[str, ArrayLike] | None = None,
         *,
+        added_frames: Mapping[str, tuple[str, ArrayLike]] | None = None,
         cameras: Mapping[str, ArrayLike] | None = None,
         sensors: Mapping[str, ArrayLike] | None = None,
         version: str | None = None,
@@ -234,6 +235,8 @@ class RobotModel(KinematicRobot):
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
                 The offset of a camera's optical frame is in the axes of that frame, and moves the whole camera.
+            added_frames: name of a new frame → its parent and its pose there, as for `with_frame`; they come before the
+                offsets.
             cameras: camera → its measured lens: width and height of its images, fx, fy, cx, cy, and coefficients of the
                 distortion, 0, 4, 5 or 8 [pixel]. `nk.world.camera` returns the camera with this lens.
             sensors: errors of the inertial unit and of force sensors, as `Semantics.sensors` has them, which
@@ -265,7 +268,8 @@ class RobotModel(KinematicRobot):
             for name, mimic in self.mimics.items()
             if mimic.joint in joints and name not in joints
         }
-        tree = with_offsets(self.tree, joints | shared, frames or {}, semantics.cameras)
+        added = added_frames or {}
+        tree = with_offsets(with_frames(self.tree, added), joints | shared, frames or {}, semantics.cameras)
         notes = [*self.load_notes, *tree.notes[len(self.tree.notes) :]]
         if shared:
             notes.append(f"{', '.join(shared)}: the offset of the motor that moves them, too")
@@ -277,10 +281,36 @@ class RobotModel(KinematicRobot):
             notes.append(f"{name}: {', '.join(f'{value:g}' for value in np.ravel(values).tolist())}")
         notes += [f"body {body_id}"] if body_id else []
         own: dict[str, Any] = {"lenses": {**semantics.lenses, **cameras}, "sensors": {**semantics.sensors, **sensors}}
+        own["end_effectors"] = (*semantics.end_effectors, *added)
         own = {"tree": tree, "semantics": replace(semantics, **own), "load_notes": tuple(notes), "numbers": None}
         robot = type(self).__new__(type(self))
         robot.__setstate__({**self.__getstate__(), **own})
         return robot
+
+    def with_frame(self: _Robot, name: str, parent: str, T: ArrayLike) -> _Robot:
+        """Return the same robot with one more frame, such as the tip of a tool in its hand.
+
+        The frame is a link without mass and shapes that is fixed to the link of its parent, and an end effector of the
+        new robot's semantics. It is in the new robot's tree, and so in `fk`, Jacobians, inverse kinematics (closed
+        forms of the limb that carries it, too), exports and viewers. `with_offsets` also takes such frames, and so
+        does the file of one robot. Changes in `model` are not copied.
+
+        Args:
+            name: name of the new frame, which no link and no joint has.
+            parent: the frame that carries it.
+            T: T_parent_frame, its pose in the parent, shape (4, 4), or (x, y, z, roll, pitch, yaw) [m, rad].
+
+        Raises:
+            BadArgument: a name in use, or a pose that is not rigid.
+            UnknownName: a parent that does not exist.
+
+        Examples:
+            >>> nao = nk.load_nao().with_frame("Pen", "LArm", (0.08, 0.0, 0.02, 0.0, 0.0, 0.0))
+            >>> target = nao.fk(nao.posture("StandInit"), "Pen")
+            >>> bool(np.allclose(nao.fk(nk.ik.arm(nao, "L", target, frame="Pen").q, "Pen"), target, atol=1e-9))
+            True
+        """
+        return self.with_offsets(added_frames={name: (parent, T)})
 
     def body_frame(self, frame: str) -> str:
         """Return the body frame of the camera that has this frame beside it, as its optical frame; else the frame.

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, shaped
+from nao_kin._core.arrays import Floats, as_floats, check_kind, shaped
 from nao_kin._core.files import read_toml, write_document
-from nao_kin._core.text import nearest_names, quoted
+from nao_kin._core.text import nearest_names, quoted, with_underscores
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, NaoKinWarning, UnknownName
 from nao_kin.robot.semantics import INERTIAL_UNIT
 from nao_kin.robot.semantics_files import camera_of
 from nao_kin.robot.team_files import read_team_file
-from nao_kin.robot.urdf import Origin, UrdfTree
+from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import angle_between, matrix_from_rpy, rpy_from_matrix
 from nao_kin.screws import pose_of
 
@@ -28,6 +28,7 @@ from nao_kin.screws import pose_of
 _KINDS = {
     "joints": "rad, or m",
     "frames": "dx, dy, dz [m], roll, pitch, yaw [rad]",
+    "added_frames": "parent; x, y, z [m], roll, pitch, yaw [rad]",
     "cameras": "lenses [pixels], distortion k1, k2, p1, p2[, k3[, k4, k5, k6]]",
     "inertial_unit": "mounting: roll, pitch [rad]; gyro_bias [rad/s]; accelerometer_bias [m/s²]",
     "foot_sensors": "zero [kg], gain",
@@ -41,6 +42,8 @@ _ABOUT = "calibration"
 _DIGITS = 6
 # Calibrations find smaller offsets [rad, m]; larger ones are degrees or millimetres, or not offsets.
 _LARGE = {"rad": 0.2, "m": 0.1}
+# Tools of a robot are smaller; larger poses of added frames are in millimetres [m].
+_FAR = 2.0
 
 
 def with_offsets(
@@ -73,14 +76,12 @@ def with_offsets(
         if row.name in origins:
             raise BadArgument(f"two offsets move {body}; give one, of {body} or of its optical frame")
         origins[row.name] = _after(row.origin, T_body_frame @ T_nominal_true @ T_body_frame.T)
-        x, y, z = np.round(1000.0 * T_nominal_true[:3, 3], _DIGITS) + 0.0  # no −0
         angle = angle_between(np.eye(3), T_nominal_true[:3, :3])
-        turned = np.round(np.degrees(angle), _DIGITS)
         six = np.ravel(value)
         sizes.append((name, "rad", float(np.abs(six[3:]).max() if len(six) == 6 else angle)))
         sizes.append((name, "m", float(np.linalg.norm(T_nominal_true[:3, 3]))))
         also = "" if body == name else f", moves {body}"
-        notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°{also}")
+        notes.append(f"frame {name}: offset {_in_words(T_nominal_true)}{also}")
     _warn_of_large(sizes)
     return replace(
         tree,
@@ -88,6 +89,38 @@ def with_offsets(
         notes=(*tree.notes, *notes),
         offsets={**tree.offsets, **origins},
     )
+
+
+def with_frames(tree: UrdfTree, frames: Mapping[str, tuple[str, ArrayLike]]) -> UrdfTree:
+    """Return a tree with more links, without mass and shapes, fixed to frames, as for `RobotModel.with_frame`."""
+    for name, (parent, T) in frames.items():
+        joints = [joint.name for joint in tree.joints]
+        check_kind(name, "the name of a frame", str)
+        if not name.strip() or name in (*tree.links, *tree.shared_names, *joints):
+            raise BadArgument(f"{tree.name} cannot have a new frame {quoted(name)}: the name is blank, or in use")
+        link = tree.link_of(parent) if isinstance(parent, str) else ""
+        if link not in tree.links:
+            raise UnknownName("frame", parent, (*tree.shared_names, *tree.links, *joints))
+        T_parent_frame = pose_of(T, f"the pose of {name}")
+        if (far := float(np.linalg.norm(T_parent_frame[:3, 3]))) > _FAR:
+            warn_caller(f"frame {name} is {far:.3g} m from {parent}; poses are in metres", NaoKinWarning)
+        joint = with_underscores(f"{name}_joint", {*tree.links, *joints})
+        origin = Origin.of(T_parent_frame)
+        tree = replace(
+            tree,
+            links=(*tree.links, name),
+            joints=(*tree.joints, UrdfJoint(joint, "fixed", link, name, origin)),
+            notes=(*tree.notes, f"frame {name}: added, {_in_words(T_parent_frame)} from {parent}"),
+            offsets={**tree.offsets, joint: origin},
+            added={**tree.added, name: link},
+        )
+    return tree
+
+
+def _in_words(T: Floats) -> str:
+    """Return a pose as a translation and an angle."""
+    x, y, z = np.round(1000.0 * T[:3, 3], _DIGITS) + 0.0  # no −0
+    return f"({x:g}, {y:g}, {z:g}) mm and {np.round(np.degrees(angle_between(np.eye(3), T[:3, :3])), _DIGITS):.4g}°"
 
 
 def _warn_of_large(offsets: Sequence[tuple[str, str, float]]) -> None:
@@ -115,7 +148,8 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
 
     A TOML file has any of these tables: `joints` of numbers; `frames` of six numbers or four rows of four each;
     `cameras` of lenses {resolution, fx, fy, cx, cy, distortion}; `inertial_unit` with `mounting`, `gyro_bias` and
-    `accelerometer_bias`; `foot_sensors` of [zero, gain]; and the texts `version` and `body_id`. A table `calibration`
+    `accelerometer_bias`; `foot_sensors` of [zero, gain]; `added_frames` of [parent, six numbers or four rows], as
+    `RobotModel.with_frame` takes them; and the texts `version` and `body_id`. A table `calibration`
     may say where they are from; its `robot` is the argument `found_for`. Calibrations in files of B-Human
     (jointCalibration.cfg, cameraCalibration.cfg) and HULKs (JSON of bodies and heads) are recognised and converted.
 
@@ -137,6 +171,9 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Any]:
                 raise BadArgument(f"{kind} must be a table of names and offsets, got {quoted(table)}")
         if "cameras" in document:
             document["cameras"] = {name: _lens(name, row) for name, row in document["cameras"].items()}
+        if "added_frames" in document:
+            rows = document["added_frames"].items()  # a file has the parent and the numbers in one list
+            document["added_frames"] = {name: (row[0], row[1] if len(row) == 2 else row[1:]) for name, row in rows}
     except BadArgument as error:
         raise BadArgument(f"offsets: {error}") if given else BadInputFile(str(offsets), str(error)) from None
     about = document.pop(_ABOUT, {})
@@ -167,7 +204,7 @@ def write_offsets(
 
     Args:
         path: the file.
-        offsets: "joints", "frames", "cameras", "sensors", "version" and "body_id".
+        offsets: "joints", "frames", "added_frames", "cameras", "sensors", "version" and "body_id".
         about: the table `calibration` of the file, with the name of the "robot".
         remarks: joint or frame → a comment at its line, and "lens of CameraTop" for that of a lens; a name without an
             offset has a line with the comment alone.
@@ -190,9 +227,8 @@ def write_offsets(
             continue
         lines.append(f"[{kind}]  # {what}")
         for name, value in rows.items():
-            numbers = as_floats(value, (), f"the offset of {name}").tolist()
             remark = f"  # {remarks.pop(of + name)}" if of + name in remarks else ""
-            lines.append(f"{_toml(name)} = {_lens_text(numbers) if kind == 'cameras' else _toml(numbers)}{remark}")
+            lines.append(f"{_toml(name)} = {_row_text(kind, name, value)}{remark}")
         if kind == "joints":
             with_line = {*tables.get("frames", {}), *(f"lens of {name}" for name in tables.get("cameras", {}))}
             lines += [f"# {name}: {remark}" for name, remark in remarks.items() if name not in with_line]
@@ -200,10 +236,15 @@ def write_offsets(
     return write_document(path, "\n".join(lines).encode(), overwrite=overwrite)[0]
 
 
-def _lens_text(numbers: list[float]) -> str:
+def _row_text(kind: str, name: str, value: Any) -> str:
+    """Return the value of a row of a table in TOML."""
+    parent, value = (value[:1], value[1]) if kind == "added_frames" else ((), value)
+    numbers = as_floats(value, (), f"the numbers of {name}").tolist()
+    if kind != "cameras":
+        return _toml([*parent, *numbers] if parent else numbers)
     width, height, *rest = numbers
     named = {"resolution": [int(width), int(height)], **dict(zip(_LENS, rest, strict=False)), "distortion": rest[4:]}
-    return f"{{ {', '.join(f'{name} = {_toml(value)}' for name, value in named.items())} }}"
+    return f"{{ {', '.join(f'{key} = {_toml(part)}' for key, part in named.items())} }}"
 
 
 def _table(title: str, table: Mapping[str, Any]) -> list[str]:

@@ -127,9 +127,8 @@ def sole_corners(robot: KinematicRobot, sole: str) -> NDArray[np.float64]:
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
-    places = [
-        frame.placement for frame in (model.frames[i] for i in table.values()) if frame.parentJoint == own.parentJoint
-    ]
+    frames = [model.frames[index] for name, index in table.items() if name not in robot.tree.added]
+    places = [frame.placement for frame in frames if frame.parentJoint == own.parentJoint]
     points = np.array([own.placement.actInv(place).translation for place in places])
     flat = points[np.abs(points[:, 2]) <= _FLAT]
     if len(np.unique(np.round(flat, 12), axis=0)) < 3:

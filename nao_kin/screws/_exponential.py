@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from nao_kin import rotations
 from nao_kin._core.arrays import (
     Floats,
     as_floats,
+    choice,
     common_batch,
     cross,
     cross_matrix,
@@ -262,7 +263,7 @@ def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
 # --- Interpolation of poses along a screw.
 
 
-def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False) -> Floats:
+def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, arc: Literal["shorter", "longer"] = "shorter") -> Floats:
     """The pose at a fraction s of the screw motion from T_0 to T_1, T_0 exp(s log(T_0⁻¹ T_1)), at constant speed.
 
     The body rotates about a line and slides along it, both in proportion to s; the orientation is that of slerp. The
@@ -272,14 +273,15 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
         T_0: poses at s = 0, shape (..., 4, 4).
         T_1: poses at s = 1; batch axes broadcast.
         s: shape (...), broadcasts with the poses; may be outside [0, 1].
-        longer: rotate by θ − 2π about the same line instead of by θ ≤ π, with the same slide along it. At θ = π, where
-            both are equally long, the shorter one has the axis whose first non-zero component is positive, in frame 0.
+        arc: "shorter", or "longer" to rotate by θ − 2π about the same line instead of by θ ≤ π, with the same slide
+            along it. At θ = π, where both are equally long, the shorter one has the axis whose first non-zero component
+            is positive, in frame 0.
 
     Returns:
         Poses, shape (..., 4, 4).
 
     Raises:
-        BadArgument: `longer` for two poses that differ by a translation alone, which determines no line.
+        BadArgument: the longer arc between two poses that differ by a translation alone, which determines no line.
 
     Source: Kavan, Collins, O'Sullivan and Zara, Dual quaternions for rigid transformation blending, TCD-CS-2006-46.
 
@@ -288,13 +290,14 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
         >>> nk.screws.sclerp(T_0, T_1, 0.5)[:3, 3]  # half of a half turn about the upright line through (1, 0, 0)
         array([ 1. , -1. ,  0.2])
     """
+    choice(arc, ("shorter", "longer"), "arc")
     parts = as_floats(s, (), "s")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
     # Computed from the difference of the origins, because two poses far from the origin may be close to each other.
     back = np.swapaxes(R_0, -1, -2)
     v, omega = log_parts(back @ R_1, turned(back, p_1 - p_0))
-    if longer:
+    if arc == "longer":
         v, omega = _the_other_way(v, omega)
     way = motion_of(parts[..., None] * v, parts[..., None] * omega)
     return join_poses(R_0 @ way[..., :3, :3], p_0 + turned(R_0, way[..., :3, 3]))
@@ -339,7 +342,7 @@ class Screw:
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.3.3.
 
     Examples:
-        >>> upright = nk.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 0, 1])
+        >>> upright = nk.screws.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 0, 1])
         >>> nk.screws.Screw(upright, np.pi, 0.4).pose[:3, 3].round(9) + 0.0
         array([2. , 0. , 0.4])
     """
@@ -436,7 +439,7 @@ class Screw:
         """The displacement by this screw, exp of its twist, shape (..., 4, 4).
 
         Examples:
-            >>> x_axis = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+            >>> x_axis = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
             >>> nk.screws.Screw(x_axis, 0, 0.5).pose[:3, 3]
             array([0.5, 0. , 0. ])
         """

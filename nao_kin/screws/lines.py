@@ -69,7 +69,7 @@ class PluckerLine:
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
 
     Examples:
-        >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
+        >>> line = nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
         >>> line.direction, line.moment
         (array([0., 1., 0.]), array([0., 0., 1.]))
     """
@@ -105,7 +105,7 @@ class PluckerLine:
             DegeneratePoints: p and q differ by no more than the rounding of their coordinates.
 
         Examples:
-            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).coordinates
+            >>> nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).coordinates
             array([0., 1., 0., 0., 0., 1.])
         """
         p, q = as_floats(p, (3,), "p"), as_floats(q, (3,), "q")
@@ -135,7 +135,7 @@ class PluckerLine:
             origin: point about which the moment is taken, shape (..., 3) [m].
 
         Examples:
-            >>> nk.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 3, 0]).coordinates
+            >>> nk.screws.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 3, 0]).coordinates
             array([0., 1., 0., 0., 0., 1.])
         """
         p, d = as_floats(point, (3,), "point"), as_floats(direction, (3,), "direction")
@@ -156,7 +156,7 @@ class PluckerLine:
             BadArgument: direction·moment is not zero.
 
         Examples:
-            >>> nk.lines.PluckerLine.from_coordinates([0, 2, 0, 0, 0, 2]).point
+            >>> nk.screws.lines.PluckerLine.from_coordinates([0, 2, 0, 0, 0, 2]).point
             array([1., 0., 0.])
         """
         k = as_floats(coordinates, (6,), "coordinates")
@@ -181,7 +181,7 @@ class PluckerLine:
         """The point of the line closest to the point `to`, shape (..., 3) [m].
 
         Examples:
-            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).closest_point([5, 7, 0])
+            >>> nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).closest_point([5, 7, 0])
             array([1., 7., 0.])
         """
         return self.transfer_to(to).point
@@ -190,7 +190,7 @@ class PluckerLine:
         """Distance of a point from the line, the length of the moment about that point, shape (...) [m].
 
         Examples:
-            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).distance_to([[5, 7, 0], [1, 1, 0]])
+            >>> nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).distance_to([[5, 7, 0], [1, 1, 0]])
             array([4., 0.])
         """
         return norm(self.transfer_to(point).moment)
@@ -202,7 +202,7 @@ class PluckerLine:
             origin: o', shape (..., 3) [m].
 
         Examples:
-            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transfer_to([3, 0, 0]).moment
+            >>> nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transfer_to([3, 0, 0]).moment
             array([ 0.,  0., -2.])
         """
         o = as_floats(origin, (3,), "origin")
@@ -220,7 +220,7 @@ class PluckerLine:
 
         Examples:
             >>> upwards = nk.screws.pose(np.eye(3), [0, 0, 0.5])
-            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transformed(upwards).point
+            >>> nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transformed(upwards).point
             array([1. , 0. , 0.5])
         """
         R, t = as_poses(T_ab, "T_ab")
@@ -314,8 +314,8 @@ def common_normal(a: PluckerLine, b: PluckerLine) -> CommonNormal:
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2 and 4.2.
 
     Examples:
-        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> normal = nk.lines.common_normal(a, nk.lines.PluckerLine.through([3, 0, -2], [3, 1, -2]))
+        >>> a = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> normal = nk.screws.lines.common_normal(a, nk.screws.lines.PluckerLine.through([3, 0, -2], [3, 1, -2]))
         >>> normal.direction + 0.0, normal.offset.tolist(), np.rad2deg(normal.angle).tolist()
         (array([0., 0., 1.]), -2.0, 90.0)
     """
@@ -358,8 +358,8 @@ def distance(a: PluckerLine, b: PluckerLine) -> Floats:
     directions.
 
     Examples:
-        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> nk.lines.distance(a, nk.lines.PluckerLine.through([0, 0, 2], [0, 1, 2])).tolist()
+        >>> a = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.screws.lines.distance(a, nk.screws.lines.PluckerLine.through([0, 0, 2], [0, 1, 2])).tolist()
         2.0
     """
     pair = _compare(a, b)
@@ -374,8 +374,8 @@ def angle(a: PluckerLine, b: PluckerLine) -> Floats:
     undirected lines use min(angle, π − angle).
 
     Examples:
-        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> nk.lines.angle(a, nk.lines.PluckerLine.through([0, 0, 2], [1, 1e-9, 2])).tolist()
+        >>> a = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.screws.lines.angle(a, nk.screws.lines.PluckerLine.through([0, 0, 2], [1, 1e-9, 2])).tolist()
         1e-09
     """
     pair = _compare(a, b)
@@ -388,8 +388,9 @@ def incident(a: PluckerLine, b: PluckerLine) -> NDArray[np.bool_]:
     Parallel lines share a point only if they coincide, though their reciprocal product is always zero.
 
     Examples:
-        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> nk.lines.incident(a, nk.lines.PluckerLine.through([[2, 0, 0], [0, 1, 0]], [[2, 1, 1], [1, 1, 0]]))
+        >>> a = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> others = nk.screws.lines.PluckerLine.through([[2, 0, 0], [0, 1, 0]], [[2, 1, 1], [1, 1, 0]])
+        >>> nk.screws.lines.incident(a, others)
         array([ True, False])
     """
     return np.asarray(distance(a, b) <= _MEETING)
@@ -404,8 +405,8 @@ def reciprocal_product(a: PluckerLine, b: PluckerLine) -> Floats:
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2; Ball, A Treatise on the Theory of Screws, ch. 1.
 
     Examples:
-        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> nk.lines.reciprocal_product(a, nk.lines.PluckerLine.through([0, 0, 2], [0, 1, 2])).tolist()
+        >>> a = nk.screws.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.screws.lines.reciprocal_product(a, nk.screws.lines.PluckerLine.through([0, 0, 2], [0, 1, 2])).tolist()
         -2.0
     """
     common_batch("a and b", a.batch_shape, b.batch_shape)
@@ -470,8 +471,8 @@ def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
 
     Examples:
-        >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
-        >>> nk.lines.transfer_matrix([0, 0, 0], [3, 0, 0]) @ line.coordinates
+        >>> line = nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
+        >>> nk.screws.lines.transfer_matrix([0, 0, 0], [3, 0, 0]) @ line.coordinates
         array([ 0.,  1.,  0.,  0.,  0., -2.])
     """
     a, b = as_floats(a, (3,), "a"), as_floats(b, (3,), "b")
@@ -497,8 +498,8 @@ def motion_matrix(T_ab: ArrayLike) -> Floats:
         X, shape (..., 6, 6), of determinant 1.
 
     Examples:
-        >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
-        >>> nk.lines.motion_matrix(nk.screws.pose(np.eye(3), [0, 0, 0.5])) @ line.coordinates
+        >>> line = nk.screws.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
+        >>> nk.screws.lines.motion_matrix(nk.screws.pose(np.eye(3), [0, 0, 0.5])) @ line.coordinates
         array([ 0. ,  1. ,  0. , -0.5,  0. ,  1. ])
     """
     R, t = as_poses(T_ab, "T_ab")
@@ -534,8 +535,8 @@ def geometric_jacobian(
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 5.2.
 
     Examples:
-        >>> axes = nk.lines.PluckerLine.from_point_direction([[0, 0, 0], [1, 0, 0]], [0, 0, 1])
-        >>> nk.lines.geometric_jacobian(axes, at=[2, 0, 0])[:2] + 0.0  # both rotations about z move the hand along y
+        >>> axes = nk.screws.lines.PluckerLine.from_point_direction([[0, 0, 0], [1, 0, 0]], [0, 0, 1])
+        >>> nk.screws.lines.geometric_jacobian(axes, at=[2, 0, 0])[:2] + 0.0  # both turns about z move the hand along y
         array([[0., 0.],
                [2., 1.]])
     """

@@ -27,9 +27,9 @@ from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
-from nao_kin.robot import RobotModel
+from nao_kin.robot import PoseForm, RobotModel
 from nao_kin.stream.parts import MAX_LISTED, BadRow, PartFolder, Progress, StreamResult
-from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
+from nao_kin.stream.sinks import PoseColumns, Sink, sink_class
 from nao_kin.stream.sources import Block, Configurations, TableSource, found_files, open_source
 from nao_kin.stream.tables import JointColumns, TableOptions
 
@@ -86,11 +86,11 @@ _Poses = tuple[NDArray[np.int64], Floats, Floats | None]
 def fk(
     robot: RobotModel,
     source: Path | str | Sequence[Path | str] | Configurations,
-    frames: str | Sequence[str] | None,
     sink: Path | str,
     *,
+    frame: str | Sequence[str] | None = None,
     reference: str | None = None,
-    as_: PoseStyle = "matrix",
+    as_: PoseForm = "matrix",
     dtype: DTypeLike = np.float64,
     limits: LimitPolicy = "enforce",
     degrees: bool = False,
@@ -124,12 +124,12 @@ def fk(
         robot: its joints are named in the source.
         source: the file of configurations; several files, or a pattern such as `logs/*.csv`, with continuous row
             numbers; or `Configurations` in memory.
-        frames: a frame name, several, or None for all links, as in `RobotModel.fk`.
         sink: the file of poses, or "-" for CSV on standard output. A device or a pipe is written at the end.
+        frame: a frame name, several, or None for all links, as in `RobotModel.fk`.
         reference: the frame to express the poses in, as in `RobotModel.fk`.
         as_: the numbers of a pose: "matrix", the 16 entries of the homogeneous matrix, t11 … t44 row by row;
-            "position_quaternion", x, y, z, r0, r1, r2, r3, scalar first; "position6d", x, y, z, wx, wy, wz with R =
-            Rz(wz) Ry(wy) Rx(wx); or "rpy", the same numbers as x, y, z, roll, pitch, yaw.
+            "quaternion", x, y, z, r0, r1, r2, r3, scalar first; or "rpy", x, y, z, roll, pitch, yaw with R =
+            Rz(yaw) Ry(pitch) Rx(roll).
         dtype: float64, or float32 for half the size.
         limits: "enforce" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
             "ignore" accepts it, "measured" up to what sensors show, 5° or 0.02 of a ratio.
@@ -156,7 +156,7 @@ def fk(
         >>> nao = nk.load_nao()
         >>> lines = nao.joint_names, map(str, nao.posture("Stand"))
         >>> _ = Path("q.csv").write_text(chr(10).join(map(",".join, lines)))
-        >>> _ = nk.stream.fk(nao, "q.csv", ["LArm", "RArm"], "poses.npy")
+        >>> _ = nk.stream.fk(nao, "q.csv", "poses.npy", frame=["LArm", "RArm"])
         >>> np.load("poses.npy").shape
         (1, 2, 4, 4)
     """
@@ -167,7 +167,7 @@ def fk(
         check_hips(hips)
     limits = limit_policy(limits)
     choice(on_error, get_args(ErrorPolicy), "policy for bad rows")
-    names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else texts(frames, "frames")
+    names = robot.link_names if frame is None else (frame,) if isinstance(frame, str) else texts(frame, "frame")
     if not names:
         raise BadArgument("no frames; expected at least one name, or None for all links")
     numbers = PoseColumns(as_, flag(poses_in_degrees, "poses_in_degrees"))
@@ -175,7 +175,7 @@ def fk(
     if not isinstance(files, Configurations):
         _check_apart(files, sink)
     atomic.check_replaceable(sink, overwrite=overwrite)
-    shape = numbers.shape if isinstance(frames, str) else (len(names), *numbers.shape)
+    shape = numbers.shape if isinstance(frame, str) else (len(names), *numbers.shape)
     sink_kind = sink_class(sink)
     # Unknown frames are refused before anything is read.
     robot.frame_ids(names if reference is None else (*names, reference))

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, Literal, get_args
+from typing import Any, BinaryIO, get_args
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -20,18 +20,15 @@ from nao_kin._core.csv_numbers import float_texts, has_pyarrow
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
-from nao_kin.robot import RobotModel
+from nao_kin.robot import PoseForm, RobotModel
 from nao_kin.stream.sources import ARROW_ENDINGS, PARQUET_ENDINGS
 
 # --- The numbers of a pose and their names, the same on the screen and in every file format.
 
-PoseStyle = Literal["matrix", "position_quaternion", "position6d", "rpy"]
-
 _POSITION = ("x", "y", "z")
 _MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
 _ORIENTATION: dict[str, tuple[str, ...]] = {
-    "position_quaternion": ("r0", "r1", "r2", "r3"),
-    "position6d": ("wx", "wy", "wz"),
+    "quaternion": ("r0", "r1", "r2", "r3"),
     "rpy": ("roll", "pitch", "yaw"),
 }
 
@@ -46,21 +43,21 @@ _FEW_ROWS = 10_000
 class PoseColumns:
     """The form of a pose as a row of numbers.
 
-    "matrix" is the 16 entries of the homogeneous matrix, row by row, t11 … t44; "position_quaternion" is x, y, z and
-    the unit quaternion r0, r1, r2, r3, scalar first; "position6d" is x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx),
-    named as in NAOqi; "rpy" is the same numbers as x, y, z, roll, pitch, yaw. Names of angles in `degrees` end in _deg.
+    "matrix" is the 16 entries of the homogeneous matrix, row by row, t11 … t44; "quaternion" is x, y, z and the unit
+    quaternion r0, r1, r2, r3, scalar first; "rpy" is x, y, z, roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll).
+    Names of angles in `degrees` end in _deg.
     """
 
-    style: PoseStyle = "matrix"
+    style: PoseForm = "matrix"
     degrees: bool = False
 
     def __post_init__(self) -> None:
-        choice(self.style, get_args(PoseStyle), "form of a pose")
+        choice(self.style, get_args(PoseForm), "form of a pose")
 
     @property
     def orientation(self) -> tuple[str, ...]:
         """Names of the numbers after the position; none for a matrix."""
-        suffix = "_deg" if self.degrees and self.style != "position_quaternion" else ""
+        suffix = "_deg" if self.degrees and self.style == "rpy" else ""
         return tuple(name + suffix for name in _ORIENTATION.get(self.style, ()))
 
     @property
@@ -83,16 +80,15 @@ class PoseColumns:
         threads: int | None = None,
     ) -> NDArray[Any]:
         """Return poses (n, frames, k) as numbers; the arguments are those of `RobotModel.fk`."""
-        form = "position6d" if self.style == "rpy" else self.style
         # Pinocchio computes batches below the crossover.
         step = len(q) if threads is not None or len(q) > _FEW_ROWS else CROSSOVER - 1
         starts = range(0, len(q), max(step, 1))
         parts = [
-            robot.fk(q[start : start + step], frames, reference=reference, as_=form, dtype=dtype, threads=threads)
+            robot.fk(q[start : start + step], frames, reference=reference, as_=self.style, dtype=dtype, threads=threads)
             for start in starts
         ]
         numbers = parts[0] if len(parts) == 1 else np.concatenate(parts)
-        if self.orientation and self.degrees and self.style != "position_quaternion":
+        if self.degrees and self.style == "rpy":
             numbers[..., 3:] = np.degrees(numbers[..., 3:])
         return numbers.reshape(*numbers.shape[:2], len(self.names))
 

@@ -23,9 +23,9 @@ from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, read_arrays, read_bytes, read_json, read_table_text
 from nao_kin._core.text import abbreviated, one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, WrongShape
-from nao_kin.robot import RobotModel
+from nao_kin.robot import PoseForm, RobotModel
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
-from nao_kin.stream.sinks import PoseColumns, PoseStyle
+from nao_kin.stream.sinks import PoseColumns
 
 Kind = Literal["position", "orientation", "pose"]
 
@@ -153,7 +153,7 @@ def read_targets(robot: RobotModel, path: Path | str, frame: str | Sequence[str]
     Examples:
         >>> nao = nk.load_nao()
         >>> walk = np.array([nao.posture("Stand"), nao.posture("Crouch")])
-        >>> _ = nk.stream.fk(nao, nk.stream.Configurations(walk), ["LLeg", "RLeg"], "feet.csv", as_="rpy")
+        >>> _ = nk.stream.fk(nao, nk.stream.Configurations(walk), "feet.csv", frame=["LLeg", "RLeg"], as_="rpy")
         >>> found = nk.stream.read_targets(nao, "feet.csv", "LLeg")
         >>> found.kind, np.allclose(found.values, nao.fk(walk, "LLeg"))
         ('pose', True)
@@ -194,7 +194,7 @@ def _from_npy(name: str) -> Floats:
 
 
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> _Rows:
-    poses = [PoseColumns(style, unit).names for style in get_args(PoseStyle) for unit in (False, True)]
+    poses = [PoseColumns(style, unit).names for style in get_args(PoseForm) for unit in (False, True)]
     known = {*poses, ("x", "y", "z"), ("r0", "r1", "r2", "r3")}
     data = text.encode()
     head = csv_head(name, data, "targets")

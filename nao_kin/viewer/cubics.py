@@ -33,13 +33,13 @@ class Cubics:
     handles: Floats | None
 
 
-def cubics(motion: Motion, robot: RobotModel, fill: str | ArrayLike) -> Cubics | None:
+def cubics(motion: Motion, robot: RobotModel, missing: str | ArrayLike) -> Cubics | None:
     """Return the curves of a robot's coordinates, as `Motion.configurations` evaluates them, up to rounding.
 
     None if there are none, because a motor follows the average of Bezier curves with different handles in time,
     or if they are too large.
     """
-    found = motion.configurations(robot, fill=fill)
+    found = motion.configurations(robot, missing=missing)
     times = found.times - found.times[0]
     if motion.interpolation == "linear" or len(times) == 1:
         return Cubics(times, found.q, None)

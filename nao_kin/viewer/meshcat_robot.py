@@ -111,7 +111,7 @@ class MeshcatRobot:
         *,
         play: bool = True,
         loop: bool = True,
-        fill: str | ArrayLike = "hold",
+        missing: str | ArrayLike = "hold",
     ) -> None:
         """Send a clip of configurations to meshcat, whose controls play, pause and scrub it.
 
@@ -123,7 +123,7 @@ class MeshcatRobot:
             fps: configurations per second.
             play: start immediately.
             loop: repeat the clip.
-            fill: values of the joints that a motion does not name, as in `Motion.configurations`.
+            missing: values of the joints that a motion does not name, as in `Motion.configurations`.
 
         Raises:
             BadArgument: the robot was deleted.
@@ -132,7 +132,7 @@ class MeshcatRobot:
             >>> shown.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))  # doctest: +SKIP
         """
         self._check_shown()
-        array, rate = overlays.clip(self.robot, qs, fps, fill)
+        array, rate = overlays.clip(self.robot, qs, fps, missing)
         play, loop = flag(play, "play"), flag(loop, "loop")
         self.display(array[0])
         clips = {

@@ -106,35 +106,35 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     return array
 
 
-def clip(robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike) -> tuple[Floats, float]:
+def clip(robot: RobotModel, qs: ArrayLike | Motion, fps: float, missing: str | ArrayLike) -> tuple[Floats, float]:
     """Return configurations to play as a new array (n, nq), and their number per second."""
     rate = positive(fps, "fps")
     if isinstance(qs, Motion):
-        qs = qs.configurations(robot, rate=rate, fill=fill).q
+        qs = qs.configurations(robot, rate=rate, missing=missing).q
     array = np.array(robot.checked(as_floats(qs, (robot.nq,), "qs")))
     if array.ndim != 2 or len(array) == 0:
         raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
     return array, rate
 
 
-def curves(robot: RobotModel, qs: Floats | Motion, fps: float, fill: str | ArrayLike) -> dict[str, Any]:
+def curves(robot: RobotModel, qs: Floats | Motion, fps: float, missing: str | ArrayLike) -> dict[str, Any]:
     """Return the times and configurations of a clip for a page, and the curves of a motion that has them."""
-    found = cubics(qs, robot, fill) if isinstance(qs, Motion) else None
+    found = cubics(qs, robot, missing) if isinstance(qs, Motion) else None
     if found is None:
-        rows = clip(robot, qs, fps, fill)[0].astype(np.float32)
+        rows = clip(robot, qs, fps, missing)[0].astype(np.float32)
         return {"times": typed_array(np.arange(len(rows)) / fps), "q": typed_array(rows.reshape(-1)), "handles": None}
     handles = None if found.handles is None else typed_array(found.handles.reshape(-1))
     return {"times": typed_array(found.times), "q": typed_array(found.q.reshape(-1)), "handles": handles}
 
 
 def margins(
-    robot: RobotModel, qs: Floats | Motion, fps: float, fill: str | ArrayLike
+    robot: RobotModel, qs: Floats | Motion, fps: float, missing: str | ArrayLike
 ) -> tuple[Floats, dict[str, Floats]]:
     """Return times from the beginning of a clip [s], and the margins of its balance then [mm]."""
     motion = qs
     if not isinstance(motion, Motion):
         motion = Motion(np.arange(len(motion)) / fps, robot.joint_names, motion[:, robot.nq_base :])
-    found = motion.balance(robot, fill=fill)
+    found = motion.balance(robot, missing=missing)
     times = (found.times - motion.start).round(9)
     during = (times >= 0.0) & (times <= round(motion.duration, 9))
     lines = {"margin": found.margin, "centre-of-mass margin": found.com_margin}

@@ -196,7 +196,7 @@ class Viewer(Guessing):
         *,
         play: bool = True,
         loop: bool = True,
-        fill: str | ArrayLike = "hold",
+        missing: str | ArrayLike = "hold",
         up: ArrayLike | None = None,
         balance: bool = False,
         figure: ArrayLike | None = None,
@@ -212,7 +212,7 @@ class Viewer(Guessing):
                 which Bezier curves of two joints that differ in time move one motor.
             play: start immediately.
             loop: repeat the clip.
-            fill: values of the joints that a motion does not name, as in `Motion.configurations`.
+            missing: values of the joints that a motion does not name, as in `Motion.configurations`.
             up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
             balance: also plot the margins of the zero-moment point and of the centre of mass over time, as in
                 `nk.motion.check`; red where the robot tips.
@@ -227,14 +227,14 @@ class Viewer(Guessing):
             >>> viewer = nk.Viewer(nao)
             >>> viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))
         """
-        array, rate = overlays.clip(self.robot, qs, fps, fill)
+        array, rate = overlays.clip(self.robot, qs, fps, missing)
         play, loop = flag(play, "play"), flag(loop, "loop")
         ups = None if up is None else overlays.directions(up, "up", len(array))
         moving = qs if isinstance(qs, Motion) else array
-        margins = overlays.margins(self.robot, moving, rate, fill) if flag(balance, "balance") else None
+        margins = overlays.margins(self.robot, moving, rate, missing) if flag(balance, "balance") else None
         warn_outside(self.robot, array, self._warned)
         content = {
-            **overlays.curves(self.robot, moving, rate, fill),
+            **overlays.curves(self.robot, moving, rate, missing),
             "fps": rate,
             "ups": None if ups is None else typed_array(ups.astype(np.float32).reshape(-1)),
             "figure": None if figure is None else overlays.figure(figure, len(array), rate),

@@ -118,7 +118,7 @@ def project(
     Args:
         robot: the robot that carries the camera.
         q: configurations, shape (..., nq); or a function that returns them at times (...) after row 0 [s], such as
-            `lambda t: nk.world.configurations_at(robot, times, log, start + t)`.
+            `lambda t: nk.world.configurations_at(robot, log, times, start + t)`.
         points: in the world, shape (..., 3) [m]; their batch axes and those of q are broadcast.
         camera: from `camera` or a calibration.
         T_world_base: as in `camera_pose`, or a function of these times.
@@ -335,7 +335,7 @@ def upright_position(
 
 
 def configurations_at(
-    robot: RobotModel, times: ArrayLike, q: ArrayLike, at: ArrayLike, *, longest_gap: float = 0.1
+    robot: RobotModel, q: ArrayLike, times: ArrayLike, at: ArrayLike, *, longest_gap: float = 0.1
 ) -> Floats:
     """Return the configurations of a log at other times, such as those of images, interpolated between its rows.
 
@@ -343,8 +343,8 @@ def configurations_at(
 
     Args:
         robot: the robot of the log.
-        times: of the n rows, ascending; of rows with one time the first value counts [s].
         q: configurations, shape (n, nq); rows with NaN are left out.
+        times: of the n rows, ascending; of rows with one time the first value counts [s].
         at: times, shape (...) [s].
         longest_gap: largest time between the two rows around a time [s].
 
@@ -357,7 +357,7 @@ def configurations_at(
     Examples:
         >>> nao = nk.load_nao()
         >>> q = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 3)
-        >>> bool(np.allclose(nk.world.configurations_at(nao, [0.0, 0.02, 0.04], q, 0.01), q[:2].mean(axis=0)))
+        >>> bool(np.allclose(nk.world.configurations_at(nao, q, [0.0, 0.02, 0.04], 0.01), q[:2].mean(axis=0)))
         True
     """
     rows, t = as_numbers(q, "q"), as_floats(at, (), "at")

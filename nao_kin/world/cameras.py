@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_pixels, choice, first_index, shaped, whole_number
-from nao_kin._core.text import one_line_repr, quoted
+from nao_kin._core.text import one_line_repr, quoted, two_numbers
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import RESOLUTIONS
@@ -216,7 +216,7 @@ class Camera:
         if p.ndim == 1 and bad:
             behind = p[0] <= 0.0
             why = "is not in front of" if behind else "is too far from the optical axis for the distortion of"
-            raise BadArgument(f"the point {p.tolist()} {why} {self.name}, in the axes x forward, y left, z up")
+            raise BadArgument(f"the point {why} {self.name}")
         return pixels
 
     def ray(self, pixels: ArrayLike) -> Floats:
@@ -482,9 +482,9 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     Args:
         robot: any robot with `semantics.cameras` and `semantics.fields_of_view`.
         name: a camera's frame, such as "CameraTop".
-        resolution: name, or width and height [pixel], the order opposite to the shape of an image in NumPy; an image of
-            any size shows the whole field of view, and `Camera.cropped` gives a part of it. The names are those of
-            `semantics.resolutions`, and for a robot without any NAOqi's, from "QQQQVGA" to "16VGA".
+        resolution: name, or width and height [pixel], also as in "640x480", the order opposite to the shape of an image
+            in NumPy; an image of any size shows the whole field of view, and `Camera.cropped` gives a part of it. The
+            names are those of `semantics.resolutions`, and for a robot without any NAOqi's, from "QQQQVGA" to "16VGA".
 
     Raises:
         UnknownName: the robot has no such camera, or the camera no such resolution.
@@ -500,11 +500,11 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
     choice(name, semantics.cameras, f"camera of {robot.name}")
     if name not in semantics.fields_of_view:
         raise BadArgument(f"the field of view of {name} is not known; give it in fields_of_view, or make a Camera")
-    if isinstance(resolution, str):
+    size = two_numbers(resolution) or resolution if isinstance(resolution, str) else resolution
+    if isinstance(size, str):
         sizes = _resolutions(robot)
-        width, height = sizes[choice(resolution, sizes, f"resolution of {name}")]
-    else:
-        width, height = _size(resolution)
+        size = sizes[choice(size, sizes, f"resolution of {name}")]
+    width, height = _size(size)
     across, high = (math.tan(angle / 2.0) for angle in semantics.fields_of_view[name])
     shape = across / high
     known = (width, height) in semantics.resolutions.values()

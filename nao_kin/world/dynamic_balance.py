@@ -94,8 +94,8 @@ class DynamicBalance:
 
 def dynamic_balance(
     robot: RobotModel,
-    times: ArrayLike,
     q: ArrayLike,
+    times: ArrayLike,
     *,
     soles: Sequence[str] | str | None = None,
     contacts: ArrayLike | None = None,
@@ -118,8 +118,8 @@ def dynamic_balance(
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
-        times: of the n samples, ascending; of samples with one time the first counts [s].
         q: configurations, shape (n, nq), at least 0.1 s of them.
+        times: of the n samples, ascending; of samples with one time the first counts [s].
         soles: frames of the soles on the floor, as in `balance`.
         contacts: whether each sole touches the floor, shape (n, s), as far as they are not odd, as in `odometry`.
         forces: force on each sole or sensor, as `contacts`.
@@ -137,7 +137,7 @@ def dynamic_balance(
         >>> nao = nk.load_nao()
         >>> times = 0.01 * np.arange(100)
         >>> lean = nao.posture("Stand", LAnklePitch=-0.1 * np.sin(8 * times), RAnklePitch=-0.1 * np.sin(8 * times))
-        >>> found = nk.world.dynamic_balance(nao, times, lean, soles=nao.semantics.soles)
+        >>> found = nk.world.dynamic_balance(nao, lean, times, soles=nao.semantics.soles)
         >>> bool(found.margin.min() < found.com_margin.min())
         True
     """

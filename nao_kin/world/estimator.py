@@ -78,7 +78,7 @@ class StateEstimator:
         >>> nao = nk.load_nao()
         >>> estimator = nk.world.StateEstimator(nao)
         >>> for k in range(100):
-        ...     now = estimator.update(0.01 * k, nao.posture("StandInit"), forces=[2.7, 2.7], angles=[0.0, 0.05])
+        ...     now = estimator.update(nao.posture("StandInit"), 0.01 * k, forces=[2.7, 2.7], angles=[0.0, 0.05])
         >>> now.doing[0].item(), now.support[0].item(), now.T_world_base[0, 2, 3].round(3).item()
         ('standing', 'both', 0.32)
     """
@@ -108,8 +108,8 @@ class StateEstimator:
 
     def update(
         self,
-        time: float,
         q: ArrayLike,
+        time: float,
         *,
         contacts: ArrayLike | None = None,
         forces: ArrayLike | None = None,
@@ -124,8 +124,8 @@ class StateEstimator:
         more than 0.5 s without a row a new segment begins. A row that repeats a time returns the last state.
 
         Args:
-            time: later than that of the row before [s].
             q: configuration, shape (nq,).
+            time: later than that of the row before [s].
             contacts: whether each sole touches the floor, shape (s,).
             forces: force on each sole or on each sensor, shape (s,) or (f,) [kg, N or shares of the weight].
             angles: roll and pitch of the root link, shape (2,) [rad].
@@ -139,7 +139,7 @@ class StateEstimator:
         Examples:
             >>> nao = nk.load_nao()
             >>> estimator = nk.world.StateEstimator(nao)
-            >>> now = estimator.update(0.0, nao.posture("Sit"), forces=[0.3, 0.3], accelerometer=[-3.0, 0.0, 9.3])
+            >>> now = estimator.update(nao.posture("Sit"), 0.0, forces=[0.3, 0.3], accelerometer=[-3.0, 0.0, 9.3])
             >>> bool(now.valid[0]), now.up[0].round(1).tolist()
             (False, [-0.3, 0.0, 1.0])
         """

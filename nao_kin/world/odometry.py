@@ -101,8 +101,8 @@ class Odometry:
 
 def odometry(
     robot: RobotModel,
-    times: ArrayLike,
     q: ArrayLike,
+    times: ArrayLike,
     *,
     soles: Sequence[str] | None = None,
     contacts: ArrayLike | None = None,
@@ -138,8 +138,8 @@ def odometry(
 
     Args:
         robot: any robot whose semantics name soles, or for which `soles` does.
-        times: of the n rows, ascending; of rows with one time, which all get its result, the first value counts [s].
         q: configurations, shape (n, nq). The pose of a floating base in them is not used.
+        times: of the n rows, ascending; of rows with one time, which all get its result, the first value counts [s].
         soles: frames of the soles; None for those of the semantics.
         contacts: whether each of the s soles touches the floor, shape (n, s).
         forces: force on each sole, shape (n, s), or on each of the `force_sensors` of the semantics, shape (n, f), such
@@ -158,7 +158,7 @@ def odometry(
     Examples:
         >>> nao = nk.load_nao()
         >>> q = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 50)
-        >>> found = nk.world.odometry(nao, 0.02 * np.arange(50), q)
+        >>> found = nk.world.odometry(nao, q, 0.02 * np.arange(50))
         >>> found.T_world_base[[0, -1], 2, 3].round(3).tolist()
         [0.32, 0.227]
     """

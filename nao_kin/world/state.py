@@ -129,8 +129,8 @@ class State:
 def state(
     robot: RobotModel,
     q: ArrayLike,
-    *,
     times: ArrayLike,
+    *,
     soles: Sequence[str] | None = None,
     contacts: ArrayLike | None = None,
     forces: ArrayLike | None = None,

@@ -304,11 +304,11 @@ def draw_screw(_: nk.NaoModel) -> Figure:
     """Draw the axis, both paths of a body from one pose to another, and the foot of the perpendicular to the axis."""
     figure, axes = plt.subplots(figsize=(6.4, 4.2))
     view = View(axes, -62.0, 24.0)
-    line = nk.lines.PluckerLine.from_point_direction([0, 0, 0], [0, 0, 1])
+    line = nk.screws.lines.PluckerLine.from_point_direction([0, 0, 0], [0, 0, 1])
     T_0 = nk.screws.pose(nk.rotations.matrix_from_rpy([0.5, 0.3, -0.4]), [1.0, -0.3, 0.0])
     T_1 = nk.screws.Screw(line, 1.9, 0.8).pose @ T_0
     shorter = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101))
-    longer = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101), longer=True)
+    longer = nk.screws.sclerp(T_0, T_1, np.linspace(0, 1, 101), arc="longer")
     view.line(longer[:, :3, 3], PALE, 1.3, linestyle=(0, (4, 3)), zorder=2)
     view.line(shorter[:, :3, 3], YAW_PITCH, 2.0, zorder=4)
     for T in shorter[::20]:

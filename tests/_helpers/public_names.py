@@ -9,9 +9,11 @@ from typing import Any
 
 import nao_kin as nk
 from nao_kin.rotations import rank_one
+from nao_kin.screws import lines
 
-ROOMS = {name: getattr(nk, name) for name in nk.__all__}
-ROOMS = {name: room for name, room in ROOMS.items() if isinstance(room, ModuleType)} | {"rotations.rank_one": rank_one}
+TOP = (*nk.__all__, *nk._UNLISTED)
+ROOMS = {name: room for name in TOP if isinstance(room := getattr(nk, name), ModuleType)}
+ROOMS |= {"rotations.rank_one": rank_one, "screws.lines": lines}
 
 
 def offered() -> Iterator[tuple[str, Any]]:

@@ -101,7 +101,7 @@ def late(nao: nk.RobotModel, rng: np.random.Generator, by: float | None = None) 
     log[:, :2] += rng.normal(0.0, READING, (len(log), 2))
 
     def moving(t: float) -> np.ndarray:
-        return nk.world.configurations_at(nao, log_times, log, times + t)
+        return nk.world.configurations_at(nao, log, log_times, times + t)
 
     pixels, points = board(true, measured(nao), heads(times + by), rng)
     one = Pixels(moving(0.0), measured(nao), pixels, points, moving=moving)

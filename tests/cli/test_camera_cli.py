@@ -80,7 +80,8 @@ def test_pixels_outside_the_image_are_not_valid_and_the_resolution_that_fits_is_
 def test_wrong_words_are_one_line(capsys: Capture, tmp_path: Path) -> None:
     assert "640 × 480" in refused(capsys, "CameraTop", "--resolution", "480x640")
     assert "above the horizon" in refused(capsys, "CameraTop", *_STAND, "--pixel", "320 0")
-    assert "not in front of" in refused(capsys, "CameraTop", *_STAND, "--point", "-1 0 0")
+    behind = refused(capsys, "CameraTop", *_STAND, "--point", "-1 0 0")
+    assert "the point is not in front of CameraTop" in behind
     assert "expected 2" in refused(capsys, "CameraTop", "--pixel", "320 0 1")
     assert "give one" in refused(capsys, "CameraTop", "--pixel", "320 0", "--point", "1 0 0")
     assert "--csv needs FILE" in refused(capsys, "CameraTop", "--csv")

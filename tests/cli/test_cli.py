@@ -6,6 +6,7 @@ import io
 import json
 import math
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -13,7 +14,7 @@ import sys
 import time
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -47,12 +48,33 @@ def test_all_commands_name_a_robot_by_the_same_options() -> None:
         assert tuple(taken) == fewer.get(name, of_robots), name
 
 
+def test_the_forms_of_poses_are_those_of_the_library() -> None:
+    assert options_of("fk")[0]["as_"].choices == get_args(nk.robot.PoseForm)
+
+
 @pytest.mark.parametrize("command", options.COMMANDS)
 def test_every_command_has_help_with_an_example(capsys: Capture, command: str) -> None:
     assert run([*command.split(), "--help"]) == 0
     out = capsys.readouterr().out
     assert f"Example: nao-kin {command}" in " ".join(out.split())
     assert "--json" in out or command == "run"
+
+
+def test_help_groups_commands_and_the_options_of_a_robot(capsys: Capture) -> None:
+    assert run(["--help"]) == 0
+    _, *jobs = re.split(r"^(?=\S.*:$)", capsys.readouterr().out, flags=re.M)
+    assert [job.partition(":")[0] for job in jobs][:3] == [
+        "Options",
+        "A robot",
+        "A robot on the floor, its cameras and logs",
+    ]
+    listed = [line.split()[0] for job in jobs[1:] for line in job.splitlines() if re.match(r"  \w", line)]
+    assert sorted({name.split()[0] for name in options.COMMANDS}) == sorted(set(listed) - {"Example:"})
+    assert run(["info", "--help"]) == 0
+    own, robots = capsys.readouterr().out.split("\nRobot:\n")
+    flags = [f"--{field.name.replace('_', '-')} " for field in dataclasses.fields(RobotOptions)]
+    assert all(flag in robots and flag not in own for flag in flags)
+    assert "--json" in own
 
 
 def test_the_program_prints_its_version_and_its_commands(capsys: Capture) -> None:
@@ -111,7 +133,6 @@ def test_degrees_go_in_and_come_out(capsys: Capture) -> None:
 @pytest.mark.parametrize(
     ("style", "names"),
     [
-        ("position6d", ["x", "y", "z", "wx", "wy", "wz"]),
         ("rpy", ["x", "y", "z", "roll", "pitch", "yaw"]),
         ("quaternion", ["x", "y", "z", "r0", "r1", "r2", "r3"]),
     ],
@@ -291,7 +312,13 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
         (("bogus",), "no such command 'bogus' (see nao-kin --help)"),
         (("FK",), "no such command 'FK' (nearest: fk"),
         (("fk", "--posture"), "Option '--posture' requires an argument"),
-        (("dh", "LArm", "x" * 300), "(xxx"),
+        (("joints", "x" * 300), "(xxx"),
+        (("dh", "LArm"), "no such command 'dh' (that is nao-kin joints --dh FRAME)"),
+        (("joints", "--dh", "LArm", "--typed"), "--dh and --typed exclude each other"),
+        (("joints", "--latex"), "--latex needs --dh"),
+        (("calibrate", "photos"), "'photos' is no file; the option is --photos"),
+        (("view", "walk.csv", "--fps", "0"), "--fps 0: expected a number above zero"),
+        (("info", "--compare", "v7"), "unknown NAO version 'v7'"),
         (("camera", "--resolution", "640by480"), "unknown resolution of CameraTop '640by480'"),
         (("reach", "LArm", "--by", "mean"), "--by needs --html or --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
@@ -303,6 +330,23 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
 )
 def test_bad_input_is_one_line_on_standard_error(capsys: Capture, arguments: tuple[str, ...], message: str) -> None:
     assert message in _refused(capsys, *arguments)
+
+
+def test_versions_are_compared_number_by_number(capsys: Capture) -> None:
+    document = _json(capsys, "info", "--nao", "v3.2", "--compare", "v6", "--json", "--deg")
+    one, other = nk.load_nao("v3.2"), nk.load_nao("v6")
+    assert document["robots"] == [one.name, other.name]
+    found = document["differences"]
+    assert found["mass [kg]"] == [[one.mass], [other.mass]]
+    assert found["place of LElbowYaw [mm]"] == [[90.0, 0.0, 0.0], [105.0, 15.0, 0.0]]
+    k = one.joint_names.index("LElbowRoll")
+    ranges = [[np.degrees(robot.lower[k]), np.degrees(robot.upper[k])] for robot in (one, other)]
+    assert np.allclose(found["range of LElbowRoll [°]"], ranges)
+    assert np.allclose(found["roll, pitch, yaw of CameraBottom [°]"], [[0.0, 40.0, 0.0], [0.0, 39.7, 0.0]], atol=0.01)
+    assert "place of LHipRoll [mm]" not in found  # it is the same
+    assert run(["info", "--nao", "v3.2", "--compare", "v6"]) == 0
+    table = capsys.readouterr().out
+    assert "90 0 0" in table
 
 
 @for_all(

@@ -27,7 +27,7 @@ KINDS = ("plain.csv", "plain.json", "plain.npy", "plain.parquet", "timed.csv", "
 KINDS += ("motion.xar", "motion.py")
 # Formats that standard output refuses, and formats that --output refuses.
 ONLY_OUTPUT, ONLY_PRINTED = ("plain.npy", "plain.parquet"), ("plain.json",)
-STYLES = ("matrix", "position6d", "rpy", "quaternion")
+STYLES = ("matrix", "rpy", "quaternion")
 PLACES = ((), ("--reference", "LLeg", "--limits", "clamp"))
 
 

@@ -217,7 +217,7 @@ def test_the_output_of_fk_is_a_file_of_targets(capsys: Capture, tmp_path: Path, 
     q = nao.random(0, 20)
     walk, feet = tmp_path / "walk.csv", tmp_path / "feet.csv"
     np.savetxt(walk, q, delimiter=",", header=",".join(nao.joint_names), comments="", fmt="%.17g")
-    for style in ("rpy", "quaternion", "matrix", "position6d"):
+    for style in ("rpy", "quaternion", "matrix"):
         assert run(["fk", str(walk), "--frame", "LLeg", "--frame", "RLeg", "--csv", "--as", style]) == 0
         feet.write_text(capsys.readouterr().out)
         lines = said(capsys, "RLeg", str(feet), "--csv").splitlines()

@@ -283,7 +283,7 @@ def test_bad_input_is_one_line(
 
 
 def test_fk_takes_a_motion_at_its_key_times_or_a_rate(capsys: Capture, nod: str, nao: nk.NaoModel) -> None:
-    for extra, chosen in (((), {}), (("--rate", "7", "--posture", "Crouch"), {"rate": 7.0, "fill": "Crouch"})):
+    for extra, chosen in (((), {}), (("--rate", "7", "--posture", "Crouch"), {"rate": 7.0, "missing": "Crouch"})):
         document = _json(capsys, "fk", nod, "--frame", "LArm", "--as", "matrix", "--json", *extra)
         q = _nod().configurations(nao, **chosen).q  # type: ignore[arg-type]
         found = [row["LArm"] for row in document["configurations"]]

@@ -74,10 +74,10 @@ def assert_is(text: str, path: nk.world.Odometry, *, degrees: bool = False) -> N
 def test_a_log_of_joints_gives_the_trajectory(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     times, q, _ = walk(nao)
     path = log(tmp_path / "log.csv", nao, more=False)
-    found = nk.world.odometry(nao, times, q)
+    found = nk.world.odometry(nao, q, times)
     assert len(set(found.support.tolist())) == 2
     assert_is(said(capsys, path), found)
-    assert_is(said(capsys, path, "--sole", "RLeg"), nk.world.odometry(nao, times, q, soles=["RLeg"]))
+    assert_is(said(capsys, path, "--sole", "RLeg"), nk.world.odometry(nao, q, times, soles=["RLeg"]))
     document = json.loads(said(capsys, path, "--json"))
     assert document["units"] == {"length": "m", "angle": "rad"}
     assert len(document["rows"]) == 60
@@ -91,10 +91,10 @@ def test_a_posture_gives_the_joints_that_a_motion_does_not_name(
     motion = nk.Motion([0.0, 1.0, 2.0], ["LKneePitch", "RKneePitch"], [[0.7, 0.7], [0.9, 0.7], [0.7, 0.9]])
     file = str(tmp_path / "steps.json")
     nk.motion.write_motion(motion, file)
-    trajectory = motion.configurations(nao, rate=10.0, fill="Crouch")
+    trajectory = motion.configurations(nao, rate=10.0, missing="Crouch")
     assert_is(
         said(capsys, file, "--posture", "Crouch", "--rate", "10"),
-        nk.world.odometry(nao, trajectory.times, trajectory.q),
+        nk.world.odometry(nao, trajectory.q, trajectory.times),
     )
     assert said(capsys, file, "--rate", "10") != said(capsys, file, "--rate", "10", "--posture", "Crouch")
 
@@ -111,13 +111,13 @@ def test_forces_contacts_and_gyrometer_are_columns_of_the_log(
     path = log(tmp_path / "log.csv", nao)
     feet, gyro = measured[:, :2], measured[:, 2:]
     out, err = with_notes(capsys, path, *columns(left="LFsr", right="RFsr"), "--ignore-other")
-    assert_is(out, nk.world.odometry(nao, times, q, forces=feet))
+    assert_is(out, nk.world.odometry(nao, q, times, forces=feet))
     assert "columns of sensors, by their names: forces left, right\n" in err
     turning = columns(gx="GyroX", gy="GyroY", gz="GyroZ")
     for names, given in ((("left", "right"), feet), (("right", "left"), feet[:, ::-1])):
         soles = dict(zip(names, ("LLeg/Contact", "RLeg/Contact"), strict=True))
         out, err = with_notes(capsys, path, *columns(**soles), *turning)
-        assert_is(out, nk.world.odometry(nao, times, q, contacts=given, gyro=gyro))
+        assert_is(out, nk.world.odometry(nao, q, times, contacts=given, gyro=gyro))
         assert f"contacts {', '.join(names)}" in err
 
 
@@ -125,13 +125,13 @@ def test_the_trajectory_is_written_to_a_file(capsys: Capture, tmp_path: Path, na
     times, q, _ = walk(nao)
     path, out = log(tmp_path / "log.csv", nao, more=False), tmp_path / "path.csv"
     assert said(capsys, path, "-o", str(out)) == f"{out}\n"
-    assert_is(out.read_text(), nk.world.odometry(nao, times, q))
+    assert_is(out.read_text(), nk.world.odometry(nao, q, times))
     assert "exists" in refused(capsys, path, "-o", str(out))
     says = "a trajectory is written as CSV; end the name in .csv"
     assert says in refused(capsys, path, "-o", str(tmp_path / "path.npy"))
     assert not (tmp_path / "path.npy").exists()
     assert json.loads(said(capsys, path, "-o", str(out), "--force", "--json", "--deg"))["units"]["angle"] == "deg"
-    assert_is(out.read_text(), nk.world.odometry(nao, times, q), degrees=True)
+    assert_is(out.read_text(), nk.world.odometry(nao, q, times), degrees=True)
 
 
 def test_wrong_words_are_refused_in_one_line(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
@@ -170,7 +170,7 @@ def test_a_log_of_the_legs_is_enough_and_of_the_head_needs_the_others(
     capsys: Capture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    wanted = nk.world.odometry(nao, given["times"], given["q"], forces=given["forces"], gyro=given["gyro"])
+    wanted = nk.world.odometry(nao, given["q"], given["times"], forces=given["forces"], gyro=given["gyro"])
     assert_is(with_notes(capsys, path)[0], wanted)
     assert_is(with_notes(capsys, path, "--missing", "Stand")[0], wanted)
     head, given = sensor_log(tmp_path / "head.csv", nao, ["HeadYaw"])
@@ -178,7 +178,7 @@ def test_a_log_of_the_legs_is_enough_and_of_the_head_needs_the_others(
     assert "missing joints: HeadPitch, LHipYawPitch" in says
     assert "(--missing) gives their values" in says
     q = np.tile(nao.posture("StandInit"), (60, 1))
-    still = nk.world.odometry(nao, given["times"], q, forces=given["forces"], gyro=given["gyro"])
+    still = nk.world.odometry(nao, q, given["times"], forces=given["forces"], gyro=given["gyro"])
     assert_is(with_notes(capsys, head, "--missing", "StandInit")[0], still)
 
 
@@ -326,12 +326,12 @@ def test_odometry_takes_the_sums_on_the_soles_and_says_what_is_left_out(
     capsys: Capture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    wanted = nk.world.odometry(nao, given["times"], given["q"], forces=given["forces"], gyro=given["gyro"])
+    wanted = nk.world.odometry(nao, given["q"], given["times"], forces=given["forces"], gyro=given["gyro"])
     out, err = with_notes(capsys, path)
     assert_is(out, wanted)
     assert "forces LFsr, RFsr; gyro GyroX [deg/s], GyroY" in err
     # A sole that is named is not the one that was measured.
-    alone = nk.world.odometry(nao, given["times"], given["q"], soles=["RLeg"], gyro=given["gyro"])
+    alone = nk.world.odometry(nao, given["q"], given["times"], soles=["RLeg"], gyro=given["gyro"])
     out, err = with_notes(capsys, path, "--sole", "RLeg")
     assert_is(out, alone)
     assert "forces of each sole are not used with --sole" in err
@@ -378,7 +378,7 @@ def test_a_log_of_whole_configurations_may_be_checked_against_the_limits(
 def test_a_log_in_radians_is_the_same_walk_in_degrees(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     path, out = log(tmp_path / "log.csv", nao, more=False), tmp_path / "state.npz"
     times, q, _ = walk(nao)
-    assert_is(said(capsys, path, "--deg"), nk.world.odometry(nao, times, q), degrees=True)
+    assert_is(said(capsys, path, "--deg"), nk.world.odometry(nao, q, times), degrees=True)
     words = (path, "--json", "-o", str(out), "--force")
     summary = [json.loads(said_of_state(capsys, *words, *more)) for more in ((), ("--deg",))]
     assert summary[0]["distance"] == summary[1]["distance"] > 0.0
@@ -389,5 +389,5 @@ def test_a_log_in_radians_is_the_same_walk_in_degrees(capsys: Capture, tmp_path:
     (tmp_path / "deg.csv").write_text("".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
     assert_is(
         with_notes(capsys, str(tmp_path / "deg.csv"), "--file-deg")[0],
-        nk.world.odometry(nao, times, q, gyro=np.full((60, 3), 0.1)),
+        nk.world.odometry(nao, q, times, gyro=np.full((60, 3), 0.1)),
     )

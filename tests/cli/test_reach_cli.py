@@ -53,6 +53,19 @@ def test_json_holds_the_same_and_the_files(capsys: Capture, nao: nk.NaoModel, tm
     assert (found.centres < document["upper"]).all()
 
 
+def test_a_picture_shows_the_map(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[tuple[str, bool]] = []
+
+    def draw(viewer: nk.Viewer, path: str, *, overwrite: bool) -> None:
+        page = viewer.save_html(tmp_path / "page.html").read_text("utf-8")
+        drawn.append((path, any(message.get("kind") == "reach" for message in messages_of(page))))
+
+    monkeypatch.setattr(nk.Viewer, "save_png", draw)
+    path = str(tmp_path / "r.png")
+    assert path in said(capsys, "LArm", *FEW, "-o", path, "--by", "mean")
+    assert drawn == [(path, True)]
+
+
 def test_a_later_run_goes_on_from_the_file(capsys: Capture, nao: nk.NaoModel, tmp_path: Path) -> None:
     path = str(tmp_path / "a.npz")
     part = nk.reach.workspace(nao, "LArm", (1000, 2000), voxel=0.03)

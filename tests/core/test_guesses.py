@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from loops import for_all
-from public_names import ROOMS
+from public_names import ROOMS, TOP
 
 import nao_kin as nk
 from nao_kin._core.guesses import public_index
@@ -112,7 +112,7 @@ def test_what_fails_inside_a_property_is_not_hidden_and_copies_work() -> None:
     assert np.array_equal(pickle.loads(pickle.dumps(motion)).sample(0.5), motion.sample(0.5))
 
 
-MODULES = [getattr(nk, name) for name in nk.__all__ if name != "cli"]
+MODULES = [getattr(nk, name) for name in TOP if name != "cli"]
 MODULES = [nk, *filter(inspect.ismodule, MODULES)]
 
 

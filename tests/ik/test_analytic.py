@@ -516,7 +516,7 @@ def test_solutions_that_eaik_misses_are_searched_for(nao: nk.NaoModel, monkeypat
     assert found.notes == ("1 of 1 targets were reached by a search only, not by an answer of EAIK",)
 
 
-SHOWN = {"robot": "nao", "frame": "LLeg", "T": np.eye(4)}
+SHOWN = {"robot": "nao", "frame": "LLeg", "target": np.eye(4)}
 BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"frame": "LLe"}, UnknownName, "LLeg"),
     ({"reference": "tors"}, UnknownName, "torso"),
@@ -530,8 +530,8 @@ BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"locked": {"LHipRoll": [0.1, 0.2]}}, BadArgument, "locked must have one value for each joint, got 'LHipRoll'"),
     ({"limits": "no"}, UnknownName, "limits policy"),
     ({"tolerance": -1.0}, BadArgument, "tolerance"),
-    ({"T": np.diag([2.0, 1.0, 1.0, 1.0])}, NotARotation, "T"),
-    ({"T": np.eye(3)}, WrongShape, "T"),
+    ({"target": np.diag([2.0, 1.0, 1.0, 1.0])}, NotARotation, "target"),
+    ({"target": np.eye(3)}, WrongShape, "target"),
     ({"near": np.zeros(3)}, WrongShape, "near"),
     (
         {"robot": "icub", "frame": "neck_yaw"},

@@ -312,8 +312,8 @@ def test_positions_above_the_neck_in_it_and_of_calibrated_and_floating_heads(nao
 
 
 def test_bad_positions_are_refused(nao: nk.NaoModel) -> None:
-    for wrong in ({}, {"position": [0.1, 0.0, 0.2], "R_torso_head": np.eye(3)}):
-        with pytest.raises(BadArgument, match="give one of R_torso_head and position"):
+    for wrong in ({}, {"position": [0.1, 0.0, 0.2], "target": np.eye(3)}):
+        with pytest.raises(BadArgument, match="give one of target and position"):
             nk.ik.head(nao, frame="CameraTop", **wrong)  # type: ignore[arg-type]
     with pytest.raises(BadArgument, match="frame 'Head' is in the neck, which has one position"):
         nk.ik.head(nao, position=[0.1, 0.0, 0.2])

@@ -556,14 +556,18 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
     [
         ({"frame": "LLag"}, UnknownName, "LLeg"),
         ({"frame": "torso"}, BadArgument, "no joint moves"),
-        ({"T": _poses({(0, 1, 0, 3): np.nan})}, NotFinite, r"\[0, 1, 0, 3\]"),
-        ({"T": np.zeros(7)}, WrongShape, r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions, got \(7,\)$"),
-        ({"T": [0.1, np.nan, 0.1]}, NotFinite, r"T.*\[1\]"),
-        ({"T": [0.1, 0.0, 0.1], "weights": (0.0, 1.0)}, BadArgument, "not all of those of a position 0"),
-        ({"T": "pose"}, BadArgument, "T must be"),
+        ({"target": _poses({(0, 1, 0, 3): np.nan})}, NotFinite, r"\[0, 1, 0, 3\]"),
+        (
+            {"target": np.zeros(7)},
+            WrongShape,
+            r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions, got \(7,\)$",
+        ),
+        ({"target": [0.1, np.nan, 0.1]}, NotFinite, r"target.*\[1\]"),
+        ({"target": [0.1, 0.0, 0.1], "weights": (0.0, 1.0)}, BadArgument, "not all of those of a position 0"),
+        ({"target": "pose"}, BadArgument, "target must be"),
         ({"near": np.zeros(24)}, WrongShape, r"near must have shape \(\.\.\., 25\)"),
         ({"near": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
-        ({"near": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
+        ({"near": np.zeros((4, 25)), "target": _poses({})}, WrongShape, "broadcast"),
         ({"limits": "clamp"}, UnknownName, r"\(valid: enforce, ignore\); with .enforce., the result's `best`"),
         ({"weights": (1.0, -1.0)}, BadArgument, "weights"),
         ({"weights": (1.0, 1.0, 1.0)}, BadArgument, "weights"),
@@ -574,7 +578,7 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
     ],
 )
 def test_bad_input_is_named(nao: nk.NaoModel, changes: dict[str, object], error: type, words: str) -> None:
-    arguments: dict[str, object] = {"frame": "LLeg", "T": np.eye(4), **changes}
+    arguments: dict[str, object] = {"frame": "LLeg", "target": np.eye(4), **changes}
     with pytest.raises(error, match=words):
         numeric(nao, **arguments)  # type: ignore[arg-type]
 

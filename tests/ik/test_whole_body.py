@@ -176,7 +176,7 @@ def test_a_batch_is_the_single_calls(nao: nk.NaoModel) -> None:
     for index in np.ndindex(2, 3):
         one = whole_body(nao, {"RArm": places[index]}, feet=feet, com="support", near=q)
         np.testing.assert_array_equal(one.q, found.q[index])
-        assert one.message == np.asarray(found.message)[index]
+        assert one.message == found.describe(index)
     none = whole_body(nao, {"RArm": places[:0]}, feet=feet)
     assert none.q.shape == (0, 3, 25)
     assert none.success.shape == (0, 3)  # type: ignore[union-attr]

@@ -129,7 +129,7 @@ def test_a_walk_stands_in_mujoco(nao: nk.NaoModel, walked: Imitation) -> None:
     from simulated_robot import STEP, Scene
 
     times = np.arange(walked.motion.start, walked.motion.end, STEP)
-    plan = walked.motion.configurations(nao, times=times, fill="StandInit").q
+    plan = walked.motion.configurations(nao, times=times, missing="StandInit").q
     scene = Scene(nao).go(plan[0], 1.0).play(plan)
     up = scene.truth().T[-len(plan) :: 10, 2, :3]
     wanted = nao.set_down(nao.clamp(plan[::10])).T_world_base[:, 2, :3]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from pathlib import Path
 from typing import Any, get_args
@@ -175,11 +177,28 @@ def test_the_columns_of_the_document_mean_what_their_names_say(convention: DHCon
 def test_the_command_says_which_axes_count_as_parallel(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     joints = [("0 0 0", "1.5708 0 0", "0 0 1"), ("0 0.1 0.2", "0.000004 0 0", "0 0 1")]
     arm(tmp_path / "r.urdf", joints)
-    assert run(["dh", "l2", "--urdf", str(tmp_path / "r.urdf"), "--json", "--deg"]) == 0
+    assert run(["joints", "--dh", "l2", "--urdf", str(tmp_path / "r.urdf"), "--json", "--deg"]) == 0
     out, err = capsys.readouterr()
     document = json.loads(out)
     assert document["notes"][0] in err
     assert np.degrees(4e-6) < document["residual"]["rotation"] < np.degrees(1e-5)
+
+
+def test_the_table_of_latex_and_of_csv_has_the_same_numbers(nao: nk.NaoModel, capsys: pytest.CaptureFixture) -> None:
+    table = dh_table(nao, "LLeg", "modified")
+    assert run(["joints", "--dh", "LLeg", "--modified", "--csv", "--deg"]) == 0
+    head, *rows = csv.reader(io.StringIO(capsys.readouterr().out))
+    assert head == ["joint", "a [m]", "alpha [deg]", "d [m]", "theta [deg]"]
+    numbers = np.array([row[1:] for row in rows], dtype=float)
+    assert tuple(row[0] for row in rows) == table.joints
+    assert np.allclose(np.radians(numbers[:, [1, 3]]), np.stack([table.alpha, table.theta], axis=-1))
+    assert np.array_equal(numbers[:, [0, 2]], np.stack([table.a, table.d], axis=-1))
+    assert run(["joints", "--dh", "LLeg", "--modified", "--latex"]) == 0
+    latex = capsys.readouterr().out
+    assert latex == table.as_latex() + "\n"
+    assert r"LHipRoll & $0$ & $\pi/2$ & $0$ & $-3\pi/4$ \\" in latex
+    assert r"LKneePitch & $0.1$ & $0$ & $0$ & $0$ \\" in latex
+    assert r"E = \begin{bmatrix} 0 & 0 & -1 & 0.04511 \\" in latex
 
 
 def test_a_table_cannot_be_changed() -> None:

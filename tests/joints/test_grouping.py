@@ -10,11 +10,11 @@ from loops import for_all
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin import lines
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints import JointAxes, group_joints
 from nao_kin.joints.grouping import RULES, partition, unmerged_joints
 from nao_kin.robot.semantics import Mimic
+from nao_kin.screws import lines
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

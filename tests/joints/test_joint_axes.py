@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin import lines
 from nao_kin.errors import MissingExtra, NotFinite, UnknownName, WrongShape
 from nao_kin.joints import JointAxes
+from nao_kin.screws import lines
 from nao_kin.screws.lines import PluckerLine
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)  # its own default lets a relative 1e-7 pass

@@ -177,12 +177,12 @@ def test_compact_poses_are_the_matrices(nao: nk.NaoModel) -> None:
     q = configurations(nao, 500)
     for frame in ("LArm", ["Head", "RLeg", "CameraTop"]):
         T = nao.fk(q, frame, threads=1)
-        compact = nao.fk(q, frame, as_="position_quaternion", threads=1)
+        compact = nao.fk(q, frame, as_="quaternion", threads=1)
         assert compact.shape == (*T.shape[:-2], 7)
         np.testing.assert_allclose(compact[..., :3], T[..., :3, 3], rtol=0, atol=1e-15)
         np.testing.assert_allclose(matrix_from_quat(compact[..., 3:]), T[..., :3, :3], rtol=0, atol=2e-15)
         np.testing.assert_allclose(compact[..., 3:], quat_from_matrix(T[..., :3, :3]), rtol=0, atol=2e-15)
-        compact = nao.fk(q, frame, as_="position6d", threads=1)
+        compact = nao.fk(q, frame, as_="rpy", threads=1)
         assert compact.shape == (*T.shape[:-2], 6)
         np.testing.assert_allclose(compact[..., :3], T[..., :3, 3], rtol=0, atol=1e-15)
         np.testing.assert_allclose(matrix_from_rpy(compact[..., 3:]), T[..., :3, :3], rtol=0, atol=2e-15)
@@ -191,16 +191,16 @@ def test_compact_poses_are_the_matrices(nao: nk.NaoModel) -> None:
         np.testing.assert_allclose(nao.position(q, frame, threads=1), T[..., :3, 3], rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("as_", ["position_quaternion", "position6d"])
+@pytest.mark.parametrize("as_", ["quaternion", "rpy"])
 def test_compact_poses_hold_at_every_half_turn_and_lock(tmp_path: Path, as_: str) -> None:
     robot = made_up(tmp_path, J("a", axis=(1, 0, 0)), J("b", axis=(0, 1, 0)), J("c", axis=(0, 0, 1)))
     near = np.array([0.0, 1e-12, -1e-9, 1e-7, -1e-3])
     turns = (np.pi / 2 * np.arange(-3, 4)[:, None] + near).reshape(-1)
     q = np.stack(np.meshgrid(turns, turns[::3], turns[::2], indexing="ij"), axis=-1)
     compact, T = robot.fk(q, "c_l", as_=as_, threads=1), robot.fk(q, "c_l", threads=1)
-    R = matrix_from_quat(compact[..., 3:]) if as_ == "position_quaternion" else matrix_from_rpy(compact[..., 3:])
+    R = matrix_from_quat(compact[..., 3:]) if as_ == "quaternion" else matrix_from_rpy(compact[..., 3:])
     np.testing.assert_allclose(R, T[..., :3, :3], rtol=0, atol=2e-15)
-    if as_ == "position_quaternion":  # canonical: the first part that is not zero is positive
+    if as_ == "quaternion":  # canonical: the first part that is not zero is positive
         first = np.take_along_axis(compact[..., 3:], (compact[..., 3:] != 0).argmax(-1)[..., None], -1)
         assert (first > 0).all()
 
@@ -213,7 +213,7 @@ def test_exact_half_turns_have_the_canonical_sign(tmp_path: Path) -> None:
     q = np.tile(robot.neutral(), (len(axes), 1))
     q[:, 3:6], q[:, 6] = axes, 0.0  # the base as (x, y, z, w)
     q = np.tile(q, (20, 1))
-    quat = robot.fk(q, "base", as_="position_quaternion", threads=1)[:, 3:]
+    quat = robot.fk(q, "base", as_="quaternion", threads=1)[:, 3:]
     first = np.take_along_axis(axes, (axes != 0).argmax(-1)[:, None], -1)
     expected = np.concatenate([np.zeros((len(axes), 1)), axes * np.sign(first)], axis=-1)
     np.testing.assert_allclose(quat, np.tile(expected, (20, 1)), rtol=0, atol=2e-16)
@@ -300,8 +300,8 @@ def test_a_configuration_gives_the_same_bits_in_any_batch(nao: nk.NaoModel, dtyp
     q = configurations(nao, 1000)
     questions = {
         "fk": lambda q, **o: nao.fk(q, **o),
-        "quaternions": lambda q, **o: nao.fk(q, ["LArm", "RLeg"], as_="position_quaternion", **o),
-        "rpy": lambda q, **o: nao.fk(q, ["LArm", "RLeg"], as_="position6d", **o),
+        "quaternions": lambda q, **o: nao.fk(q, ["LArm", "RLeg"], as_="quaternion", **o),
+        "rpy": lambda q, **o: nao.fk(q, ["LArm", "RLeg"], as_="rpy", **o),
         "relative": lambda q, **o: nao.fk(q, "LArm", reference="CameraTop", **o),
         "position": lambda q, **o: nao.position(q, "LArm", **o),
         "jacobian": lambda q, **o: nao.jacobian(q, "RArm", **o),

@@ -152,7 +152,7 @@ def test_a_coupled_limit_looks_at_joints_that_are_not_named(nao: nk.NaoModel) ->
     motion = nk.Motion([0.0], ["HeadPitch"], [[0.5]])
     assert check(nao, motion).ok
     turned = nao.configuration({"HeadYaw": 1.5, "LElbowRoll": -0.1, "RElbowRoll": 0.1}, limits="ignore")
-    (row,) = check(nao, motion, fill=turned).violations
+    (row,) = check(nao, motion, missing=turned).violations
     assert (row.kind, row.joint, row.of_value) == ("coupled limit", "HeadPitch", 1.5)
 
 
@@ -182,7 +182,7 @@ def test_one_key_is_a_motion_of_no_time(nao: nk.NaoModel) -> None:
 def test_a_joint_on_its_limit_is_inside(nao: nk.NaoModel) -> None:
     q = np.stack([nao.lower, nao.upper])
     for column, joint in enumerate(nao.joint_names):
-        report = check(nao, nk.Motion([0.0, 60.0], [joint], q[:, [column]]), fill="StandInit")
+        report = check(nao, nk.Motion([0.0, 60.0], [joint], q[:, [column]]), missing="StandInit")
         assert [row for row in report.violations if row.kind != "coupled limit"] == []
 
 
@@ -248,7 +248,7 @@ def test_a_robot_without_speed_limits_is_never_too_fast(nao: nk.NaoModel) -> Non
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"), [({"rate": 0.0}, "rate"), ({"fill": "Stood"}, "unknown posture 'Stood'")]
+    ("arguments", "words"), [({"rate": 0.0}, "rate"), ({"missing": "Stood"}, "unknown posture 'Stood'")]
 )
 def test_bad_arguments_are_named(nao: nk.NaoModel, arguments: Any, words: str) -> None:
     motion = nk.Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[0.0, 0.0], [0.1, 0.1]], "bezier")
@@ -343,7 +343,7 @@ def test_overlapping_links_are_found_between_keys_and_only_if_asked() -> None:
         assert violation.as_dict()["upper"] is None
     assert "with links that overlap" in report.describe()
     assert report.describe().endswith("collisions were sampled 100 times per second")
-    assert nk.motion.check(nao, motion, collisions=True, fill="Crouch").violations[0].end == 4.0
+    assert nk.motion.check(nao, motion, collisions=True, missing="Crouch").violations[0].end == 4.0
 
 
 # --- Recorded motions.
@@ -383,7 +383,7 @@ def test_a_motion_that_stands_on_an_edge_of_a_sole_falls_at_any_speed(nao: nk.Na
     t = 0.01 * np.arange(200)
     bent = nao.angles(nao.posture("Stand"))["LKneePitch"] - 0.2 * np.sin(0.5 * np.pi * t) ** 2
     q = nao.posture("Stand", LKneePitch=bent, limits="ignore")
-    found = nk.world.dynamic_balance(nao, t, q)
+    found = nk.world.dynamic_balance(nao, q, t)
     static = nk.world.balance(nao, q)
     lost = np.isnan(static.margin)
     assert 5 < lost.sum() < 50

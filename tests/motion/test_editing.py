@@ -265,7 +265,7 @@ def test_completed_motions_name_every_motor_once(nao: nk.NaoModel) -> None:
     found = complete(nao, motion, "Crouch")
     assert len(found.joint_names) == 25
     assert "LHipYawPitch" not in found.joint_names
-    assert np.array_equal(found.configurations(nao).q, motion.configurations(nao, fill="Crouch").q)
+    assert np.array_equal(found.configurations(nao).q, motion.configurations(nao, missing="Crouch").q)
 
 
 # --- mending ----------------------------------------------------------------------------------------------------------
@@ -388,7 +388,7 @@ def test_a_joint_that_is_not_named_is_not_moved(nao: nk.NaoModel) -> None:
     fill[nao.joint_names.index("HeadPitch")] = 0.4
     assert clamp(nao, motion).changes == ()
     with pytest.raises(nk.errors.BadArgument, match="the motion moves HeadYaw and not HeadPitch"):
-        clamp(nao, motion, fill=fill)
+        clamp(nao, motion, missing=fill)
 
 
 @pytest.mark.full

@@ -297,7 +297,7 @@ def test_the_outermost_handles_may_have_any_length() -> None:
 
 def test_absent_joints_are_where_the_posture_has_them(nao: nk.NaoModel) -> None:
     motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
-    found = motion.configurations(nao, rate=10, fill="Crouch")
+    found = motion.configurations(nao, rate=10, missing="Crouch")
     expected = np.tile(nao.posture("Crouch"), (11, 1))
     expected[:, nao.joint_names.index("HeadYaw")] = np.linspace(0.0, 0.5, 11)
     assert np.allclose(found.q, expected, rtol=0, atol=1e-15)
@@ -320,10 +320,11 @@ def test_a_given_configuration_fills_in_with_the_base(nao: nk.NaoModel) -> None:
     fill = floating.neutral()
     fill[:3] = 1.0, 2.0, 3.0
     motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
-    q = motion.configurations(floating, fill=fill).q
+    q = motion.configurations(floating, missing=fill).q
     fill[7 + floating.joint_names.index("HeadYaw")] = 0.5
     assert np.array_equal(q[1], fill)
     assert q.shape == (2, 32)
+    assert np.array_equal(motion.configurations(nao, missing=0.1).q[0], nao.configuration({"HeadYaw": 0}, missing=0.1))
 
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
@@ -369,7 +370,7 @@ def test_the_last_configuration_is_at_the_last_key(nao: nk.NaoModel) -> None:
         ({"rate": 1e9}, "more than 4000000"),
         ({"rate": 1.0, "times": [0.0]}, "give one"),
         ({"times": [[0.0]]}, "times must have shape (n,)"),
-        ({"fill": "Stan"}, "unknown posture 'Stan' (nearest: Stand"),
+        ({"missing": "Stan"}, "unknown posture 'Stan' (nearest: Stand"),
         ({"hips": "both"}, "valid: average, left, right"),
     ],
 )

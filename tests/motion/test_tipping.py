@@ -59,11 +59,11 @@ def test_a_motion_that_is_slowed_down_for_balance_does_not_tip(nao: nk.NaoModel)
 
 def test_a_motion_that_falls_at_any_speed_says_so(nao: nk.NaoModel) -> None:
     bow = nk.Motion([0.0, 3.0], ["LAnklePitch", "RAnklePitch"], [[0.0, 0.0], [0.6, 0.6]])
-    report = nk.motion.check(nao, bow, fill="Stand", balance=True)
+    report = nk.motion.check(nao, bow, missing="Stand", balance=True)
     assert report.violations[0].of == "back"
     assert report.as_dict()["balance"][0]["rocking"] == pytest.approx(0.5)
     with pytest.raises(BadArgument, match="falls at .* slowly: .* mm outside"):
-        nk.motion.slow_down(nao, bow, balance=True, fill="Stand")
+        nk.motion.slow_down(nao, bow, balance=True, missing="Stand")
 
 
 def test_intervals_follow_the_soles(nao: nk.NaoModel) -> None:
@@ -103,15 +103,15 @@ def test_margins_are_drawn(nao: nk.NaoModel) -> None:
 
 def test_the_balance_of_a_motion_is_that_of_the_joints_it_does_not_name(nao: nk.NaoModel) -> None:
     nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
-    found = nod.balance(nao, fill="Crouch")
+    found = nod.balance(nao, missing="Crouch")
     heights = [nk.world.balance(nao, nao.posture(name)).com[2] for name in ("Crouch", "StandZero")]
     assert found.com[0, 2] == pytest.approx(heights[0], abs=1e-3)
     assert abs(heights[0] - heights[1]) > 0.01
-    later = nk.Motion([3.0, 3.5, 4.0], ["HeadPitch"], [[0.0], [0.3], [0.0]]).balance(nao, fill="Crouch")
+    later = nk.Motion([3.0, 3.5, 4.0], ["HeadPitch"], [[0.0], [0.3], [0.0]]).balance(nao, missing="Crouch")
     np.testing.assert_allclose(later.times, found.times + 3.0)
     np.testing.assert_allclose(later.margin, found.margin, atol=1e-9)
     pytest.importorskip("matplotlib")
-    drawn = nk.motion.plot(nao, nod, balance=True, fill="Crouch").axes[-1].get_lines()
+    drawn = nk.motion.plot(nao, nod, balance=True, missing="Crouch").axes[-1].get_lines()
     assert any(np.allclose(np.nanmin(line.get_ydata()), 1e3 * np.nanmin(found.margin), atol=1e-6) for line in drawn)
 
 

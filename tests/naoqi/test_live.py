@@ -122,7 +122,7 @@ def test_the_frames_of_a_nao6_become_configurations(nao: nk.NaoModel, short_fold
     assert up == pytest.approx([-np.sin(0.5), 0.0, np.cos(0.5)], abs=1e-7)
     # What the frames have of forces, angles and gyrometer feeds the estimator.
     estimator = nk.world.StateEstimator(nao)
-    now = [estimator.update(reading.time, reading.q, **reading.sensors) for reading in found][-1]
+    now = [estimator.update(reading.q, reading.time, **reading.sensors) for reading in found][-1]
     assert {"angles"} <= set(found[0].sensors) <= {"forces", "angles", "gyro"}
     assert now.up[0] == pytest.approx(up, abs=1e-7)
 

@@ -184,7 +184,7 @@ def _absent(name: str) -> bool:
 
 
 def _stream(robot: nk.NaoModel, folder: Path) -> object:
-    return nk.stream.fk(robot, folder / "q.parquet", "LArm", folder / "poses.npy")
+    return nk.stream.fk(robot, folder / "q.parquet", folder / "poses.npy", frame="LArm")
 
 
 ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {

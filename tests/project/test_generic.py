@@ -181,7 +181,7 @@ def test_columns_in_degrees_are_those_in_radians(tmp_path: Path, monkeypatch: py
     Path("q.csv").write_text("".join(",".join(map(str, line)) + "\n" for line in lines), encoding="utf-8")
     for path, degrees in (("rad.csv", False), ("deg.csv", True)):
         if name == "stream":
-            nk.stream.fk(NAO, "q.csv", "LArm", path, as_="rpy", poses_in_degrees=degrees)
+            nk.stream.fk(NAO, "q.csv", path, frame="LArm", as_="rpy", poses_in_degrees=degrees)
         else:
             assert run([*WRITTEN[name], path, *(["--deg"] if degrees else [])]) == 0
     rad, deg = table(Path("rad.csv")), table(Path("deg.csv"))

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from public_names import TOP
 from syntax import statements
 
 import nao_kin
@@ -178,18 +179,18 @@ def test_the_mathematics_knows_no_robot_and_no_pinocchio() -> None:
 
 def test_everything_public_is_listed_in_one_place_and_documented() -> None:
     rooms = {room for room in _rooms() if not room.startswith("_")}
-    assert rooms <= set(nao_kin.__all__)
+    assert rooms <= set(TOP)
     pages = "".join(
         page.read_text(encoding="utf-8") for page in sorted((PACKAGE.parent / "docs" / "reference").glob("*.md"))
     )
-    for name in nao_kin.__all__:
+    for name in TOP:
         value = getattr(nao_kin, name)
         listed = value.__name__ if isinstance(value, ModuleType) else f"nao_kin.{name}"
         assert listed in pages, f"docs/reference says nothing about {listed}"
 
 
 def test_a_public_room_lists_what_it_offers() -> None:
-    for name in nao_kin.__all__:
+    for name in TOP:
         value = getattr(nao_kin, name)
         if not isinstance(value, ModuleType):
             continue
@@ -256,7 +257,7 @@ def test_no_module_takes_the_place_of_a_public_name() -> None:
                     raise
     taken = [
         f"{name}.{entry}"
-        for name in nao_kin.__all__
+        for name in TOP
         if isinstance(room := getattr(nao_kin, name), ModuleType)
         for entry in room.__all__
         if isinstance(getattr(room, entry), ModuleType)

@@ -27,7 +27,7 @@ nao.fkk(q, "LArm")  # wrong
 nao.fk(q, frames=["LArm"])  # wrong
 nao.fk(q, 5)  # wrong
 found = nk.ik.arm(nao, "L", T, near="StandInit" if nao.nq else q)
-print(found.describe().upper(), found.best[0])
+print(found.message.upper(), found.describe().upper(), found.best[0])
 found.mesage  # wrong
 nk.ik.numeric(nao, "LArm", T, limits="clamp")  # wrong
 motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
@@ -45,7 +45,7 @@ nk.export.urdf(nao)  # wrong
 mass: int = nao.mass  # wrong
 nk.motion.write_motion("a.csv", motion)  # wrong
 nk.errors.UnknownNam  # wrong
-nk.world.odometry(nao, [0.0, 0.1], [q, q]).headng  # wrong
+nk.world.odometry(nao, [q, q], [0.0, 0.1]).headng  # wrong
 """
 
 

@@ -30,8 +30,8 @@ def methods(robot: nk.RobotModel) -> dict[str, tuple[Ask, tuple[int, ...]]]:
         "fk": (lambda q, **o: robot.fk(q, FEET, **o), (2, 4, 4)),
         "one": (lambda q, **o: robot.fk(q, "LArm", **o), (4, 4)),
         "relative": (lambda q, **o: robot.fk(q, FEET, reference="Head", **o), (2, 4, 4)),
-        "quaternion": (lambda q, **o: robot.fk(q, "LArm", as_="position_quaternion", **o), (7,)),
-        "position6d": (lambda q, **o: robot.fk(q, FEET, as_="position6d", **o), (2, 6)),
+        "quaternion": (lambda q, **o: robot.fk(q, "LArm", as_="quaternion", **o), (7,)),
+        "rpy": (lambda q, **o: robot.fk(q, FEET, as_="rpy", **o), (2, 6)),
         "rotation": (lambda q, **o: robot.rotation(q, FEET, **o), (2, 3, 3)),
         "position": (lambda q, **o: robot.position(q, "LArm", **o), (3,)),
         "jacobian": (lambda q, **o: robot.jacobian(q, "LArm", **o), (6, robot.nv)),
@@ -391,11 +391,11 @@ def test_rates_and_angles_in_single_precision_are_right_to_several_millionths(na
     for ask in (
         lambda **o: nao.velocity(q, v, FEET, **o),
         lambda **o: nao.acceleration(q, v, a, FEET, **o),
-        lambda **o: nao.fk(q, FEET, as_="position_quaternion", **o),
+        lambda **o: nao.fk(q, FEET, as_="quaternion", **o),
     ):
         single, double = ask(dtype=np.float32, threads=1), ask(threads=1)
         np.testing.assert_allclose(single, double, rtol=1e-6, atol=1e-5)
-    single, double = (nao.fk(q, FEET, as_="position6d", dtype=d, threads=1) for d in (np.float32, np.float64))
+    single, double = (nao.fk(q, FEET, as_="rpy", dtype=d, threads=1) for d in (np.float32, np.float64))
     turned = np.exp(1j * single[..., 3:]) - np.exp(1j * double[..., 3:])  # ±π is one angle
     flat = np.cos(double[..., 4]) > 0.1  # beside lock roll and yaw are each ill-determined
     np.testing.assert_allclose(np.abs(turned)[flat], 0.0, rtol=0, atol=2e-5)

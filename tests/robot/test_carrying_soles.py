@@ -237,7 +237,7 @@ def test_soles_below_their_frame_do_not_sink_the_robot(
     assert frames[:, 2, 3] == pytest.approx(drop, abs=2e-3)
     if height is not None:
         assert down.T_world_base[2, 3] == pytest.approx(height, abs=2e-3)
-    path = nk.world.odometry(robot, [0.0, 0.02], [q, q], soles=soles)
+    path = nk.world.odometry(robot, [q, q], [0.0, 0.02], soles=soles)
     assert path.T_world_base[0, 2, 3] == pytest.approx(down.T_world_base[2, 3], abs=2e-3)
     assert path.T_world_support[0, 2, 3] == pytest.approx(drop, abs=2e-3)
 

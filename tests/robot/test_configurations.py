@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from nao_kin.errors import (
     UnknownName,
     WrongShape,
 )
+from nao_kin.robot.semantics import Posture
 
 # --- degrees ----------------------------------------------------------------------------------------------------------
 
@@ -252,7 +254,22 @@ def test_other_values_leave_the_posture_and_a_floating_base_alone() -> None:
     assert np.array_equal(nao.posture("Sit"), before)
 
 
-def test_a_posture_with_other_values_faces_the_limits_of_all_joints(nao: nk.NaoModel) -> None:
+def test_only_the_limits_of_named_joints_are_checked(nao: nk.NaoModel) -> None:
+    stretched = {"Stretched": Posture({"HeadPitch": 0.4})}
+    robot = nk.RobotModel(nao.tree, replace(nao.semantics, start="", postures=stretched))
+    for make in (robot.configuration, lambda given: robot.posture("Stretched", given)):
+        assert robot.angles(make({"HeadYaw": 0.3}))["LElbowRoll"] == 0.0  # outside, and not named
+        with pytest.raises(OutsideLimits, match="LElbowRoll = 0 not in"):
+            make({"LElbowRoll": 0.0})
+    # The range of HeadPitch depends on HeadYaw, and so counts too.
+    with pytest.raises(OutsideLimits, match="HeadPitch = 0.4 not in"):
+        robot.posture("Stretched", HeadYaw=1.2)
+    clamped = robot.posture("Stretched", HeadYaw=1.2, limits="clamp")
+    outside = {violation.joint for violation in robot.limit_violations(clamped)}
+    assert outside == {"LElbowRoll", "RElbowRoll"}
+
+
+def test_a_posture_with_other_values_faces_the_limits_of_those(nao: nk.NaoModel) -> None:
     with pytest.raises(OutsideLimits, match="HeadYaw = 3 not in"):
         nao.posture("Stand", HeadYaw=3.0)
     # The range of HeadPitch depends on HeadYaw.
@@ -357,7 +374,7 @@ def test_roll_pitch_and_yaw_of_a_floating_base_are_those_of_pinocchio_and_lead_b
         return np.concatenate([x[..., :3], rotations.quat_to_xyzw(quaternion), x[..., 6:]], axis=-1)
 
     q = from_angles(x)
-    again = np.concatenate([robot.fk(q, robot.tree.root, as_="position6d"), q[..., 7:]], axis=-1)
+    again = np.concatenate([robot.fk(q, robot.tree.root, as_="rpy"), q[..., 7:]], axis=-1)
     for row, wanted, found in zip(q, x, again, strict=True):
         R = pin.rpy.rpyToMatrix(wanted[3:6])
         np.testing.assert_allclose(pin.Quaternion(row[3:7]).matrix(), R, rtol=0, atol=1e-15)

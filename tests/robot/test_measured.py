@@ -134,7 +134,7 @@ def test_what_a_real_robot_records_is_accepted_and_the_joints_are_named(nao: nk.
         table = np.column_stack([values[name][rows] for name in nao.joint_names])
         np.savetxt(files[-1], table, delimiter=",", header=",".join(nao.joint_names), comments="")
     with pytest.warns(MeasuredLimitsWarning, match=named):
-        result = nk.stream.fk(nao, files, "LArm", tmp_path / "t.npy", limits="measured")
+        result = nk.stream.fk(nao, files, tmp_path / "t.npy", frame="LArm", limits="measured")
     assert list(result.clamped.joints) == ["LShoulderRoll", "RWristYaw", "LElbowRoll", "HeadYaw"]
     assert result.clamped.joint == "LShoulderRoll"
     assert math.degrees(result.clamped.largest) == pytest.approx(4.24)
@@ -213,7 +213,7 @@ def test_a_partial_table_is_a_log_with_values_for_the_missing(
     assert yaw.tolist() == [0.1, stand["HeadYaw"]]
     assert pitch.tolist() == [stand["HeadPitch"], 0.2]
     assert log.times.tolist() == [0.0, 0.1]
-    nk.stream.fk(nao, path, "CameraTop", tmp_path / "t.npy", ignore_other=True, missing="Stand")
+    nk.stream.fk(nao, path, tmp_path / "t.npy", frame="CameraTop", ignore_other=True, missing="Stand")
     np.testing.assert_array_equal(np.load(tmp_path / "t.npy"), nao.fk(log.q, "CameraTop"))
 
 
@@ -244,10 +244,10 @@ def test_a_run_over_a_file_counts_what_it_accepted(nao: nk.NaoModel, tmp_path: P
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=",".join(values), comments="")
     source, sink = tmp_path / "log.csv", tmp_path / "t.npy"
     with pytest.warns(MeasuredLimitsWarning) as caught:
-        result = nk.stream.fk(nao, source, "LArm", sink, hips="average", limits="measured")
+        result = nk.stream.fk(nao, source, sink, frame="LArm", hips="average", limits="measured")
     assert len([warning for warning in caught if warning.category is MeasuredLimitsWarning]) == 1
     assert result.bad_rows == 0
     assert result.rows_written == len(rows)
     assert str(caught[0].message).startswith(f"{result.clamped.rows} configurations")
     with pytest.raises(BadInputFile, match="outside the joint limits.* as noise of a sensor$"):
-        nk.stream.fk(nao, source, "LArm", sink, hips="average", overwrite=True)
+        nk.stream.fk(nao, source, sink, frame="LArm", hips="average", overwrite=True)

@@ -163,11 +163,11 @@ def test_random_configurations_and_motions_mind_obstacles(nao: nk.NaoModel) -> N
     assert nao.clearance(q, obstacles=[TABLE, BALL], tolerance=0.002).is_free.all()
     assert not nao.clearance(nao.random(0, 200, collision_free=True), obstacles=[TABLE, BALL]).is_free.all()
     down = nk.Motion([0.0, 1.0], ["LShoulderPitch"], [[0.0], [0.6]])
-    found = nk.motion.check(nao, down, fill="StandZero", collisions=CollisionRule(obstacles=[TABLE]))
+    found = nk.motion.check(nao, down, missing="StandZero", collisions=CollisionRule(obstacles=[TABLE]))
     (row,) = [row for row in found.violations if row.kind == "collision"]
     assert "l_wrist" in row.describe()
     assert "table" in row.describe()
-    assert nk.motion.check(nao, down, fill="StandZero", collisions=True).ok
+    assert nk.motion.check(nao, down, missing="StandZero", collisions=True).ok
 
 
 def test_without_obstacles_answers_are_those_of_before(nao: nk.NaoModel) -> None:

@@ -120,9 +120,9 @@ def test_sensors_of_a_robot_are_corrected_in_state_and_odometry(path: Path) -> N
         assert np.allclose(found.up, expected.up, rtol=0.0, atol=2e-3 if "angles" in given else 1e-9)
         assert np.allclose(found.forces, expected.forces, rtol=0.0, atol=1e-12)
         assert found.notes == expected.notes
-    walked = nk.world.odometry(mine, times, q, forces=reported, gyro=in_unit.apply(turning) + GYRO_BIAS)
+    walked = nk.world.odometry(mine, q, times, forces=reported, gyro=in_unit.apply(turning) + GYRO_BIAS)
     assert np.allclose(
-        walked.T_world_base, nk.world.odometry(perfect, times, q, forces=forces, gyro=turning).T_world_base
+        walked.T_world_base, nk.world.odometry(perfect, q, times, forces=forces, gyro=turning).T_world_base
     )
     blank = np.column_stack([roll, pitch])
     blank[:10] = np.nan

@@ -11,9 +11,9 @@ from hypothesis import given
 from rotation_samples import PROPERTY, integer_rotations
 from screw_samples import ANGLES, EPS, length, long_twists, random_twists, twists
 
-from nao_kin import lines, rotations, screws
+from nao_kin import rotations, screws
 from nao_kin.errors import BadArgument, WrongShape, ZeroNorm
-from nao_kin.screws import Screw
+from nao_kin.screws import Screw, lines
 from nao_kin.screws.lines import PluckerLine
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)

@@ -12,7 +12,6 @@ from hypothesis import given, settings, strategies as st
 from loops import for_all
 from scipy.spatial.transform import Rotation
 
-from nao_kin import lines
 from nao_kin.errors import (
     BadArgument,
     DegeneratePoints,
@@ -22,6 +21,7 @@ from nao_kin.errors import (
     WrongShape,
     ZeroNorm,
 )
+from nao_kin.screws import lines
 from nao_kin.screws.lines import PluckerLine
 
 EPS = np.finfo(float).eps

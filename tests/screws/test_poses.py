@@ -11,8 +11,9 @@ from rotation_samples import PROPERTY
 from screw_samples import EPS, EXACT, as_array, exact_ad, exact_pose, power_series, random_twists, twists
 
 import nao_kin as nk
-from nao_kin import lines, rotations, screws
-from nao_kin.errors import BadArgument, NotARotation
+from nao_kin import rotations, screws
+from nao_kin.errors import BadArgument, NotARotation, UnknownName
+from nao_kin.screws import lines
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)
 MANY = screws.exp(random_twists(60, 1))
@@ -158,12 +159,12 @@ def test_the_way_begins_and_ends_at_the_poses_and_is_as_fast_everywhere(start, w
         assert_near(here[:3, :3], orientation, atol=40 * EPS)
 
 
-@pytest.mark.parametrize("longer", [False, True])
-def test_the_way_is_the_same_seen_from_another_frame_and_of_another_frame(longer) -> None:
+@pytest.mark.parametrize("arc", ["shorter", "longer"])
+def test_the_way_is_the_same_seen_from_another_frame_and_of_another_frame(arc: str) -> None:
     S = screws.exp(random_twists(60, 12))
-    way = screws.sclerp(MANY, OTHERS, 0.3, longer=longer)
-    assert_near(screws.sclerp(S @ MANY, S @ OTHERS, 0.3, longer=longer), S @ way, atol=1e-12)
-    assert_near(screws.sclerp(MANY @ S, OTHERS @ S, 0.3, longer=longer), way @ S, atol=1e-12)
+    way = screws.sclerp(MANY, OTHERS, 0.3, arc=arc)
+    assert_near(screws.sclerp(S @ MANY, S @ OTHERS, 0.3, arc=arc), S @ way, atol=1e-12)
+    assert_near(screws.sclerp(MANY @ S, OTHERS @ S, 0.3, arc=arc), way @ S, atol=1e-12)
 
 
 @pytest.mark.parametrize("angle", [1e-9, 1e-3, 1.0, 3.0, math.pi - 1e-9])
@@ -172,7 +173,7 @@ def test_the_longer_way_is_about_the_same_line_the_other_way_round(angle) -> Non
     line = lines.PluckerLine.from_point_direction([1, 0, 0], [0, 0, 1])
     end = screws.Screw(line, angle, 0.4).pose
     for s in (0.0, 0.25, 1.0, 1.5):
-        found = screws.sclerp(np.eye(4), end, s, longer=True)
+        found = screws.sclerp(np.eye(4), end, s, arc="longer")
         expected = screws.Screw(line, s * (angle - 2 * math.pi), s * 0.4).pose
         # A line is known as well as the rounding of the poses tells it from the turn.
         assert_near(found, expected, atol=1e-15 / min(1.0, angle) + 1e-14)
@@ -183,9 +184,11 @@ def test_the_longer_way_is_about_the_same_line_the_other_way_round(angle) -> Non
 def test_the_longer_way_of_a_translation_is_refused() -> None:
     T = screws.pose(rotations.rot_z([0.5, 0.0]), [1, 2, 3])
     with pytest.raises(BadArgument, match=r"the poses at index \[1\] differ by a translation alone"):
-        screws.sclerp(np.eye(4), T, 0.5, longer=True)
+        screws.sclerp(np.eye(4), T, 0.5, arc="longer")
     with pytest.raises(BadArgument, match="differ by a translation alone"):
-        screws.sclerp(T[0], T[0], 0.5, longer=True)
+        screws.sclerp(T[0], T[0], 0.5, arc="longer")
+    with pytest.raises(UnknownName, match="unknown arc 'long'"):
+        screws.sclerp(T[0], T[1], 0.5, arc="long")
     assert_near(screws.sclerp(np.eye(4), T[1], 0.5), screws.pose(np.eye(3), [0.5, 1, 1.5]), atol=EPS)
 
 

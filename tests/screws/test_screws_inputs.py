@@ -7,8 +7,9 @@ import pytest
 from loops import for_all
 from screw_samples import BATCHES, random_twists
 
-from nao_kin import lines, screws
+from nao_kin import screws
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, WrongShape
+from nao_kin.screws import lines
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)
 
@@ -28,7 +29,7 @@ FUNCTIONS = {
     "bracket": (screws.bracket, "xx"),
     "dual_bracket": (screws.dual_bracket, "xx"),
     "sclerp": (screws.sclerp, "TTs"),
-    "sclerp, the longer way": (partial(screws.sclerp, longer=True), "TTs"),
+    "sclerp, the longer way": (partial(screws.sclerp, arc="longer"), "TTs"),
     "left_jacobian": (screws.left_jacobian, "x"),
     "left_jacobian_inverse": (screws.left_jacobian_inverse, "x"),
     "right_jacobian": (screws.right_jacobian, "x"),

@@ -85,7 +85,7 @@ def test_a_file_whose_first_line_names_no_joint_is_told_so(
         with pytest.raises(BadInputFile, match=message):
             read_log(nao, path, ignore_other=ignore_other)
         with pytest.raises(BadInputFile, match=message):
-            nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy", ignore_other=ignore_other)
+            nk.stream.fk(nao, path, tmp_path / "poses.npy", frame="Head", ignore_other=ignore_other)
 
 
 # --- ROS messages, which name the joints in every row -----------------------------------------------------------------
@@ -115,7 +115,7 @@ def test_joint_states_that_rostopic_prints_are_read_by_the_names_in_their_rows(
     log = read_log(nao, path)
     assert np.array_equal(log.q, q)
     assert np.allclose(log.times, 1.7e9 + 0.02 * np.arange(7), rtol=0.0, atol=1e-6)
-    nk.stream.fk(nao, path, "LArm", sink)
+    nk.stream.fk(nao, path, sink, frame="LArm")
     assert np.allclose(np.load(sink), nao.fk(q, "LArm"), rtol=0.0, atol=1e-12)
     with pytest.warns(nk.motion.MotionFileWarning, match="taken as ns"):
         motion = nk.motion.read_motion(path)
@@ -131,10 +131,10 @@ def test_joint_states_that_rostopic_prints_are_read_by_the_names_in_their_rows(
     lines[4] = lines[4].replace(f"{shuffled[0]},{shuffled[1]}", f"{shuffled[1]},{shuffled[0]}")
     path.write_text("\n".join(lines))
     message = r"line 5: its joints are not those of the first row"
-    for read in (lambda: read_log(nao, path), lambda: nk.stream.fk(nao, path, "LArm", sink, overwrite=True)):
+    for read in (lambda: read_log(nao, path), lambda: nk.stream.fk(nao, path, sink, frame="LArm", overwrite=True)):
         with pytest.raises(BadInputFile, match=message):
             read()
-    done = nk.stream.fk(nao, path, "LArm", sink, on_error="skip", overwrite=True)
+    done = nk.stream.fk(nao, path, sink, frame="LArm", on_error="skip", overwrite=True)
     assert (done.bad_rows, done.first_bad_rows[0].line) == (1, 5)
 
 
@@ -194,7 +194,7 @@ def test_a_joint_whose_column_is_left_out_is_at_zero(nao: nk.NaoModel, tmp_path:
     left_out = {"LHand": None, "RHand": None}
     q[:, hands] = 0.0
     assert np.array_equal(read_log(nao, path, columns=left_out).q, q)
-    nk.stream.fk(nao, path, "LArm", sink, columns=left_out)
+    nk.stream.fk(nao, path, sink, frame="LArm", columns=left_out)
     assert np.allclose(np.load(sink), nao.fk(q, "LArm"), rtol=0.0, atol=1e-12)
 
 

@@ -33,7 +33,7 @@ QUESTIONS: dict[str, tuple[str, tuple[Any, ...], dict[str, Any]]] = {
     "rotation": ("rotation", ("LArm",), {"reference": "Head"}),
     "positions": ("position", (("LArm", "RArm"),), {}),
     "Jacobian": ("jacobian", ("LArm", "frame"), {}),
-    "quaternions": ("fk", (["LArm", "Head"],), {"as_": "position_quaternion"}),
+    "quaternions": ("fk", (["LArm", "Head"],), {"as_": "quaternion"}),
     "Jacobian of the centre of mass": ("com_jacobian", (), {"reference": "LFoot"}),
     "centre of mass": ("com", (), {"reference": "LFoot"}),
 }

@@ -221,7 +221,7 @@ def test_units_empty_cells_and_degrees_of_sensors(nao: nk.NaoModel, tmp_path: Pa
 def test_poses_of_a_log_need_no_option_for_its_sensors(nao: nk.NaoModel, tmp_path: Path) -> None:
     q = walk(nao)
     path = write(tmp_path / "log.csv", table(nao, NAMES["nao_lola"], q) | {"/sensors/sonar/left": TIMES})
-    result = nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")
+    result = nk.stream.fk(nao, path, tmp_path / "poses.npy", frame="Head")
     assert np.allclose(np.load(tmp_path / "poses.npy"), nao.fk(q, "Head"), rtol=0.0, atol=1e-12)
     assert "/sensors/sonar/left" in result.notes[1]
 

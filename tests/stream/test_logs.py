@@ -90,7 +90,7 @@ def test_a_log_is_read_in_every_form_with_its_times(
         log = read_log(nao, path)
         assert np.allclose(log.q, q, rtol=0, atol=1e-12)
         assert np.array_equal(read_log(nao, path).q, log.q)
-        result = nk.stream.fk(nao, path, ["LArm", "RLeg"], tmp_path / "poses.parquet", overwrite=True)
+        result = nk.stream.fk(nao, path, tmp_path / "poses.parquet", frame=["LArm", "RLeg"], overwrite=True)
         got = pyarrow.parquet.read_table(tmp_path / "poses.parquet").to_pydict()
         poses = np.stack([got[name] for name in result.columns], axis=-1).reshape(ROWS, 2, 4, 4)
         assert np.allclose(poses, nao.fk(q, ["LArm", "RLeg"]), rtol=0, atol=1e-12)
@@ -117,7 +117,7 @@ def test_times_stand_beside_the_rows_of_every_output(
         pyarrow.feather.write_feather(pa.table(table), source, chunksize=7)
     for kind in ("csv", "parquet", "arrow"):
         sink = tmp_path / f"poses.{kind}"
-        nk.stream.fk(nao, source, ["LArm", "RArm"], sink, as_="rpy")
+        nk.stream.fk(nao, source, sink, frame=["LArm", "RArm"], as_="rpy")
         if kind == "csv":
             header, *records = csv.reader(io.StringIO(sink.read_text()))
             columns: dict = dict(zip(header, zip(*records, strict=True), strict=True))
@@ -126,7 +126,7 @@ def test_times_stand_beside_the_rows_of_every_output(
             columns = read(sink).to_pydict()
         assert list(columns)[:3] == ["row", "time", "frame"]
         assert np.array_equal(np.array(columns["time"], float), np.repeat(TIMES, 2))
-    nk.stream.fk(nao, source, ["LArm", "RArm"], tmp_path / "poses.npy")
+    nk.stream.fk(nao, source, tmp_path / "poses.npy", frame=["LArm", "RArm"])
     assert np.load(tmp_path / "poses.npy").shape == (ROWS, 2, 4, 4)
 
 
@@ -151,7 +151,7 @@ def test_times_are_seconds_or_what_their_unit_or_size_says(
     expected = written / factor
     log = read_log(nao, tmp_path / "log.csv")
     assert np.array_equal(log.times, expected)
-    result = nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.parquet")
+    result = nk.stream.fk(nao, tmp_path / "log.csv", tmp_path / "poses.parquet", frame="Head")
     assert np.array_equal(pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy(), expected)
     assert log.notes == result.notes
     assert [re.search(r"taken as (\w+) since 1970", line)[1] for line in log.notes] == [note] * bool(note)
@@ -175,7 +175,7 @@ def test_the_step_of_times_shows_their_unit_and_a_guess_is_noted(
     times = step * np.arange(ROWS)
     source.write_text(_text({heading: times, **_table(nao, q)}))
     log = read_log(nao, source)
-    result = nk.stream.fk(nao, source, "Head", sink, overwrite=True)
+    result = nk.stream.fk(nao, source, sink, frame="Head", overwrite=True)
     assert np.array_equal(log.times, times / {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[unit])
     assert log.notes == result.notes
     assert [re.search(r"taken as (\w+)", note)[1] for note in log.notes] == [unit] * noted
@@ -192,7 +192,7 @@ def test_the_first_rows_determine_the_unit_of_times_however_much_is_read_at_once
     (tmp_path / "log.csv").write_text(_text(table))
     if kind == "parquet":
         pyarrow.parquet.write_table(pa.table(table), source, row_group_size=2)
-    nk.stream.fk(nao, source, "Head", sink)
+    nk.stream.fk(nao, source, sink, frame="Head")
     written = [float(line.split(",")[1]) for line in sink.read_text().splitlines()[1:]]
     assert written == (table["time"] / 1e9).tolist()
     assert read_log(nao, tmp_path / "log.csv").times.tolist() == written
@@ -205,7 +205,7 @@ def test_files_of_one_run_have_times_of_one_unit(nao: nk.NaoModel, q: np.ndarray
         """Return the times of the poses of two files with a clock in ns."""
         for source, heading, start in zip(sources, headings, starts, strict=True):
             source.write_text(_text({heading: np.rint(1e9 * (TIMES + start)), **_table(nao, q)}))
-        nk.stream.fk(nao, sources, "Head", sink, overwrite=True, **options)
+        nk.stream.fk(nao, sources, sink, frame="Head", overwrite=True, **options)
         return [float(line.split(",")[1]) for line in sink.read_text().splitlines()[1:]]
 
     for headings, units in ((("time [s]", "time"), ("ns", "s")), (("time", "time [ms]"), ("ms", "ns"))):
@@ -269,7 +269,7 @@ def test_dates_and_times_are_seconds_from_the_first_row(
         motion = nk.motion.read_motion(source, robot=nao)
         assert np.array_equal(motion.key_times, log.times)
         assert np.array_equal(motion.configurations(nao).q, q)
-        nk.stream.fk(nao, source, "Head", tmp_path / "poses.parquet", overwrite=True)
+        nk.stream.fk(nao, source, tmp_path / "poses.parquet", frame="Head", overwrite=True)
         poses = pyarrow.parquet.read_table(tmp_path / "poses.parquet")
         assert np.array_equal(poses["time"].to_numpy(), log.times)
     objects = [nao.angles(row) | {"time": _iso(time, form)} for time, row in zip(TIMES, q, strict=True)]
@@ -321,8 +321,8 @@ def test_a_bad_time_is_named_with_its_line_and_column(
     with pytest.raises(BadInputFile, match=says):
         nk.motion.read_motion(source)
     with pytest.raises(BadInputFile, match=says):
-        nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
-    result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy", on_error="skip")
+        nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head")
+    result = nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head", on_error="skip")
     assert (result.rows_written, result.bad_rows) == (1, 1)
     stamped = [{**dict(zip(names, values, strict=True)), "time": time} for time in (first, bad)]
     (tmp_path / "log.json").write_text(json.dumps(stamped))
@@ -346,14 +346,14 @@ def test_times_of_several_files_count_from_the_first_row_of_the_first(
     lines = _iso_text(nao, q, "Z").splitlines()
     (tmp_path / "log_1.csv").write_text("\n".join(lines[:25]) + "\n")
     (tmp_path / "log_2.csv").write_text("\n".join([lines[0], *lines[25:]]) + "\n")
-    nk.stream.fk(nao, str(tmp_path / "log_?.csv"), "Head", tmp_path / "poses.parquet")
+    nk.stream.fk(nao, str(tmp_path / "log_?.csv"), tmp_path / "poses.parquet", frame="Head")
     times = pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy()
     assert np.allclose(times, TIMES - TIMES[0], rtol=0, atol=1e-9)
     for form, message in (("T", "its times have no time zone, those of"), ("", "its times are numbers, those of")):
         text = _iso_text(nao, q, form) if form else _text({"time": TIMES, **_table(nao, q)})
         (tmp_path / "other.csv").write_text(text)
         with pytest.raises(BadInputFile, match=rf"other.csv: {message} .*log_1.csv"):
-            nk.stream.fk(nao, [tmp_path / "log_1.csv", tmp_path / "other.csv"], "Head", tmp_path / "p.npy")
+            nk.stream.fk(nao, [tmp_path / "log_1.csv", tmp_path / "other.csv"], tmp_path / "p.npy", frame="Head")
 
 
 def test_times_count_from_the_first_row_where_a_run_goes_on(
@@ -377,7 +377,7 @@ def test_stamps_of_arrow_are_times(nao: nk.NaoModel, q: np.ndarray, tmp_path: Pa
     pyarrow.parquet.write_table(
         pa.table({"__index_level_0__": index, **_table(nao, q), "stamp": stamps}), tmp_path / "log.parquet"
     )
-    nk.stream.fk(nao, tmp_path / "log.parquet", "Head", tmp_path / "poses.parquet")
+    nk.stream.fk(nao, tmp_path / "log.parquet", tmp_path / "poses.parquet", frame="Head")
     times = pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy()
     assert np.allclose(times - 1.7e9, TIMES, rtol=0, atol=1e-6)
 
@@ -400,15 +400,15 @@ def test_other_columns_are_named_left_out_or_refused(
     else:
         pyarrow.parquet.write_table(pa.table(table), source)
     with pytest.raises(BadInputFile, match=r"unknown joint 'state' .*--columns.* ignore_other=True \(--ignore-other\)"):
-        nk.stream.fk(nao, source, "Head", out)
+        nk.stream.fk(nao, source, out, frame="Head")
     with pytest.raises(BadInputFile, match="missing joints: HeadYaw"):
-        nk.stream.fk(nao, source, "Head", out, ignore_other=True)
+        nk.stream.fk(nao, source, out, frame="Head", ignore_other=True)
     with pytest.raises(BadArgument, match="unknown column of .* 'yaw' .nearest: yaw_deg"):
-        nk.stream.fk(nao, source, "Head", out, columns={"yaw": "HeadYaw"})
+        nk.stream.fk(nao, source, out, frame="Head", columns={"yaw": "HeadYaw"})
     columns = {"yaw_deg": "HeadYaw [deg]", "ms": "time [ms]"}
-    nk.stream.fk(nao, source, "Head", out, columns=columns, ignore_other=True)
+    nk.stream.fk(nao, source, out, frame="Head", columns=columns, ignore_other=True)
     assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
-    nk.stream.fk(nao, source, "Head", out, columns={**columns, "state": None, "battery": None}, overwrite=True)
+    nk.stream.fk(nao, source, out, frame="Head", columns={**columns, "state": None, "battery": None}, overwrite=True)
     assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
     options = ["--columns=yaw_deg=HeadYaw [deg]", "--columns=ms=time [ms]", "--columns=state=", "--ignore-other"]
     assert run(["fk", str(source), "--frame", "Head", *options, "-o", str(tmp_path / "poses.csv")]) == 0
@@ -437,18 +437,18 @@ def test_units_that_a_joint_has_not_are_refused(nao: nk.NaoModel, q: np.ndarray,
         with pytest.raises(BadInputFile, match=message):
             read_log(nao, tmp_path / "log.csv")
         with pytest.raises(BadInputFile, match=message):
-            nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy")
+            nk.stream.fk(nao, tmp_path / "log.csv", tmp_path / "poses.npy", frame="Head")
 
 
 def test_places_in_messages_are_those_of_the_file(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
     q[7, 1] = 9.0
     text = "# a log\n" + _text({"": np.arange(ROWS), "time": TIMES, **_table(nao, q)})
     (tmp_path / "log.csv").write_text(text)
-    for read in (read_log, lambda nao, path: nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")):
+    for read in (read_log, lambda nao, path: nk.stream.fk(nao, path, tmp_path / "poses.npy", frame="Head")):
         with pytest.raises(BadInputFile, match=r"log.csv, line 10, column 4: outside the joint limits: HeadPitch = 9 "):
             read(nao, tmp_path / "log.csv")
     (tmp_path / "log.csv").write_text(text.replace(f"\n5,{TIMES.tolist()[5]!r}", "\n5,", 1))
-    for read in (read_log, lambda nao, path: nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")):
+    for read in (read_log, lambda nao, path: nk.stream.fk(nao, path, tmp_path / "poses.npy", frame="Head")):
         with pytest.raises(BadInputFile, match=r"log.csv, line 8, column 2: time is '', expected a finite number"):
             read(nao, tmp_path / "log.csv")
 
@@ -463,7 +463,7 @@ def test_several_files_and_patterns_go_into_one_output(
     pyarrow.parquet.write_table(pa.table(rest), tmp_path / "log 2.parquet")
     expected = nao.fk(q, "Head")
     for source in ([tmp_path / "log 1.csv", str(tmp_path / "log 2.parquet")], str(tmp_path / "log*")):
-        result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy", overwrite=True)
+        result = nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head", overwrite=True)
         assert (result.rows_read, result.rows_written) == (ROWS, ROWS)
         assert np.allclose(_poses(tmp_path / "poses.npy"), expected, rtol=0, atol=1e-12)
     out = tmp_path / "poses.csv"
@@ -476,19 +476,19 @@ def test_several_files_and_patterns_go_into_one_output(
     lines[3] = lines[3].replace(lines[3].split(",")[0], "x", 1)
     (tmp_path / "log 2.csv").write_text("\n".join(lines))
     result = nk.stream.fk(
-        nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", on_error="skip", overwrite=True
+        nao, str(tmp_path / "log*.csv"), tmp_path / "poses.npy", frame="Head", on_error="skip", overwrite=True
     )
     assert (result.rows_read, result.bad_rows) == (ROWS, 1)
     bad = result.first_bad_rows[0]
     assert (bad.row, bad.line, bad.file) == (17, 4, str(tmp_path / "log 2.csv"))
     assert str(bad).startswith(f"{tmp_path / 'log 2.csv'}, line 4, column ")
     with pytest.raises(BadInputFile, match=r"log 2.csv, line 4, column \d+: "):
-        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", overwrite=True)
+        nk.stream.fk(nao, str(tmp_path / "log*.csv"), tmp_path / "poses.npy", frame="Head", overwrite=True)
     with pytest.raises(BadInputFile, match="no file matches this pattern"):
-        nk.stream.fk(nao, str(tmp_path / "lag*.csv"), "Head", tmp_path / "poses.npy")
+        nk.stream.fk(nao, str(tmp_path / "lag*.csv"), tmp_path / "poses.npy", frame="Head")
     (tmp_path / "log 2.csv").write_text(_text(_table(nao, q)))
     with pytest.raises(BadInputFile, match=r"log 2.csv: no column of times, which .*log 1.csv has"):
-        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", overwrite=True)
+        nk.stream.fk(nao, str(tmp_path / "log*.csv"), tmp_path / "poses.npy", frame="Head", overwrite=True)
     capsys.readouterr()
     assert run(["fk", str(tmp_path / "log 1.csv"), str(tmp_path / "log 2.csv")]) == 2
     assert "2 files; several files need --output" in capsys.readouterr().err
@@ -516,7 +516,7 @@ def test_two_hips_of_sensors_are_settled_as_asked(
     ):
         read_log(nao, source)
     with pytest.raises(BadInputFile, match=r"drives RHipYawPitch, .*--hips average"):
-        nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy")
+        nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="LLeg")
     (tmp_path / "poses.csv").write_text(_text(table))
     assert run(["fk", str(tmp_path / "poses.csv"), "--limits", "ignore"]) == 2
     assert "--hips average" in capsys.readouterr().err
@@ -528,7 +528,7 @@ def test_two_hips_of_sensors_are_settled_as_asked(
         expected = q.copy()
         expected[:, nao.joint_names.index("LHipYawPitch")] += off
         assert np.allclose(read_log(nao, source, hips=hips, limits="ignore").q, expected, rtol=0, atol=1e-15)
-        nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy", hips=hips, limits="ignore", overwrite=True)
+        nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="LLeg", hips=hips, limits="ignore", overwrite=True)
         assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
     # With times it was always read so, as a motion.
     source.write_text(_text({"time": TIMES, **table}))
@@ -605,7 +605,9 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
     q[11, 0], q[30, 5] = nao.upper[0] + 0.25, nao.lower[5] - 5e-7
     for name, text in (("log.csv", _text(_table(nao, q))), ("timed.csv", _text({"time": TIMES, **_table(nao, q)}))):
         (tmp_path / name).write_text(text)
-        result = nk.stream.fk(nao, tmp_path / name, "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
+        result = nk.stream.fk(
+            nao, tmp_path / name, tmp_path / "poses.npy", frame="Head", limits="clamp", overwrite=True
+        )
         assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
         assert result.clamped.largest == pytest.approx(0.25)
         assert result.as_dict()["clamped"]["rows"] == 1
@@ -618,7 +620,7 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
             assert re.search(
                 rf"--limits clamp moved \d+ of {ROWS} rows to the limits, by at most 0\.25 rad \(HeadYaw\)", said
             ), said
-    nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
+    nk.stream.fk(nao, tmp_path / "log.csv", tmp_path / "poses.npy", frame="Head", limits="clamp", overwrite=True)
     assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(nao.clamp(q), "Head"), rtol=0, atol=1e-12)
 
 
@@ -710,7 +712,7 @@ def test_times_of_an_unknown_name_are_not_lost_without_a_note(nao: nk.NaoModel, 
     assert log.times is None
     assert "'sample_time'" in log.notes[0]
     assert "battery" not in log.notes[0]
-    result = nk.stream.fk(nao, path, "Head", tmp_path / "poses.csv", limits="ignore", ignore_other=True)
+    result = nk.stream.fk(nao, path, tmp_path / "poses.csv", frame="Head", limits="ignore", ignore_other=True)
     assert result.notes == log.notes
     assert read_log(nao, path, limits="ignore", columns={"sample_time": "time [s]", "battery": None}).notes == ()
     path.write_text(_text({"time_s": TIMES, "sample_time": TIMES, **table}))
@@ -741,7 +743,7 @@ def test_the_table_of_plotjuggler_gives_the_positions(nao: nk.NaoModel, q: np.nd
     log = read_log(nao, path, limits="ignore")
     assert np.array_equal(log.q, q)
     assert log.times - 1.7e9 == pytest.approx(TIMES, abs=1e-6)
-    nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy", limits="ignore")
+    nk.stream.fk(nao, path, tmp_path / "poses.npy", frame="Head", limits="ignore")
     assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(q, "Head"), rtol=0, atol=1e-12)
 
 
@@ -797,7 +799,7 @@ def test_damaged_messages_are_refused_with_their_line(nao: nk.NaoModel, q: np.nd
             read_log(nao, path, limits="ignore")
         assert refused.value.line == 3
     with pytest.raises(BadInputFile, match="as a stream"):
-        nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")
+        nk.stream.fk(nao, path, tmp_path / "poses.npy", frame="Head")
 
 
 # --- Units of angles that no heading says.
@@ -819,7 +821,7 @@ def test_angles_in_the_wrong_unit_are_noted_in_both_directions(
             asked = "" if degrees == in_degrees else "radians" if degrees else "degrees"
             assert [re.findall(r"are these (\w+)", note) for note in log.notes] == ([[asked]] if asked else [])
             result = nk.stream.fk(
-                nao, path, "Head", tmp_path / "poses.npy", limits="ignore", degrees=degrees, overwrite=True
+                nao, path, tmp_path / "poses.npy", frame="Head", limits="ignore", degrees=degrees, overwrite=True
             )
             assert result.notes == log.notes
             options = ["--file-deg"] * degrees

@@ -114,7 +114,7 @@ def test_a_run_that_is_cut_at_any_write_leaves_the_old_file_and_goes_on_to_the_s
     whole = tmp_path / f"whole.{sink}"
 
     def poses(path: Path) -> int:
-        return nk.stream.fk(nao, source, ["LArm"], path, as_="rpy", overwrite=True).rows_resumed
+        return nk.stream.fk(nao, source, path, frame=["LArm"], as_="rpy", overwrite=True).rows_resumed
 
     poses(whole)
     expected = whole.read_bytes()

@@ -12,11 +12,11 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 
 
-@pytest.mark.parametrize("style", ["matrix", "position_quaternion", "position6d", "rpy"])
+@pytest.mark.parametrize("style", ["matrix", "quaternion", "rpy"])
 @pytest.mark.parametrize("degrees", [False, True])
 def test_poses_written_by_fk_are_read_back(nao: nk.NaoModel, tmp_path: Path, style: str, degrees: bool) -> None:
     q, path = nao.random(1, 6), tmp_path / "feet.csv"
-    nk.stream.fk(nao, nk.stream.Configurations(q), ["LLeg", "RLeg"], path, as_=style, degrees=degrees)
+    nk.stream.fk(nao, nk.stream.Configurations(q), path, frame=["LLeg", "RLeg"], as_=style, degrees=degrees)
     one = nk.stream.read_targets(nao, path, "RLeg")
     assert (one.kind, one.many, one.notes) == ("pose", True, ())
     np.testing.assert_allclose(one.values, nao.fk(q, "RLeg"), atol=1e-12)

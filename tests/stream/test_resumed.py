@@ -130,7 +130,7 @@ def command(walk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 def _whole(nao: nk.NaoModel, source: Path | list[Path], path: Path) -> bytes:
     """Return the output of a run without interruption."""
-    nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy", overwrite=True)
+    nk.stream.fk(nao, source, path, frame=["LLeg", "RLeg"], as_="rpy", overwrite=True)
     content = path.read_bytes()
     path.unlink()
     return content
@@ -149,7 +149,7 @@ def _interrupt(nao: nk.NaoModel, source: Path | list[Path], sink: Path, monkeypa
     with monkeypatch.context() as patched:
         patched.setattr(run._PoseRun, "poses", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            nk.stream.fk(nao, source, ["LLeg", "RLeg"], sink, as_="rpy")
+            nk.stream.fk(nao, source, sink, frame=["LLeg", "RLeg"], as_="rpy")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, *full(signal.SIGTERM, signal.SIGKILL)])
@@ -189,7 +189,7 @@ def test_an_exception_in_python_leaves_the_finished_parts(
     expected = _whole(nao, walk, poses)
     _interrupt(nao, walk, poses, monkeypatch)
     assert not poses.exists()
-    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
+    result = nk.stream.fk(nao, walk, poses, frame=["LLeg", "RLeg"], as_="rpy", overwrite=True)
     assert 0 < result.rows_resumed < 500
     assert poses.read_bytes() == expected
 
@@ -206,7 +206,7 @@ def test_a_full_disk_is_named_and_the_next_run_goes_on(
     assert err == "nao-kin: cannot write poses.csv: File too large; run it again to resume from row 500\n"
     assert not poses.exists()
     assert not (tmp_path / "poses.csv.parts" / "unfinished").exists()
-    assert nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy").rows_resumed == 500
+    assert nk.stream.fk(nao, walk, poses, frame=["LLeg", "RLeg"], as_="rpy").rows_resumed == 500
     assert poses.read_bytes() == expected
 
 
@@ -233,7 +233,7 @@ def test_a_resumed_run_writes_times_in_the_unit_of_the_whole_file(
     poses = tmp_path / "poses.csv"
     expected = _whole(nao, walk, poses)
     _interrupt(nao, walk, poses, monkeypatch)
-    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
+    result = nk.stream.fk(nao, walk, poses, frame=["LLeg", "RLeg"], as_="rpy", overwrite=True)
     assert 100 < result.rows_resumed < 500
     assert poses.read_bytes() == expected
     assert len(result.notes) == 1
@@ -250,7 +250,7 @@ def test_a_run_over_several_files_goes_on_where_it_was(
     poses = tmp_path / "poses.csv"
     whole = _whole(nao, files, poses)
     _interrupt(nao, files, poses, monkeypatch)
-    result = nk.stream.fk(nao, files, ["LLeg", "RLeg"], poses, as_="rpy")
+    result = nk.stream.fk(nao, files, poses, frame=["LLeg", "RLeg"], as_="rpy")
     assert result.rows_resumed > 0
     assert poses.read_bytes() == whole
 
@@ -265,8 +265,8 @@ def half_done(nao: nk.NaoModel, walk: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("arguments", "changed"),
     [
-        ({"frames": ["LLeg"]}, "frames, form"),
-        ({"as_": "position6d"}, "form"),
+        ({"frame": ["LLeg"]}, "frames, form"),
+        ({"as_": "quaternion"}, "form"),
         ({"reference": "Head"}, "reference"),
         ({"dtype": np.float32}, "dtype"),
         ({"limits": "clamp"}, "limits"),
@@ -285,7 +285,7 @@ def test_other_arguments_or_another_source_start_over_and_say_so(
     if arguments.pop("version", False):
         monkeypatch.setattr(run, "__version__", "0.0.0")
     robot = nk.load_nao(arguments.pop("robot", "v6"))
-    given = {"frames": ["LLeg", "RLeg"], "as_": "rpy"} | arguments
+    given = {"frame": ["LLeg", "RLeg"], "as_": "rpy"} | arguments
     with pytest.warns(StartedOverWarning) as caught:
         result = nk.stream.fk(robot, walk, sink=poses, **given, overwrite=True)
     message = f"{half_done} holds parts of an earlier run, and {changed} changed: starting over"
@@ -352,7 +352,7 @@ def test_damaged_parts_are_done_again(nao: nk.NaoModel, walk: Path, half_done: P
                 path.unlink()
     else:
         (half_done / "run.json").write_text("{")
-    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
+    result = nk.stream.fk(nao, walk, poses, frame=["LLeg", "RLeg"], as_="rpy", overwrite=True)
     assert (result.rows_resumed > 0) == (damage not in ("no run", "half a run"))
     content = poses.read_bytes()
     assert content == _whole(nao, walk, poses)
@@ -364,7 +364,7 @@ def test_a_source_that_changes_while_it_is_read_is_refused(
     add = parts.PartFolder.add
     monkeypatch.setattr(parts.PartFolder, "add", lambda *a: (add(*a), os.utime(walk, ns=(1, time.monotonic_ns()))))
     with pytest.raises(BadInputFile, match=r"walk\.csv: changed while it was read"):
-        nk.stream.fk(nao, walk, "Head", walk.with_name("poses.csv"))
+        nk.stream.fk(nao, walk, walk.with_name("poses.csv"), frame="Head")
     assert sorted(path.name for path in walk.parent.iterdir()) == ["walk.csv", "walk.npy"]
 
 
@@ -372,7 +372,7 @@ def test_two_processes_do_not_write_one_file(nao: nk.NaoModel, walk: Path, half_
     with (half_done / "lock").open("wb") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(BadArgument, match=r"poses\.csv: another process is writing it"):
-            nk.stream.fk(nao, walk, ["LLeg", "RLeg"], walk.with_name("poses.csv"), as_="rpy")
+            nk.stream.fk(nao, walk, walk.with_name("poses.csv"), frame=["LLeg", "RLeg"], as_="rpy")
     assert (half_done / "part-000001.json").exists()
 
 
@@ -385,7 +385,7 @@ def test_what_is_not_ours_is_not_touched(nao: nk.NaoModel, walk: Path, folder: b
     else:
         theirs.write_text("theirs")
     with pytest.raises(BadArgument, match="poses.csv"):
-        nk.stream.fk(nao, walk, "Head", walk.with_name("poses.csv"))
+        nk.stream.fk(nao, walk, walk.with_name("poses.csv"), frame="Head")
     assert (theirs / "part-1" if folder else theirs).read_text() == "theirs"
     assert not walk.with_name("poses.csv").exists()
 
@@ -399,9 +399,9 @@ def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path
     os.mkfifo(pipe)
     reader = threading.Thread(target=lambda: received.append(pipe.read_bytes()), daemon=True)
     reader.start()
-    nk.stream.fk(nao, walk, "Head", pipe)
+    nk.stream.fk(nao, walk, pipe, frame="Head")
     reader.join(10.0)
-    nk.stream.fk(nao, walk, "Head", tmp_path / f"x{pipe.suffix or '.csv'}")
+    nk.stream.fk(nao, walk, tmp_path / f"x{pipe.suffix or '.csv'}", frame="Head")
     assert received == [(tmp_path / f"x{pipe.suffix or '.csv'}").read_bytes()]
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
         ["walk.csv", "walk.npy", name, f"x{pipe.suffix or '.csv'}"]
@@ -536,8 +536,8 @@ for rows in (30_000, 150_000):
         np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (rows, 25)})
         for _ in range(rows // 1000):
             file.write(bytes(25 * 8 * 1000))
-    nk.stream.fk(nao, "q.npy", "LLeg", "poses.csv", limits="ignore", overwrite=True)
-    nk.stream.fk(nao, "q.npy", "LLeg", "poses.parquet", limits="ignore", overwrite=True)
+    nk.stream.fk(nao, "q.npy", "poses.csv", frame="LLeg", limits="ignore", overwrite=True)
+    nk.stream.fk(nao, "q.npy", "poses.parquet", frame="LLeg", limits="ignore", overwrite=True)
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 

@@ -94,7 +94,7 @@ def test_poses_of_every_row_go_from_any_kind_of_file_to_any_other(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, source: str, sink: str
 ) -> None:
     path = tmp_path / f"poses.{sink}"
-    result = nk.stream.fk(nao, _write(nao, q, tmp_path / f"q.{source}"), FEET, path)
+    result = nk.stream.fk(nao, _write(nao, q, tmp_path / f"q.{source}"), path, frame=FEET)
     rows, frames, poses = _read(path, 2, 16)
     assert _same(poses, nao.fk(q, FEET).reshape(ROWS, 2, 16))
     if sink != "npy":
@@ -106,14 +106,14 @@ def test_poses_of_every_row_go_from_any_kind_of_file_to_any_other(
 
 @pytest.mark.parametrize(
     ("dtype", "style"),
-    every_value([np.float64, np.float32, "float32"], ["matrix", "position_quaternion", "position6d", "rpy"]),
+    every_value([np.float64, np.float32, "float32"], ["matrix", "quaternion", "rpy"]),
 )
 def test_a_pose_is_written_as_the_numbers_its_columns_name(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, style: str, dtype: object
 ) -> None:
     path = tmp_path / "poses.parquet"
     source = _write(nao, q, tmp_path / "q.npy")
-    result = nk.stream.fk(nao, source, "LArm", path, as_=style, dtype=dtype, reference="RLeg")
+    result = nk.stream.fk(nao, source, path, frame="LArm", as_=style, dtype=dtype, reference="RLeg")
     table = pyarrow.parquet.read_table(path)
     assert table.column_names == ["row", "frame", *result.columns]
     assert {str(field.type) for field in table.schema} >= {"float" if np.dtype(dtype) == np.float32 else "double"}
@@ -126,11 +126,10 @@ def test_a_pose_is_written_as_the_numbers_its_columns_name(
                 assert np.allclose(got[f"t{i + 1}{j + 1}"], T[:, i, j], rtol=0.0, atol=tolerance)
         return
     assert np.allclose(np.stack([got[axis] for axis in "xyz"], -1), T[:, :3, 3], rtol=0.0, atol=tolerance)
-    if style == "position_quaternion":
+    if style == "quaternion":
         R = Rotation.from_quat(np.stack([got[f"r{i}"] for i in (1, 2, 3, 0)], -1))
     else:
-        angles = ("wx", "wy", "wz") if style == "position6d" else ("roll", "pitch", "yaw")
-        R = Rotation.from_euler("xyz", np.stack([got[name] for name in angles], -1))
+        R = Rotation.from_euler("xyz", np.stack([got[name] for name in ("roll", "pitch", "yaw")], -1))
     assert np.allclose(R.as_matrix(), T[:, :3, :3], rtol=0.0, atol=10 * tolerance)
 
 
@@ -139,15 +138,15 @@ def test_a_pose_is_written_as_the_numbers_its_columns_name(
     [
         ("LArm", "matrix", (4, 4)),
         (["LArm"], "matrix", (1, 4, 4)),
-        (FEET, "position_quaternion", (2, 7)),
+        (FEET, "quaternion", (2, 7)),
         ("LArm", "rpy", (6,)),
-        (None, "position6d", None),
+        (None, "rpy", None),
     ],
 )
 def test_an_array_of_poses_has_the_shape_that_fk_gives(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, frames: object, style: str, shape: tuple[int, ...] | None
 ) -> None:
-    nk.stream.fk(nao, _write(nao, q, tmp_path / "q.npy"), frames, tmp_path / "poses.npy", as_=style)
+    nk.stream.fk(nao, _write(nao, q, tmp_path / "q.npy"), tmp_path / "poses.npy", frame=frames, as_=style)
     assert np.load(tmp_path / "poses.npy").shape == (ROWS, *(shape or (len(nao.link_names), 6)))
 
 
@@ -157,12 +156,12 @@ def test_degrees_are_for_turning_joints_and_for_the_angles_of_poses(
     turning = np.array([unit == "rad" for unit in nao.joint_units])
     for ending in ("npy", "csv"):
         source = _write(nao, np.where(turning, np.degrees(q), q), tmp_path / f"q.{ending}")
-        for written, style in ((False, "rpy"), (True, "rpy"), (True, "position6d")):
-            options = {"as_": style, "degrees": True, "poses_in_degrees": written, "overwrite": True}
-            result = nk.stream.fk(nao, source, "LArm", tmp_path / "poses.npy", **options)
+        for written in (False, True):
+            options = {"as_": "rpy", "degrees": True, "poses_in_degrees": written, "overwrite": True}
+            result = nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="LArm", **options)
             angles = Rotation.from_euler("xyz", np.load(tmp_path / "poses.npy")[:, 3:], degrees=written)
             assert np.allclose(angles.as_matrix(), nao.fk(q, "LArm")[:, :3, :3], atol=1e-13)
-            names = ("roll", "pitch", "yaw") if style == "rpy" else ("wx", "wy", "wz")
+            names = ("roll", "pitch", "yaw")
             assert result.columns[3:] == tuple(f"{name}{'_deg' * written}" for name in names)
             assert result.notes == ()
 
@@ -170,7 +169,7 @@ def test_degrees_are_for_turning_joints_and_for_the_angles_of_poses(
 def test_degrees_leave_lengths_alone(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("turn"), J("slide", kind="prismatic"))
     np.save(tmp_path / "q.npy", [[90.0, 0.5]])
-    nk.stream.fk(robot, tmp_path / "q.npy", "slide_l", tmp_path / "poses.npy", degrees=True)
+    nk.stream.fk(robot, tmp_path / "q.npy", tmp_path / "poses.npy", frame="slide_l", degrees=True)
     assert _same(np.load(tmp_path / "poses.npy")[0], robot.fk([math.radians(90.0), 0.5], "slide_l"))
 
 
@@ -178,9 +177,9 @@ def test_an_existing_output_is_replaced_only_if_asked(nao: nk.NaoModel, q: np.nd
     source, sink = _write(nao, q, tmp_path / "q.npy"), tmp_path / "poses.npy"
     sink.write_bytes(b"old")
     with pytest.raises(BadArgument, match=r"poses\.npy already exists; overwrite=True \(--force\) replaces it"):
-        nk.stream.fk(nao, source, "Head", sink)
+        nk.stream.fk(nao, source, sink, frame="Head")
     assert sink.read_bytes() == b"old"
-    nk.stream.fk(nao, source, "Head", sink, overwrite=True)
+    nk.stream.fk(nao, source, sink, frame="Head", overwrite=True)
     assert np.load(sink).shape == (len(q), 4, 4)
 
 
@@ -189,18 +188,18 @@ def test_limits_are_raised_clamped_or_ignored(nao: nk.NaoModel, q: np.ndarray, t
     source = _write(nao, q, tmp_path / "q.npy")
     out = tmp_path / "poses.npy"
     with pytest.raises(BadInputFile, match=r"q.npy: row 17: outside the joint limits: HeadYaw = 3 not in"):
-        nk.stream.fk(nao, source, "Head", out)
+        nk.stream.fk(nao, source, out, frame="Head")
     assert not out.exists()
-    nk.stream.fk(nao, source, "Head", out, limits="clamp")
+    nk.stream.fk(nao, source, out, frame="Head", limits="clamp")
     assert _same(np.load(out), nao.fk(nao.clamp(q), "Head"))
-    nk.stream.fk(nao, source, "Head", out, limits="ignore", overwrite=True)
+    nk.stream.fk(nao, source, out, frame="Head", limits="ignore", overwrite=True)
     assert _same(np.load(out), nao.fk(q, "Head"))
 
 
 def test_degrees_by_mistake_are_warned_of_once(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
-    nk.stream.fk(nao, _write(nao, q * 60, tmp_path / "q.npy"), "Head", tmp_path / "poses.npy", limits="ignore")
+    nk.stream.fk(nao, _write(nao, q * 60, tmp_path / "q.npy"), tmp_path / "poses.npy", frame="Head", limits="ignore")
     assert [warning.category for warning in recwarn] == [DegreesWarning]
 
 
@@ -209,21 +208,21 @@ def test_naoqis_26_names_are_taken_when_the_hips_agree(nao: nk.NaoModel, q: np.n
     only_right = table.drop_columns(["LHipYawPitch"])
     for columns in (table, only_right):
         pyarrow.parquet.write_table(columns, tmp_path / "q.parquet")
-        nk.stream.fk(nao, tmp_path / "q.parquet", FEET, tmp_path / "poses.npy", overwrite=True)
+        nk.stream.fk(nao, tmp_path / "q.parquet", tmp_path / "poses.npy", frame=FEET, overwrite=True)
         assert _same(np.load(tmp_path / "poses.npy"), nao.fk(q, FEET))
     apart = table.set_column(
         table.num_columns - 1, "RHipYawPitch", pa.array(np.where(np.arange(ROWS) == 31, 0.0, table["RHipYawPitch"]))
     )
     pyarrow.parquet.write_table(apart, tmp_path / "q.parquet")
     with pytest.raises(BadInputFile, match="row 31: LHipYawPitch = .* drives RHipYawPitch, which must then be"):
-        nk.stream.fk(nao, tmp_path / "q.parquet", FEET, tmp_path / "poses.npy", overwrite=True)
+        nk.stream.fk(nao, tmp_path / "q.parquet", tmp_path / "poses.npy", frame=FEET, overwrite=True)
 
 
 def test_followers_with_a_ratio_and_an_offset_stand_for_their_driver(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"), J("b", follows=("a", -2.0, 0.5)), J("c"), J("d", follows=("c", 0.5, 0.0)))
     values = {"b": [0.1, 0.3], "d": [0.2, -0.1], "c": [0.4, -0.2]}
     pyarrow.parquet.write_table(pa.table(values), tmp_path / "q.parquet")
-    nk.stream.fk(robot, tmp_path / "q.parquet", "d_l", tmp_path / "poses.npy")
+    nk.stream.fk(robot, tmp_path / "q.parquet", tmp_path / "poses.npy", frame="d_l")
     expected = robot.configuration({name: np.array(value) for name, value in values.items()})
     assert _same(np.load(tmp_path / "poses.npy"), robot.fk(expected, "d_l"))
 
@@ -234,12 +233,14 @@ def test_a_floating_base_is_read_from_arrays_of_q(tmp_path: Path) -> None:
     q[:, :3] = np.random.default_rng(0).normal(size=(9, 3))
     q[:, 3:7] = Rotation.random(9, rng=0).as_quat()
     np.save(tmp_path / "q.npy", q)
-    nk.stream.fk(robot, tmp_path / "q.npy", "b_l", tmp_path / "poses.npy")
+    nk.stream.fk(robot, tmp_path / "q.npy", tmp_path / "poses.npy", frame="b_l")
     assert _same(np.load(tmp_path / "poses.npy"), robot.fk(q, "b_l"))
     q[4, 3:7] *= 1.1
     q[6, 2] = math.inf
     np.save(tmp_path / "q.npy", q)
-    result = nk.stream.fk(robot, tmp_path / "q.npy", "b_l", tmp_path / "poses.npy", on_error="skip", overwrite=True)
+    result = nk.stream.fk(
+        robot, tmp_path / "q.npy", tmp_path / "poses.npy", frame="b_l", on_error="skip", overwrite=True
+    )
     assert [str(bad) for bad in result.first_bad_rows] == [
         "row 4: the base's quaternion has norm 1.1, expected 1",
         "row 6: number 3 of the base is inf, expected a finite number",
@@ -289,11 +290,11 @@ def test_a_bad_row_of_a_csv_file_is_named_by_its_line_and_costs_no_good_one(
     source.write_bytes("\n".join(lines).encode("utf-8", "surrogateescape"))
     if policy == "stop":
         with pytest.raises(BadInputFile) as caught:
-            nk.stream.fk(nao, source, FEET, sink)
+            nk.stream.fk(nao, source, sink, frame=FEET)
         assert str(caught.value).startswith(f"{source}{REASONS[how].format(39)}")
         assert [path.name for path in tmp_path.iterdir()] == ["q.csv"]
         return
-    result = nk.stream.fk(nao, source, FEET, sink, on_error=policy)
+    result = nk.stream.fk(nao, source, sink, frame=FEET, on_error=policy)
     assert (result.rows_read, result.bad_rows) == (ROWS, 1)
     bad = result.first_bad_rows[0]
     assert (bad.row, bad.line) == (37, 39)
@@ -330,7 +331,7 @@ def test_blank_lines_quotes_and_spaces_do_no_harm_and_count_as_lines(
         lines.append(row)
     source = tmp_path / "q.csv"
     source.write_bytes(b"\xef\xbb\xbf" + end.join(lines).encode())
-    result = nk.stream.fk(nao, source, FEET, tmp_path / "poses.npy", on_error="skip")
+    result = nk.stream.fk(nao, source, tmp_path / "poses.npy", frame=FEET, on_error="skip")
     assert [(bad.row, bad.line) for bad in result.first_bad_rows] == [(50, bad_line)]
     assert _same(np.load(tmp_path / "poses.npy"), nao.fk(np.delete(q, 50, axis=0), FEET))
 
@@ -343,7 +344,7 @@ def test_records_of_several_lines_may_lie_across_the_border_of_blocks(
     rows = [",".join([f'"{first}\n"', f'"\r\n{second}"', *others]) for first, second, *others in fields]
     rows[55] = rows[55] + ",1"
     (tmp_path / "q.csv").write_bytes("\n".join([head, *rows]).encode())
-    result = nk.stream.fk(nao, tmp_path / "q.csv", FEET, tmp_path / "poses.npy", on_error="skip")
+    result = nk.stream.fk(nao, tmp_path / "q.csv", tmp_path / "poses.npy", frame=FEET, on_error="skip")
     assert [str(bad) for bad in result.first_bad_rows] == [f"line {1 + 3 * 56}: 26 values, the header names 25 joints"]
     assert _same(np.load(tmp_path / "poses.npy"), nao.fk(np.delete(q, 55, axis=0), FEET))
 
@@ -355,7 +356,7 @@ def test_blocks_end_where_a_line_does() -> None:
 
 
 def test_groups_of_a_parquet_file_have_one_length(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
-    nk.stream.fk(nao, _write(nao, q, tmp_path / "q.npy"), None, tmp_path / "poses.parquet", as_="rpy")
+    nk.stream.fk(nao, _write(nao, q, tmp_path / "q.npy"), tmp_path / "poses.parquet", as_="rpy")
     metadata = pyarrow.parquet.ParquetFile(tmp_path / "poses.parquet").metadata
     lengths = [metadata.row_group(index).num_rows for index in range(metadata.num_row_groups)]
     assert set(lengths[:-1]) == {50}
@@ -369,7 +370,7 @@ def test_every_bad_row_is_counted_and_the_first_are_listed(nao: nk.NaoModel, q: 
         lines[row + 1] = _spoil(lines[row + 1], how)
     source = tmp_path / "q.csv"
     source.write_text("\n".join(lines) + "\n")
-    result = nk.stream.fk(nao, source, FEET, tmp_path / "poses.parquet", on_error="skip")
+    result = nk.stream.fk(nao, source, tmp_path / "poses.parquet", frame=FEET, on_error="skip")
     assert (result.bad_rows, result.rows_written, len(result.first_bad_rows)) == (len(bad), ROWS - len(bad), 20)
     assert [(b.row, b.line) for b in result.first_bad_rows] == [(row, row + 2) for row in list(bad)[:20]]
     assert pyarrow.parquet.read_table(tmp_path / "poses.parquet")["row"].to_pylist()[::2] == list(range(0, ROWS, 2))
@@ -380,7 +381,7 @@ def test_a_file_of_bad_rows_alone_gives_an_empty_one(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, sink: str
 ) -> None:
     np.save(tmp_path / "q.npy", q + np.nan)
-    result = nk.stream.fk(nao, tmp_path / "q.npy", FEET, tmp_path / f"poses.{sink}", as_="rpy", on_error="skip")
+    result = nk.stream.fk(nao, tmp_path / "q.npy", tmp_path / f"poses.{sink}", frame=FEET, as_="rpy", on_error="skip")
     assert (result.bad_rows, result.rows_written, len(result.first_bad_rows)) == (ROWS, 0, 20)
     assert _read(tmp_path / f"poses.{sink}", 2, 6)[2].size == 0
 
@@ -390,7 +391,7 @@ def test_an_open_quote_does_not_swallow_the_rest_of_the_file(nao: nk.NaoModel, t
     lines = _lines(nao, q)
     lines[300] = '"' + lines[300]
     (tmp_path / "q.csv").write_text("\n".join(lines))
-    result = nk.stream.fk(nao, tmp_path / "q.csv", "Head", tmp_path / "poses.npy", on_error="skip")
+    result = nk.stream.fk(nao, tmp_path / "q.csv", tmp_path / "poses.npy", frame="Head", on_error="skip")
     assert [(bad.row, bad.line) for bad in result.first_bad_rows] == [(299, 301)]
     assert _same(np.load(tmp_path / "poses.npy"), nao.fk(np.delete(q, 299, axis=0), "Head"))
 
@@ -403,8 +404,8 @@ def test_a_bad_row_of_another_file_is_named_by_its_number(
     source = _write(nao, q, tmp_path / f"q.{ending}")
     joint = nao.joint_names[3]
     with pytest.raises(BadInputFile, match=f"row 20: {joint} is nan, expected a finite number"):
-        nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
-    result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy", on_error="nan")
+        nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head")
+    result = nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head", on_error="nan")
     assert [(bad.row, bad.line, bad.column) for bad in result.first_bad_rows] == [(20, 0, 0), (41, 0, 0)]
     poses = np.load(tmp_path / "poses.npy")
     assert np.isnan(poses[[20, 41]]).all()
@@ -415,7 +416,9 @@ def test_a_null_is_a_bad_row_and_whole_numbers_are_numbers(nao: nk.NaoModel, tmp
     columns = {name: pa.array([0, 0, 0], pa.int32()) for name in nao.joint_names}
     columns["LHand"] = pa.array([0.5, None, 1.0], pa.float32())
     pyarrow.parquet.write_table(pa.table(columns), tmp_path / "q.parquet")
-    result = nk.stream.fk(nao, tmp_path / "q.parquet", "Head", tmp_path / "poses.npy", on_error="skip", limits="ignore")
+    result = nk.stream.fk(
+        nao, tmp_path / "q.parquet", tmp_path / "poses.npy", frame="Head", on_error="skip", limits="ignore"
+    )
     assert [str(bad) for bad in result.first_bad_rows] == ["row 1: LHand is null, expected a finite number"]
     assert result.rows_written == 2
 
@@ -442,7 +445,7 @@ def test_a_file_whose_header_is_wrong_is_refused(
 ) -> None:
     (tmp_path / "q.csv").write_text(change("\n".join(_lines(nao, q[:3]))))
     with pytest.raises(BadInputFile, match=message):
-        nk.stream.fk(nao, tmp_path / "q.csv", "Head", tmp_path / "poses.npy")
+        nk.stream.fk(nao, tmp_path / "q.csv", tmp_path / "poses.npy", frame="Head")
     with pytest.raises(BadInputFile, match=message):
         nk.stream.read_log(nao, tmp_path / "q.csv")
     assert [path.name for path in tmp_path.iterdir()] == ["q.csv"]
@@ -507,7 +510,7 @@ def test_what_is_no_table_of_joint_values_is_refused(
     source = write(tmp_path)
     before = {path.name for path in tmp_path.iterdir()}
     with pytest.raises(BadInputFile, match=message) as caught:
-        nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
+        nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head")
     assert "\n" not in str(caught.value)
     assert {path.name for path in tmp_path.iterdir()} == before
 
@@ -517,14 +520,14 @@ def test_a_truncated_file_is_refused(nao: nk.NaoModel, q: np.ndarray, tmp_path: 
         source = _write(nao, q, tmp_path / f"q.{ending}")
         source.write_bytes(source.read_bytes()[:-2000])
         with pytest.raises(BadInputFile, match="not a"):
-            nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
+            nk.stream.fk(nao, source, tmp_path / "poses.npy", frame="Head")
 
 
 def test_no_rows_give_no_poses_where_a_file_may_be_empty(nao: nk.NaoModel, tmp_path: Path) -> None:
     for ending in ("npy", "parquet", "arrow"):
         source = _write(nao, np.zeros((0, 25)), tmp_path / f"q.{ending}")
         for sink in SINKS:
-            result = nk.stream.fk(nao, source, FEET, tmp_path / f"poses.{sink}", as_="rpy", overwrite=True)
+            result = nk.stream.fk(nao, source, tmp_path / f"poses.{sink}", frame=FEET, as_="rpy", overwrite=True)
             assert (result.rows_read, result.rows_written) == (0, 0)
             assert _read(tmp_path / f"poses.{sink}", 2, 6)[2].size == 0
 
@@ -532,8 +535,8 @@ def test_no_rows_give_no_poses_where_a_file_may_be_empty(nao: nk.NaoModel, tmp_p
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"frames": "LHnd"}, UnknownName, "unknown frame 'LHnd'"),
-        ({"frames": []}, BadArgument, "no frames"),
+        ({"frame": "LHnd"}, UnknownName, "unknown frame 'LHnd'"),
+        ({"frame": []}, BadArgument, "no frames"),
         ({"reference": "LHnd"}, UnknownName, "unknown frame 'LHnd'"),
         ({"as_": "euler"}, UnknownName, "unknown form of a pose 'euler'"),
         ({"dtype": "float16"}, BadArgument, "dtype must be float64 or float32, got 'float16'"),
@@ -556,7 +559,7 @@ def test_arguments_that_make_no_sense_are_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     _write(nao, q, tmp_path / "q.npy")
-    given = {"source": "q.npy", "frames": "Head", "sink": "poses.npy"} | arguments
+    given = {"source": "q.npy", "frame": "Head", "sink": "poses.npy"} | arguments
     with pytest.raises(error, match=message):
         nk.stream.fk(nao, **given)
     assert [path.name for path in tmp_path.iterdir()] == ["q.npy"]
@@ -578,17 +581,17 @@ def test_arrays_need_no_extra_and_the_others_name_it(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, no_pyarrow: None
 ) -> None:
     np.save(tmp_path / "q.npy", q)
-    nk.stream.fk(nao, tmp_path / "q.npy", FEET, tmp_path / "poses.npy")
+    nk.stream.fk(nao, tmp_path / "q.npy", tmp_path / "poses.npy", frame=FEET)
     assert _same(np.load(tmp_path / "poses.npy"), nao.fk(q, FEET))
-    nk.stream.fk(nao, tmp_path / "q.npy", FEET, tmp_path / "poses.csv")
+    nk.stream.fk(nao, tmp_path / "q.npy", tmp_path / "poses.csv", frame=FEET)
     assert _same(_read(tmp_path / "poses.csv", 2, 16)[2], nao.fk(q, FEET).reshape(ROWS, 2, 16))
     for ending in ("parquet", "arrow", "feather"):
         with pytest.raises(MissingExtra, match=rf"writing .*poses\.{ending} needs .* 'nao-kin\[arrow\]'"):
-            nk.stream.fk(nao, tmp_path / "q.npy", FEET, tmp_path / f"poses.{ending}")
+            nk.stream.fk(nao, tmp_path / "q.npy", tmp_path / f"poses.{ending}", frame=FEET)
     for ending in ("parquet", "arrow"):
         (tmp_path / f"q.{ending}").write_text("something")
         with pytest.raises(MissingExtra, match=rf"reading .*q\.{ending} as a stream needs .* 'nao-kin\[arrow\]'"):
-            nk.stream.fk(nao, tmp_path / f"q.{ending}", FEET, tmp_path / "poses2.npy")
+            nk.stream.fk(nao, tmp_path / f"q.{ending}", tmp_path / "poses2.npy", frame=FEET)
     assert not (tmp_path / "poses2.npy").exists()
 
 
@@ -596,11 +599,11 @@ def test_a_csv_file_needs_pyarrow_only_if_it_is_large(
     nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, no_pyarrow: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source, sink = _write(nao, q, tmp_path / "q.csv"), tmp_path / "poses.csv"
-    nk.stream.fk(nao, source, FEET, sink)
+    nk.stream.fk(nao, source, sink, frame=FEET)
     assert _same(_read(sink, 2, 16)[2], nao.fk(q, FEET).reshape(ROWS, 2, 16))
     monkeypatch.setattr(csv_source, "_MOST_WITHOUT_PYARROW", source.stat().st_size - 1)
     with pytest.raises(MissingExtra, match=r"reading .*q\.csv as a stream needs .* CSV files of up to 100 MB"):
-        nk.stream.fk(nao, source, FEET, tmp_path / "large.csv")
+        nk.stream.fk(nao, source, tmp_path / "large.csv", frame=FEET)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -638,7 +641,7 @@ def test_progress_is_shown_on_a_terminal_if_asked(
     shown = {}
     for asked in (True, False):
         monkeypatch.setattr(sys, "stderr", Terminal())
-        nk.stream.fk(nao, q, "LArm", tmp_path / f"{asked}.npy", progress=asked)
+        nk.stream.fk(nao, q, tmp_path / f"{asked}.npy", frame="LArm", progress=asked)
         shown[asked] = sys.stderr.getvalue()
     assert "forward kinematics" in shown[True]
     assert shown[False] == ""

@@ -47,7 +47,7 @@ def test_cubics_are_the_configurations(nao: nk.NaoModel, interpolation: Any) -> 
         found = cubics(motion, nao, "Stand")
         assert found is not None
         t = np.linspace(0.0, motion.duration, 1000)
-        wanted = motion.configurations(nao, times=motion.start + t, fill="Stand").q
+        wanted = motion.configurations(nao, times=motion.start + t, missing="Stand").q
         assert np.abs(_evaluated(found, t) - wanted).max() < 1e-12
 
 

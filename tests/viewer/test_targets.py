@@ -203,12 +203,12 @@ def test_margins_of_the_balance_come_with_their_clip_and_go_with_it(viewer: nk.V
     pitch = -0.15 * np.sin(3.5 * np.pi * times) * np.sin(np.pi * times)
     rock = nk.Motion(5.0 + times, ["LAnklePitch", "RAnklePitch"], np.column_stack([pitch, pitch]))
     viewer.plot("Force", 1.0)
-    viewer.animate(rock, fill="Stand", balance=True)
+    viewer.animate(rock, missing="Stand", balance=True)
     (message,) = [message for message in _shown(viewer, "plot") if message["margins"]]
     assert message["lines"] == ["margin", "centre-of-mass margin"]
     at, values = _points(viewer, message["name"])
     assert at == pytest.approx(0.01 * np.arange(101))
-    (part,) = nk.motion.check(nao, rock, fill="Stand", balance=True).balance
+    (part,) = nk.motion.check(nao, rock, missing="Stand", balance=True).balance
     assert values.min(axis=0) == pytest.approx([1e3 * part.margin, 1e3 * part.com_margin])
     assert part.margin < 0.0
     # Configurations at a speed of one's own: at half the speed, a fourth of the accelerations.

@@ -489,28 +489,28 @@ def test_configurations_at_times_of_images_are_those_between_two_rows(nao: nk.Na
     times = np.cumsum(rng.uniform(0.005, 0.02, 50))
     q = np.cumsum(0.01 * rng.normal(size=(50, nao.nq)), axis=0)
     at = rng.uniform(times[0], times[-1], (4, 6))
-    found = nk.world.configurations_at(nao, times, q, at)
+    found = nk.world.configurations_at(nao, q, times, at)
     expected = np.stack([np.interp(at, times, column) for column in q.T], axis=-1)
     assert np.abs(found - expected).max() < 1e-12
-    assert np.array_equal(nk.world.configurations_at(nao, times, q, times), q)
+    assert np.array_equal(nk.world.configurations_at(nao, q, times, times), q)
     q[20:23] = np.nan  # rows without measurement
-    between = nk.world.configurations_at(nao, times, q, times[21])
+    between = nk.world.configurations_at(nao, q, times, times[21])
     assert between == pytest.approx(np.array([np.interp(times[21], times[[19, 23]], c[[19, 23]]) for c in q.T]))
 
 
 def test_times_in_a_gap_or_outside_a_log_have_no_configuration(nao: nk.NaoModel) -> None:
     times, q = np.array([0.0, 0.02, 0.5, 0.52]), nao.random(1, 4)
     at = np.array([-0.01, 0.0, 0.01, 0.02, 0.021, 0.3, 0.5, 0.52, 0.53])
-    found = np.isfinite(nk.world.configurations_at(nao, times, q, at)).all(axis=-1)
+    found = np.isfinite(nk.world.configurations_at(nao, q, times, at)).all(axis=-1)
     assert found.tolist() == [False, True, True, True, False, False, True, True, False]
-    assert np.isfinite(nk.world.configurations_at(nao, times, q, at[1:-1], longest_gap=1.0)).all()
+    assert np.isfinite(nk.world.configurations_at(nao, q, times, at[1:-1], longest_gap=1.0)).all()
     for alone in (-0.01, 0.3, 0.53):
         with pytest.raises(BadArgument, match="no configuration at"):
-            nk.world.configurations_at(nao, times, q, alone)
-    assert nk.world.configurations_at(nao, [1.0], q[:1], 1.0).tolist() == q[0].tolist()
-    assert nk.world.configurations_at(nao, times, q, np.empty((0, 3))).shape == (0, 3, nao.nq)
+            nk.world.configurations_at(nao, q, times, alone)
+    assert nk.world.configurations_at(nao, q[:1], [1.0], 1.0).tolist() == q[0].tolist()
+    assert nk.world.configurations_at(nao, q, times, np.empty((0, 3))).shape == (0, 3, nao.nq)
     with pytest.raises(BadArgument, match="times must ascend: row 2 is at 0.1 s, row 1 at 0.2 s"):
-        nk.world.configurations_at(nao, [0.0, 0.2, 0.1, 0.3], q, 0.01)
+        nk.world.configurations_at(nao, q, [0.0, 0.2, 0.1, 0.3], 0.01)
     wrong = [
         {"times": times[:3]},
         {"q": q[:, :3]},
@@ -530,7 +530,7 @@ def test_a_floating_base_turns_evenly_between_two_rows() -> None:
     q = np.stack([floating.neutral(), floating.neutral()])
     turn = nk.rotations.quat_from_matrix(nk.rotations.rot_z(2.0))
     q[1, 3:7] = -nk.rotations.quat_to_xyzw(turn)  # the same rotation, on the other side
-    found = nk.world.configurations_at(floating, [0.0, 0.1], q, [0.0, 0.025, 0.1])
+    found = nk.world.configurations_at(floating, q, [0.0, 0.1], [0.0, 0.025, 0.1])
     headings = nk.rotations.rpy_from_matrix(floating.rotation(found, "torso"))[:, 2]
     assert headings.tolist() == pytest.approx([0.0, 0.5, 2.0])
 

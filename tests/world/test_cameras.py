@@ -248,6 +248,7 @@ def test_each_version_has_the_published_sensors() -> None:
             angles = 2.0 * np.arctan([320.0 / camera.fx, 240.0 / camera.fy])
             assert np.degrees(angles).tolist() == pytest.approx([across, high])
     assert nk.world.camera(nk.load_nao(), "CameraTop", "QQVGA").width == 160
+    assert nk.world.camera(nao, "CameraTop", "640x480") == nk.world.camera(nao, "CameraTop", (640, 480))
     assert nk.parameters.nao_parameters("v4").cameras[0].sensor == "MT9M114"
 
 

@@ -35,7 +35,7 @@ def centroidal(nao: nk.NaoModel, times: np.ndarray) -> tuple[np.ndarray, np.ndar
     for time in times:
         fine = time + h * np.arange(-2, 3)
         q = swaying(nao, np.concatenate([[0.0], fine]))
-        T = nk.world.odometry(nao, np.concatenate([[-1.0], fine]), q, longest_gap=10.0).T_world_base[1:]
+        T = nk.world.odometry(nao, q, np.concatenate([[-1.0], fine]), longest_gap=10.0).T_world_base[1:]
         q, momenta, centres = q[1:], [], []
         for k in (1, 2, 3):
             R = T[k, :3, :3]
@@ -52,7 +52,7 @@ def centroidal(nao: nk.NaoModel, times: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def test_the_zero_moment_point_is_that_of_pinocchios_momentum(nao: nk.NaoModel) -> None:
-    found = nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES))
+    found = nk.world.dynamic_balance(nao, swaying(nao, TIMES), TIMES)
     rows = np.array([77, 163])
     com, acceleration, rate = centroidal(nao, TIMES[rows])
     weight = nao.mass * (9.80665 + acceleration[:, 2])
@@ -64,7 +64,7 @@ def test_the_zero_moment_point_is_that_of_pinocchios_momentum(nao: nk.NaoModel) 
 
 def test_a_robot_that_stands_still_has_its_zero_moment_point_below_its_centre_of_mass(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("StandInit"), (20, 1))
-    found = nk.world.dynamic_balance(nao, TIMES[:20], q)
+    found = nk.world.dynamic_balance(nao, q, TIMES[:20])
     np.testing.assert_allclose(found.zmp, found.com[:, :2], atol=1e-12)
     np.testing.assert_allclose(found.margin, nk.world.balance(nao, q[0]).margin, atol=1e-12)
     assert np.all(found.rocking == 0.0)
@@ -110,7 +110,7 @@ def test_a_robot_rocks_as_a_pendulum_and_comes_back(seconds: float) -> None:
 
 
 def test_a_brief_push_rocks_and_a_long_one_falls(nao: nk.NaoModel) -> None:
-    rocks, falls = (nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES, speed=s)) for s in (1.3, 2.5))
+    rocks, falls = (nk.world.dynamic_balance(nao, swaying(nao, TIMES, speed=s), TIMES) for s in (1.3, 2.5))
     assert rocks.margin.min() < 0.0 < rocks.rocking.max() < rocks.FALLS
     assert not rocks.falls.any()
     assert falls.falls.any()
@@ -121,7 +121,7 @@ def test_a_brief_push_rocks_and_a_long_one_falls(nao: nk.NaoModel) -> None:
 def test_what_happens_after_the_motion_is_that_of_the_last_row(nao: nk.NaoModel) -> None:
     # It stops with its centre of mass outside of the toes.
     lean = -0.35 * np.minimum(TIMES[:60] / 0.5, 1.0)
-    found = nk.world.dynamic_balance(nao, TIMES[:60], nao.posture("Stand", LAnklePitch=lean, RAnklePitch=lean))
+    found = nk.world.dynamic_balance(nao, nao.posture("Stand", LAnklePitch=lean, RAnklePitch=lean), TIMES[:60])
     assert found.com_margin[-1] < 0.0
     assert found.rocking[-2] < found.rocking[-1] == pytest.approx(0.5)
 
@@ -130,8 +130,8 @@ def test_noise_of_the_joints_moves_the_zero_moment_point_as_told(nao: nk.NaoMode
     noise, rng = np.radians(0.1), np.random.default_rng(0)
     times, q = 0.012 * np.arange(300), np.tile(nao.posture("Crouch"), (300, 1))
     options = {"contacts": np.ones((300, 2)), "joint_noise": noise}
-    exact = nk.world.dynamic_balance(nao, times, q, **options)
-    found = nk.world.dynamic_balance(nao, times, q + rng.normal(0.0, noise, q.shape), **options)
+    exact = nk.world.dynamic_balance(nao, q, times, **options)
+    found = nk.world.dynamic_balance(nao, q + rng.normal(0.0, noise, q.shape), times, **options)
     z = (found.margin - exact.margin)[20:-20] / found.deviation[20:-20]
     assert 0.7 < np.sqrt(np.mean(z**2)) < 1.3
     assert 0.002 < found.deviation[150] <= 0.0055
@@ -139,14 +139,14 @@ def test_noise_of_the_joints_moves_the_zero_moment_point_as_told(nao: nk.NaoMode
     short, change, still = times[:61], 1e-4, q[:61]
     options["contacts"] = np.ones((61, 2))
     moved = [still + change * (np.arange(61) == 30)[:, None] * np.eye(nao.nq)[joint] for joint in range(nao.nq)]
-    margins = [nk.world.dynamic_balance(nao, short, rows, **options).margin - exact.margin[:61] for rows in moved]
+    margins = [nk.world.dynamic_balance(nao, rows, short, **options).margin - exact.margin[:61] for rows in moved]
     alone = noise * np.linalg.norm(margins) / change
     assert exact.deviation[30] == pytest.approx(alone, rel=0.05)
     options["contacts"] = np.ones((300, 2))
-    without = nk.world.dynamic_balance(nao, times, q + rng.normal(0.0, noise, q.shape), contacts=options["contacts"])
+    without = nk.world.dynamic_balance(nao, q + rng.normal(0.0, noise, q.shape), times, contacts=options["contacts"])
     assert np.std(without.margin[20:-20]) > 1.5 * found.deviation[150]
     with pytest.raises(BadArgument, match="joint_noise"):
-        nk.world.dynamic_balance(nao, times, q, joint_noise=-1.0)
+        nk.world.dynamic_balance(nao, q, times, joint_noise=-1.0)
 
 
 @pytest.mark.parametrize("sole", ["LLeg", "RLeg", "Torso"])
@@ -173,7 +173,7 @@ def test_a_robot_tips_over_the_edge_from_which_it_is_pushed(
     # It leans away from the edge, faster and faster: the ground pushes at the edge.
     lean = sign * 0.6 * TIMES[:40] ** 2
     q = nao.posture("Stand", LAnklePitch=lean, RAnklePitch=lean, limits="clamp")
-    found = nk.world.dynamic_balance(nao, TIMES[:40], q)
+    found = nk.world.dynamic_balance(nao, q, TIMES[:40])
     assert nk.world.EDGES[found.edge[15]] == edge
     assert found.margin[15] < found.com_margin[15]
 
@@ -182,7 +182,7 @@ def test_to_the_sides_the_edges_are_left_and_right(nao: nk.NaoModel) -> None:
     for side, sign in (("left", 1.0), ("right", -1.0)):
         lean = -sign * 0.25 * np.sin(0.5 * np.pi * TIMES)
         q = nao.posture("StandInit", LHipRoll=lean, RHipRoll=lean, LAnkleRoll=-lean, RAnkleRoll=-lean, limits="clamp")
-        found = nk.world.dynamic_balance(nao, TIMES, q)
+        found = nk.world.dynamic_balance(nao, q, TIMES)
         assert nk.world.EDGES[found.edge[100]] == side
 
 
@@ -194,7 +194,7 @@ def test_a_foot_that_is_lifted_moves_the_robot_by_no_more_than_its_mass(nao: nk.
     lifted = nao.posture("StandInit", rolls, LHipPitch=-0.9, LKneePitch=1.4, LAnklePitch=-0.2, limits="clamp")
     q = q + lift[:, None] * (lifted - q)
     mirrored = nk.motion.mirror(nao, nk.Motion(TIMES, nao.joint_names, q)).configurations(nao, times=TIMES).q
-    left, right = (nk.world.dynamic_balance(nao, TIMES, rows) for rows in (q, mirrored))
+    left, right = (nk.world.dynamic_balance(nao, rows, TIMES) for rows in (q, mirrored))
     assert not left.down.touching[:, 0].all()
     assert not right.down.touching[:, 1].all()
     away = [np.linalg.norm(found.zmp - found.com[:, :2], axis=1) for found in (left, right)]
@@ -204,7 +204,7 @@ def test_a_foot_that_is_lifted_moves_the_robot_by_no_more_than_its_mass(nao: nk.
 
 def test_of_a_robot_that_lies_or_sits_nothing_is_known(nao: nk.NaoModel) -> None:
     q = np.repeat(nao.posture("LyingBack")[None], 20, axis=0)
-    found = nk.world.dynamic_balance(nao, TIMES[:20], q)
+    found = nk.world.dynamic_balance(nao, q, TIMES[:20])
     assert not found.stands.any()
     assert np.isnan(found.margin).all()
     assert (found.edge == -1).all()
@@ -225,12 +225,12 @@ def test_derivatives_are_those_of_scipys_filter(window: int) -> None:
 def test_bad_times_are_refused_in_one_line(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("Stand"), (6, 1))
     with pytest.raises(BadArgument, match="row 2 is at 0.01 s, row 1 at 0.02 s"):
-        nk.world.dynamic_balance(nao, [0.0, 0.02, 0.01, 0.03, 0.04, 0.05], q)
+        nk.world.dynamic_balance(nao, q, [0.0, 0.02, 0.01, 0.03, 0.04, 0.05])
     for times in (TIMES[:3], [0.0, 0.01, 0.02, 0.5, 0.51, 0.52]):
         with pytest.raises(BadArgument, match="at least five"):
-            nk.world.dynamic_balance(nao, times, q[: len(times)])
+            nk.world.dynamic_balance(nao, q[: len(times)], times)
     with pytest.raises(WrongShape, match="times"):
-        nk.world.dynamic_balance(nao, TIMES[:5], q)
+        nk.world.dynamic_balance(nao, q, TIMES[:5])
 
 
 def test_samples_of_a_motion_have_a_balance_although_the_last_step_is_shorter(nao: nk.NaoModel) -> None:
@@ -238,8 +238,8 @@ def test_samples_of_a_motion_have_a_balance_although_the_last_step_is_shorter(na
     motion = nk.Motion([*keys, 1.795], nao.joint_names, swaying(nao, np.array([*keys, 1.795])), "smooth")
     samples = motion.configurations(nao, rate=100.0)
     assert np.diff(samples.times)[-1] < 0.006
-    found = nk.world.dynamic_balance(nao, samples.times, samples.q)
-    even = nk.world.dynamic_balance(nao, samples.times[:-1], samples.q[:-1])
+    found = nk.world.dynamic_balance(nao, samples.q, samples.times)
+    even = nk.world.dynamic_balance(nao, samples.q[:-1], samples.times[:-1])
     assert found.notes == ()
     np.testing.assert_allclose(found.zmp[:160], even.zmp[:160], atol=1e-9)
     assert found.stands.all()
@@ -248,9 +248,9 @@ def test_samples_of_a_motion_have_a_balance_although_the_last_step_is_shorter(na
 def test_rows_with_jitter_have_the_balance_of_even_ones(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(0)
     times = np.cumsum(np.clip(rng.normal(0.012, 0.003, 150), 0.002, None))
-    found = nk.world.dynamic_balance(nao, times, swaying(nao, times))
+    found = nk.world.dynamic_balance(nao, swaying(nao, times), times)
     even = 0.004 * np.arange(round(times[-1] / 0.004) + 2)
-    exact = nk.world.dynamic_balance(nao, even, swaying(nao, even))
+    exact = nk.world.dynamic_balance(nao, swaying(nao, even), even)
     shift, expected = found.zmp - found.com[:, :2], exact.zmp - exact.com[:, :2]
     wanted = np.column_stack([np.interp(times, even, column) for column in expected.T])
     assert np.abs(shift - wanted)[15:-15].max() < 1.5e-3  # filters over 9 and 25 samples
@@ -261,17 +261,17 @@ def test_rows_with_jitter_have_the_balance_of_even_ones(nao: nk.NaoModel) -> Non
 def test_a_gap_is_bridged_by_nothing(nao: nk.NaoModel) -> None:
     cut = np.flatnonzero((TIMES < 0.8) | (TIMES > 1.2))
     cut = np.insert(cut, np.searchsorted(TIMES[cut], 1.0), 100)  # a single sample in the gap
-    found = nk.world.dynamic_balance(nao, TIMES[cut], swaying(nao, TIMES)[cut])
+    found = nk.world.dynamic_balance(nao, swaying(nao, TIMES)[cut], TIMES[cut])
     assert np.flatnonzero(~found.stands).tolist() == [80]
     assert np.isnan(found.margin[80])
-    alone = nk.world.dynamic_balance(nao, TIMES[:80], swaying(nao, TIMES)[:80])
+    alone = nk.world.dynamic_balance(nao, swaying(nao, TIMES)[:80], TIMES[:80])
     np.testing.assert_allclose(found.zmp[:80], alone.zmp, atol=1e-9)
     assert "2 gaps" in found.notes[0]
 
 
 def test_a_row_that_repeats_a_time_has_the_balance_of_its_twin(nao: nk.NaoModel) -> None:
     times, q = np.insert(TIMES, 50, TIMES[50]), np.insert(swaying(nao, TIMES), 51, nao.posture("Crouch"), axis=0)
-    found, wanted = nk.world.dynamic_balance(nao, times, q), nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES))
+    found, wanted = nk.world.dynamic_balance(nao, q, times), nk.world.dynamic_balance(nao, swaying(nao, TIMES), TIMES)
     own = np.insert(np.arange(200), 50, 50)
     np.testing.assert_allclose(found.margin, wanted.margin[own], atol=1e-9)
     np.testing.assert_allclose(found.down.corners, wanted.down.corners[own], atol=1e-12)
@@ -281,7 +281,7 @@ def test_a_row_that_repeats_a_time_has_the_balance_of_its_twin(nao: nk.NaoModel)
 def test_where_the_floor_would_have_to_pull_the_margin_is_least(nao: nk.NaoModel) -> None:
     stand, crouch = nao.posture("Stand"), nao.posture("Crouch")
     q = stand + (0.5 + 0.5 * np.sin(16.0 * TIMES))[:, None] * (crouch - stand)
-    found = nk.world.dynamic_balance(nao, TIMES, q)
+    found = nk.world.dynamic_balance(nao, q, TIMES)
     flies = np.isneginf(found.margin)
     # The centre of mass, seen from the soles, is pulled down faster than it falls.
     height = found.com[:, 2]
@@ -298,12 +298,12 @@ def test_where_the_floor_would_have_to_pull_the_margin_is_least(nao: nk.NaoModel
 
 def test_forces_that_cannot_be_used_are_not(nao: nk.NaoModel) -> None:
     forces = np.tile([2.7, np.nan], (200, 1))
-    found = nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES), forces=forces)
-    np.testing.assert_array_equal(found.margin, nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES)).margin)
+    found = nk.world.dynamic_balance(nao, swaying(nao, TIMES), TIMES, forces=forces)
+    np.testing.assert_array_equal(found.margin, nk.world.dynamic_balance(nao, swaying(nao, TIMES), TIMES).margin)
     assert "never known" in found.notes[0]
     forces = np.full((200, 2), 2.7)
     forces[50:100] = 0.0
-    lifted = nk.world.dynamic_balance(nao, TIMES, swaying(nao, TIMES), forces=forces)
+    lifted = nk.world.dynamic_balance(nao, swaying(nao, TIMES), TIMES, forces=forces)
     assert np.flatnonzero(~lifted.stands).tolist() == list(range(50, 100))
 
 
@@ -311,7 +311,7 @@ def test_the_zero_moment_point_is_where_the_sensors_feel_it(nao: nk.NaoModel) ->
     rng, q = np.random.default_rng(0), np.tile(nao.posture("StandInit"), (200, 1))
     noisy = q + rng.normal(0.0, np.radians(0.1), q.shape)
     shares = np.tile([2.0, 1.0, 0.5, 0.5, 0.3, 0.3, 0.3, 0.3], (200, 1))  # more on the left, and on its toes
-    found = nk.world.dynamic_balance(nao, TIMES, noisy, forces=shares, joint_noise=0.0017)
+    found = nk.world.dynamic_balance(nao, noisy, TIMES, forces=shares, joint_noise=0.0017)
     T = nao.set_down(q[0]).T_world_base
     places = nao.fk(q[0], nao.semantics.force_sensors)[:, :3, 3] @ T[:2, :3].T + T[:2, 3]
     np.testing.assert_allclose(found.zmp, np.tile(shares[0] @ places / shares[0].sum(), (200, 1)), atol=1.5e-3)
@@ -323,13 +323,13 @@ def test_the_zero_moment_point_is_where_the_sensors_feel_it(nao: nk.NaoModel) ->
 def test_contacts_and_soles_say_on_what_the_robot_stands(nao: nk.NaoModel) -> None:
     q, left = np.tile(nao.posture("StandInit"), (50, 1)), np.tile([True, False], (50, 1))
     expected = nk.world.balance(nao, q[0], soles="LLeg").margin
-    found = nk.world.dynamic_balance(nao, TIMES[:50], q, contacts=left)
-    assert expected < 0.0 < nk.world.dynamic_balance(nao, TIMES[:50], q).com_margin.min()
+    found = nk.world.dynamic_balance(nao, q, TIMES[:50], contacts=left)
+    assert expected < 0.0 < nk.world.dynamic_balance(nao, q, TIMES[:50]).com_margin.min()
     np.testing.assert_allclose(found.com_margin, expected, atol=1e-9)
     # The other foot touches the floor, and is no sole any more; on one foot it does not matter.
-    assert not nk.world.dynamic_balance(nao, TIMES[:50], q, soles="LLeg").stands.any()
+    assert not nk.world.dynamic_balance(nao, q, TIMES[:50], soles="LLeg").stands.any()
     one = np.tile(nao.posture("StandInit", RHipPitch=-0.9, RKneePitch=1.4, RAnklePitch=-0.5), (50, 1))
-    by_sole, by_joints = (nk.world.dynamic_balance(nao, TIMES[:50], one, soles=soles) for soles in ("LLeg", None))
+    by_sole, by_joints = (nk.world.dynamic_balance(nao, one, TIMES[:50], soles=soles) for soles in ("LLeg", None))
     assert by_sole.down.soles == ("LLeg",)
     np.testing.assert_allclose(by_sole.margin, by_joints.margin, atol=1e-9)
     assert by_sole.stands.all()

@@ -34,7 +34,7 @@ def followed(nao: nk.NaoModel, log: Recording, *names: str, **made: object) -> l
         buffers = [np.array(value) for value in values] if buffers is None else buffers
         for buffer, value in zip(buffers, values, strict=True):
             buffer[:] = value
-        found.append(estimator.update(time, buffers[0], **dict(zip(names, buffers[1:], strict=True))))
+        found.append(estimator.update(buffers[0], time, **dict(zip(names, buffers[1:], strict=True))))
     return found
 
 
@@ -78,10 +78,10 @@ def test_it_follows_a_life_with_small_delays(
 def test_with_contacts_alone_it_is_the_odometry_of_the_log(nao: nk.NaoModel, life: Truth) -> None:
     truth = logs.walk(nao, 0.3, 0.1, 0.5)
     contacts = truth.share >= 0.5
-    batch = nk.world.odometry(nao, truth.times, truth.q, contacts=contacts, start=truth.T[0])
+    batch = nk.world.odometry(nao, truth.q, truth.times, contacts=contacts, start=truth.T[0])
     estimator = nk.world.StateEstimator(nao, start=truth.T[0])
     for k, (time, q) in enumerate(zip(truth.times, truth.q, strict=True)):
-        now = estimator.update(time, q, contacts=contacts[k]).odometry
+        now = estimator.update(q, time, contacts=contacts[k]).odometry
         assert np.abs(now.T_world_base[0] - batch.T_world_base[k]).max() < 1e-9
         assert np.abs(now.T_world_support[0] - batch.T_world_support[k]).max() < 1e-9
         assert now.support[0] == batch.support[k]
@@ -96,7 +96,7 @@ def test_the_covariance_does_not_grow_at_rest_but_as_soon_as_the_robot_moves(nao
     bend, P = nao.posture("Crouch") - nao.posture("StandInit"), []
     for k in range(500):
         q = nao.posture("StandInit") + max(0.0, k / 100.0 - 4.2) * bend + rng.normal(0.0, np.radians(0.1), nao.nq)
-        now = estimator.update(0.01 * k, q, forces=[2.7, 2.7], gyro=rng.normal(0.02, 0.01, 3))
+        now = estimator.update(q, 0.01 * k, forces=[2.7, 2.7], gyro=rng.normal(0.02, 0.01, 3))
         P.append(np.trace(now.odometry.covariance[0]))
     assert P[90] > 1.5 * P[1]  # a rest is known after two intervals
     assert max(P[110:420]) < 1.05 * min(P[110:420])
@@ -144,9 +144,9 @@ def test_a_sensor_that_was_found_to_lie_is_not_believed_again_at_rest(
     walk, estimator = slice(int(np.argmax(life.doing == "falling"))), nk.world.StateEstimator(nao)
     forces = np.roll(log.forces, 4, axis=1)
     for time, q, force in zip(log.times[walk], log.q[walk], forces[walk], strict=True):
-        now = estimator.update(time, q, forces=force)
+        now = estimator.update(q, time, forces=force)
     assert "exchanged?" in now.notes[0]
-    notes = [estimator.update(time + 0.05 * k, q, forces=force).notes for k in range(1, 400)]
+    notes = [estimator.update(q, time + 0.05 * k, forces=force).notes for k in range(1, 400)]
     assert all("exchanged?" in note[0] for note in notes)
 
 
@@ -154,7 +154,7 @@ def test_at_rest_the_heading_stays_and_nothing_is_added_to_its_covariance(nao: n
     estimator, q = nk.world.StateEstimator(nao), nao.posture("Stand")
     rng, bias = np.random.default_rng(0), np.radians([1.0, 1.0, 1.0])
     found = [
-        estimator.update(0.01 * k, q, forces=[2.7, 2.7], angles=[0.0, 0.0], gyro=bias + rng.normal(0.0, 0.01, 3))
+        estimator.update(q, 0.01 * k, forces=[2.7, 2.7], angles=[0.0, 0.0], gyro=bias + rng.normal(0.0, 0.01, 3))
         for k in range(1000)
     ]
     heading = np.array([row.odometry.pose[0, 2] for row in found])
@@ -188,17 +188,17 @@ def test_signs_units_and_missing_values(nao: nk.NaoModel, log: Recording) -> Non
 
 def test_a_gap_begins_a_segment_and_a_row_that_repeats_its_time_changes_nothing(nao: nk.NaoModel) -> None:
     estimator, q = nk.world.StateEstimator(nao, soles=["LLeg", "RLeg"]), nao.posture("Stand")
-    first = estimator.update(0.0, q)
+    first = estimator.update(q, 0.0)
     assert first.valid.all()
-    again = estimator.update(0.0, 0.0 * q)
+    again = estimator.update(0.0 * q, 0.0)
     assert np.array_equal(again.odometry.T_world_base, first.odometry.T_world_base)
     assert again.doing == first.doing
-    assert estimator.update(0.4, q, contacts=[True, True]).odometry.segment.tolist() == [0]
-    assert estimator.update(1.0, q, contacts=[True, True]).odometry.segment.tolist() == [1]
-    lifted = [estimator.update(1.0 + 0.07 * k, q, contacts=[False, False]) for k in range(1, 5)]
+    assert estimator.update(q, 0.4, contacts=[True, True]).odometry.segment.tolist() == [0]
+    assert estimator.update(q, 1.0, contacts=[True, True]).odometry.segment.tolist() == [1]
+    lifted = [estimator.update(q, 1.0 + 0.07 * k, contacts=[False, False]) for k in range(1, 5)]
     assert [row.valid[0].item() for row in lifted] == [True, True, True, False]
     assert np.isnan(lifted[-1].T_world_base).all()
-    back = [estimator.update(1.5 + 0.1 * k, q, contacts=[True, True]) for k in range(1, 4)]
+    back = [estimator.update(q, 1.5 + 0.1 * k, contacts=[True, True]) for k in range(1, 4)]
     assert back[-1].odometry.segment.tolist() == [2]
 
 
@@ -221,7 +221,7 @@ def test_wrong_rows_are_refused(
     nao: nk.NaoModel, changes: dict[str, object], error: type[Exception], message: str
 ) -> None:
     estimator = nk.world.StateEstimator(nao)
-    estimator.update(1.0, nao.posture("Stand"))
+    estimator.update(nao.posture("Stand"), 1.0)
     given = {"time": 2.0, "q": nao.posture("Stand")} | changes
     with pytest.raises(error, match=message):
-        estimator.update(given.pop("time"), given.pop("q"), **given)
+        estimator.update(given.pop("q"), given.pop("time"), **given)

@@ -44,7 +44,7 @@ def _off(found: nk.world.Odometry, T: np.ndarray) -> tuple[float, float]:
 
 def test_with_the_true_contacts_a_walk_is_exact(nao: nk.NaoModel, walk: Walk) -> None:
     contacts = np.arange(2) == walk.support[:, None]
-    found = nk.world.odometry(nao, walk.times, walk.q, contacts=contacts, start=walk.T[0])
+    found = nk.world.odometry(nao, walk.q, walk.times, contacts=contacts, start=walk.T[0])
     assert np.array_equal(found.support, walk.support)
     assert np.abs(found.T_world_base - walk.T).max() < 1e-9
     feet = found.T_world_base @ np.take_along_axis(nao.fk(walk.q, LEGS), found.support[:, None, None, None], 1)[:, 0]
@@ -52,7 +52,7 @@ def test_with_the_true_contacts_a_walk_is_exact(nao: nk.NaoModel, walk: Walk) ->
 
 
 def test_from_the_joints_alone_it_drifts_by_a_thousandth(nao: nk.NaoModel, walk: Walk) -> None:
-    found = nk.world.odometry(nao, walk.times, walk.q, start=walk.T[0])
+    found = nk.world.odometry(nao, walk.q, walk.times, start=walk.T[0])
     away, turned = _off(found, walk.T)
     assert away < 1.5e-3
     assert turned < 1e-3
@@ -62,7 +62,7 @@ def test_from_the_joints_alone_it_drifts_by_a_thousandth(nao: nk.NaoModel, walk:
 
 def test_noisy_encoders_do_not_make_the_support_switch_back_and_forth(nao: nk.NaoModel, walk: Walk) -> None:
     noisy = walk.q + np.random.default_rng(3).normal(0.0, np.radians(0.1), walk.q.shape)
-    found = nk.world.odometry(nao, walk.times, noisy, start=walk.T[0])
+    found = nk.world.odometry(nao, noisy, walk.times, start=walk.T[0])
     assert np.count_nonzero(np.diff(found.support)) < 1.5 * np.count_nonzero(np.diff(walk.support))
     assert _off(found, walk.T)[0] < 0.02
 
@@ -70,12 +70,12 @@ def test_noisy_encoders_do_not_make_the_support_switch_back_and_forth(nao: nk.Na
 def test_forces_choose_the_support_with_hysteresis(nao: nk.NaoModel, walk: Walk) -> None:
     left = np.where(walk.support == 0, 30.0, 20.0)[:, None]  # 60 and 40 %: not yet enough to change
     standing = np.tile(walk.q[0], (len(walk.q), 1))
-    still = nk.world.odometry(nao, walk.times, standing, forces=np.hstack([left, 50.0 - left]))
+    still = nk.world.odometry(nao, standing, walk.times, forces=np.hstack([left, 50.0 - left]))
     assert (still.support == still.support[0]).all()
     sensors = np.where(np.repeat(walk.support[:, None] == np.arange(2), 4, axis=1), 10.0, 1.0)
     names = nao.semantics.force_sensors
     order = np.argsort([name.startswith("R") for name in names], kind="stable")
-    found = nk.world.odometry(nao, walk.times, walk.q, forces=sensors[:, np.argsort(order)], start=walk.T[0])
+    found = nk.world.odometry(nao, walk.q, walk.times, forces=sensors[:, np.argsort(order)], start=walk.T[0])
     assert np.array_equal(found.support, walk.support)
     assert _off(found, walk.T)[0] < 1e-9
 
@@ -97,8 +97,8 @@ def test_a_foot_that_turns_on_the_floor_is_seen_by_the_gyrometer(nao: nk.NaoMode
     turns = Rotation.from_matrix(true[:-1, :3, :3].swapaxes(1, 2) @ true[1:, :3, :3]).as_rotvec()
     rates = turns / np.diff(walk.times)[:, None]
     gyro = np.concatenate([rates[:1], 0.5 * (rates[:-1] + rates[1:]), rates[-1:]])
-    blind = nk.world.odometry(nao, walk.times, walk.q, contacts=contacts, start=true[0])
-    seeing = nk.world.odometry(nao, walk.times, walk.q, contacts=contacts, start=true[0], gyro=gyro)
+    blind = nk.world.odometry(nao, walk.q, walk.times, contacts=contacts, start=true[0])
+    seeing = nk.world.odometry(nao, walk.q, walk.times, contacts=contacts, start=true[0], gyro=gyro)
     assert _off(blind, true)[1] > np.radians(4.0)
     assert _off(seeing, true)[1] < np.radians(0.2)
     assert _off(seeing, true)[0] < 0.3 * _off(blind, true)[0]
@@ -111,7 +111,7 @@ def test_no_path_leads_through_rows_that_do_not_stand(nao: nk.NaoModel, walk: Wa
     air = contacts & ~((np.arange(n) > 200) & (np.arange(n) < 230))[:, None]
     valid = air.any(axis=1)
     for given in ({"contacts": air}, {"contacts": contacts, "valid": valid}, {"forces": 50.0 * air}):
-        found = nk.world.odometry(nao, walk.times, walk.q, start=walk.T[0], **given)
+        found = nk.world.odometry(nao, walk.q, walk.times, start=walk.T[0], **given)
         assert np.array_equal(found.valid, valid)
         assert found.segments == 2
         assert np.isnan(found.T_world_base[~valid]).all()
@@ -120,20 +120,20 @@ def test_no_path_leads_through_rows_that_do_not_stand(nao: nk.NaoModel, walk: Wa
         # The second part is the same walk from another place.
         moves = [np.linalg.inv(T[230]) @ T[-1] for T in (found.T_world_base, walk.T)]
         assert np.abs(moves[0] - moves[1]).max() < 1e-9
-    never = nk.world.odometry(nao, walk.times, walk.q, contacts=np.zeros((n, 2)))
+    never = nk.world.odometry(nao, walk.q, walk.times, contacts=np.zeros((n, 2)))
     assert never.segments == 0
     assert never.pose.shape == (n, 3)
 
 
 def test_without_a_start_it_begins_between_the_feet(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("Stand"), (3, 1))
-    found = nk.world.odometry(nao, [0.0, 0.1, 0.2], q)
+    found = nk.world.odometry(nao, q, [0.0, 0.1, 0.2])
     feet = nk.world.feet_frame(found.T_world_base[0] @ nao.fk(q[0], LEGS))
     assert np.abs(feet - np.eye(4)).max() < 1e-3
     assert np.abs(feet[:2, 3]).max() < 1e-12
     floating = nk.load_nao(base="floating")
     moved = np.hstack([np.tile([5.0, 6.0, 7.0, 0.0, 0.0, 0.0, 1.0], (3, 1)), q])
-    assert np.allclose(nk.world.odometry(floating, [0.0, 0.1, 0.2], moved).T_world_base, found.T_world_base, atol=1e-12)
+    assert np.allclose(nk.world.odometry(floating, moved, [0.0, 0.1, 0.2]).T_world_base, found.T_world_base, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -165,11 +165,11 @@ def test_logs_that_cannot_be_followed_are_refused(
 ) -> None:
     given = {"times": [0.0, 0.1, 0.2], "q": np.tile(nao.posture("Stand"), (3, 1))} | changes
     with pytest.raises(error, match=message):
-        nk.world.odometry(nao, given.pop("times"), given.pop("q"), **given)
+        nk.world.odometry(nao, given.pop("q"), given.pop("times"), **given)
 
 
 def test_the_distance_counts_the_way_after_the_last_step_too(nao: nk.NaoModel) -> None:
-    found = nk.world.odometry(nao, [0.0, 0.1, 0.2], np.tile(nao.posture("Stand"), (3, 1)))
+    found = nk.world.odometry(nao, np.tile(nao.posture("Stand"), (3, 1)), [0.0, 0.1, 0.2])
     T = found.T_world_base.copy()
     T[:, 0, 3] = 0.0, 0.1, 0.3
     assert replace(found, T_world_base=T).distance == pytest.approx(0.3)
@@ -178,7 +178,7 @@ def test_the_distance_counts_the_way_after_the_last_step_too(nao: nk.NaoModel) -
 
 def test_a_robot_that_sways_gets_nowhere(nao: nk.NaoModel) -> None:
     """Its support changes to and fro, and its root link moves by 6 cm; a walk of 0.1 m sways beside its way."""
-    found = nk.world.odometry(nao, 0.1 * np.arange(22), np.tile(nao.posture("Stand"), (22, 1)))
+    found = nk.world.odometry(nao, np.tile(nao.posture("Stand"), (22, 1)), 0.1 * np.arange(22))
     support = np.repeat(np.arange(11) % 2, 2)
     T = np.tile(np.eye(4), (22, 1, 1))
     T[:, 1, 3] = np.where(support == 0, 0.03, -0.03)
@@ -191,5 +191,5 @@ def test_a_robot_that_sways_gets_nowhere(nao: nk.NaoModel) -> None:
 
 def test_the_support_is_that_with_contact_until_it_loses_it(nao: nk.NaoModel) -> None:
     q, contacts = np.tile(nao.posture("Stand"), (6, 1)), [[0, 1], [0, 1], [1, 1], [1, 1], [1, 0], [1, 1]]
-    found = nk.world.odometry(nao, 0.01 * np.arange(6), q, contacts=contacts)
+    found = nk.world.odometry(nao, q, 0.01 * np.arange(6), contacts=contacts)
     assert found.support.tolist() == [1, 1, 1, 1, 0, 0]

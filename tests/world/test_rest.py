@@ -24,7 +24,7 @@ def test_a_robot_that_turns_its_head_shows_the_bias_of_its_gyrometer(nao: nk.Nao
     gyro = BIAS + rng.normal(0.0, 0.01, (len(times), 3))
     q = q + rng.normal(0.0, np.radians(0.1), q.shape)
     forces = np.full((len(times), 2), 2.7)
-    by_odometry = nk.world.odometry(nao, times, q, forces=forces, gyro=gyro)
+    by_odometry = nk.world.odometry(nao, q, times, forces=forces, gyro=gyro)
     by_state = nk.world.state(nao, q, times=times, forces=forces, angles=np.zeros((len(times), 2)), gyro=gyro).odometry
     for path in (by_odometry, by_state):
         assert path.pose[-1, 2] == pytest.approx(0.0, abs=np.radians(0.5))
@@ -39,8 +39,8 @@ def test_a_bias_that_is_not_known_is_in_the_covariance_of_the_heading(nao: nk.Na
     times, q = truth.times[rows], truth.q[rows]
     contacts = truth.share[rows] > 0.5
     noise = np.random.default_rng(0).normal(0.0, 1e-4, (len(rows), 3))
-    still = nk.world.odometry(nao, times, q, contacts=contacts, gyro=noise)
-    path = nk.world.odometry(nao, times, q, contacts=contacts, gyro=noise + BIAS)
+    still = nk.world.odometry(nao, q, times, contacts=contacts, gyro=noise)
+    path = nk.world.odometry(nao, q, times, contacts=contacts, gyro=noise + BIAS)
     turned = path.pose[-1] - still.pose[-1]
     deviations = np.sqrt(np.diag(path.covariance[-1]))
     seconds = times[-1] - times[0]

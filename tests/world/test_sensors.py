@@ -91,7 +91,7 @@ def test_a_force_that_lies_is_not_believed(nao: nk.NaoModel, walk: Truth, lie: s
     if not by_legs:
         assert max(wrong_support(found, share), wrong_support(honest, share)) < 0.07
         assert np.abs(found.forces - honest.forces).mean() < 0.3
-    path = nk.world.odometry(nao, log.times, log.q, forces=turn(log.forces))
+    path = nk.world.odometry(nao, log.q, log.times, forces=turn(log.forces))
     assert path.notes == found.odometry.notes
 
 
@@ -123,10 +123,10 @@ def test_a_contact_that_lies_is_not_believed(
 ) -> None:
     log, share = measured(nao, walk)
     contacts = (share > 0.3).astype(np.float64)
-    assert nk.world.odometry(nao, log.times, log.q, contacts=contacts).notes == ()
-    path = nk.world.odometry(nao, log.times, log.q, contacts=lie(contacts))
+    assert nk.world.odometry(nao, log.q, log.times, contacts=contacts).notes == ()
+    path = nk.world.odometry(nao, log.q, log.times, contacts=lie(contacts))
     assert path.notes[0].startswith(word)
-    by_joints = nk.world.odometry(nao, log.times, log.q)
+    by_joints = nk.world.odometry(nao, log.q, log.times)
     np.testing.assert_array_equal(path.T_world_base, by_joints.T_world_base)
 
 
@@ -202,7 +202,7 @@ def test_a_spike_is_left_out_and_the_gyrometer_used(nao: nk.NaoModel, walk: Trut
     gyro = log.gyro.copy()
     gyro[100, 2] = 300.0
     heading, smooth = (
-        nk.world.odometry(nao, log.times, log.q, forces=log.forces, gyro=g).pose[-1, 2] for g in (gyro, log.gyro)
+        nk.world.odometry(nao, log.q, log.times, forces=log.forces, gyro=g).pose[-1, 2] for g in (gyro, log.gyro)
     )
     assert abs(heading - smooth) < np.radians(0.5)  # as it is, 100 rows later it would be 200° off
 
@@ -270,10 +270,10 @@ def test_a_row_that_repeats_a_time_gets_the_result_of_its_twin(nao: nk.NaoModel,
 def test_rounded_times_are_refused_and_those_that_go_back_shown_in_full(nao: nk.NaoModel) -> None:
     q = np.tile(nao.posture("Stand"), (300, 1))
     for call in (
-        lambda times: nk.world.odometry(nao, times, q),
+        lambda times: nk.world.odometry(nao, q, times),
         lambda times: nk.world.state(nao, q, times=times),
-        lambda times: nk.world.dynamic_balance(nao, times, q),
-        lambda times: nk.world.configurations_at(nao, times, q, 0.0),
+        lambda times: nk.world.dynamic_balance(nao, q, times),
+        lambda times: nk.world.configurations_at(nao, q, times, 0.0),
     ):
         with pytest.raises(BadArgument, match="297 of 300 rows repeat a time"):
             call(np.floor(0.01 * np.arange(300)) + 1.6e9)
@@ -287,5 +287,5 @@ def test_rounded_times_are_refused_and_those_that_go_back_shown_in_full(nao: nk.
 
 def test_a_log_with_a_repeated_time_has_configurations_at_others(nao: nk.NaoModel) -> None:
     q = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 4)
-    found = nk.world.configurations_at(nao, [0.0, 0.02, 0.02, 0.04], q, [0.01, 0.02, 0.03])
+    found = nk.world.configurations_at(nao, q, [0.0, 0.02, 0.02, 0.04], [0.01, 0.02, 0.03])
     np.testing.assert_allclose(found, [(q[0] + q[1]) / 2.0, q[1], (q[1] + q[3]) / 2.0])

@@ -227,9 +227,9 @@ def test_the_bias_of_the_gyrometer_is_measured_at_rest_only(nao: nk.NaoModel, li
 def test_a_gyrometer_in_degrees_is_noted(nao: nk.NaoModel, life: Truth) -> None:
     log = sensors(nao, life)
     walk = np.flatnonzero(life.doing == "walking")
-    path = nk.world.odometry(nao, log.times[walk], log.q[walk], gyro=np.degrees(log.gyro[walk]))
+    path = nk.world.odometry(nao, log.q[walk], log.times[walk], gyro=np.degrees(log.gyro[walk]))
     assert "are these deg/s? A heading such as GyroX [deg/s] says so" in path.notes[0]
-    (note,) = nk.world.odometry(nao, log.times[walk], log.q[walk], gyro=log.gyro[walk]).notes
+    (note,) = nk.world.odometry(nao, log.q[walk], log.times[walk], gyro=log.gyro[walk]).notes
     assert "bias is not known, as the robot is never at rest" in note
 
 
@@ -305,7 +305,7 @@ def test_the_covariances_contain_the_errors(nao: nk.NaoModel, ahead: Truth) -> N
 def test_the_covariance_of_the_path_grows_with_its_steps_and_its_lever(nao: nk.NaoModel, life: Truth) -> None:
     """The closed sums are those of errors that are propagated step by step, by the derivative of the composed poses."""
     rows = np.flatnonzero(life.doing == "walking")  # never at rest
-    path = nk.world.odometry(nao, life.times[rows], life.q[rows], forces=life.loads[rows])
+    path = nk.world.odometry(nao, life.q[rows], life.times[rows], forces=life.loads[rows])
     pose = np.column_stack([path.pose[:, :2], np.unwrap(path.pose[:, 2])])
     P = np.zeros((3, 3))
     for k in range(1, len(pose)):
@@ -324,7 +324,7 @@ def test_the_covariance_of_the_path_grows_with_its_steps_and_its_lever(nao: nk.N
 def test_the_velocity_is_that_of_the_truth_in_the_robots_axes(nao: nk.NaoModel, ahead: Truth) -> None:
     turned = np.eye(4)
     turned[:3, :3] = Rotation.from_rotvec([0.0, 0.0, 2.0]).as_matrix()
-    path = nk.world.odometry(nao, ahead.times, ahead.q, forces=ahead.loads, start=turned @ ahead.T[0])
+    path = nk.world.odometry(nao, ahead.q, ahead.times, forces=ahead.loads, start=turned @ ahead.T[0])
     walking = np.flatnonzero(ahead.doing == "walking")
     middle = walking[len(walking) // 4 : -len(walking) // 4]
     speed = (ahead.T[middle[-1], 0, 3] - ahead.T[middle[0], 0, 3]) / (ahead.times[middle[-1]] - ahead.times[middle[0]])

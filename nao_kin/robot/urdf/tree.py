@@ -378,10 +378,10 @@ class UrdfTree:
         links: link names in order of the file.
         inertials: link → its mass and inertia, if it has them: `mass` [kg], `origin` (centre of mass, and the axes of
             the tensor), and `inertia`, ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
-        joints: all joints in depth-first order, every driving joint before its mimic joints. Each has a `name`, `kind`
-            ("revolute", "prismatic" or "fixed"), `parent` and `child` links, `origin` (its frame in the parent link's,
-            at zero), unit vector `axis`, `lower`, `upper`, `velocity`, `effort`, `damping`, `friction`, and `mimic`,
-            the joint that it follows, or None.
+        joints: all joints in depth-first order, those of added frames last, every driving joint before its mimic
+            joints. Each has a `name`, `kind` ("revolute", "prismatic" or "fixed"), `parent` and `child` links, `origin`
+            (its frame in the parent link's, at zero), unit vector `axis`, `lower`, `upper`, `velocity`, `effort`,
+            `damping`, `friction`, and `mimic`, the joint that it follows, or None.
         visuals: the visual shapes, each with its `link`, `origin`, `geometry`, `material`, `rgba` and `name`.
         shared_names: name that the file gives to a link and to a joint → the name of the link in this tree.
         notes: repairs, one line each.
@@ -390,7 +390,8 @@ class UrdfTree:
         collision_notes: collision shapes that cannot be read, one line each.
         package_dirs: folders that are searched first for packages.
         expanded: the URDF text made from a xacro source; "" if the file is a URDF.
-        offsets: joints with a calibrated origin → that origin.
+        offsets: joints with a calibrated origin, and those of added frames → that origin.
+        added: link that is not in the file, because `RobotModel.with_frame` added it → the link that carries it.
 
     Examples:
         >>> tree = nk.load_nao().tree
@@ -413,12 +414,13 @@ class UrdfTree:
     package_dirs: tuple[Path, ...] = field(default=(), repr=False)
     expanded: str = field(default="", repr=False)
     offsets: Mapping[str, Origin] = field(default_factory=dict, repr=False)
+    added: Mapping[str, str] = field(default_factory=dict, repr=False)
     # What is made from this tree once for all robots: the Pinocchio model of each base, the points that touch a floor.
     made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # Read-only, because all robots made from a tree share the tree.
-        for name in ("inertials", "shared_names", "offsets"):
+        for name in ("inertials", "shared_names", "offsets", "added"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -445,6 +447,16 @@ class UrdfTree:
     def mimics(self) -> dict[str, Mimic]:
         """The joints that follow another one, by name."""
         return {joint.name: joint.mimic for joint in self.joints if joint.mimic is not None}
+
+    def link_of(self, frame: str) -> str:
+        """Return the link at a frame: of this name, or the one that the joint with this name moves.
+
+        Examples:
+            >>> nk.load_nao().tree.link_of("HeadPitch")
+            'Head'
+        """
+        moved = (joint.child for joint in self.joints if joint.name == frame)
+        return frame if frame in self.links else self.shared_names.get(frame) or next(moved, frame)
 
 
 # --- Links that share their name with a joint.

@@ -220,7 +220,7 @@ def test_a_clip_goes_along_with_the_directions_given(browser: Any, nao: nk.NaoMo
 def test_a_motion_takes_a_direction_too(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
     motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
-    viewer.animate(motion, fill="LyingBack", up=[2.0, 0.0, 0.0])
+    viewer.animate(motion, missing="LyingBack", up=[2.0, 0.0, 0.0])
     messages = messages_of(viewer.static_html())
     (joints,) = (m for m in messages if m.get("kind") == "joints")
     (clip,) = (m for m in messages if m.get("kind") == "clip")
