@@ -1,21 +1,23 @@
 import type { App } from "./app.ts";
-import { button, div, element, place } from "./panel/element.ts";
+import { button, div, element, place, toolbar } from "./panel/element.ts";
 import { saveFilm } from "./record/film.ts";
 import { saveScreenshot } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { entry } from "./scene/legend.ts";
 import { chainColours } from "./scene/link_colours.ts";
+import { matches } from "./values/names.ts";
 
-/** The View menu: frames, transparency, colours, ghosts, pictures and videos. */
+// How many cameras have a button over the picture.
+const FIRST = 4;
+
+/** The View menu: overlays, frames, further cameras, ghosts, pictures and videos. */
 export class ViewMenu {
-  /** Length of the arrows, as the power of two by which the usual one is multiplied. */
-  size = slider([-2, 2, 0.1], 0, (power) => {
-    const { names, usual } = this.page.frames;
-    this.page.chooseFrames({ names, size: usual * 2 ** power });
-  });
-  boxes: Map<string, HTMLInputElement> = new Map();
-  sheet = div("sheet", section("Show", this.page.toggles.bar), this.frames(), this.robot(), this.pictures());
+  /** Which frames are drawn if a button is pressed. */
+  choices: Map<HTMLButtonElement, string[]> = new Map();
+  search = element("input", { type: "search", placeholder: "Search frames", ariaLabel: "Search frames to draw" });
+  found = element("output");
+  sheet = div("sheet", section("Show", this.page.toggles.bar), this.frames(), ...this.cameras(), this.rest());
   summary = element("summary", {}, "View");
   menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
 
@@ -38,46 +40,57 @@ export class ViewMenu {
     });
   }
 
-  /** Check the boxes of the frames that are drawn. */
+  /** Mark the button of the frames that are drawn. */
   refresh() {
     const { frames, toggles } = this.page;
-    const names = new Set(toggles.shown.frames ? frames.names : []);
-    for (const [name, box] of this.boxes) box.checked = names.has(name);
-    this.size.show(Math.log2((frames.size ?? frames.usual) / frames.usual));
+    const drawn = String(toggles.shown.frames ? frames.names : []);
+    for (const [made, names] of this.choices) made.setAttribute("aria-pressed", String(String(names) === drawn));
   }
 
   frames() {
-    const { about } = this.page.robot;
-    const all = about.frames.map(({ name }) => name);
-    const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
-    const toggle = this.page.toggles.buttons.get("frames") as HTMLElement;
-    for (const name of all) {
-      const box = element("input", { type: "checkbox" });
-      box.onchange = () => this.choose(all.filter((frame) => this.boxes.get(frame)?.checked));
-      this.boxes.set(name, box);
-      list.append(element("label", { title: name }, box, element("span", {}, name)));
+    const { frames, effectors } = this.page.robot.about;
+    // Frames of one link are one place under several names.
+    const places = (sought: string) => {
+      const fitting = frames.filter(({ name }) => matches(name, sought));
+      return fitting.filter(({ link }, i) => fitting.findIndex((other) => other.link === link) === i);
+    };
+    const all = { All: places("").map(({ name }) => name), Effectors: effectors, None: [] };
+    for (const [text, names] of Object.entries(all)) {
+      const made = button(text, () => {
+        this.find("");
+        this.choose(names);
+      });
+      this.choices.set(made, names);
     }
-    return element(
-      "section",
-      { className: "frames" },
-      row(
-        toggle,
-        button("Effectors", () => this.choose(about.effectors)),
-        button("All", () => this.choose(all)),
-        button("None", () => this.choose([])),
-      ),
-      list,
-      field("Size", this.size.input),
-    );
+    this.search.oninput = () => {
+      const names = this.search.value.trim() ? places(this.search.value).map(({ name }) => name) : [];
+      this.find(this.search.value, names.length);
+      this.choose(names);
+    };
+    return section("Frames", row(...this.choices.keys()), div("search", this.search, this.found));
+  }
+
+  /** Say how many frames fit what is sought. */
+  find(sought: string, count: number = 0) {
+    if (this.search.value !== sought) this.search.value = sought;
+    this.found.textContent = sought.trim() ? `${count || "no"} place${count === 1 ? "" : "s"}` : "";
   }
 
   choose(names: string[]) {
     this.page.chooseFrames({ names, size: null });
+    this.page.toggles.tell("frames");
   }
 
-  robot() {
+  /** Put the first cameras over the picture, and the others into a section of the menu. */
+  cameras() {
     const { page } = this;
-    const opacity = slider([0.1, 1, 0.05], 1, (share) => page.studio.setOpacity(share));
+    const all = page.robot.about.cameras.map(({ name }) => button(name, () => page.camera(name)));
+    toolbar(document.getElementById("cameras") as HTMLElement, "Cameras", ...all.slice(0, FIRST));
+    return all.length > FIRST ? [section("Look from", row(...all.slice(FIRST)))] : [];
+  }
+
+  rest() {
+    const { page } = this;
     const keep = button("Keep as ghost", () => keepGhost(page));
     const remove = button("Remove ghost", () => {
       clearGhosts(page);
@@ -86,21 +99,12 @@ export class ViewMenu {
     const refresh = () => (remove.hidden = page.ghosts.copies.length === 0);
     page.addEventListener("shown", refresh);
     refresh();
-    return section("Robot", field("Opacity", opacity.input), row(keep, remove));
-  }
-
-  pictures() {
-    const { page } = this;
-    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
-    const shoot = (scale: number) => () => {
+    const save = (what: (page: App) => Promise<void>) => () => {
       this.menu.open = false;
-      return saveScreenshot(page, scale);
+      return what(page);
     };
-    const film = button("Video", () => {
-      this.menu.open = false;
-      return saveFilm(page);
-    });
-    return section("Page", row(contrast, button("Picture 1×", shoot(1)), button("Picture 2×", shoot(2)), film));
+    const files = [button("Picture", save(saveScreenshot)), button("Video", save(saveFilm))];
+    return div("", section("Compare", row(keep, remove)), section("Save", row(...files)));
   }
 }
 
@@ -110,27 +114,6 @@ function section(title: string, ...children: Node[]) {
 
 function row(...children: Node[]) {
   return div("row", ...children);
-}
-
-/** A slider with a number, filled up to it; `then` is called when the user moves it. */
-function slider([low, high, step]: number[], value: number, then: (value: number) => void) {
-  const input = element("input", { type: "range", min: String(low), max: String(high), step: String(step) });
-  const show = (to: number) => {
-    input.value = String(to);
-    input.style.setProperty("--to", `${(100 * (Number(input.value) - low)) / (high - low)}%`);
-  };
-  input.oninput = () => {
-    show(Number(input.value));
-    then(Number(input.value));
-  };
-  show(value);
-  return { input, show };
-}
-
-function field(text: string, control: HTMLElement) {
-  // Without this, a screen reader would read the options of a select as part of its name.
-  control.ariaLabel = text;
-  return element("label", { className: "field" }, text, control);
 }
 
 /** An overlay: the text of its button, and the function that shows or hides it. */
@@ -191,7 +174,7 @@ const TOGGLES: Record<string, Toggle> = {
     isOffered: ({ ghosts }) => ghosts.copies.length > 0,
     show: ({ ghosts, legend }, on) => {
       ghosts.group.visible = on;
-      legend.set("ghosts", on && ghosts.entries.length > 0 ? ["ghosts", ...ghosts.entries] : []);
+      legend.set("ghosts", on && ghosts.entries.length > 0 ? ghosts.entries : []);
     },
   },
   eye: {
@@ -227,13 +210,19 @@ export class Toggles {
       this.shown[name] = begins?.(page) ?? false;
       const made = button(text, () => {
         this.set({ [name]: !this.shown[name] });
-        page.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: page.reports.source });
+        this.tell(name);
       });
       made.dataset.shown = name;
       this.buttons.set(name, made);
-      this.bar.append(made);
+      // Frames are chosen below these buttons, and the contrast in the settings.
+      if (!["frames", "contrast"].includes(name)) this.bar.append(made);
     }
     page.addEventListener("targets", () => this.refresh());
+  }
+
+  /** Tell the program whether an overlay is on. */
+  tell(name: string) {
+    this.page.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: this.page.reports.source });
   }
 
   /** Show the buttons of the overlays that have something to show. */

@@ -119,12 +119,12 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
     drawn = """() => [naoKin.frames.triads.length, naoKin.axes.screws.length,
         naoKin.balance.group.children.filter(({ visible }) => visible).length]"""
     assert page.run(drawn) == [0, 0, 0]
-    for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
+    for name in ("Effectors", "Joint axes", "Centre of mass", "Support"):
         page.switch(name)
     assert page.run(drawn) == [7, 26, 6]
     legend = page.tab.locator("#legend").inner_text()
     assert sorted(legend.split()) == ["revolute", "spherical", "universal"]
-    for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
+    for name in ("None", "Joint axes", "Centre of mass", "Support"):
         page.switch(name)
     assert page.run(drawn) == [0, 0, 0]
     assert not page.tab.locator("#legend").is_visible()

@@ -404,7 +404,7 @@ def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, 
     live.show_frames(["LArm"])
     assert live.shown["frames"] is True
     page.tab.wait_for_function("() => naoKin.frames.triads.length === 1")
-    page.switch("Frames")
+    page.switch("None")
     assert until(lambda: live.shown["frames"] is False)
     with opened(browser, live.url) as late:
         assert late.run("() => naoKin.frames.triads.length") == 0

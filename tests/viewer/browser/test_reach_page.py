@@ -119,7 +119,7 @@ def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page:
 
 def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:
     text = " ".join(page.tab.locator("#legend").inner_text().split())
-    assert text == f"LArm: best manipulability {reach.best.min():.3g} {reach.best.max():.3g}"
+    assert text == f"LArm: best manipulability [m³] {reach.best.min():.5f} {reach.best.max():.5f}"
 
 
 @pytest.mark.full

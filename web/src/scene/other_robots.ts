@@ -60,14 +60,16 @@ export class OtherRobots {
   }
 
   /**
-   * The box around all visible robots and the figure of a clip, in the world of three.js; if links are given, the box around
+   * The box around all visible robots, ghosts, a reach map and the figure of a clip, in the world of three.js; if links are given, the box around
    * these links of the page's own robot.
    */
   box(links: number[]) {
     const box = this.page.robot.box(links);
-    const { figure } = this.page.player;
-    if (links.length === 0 && figure) box.expandByObject(figure.object);
-    for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
+    if (links.length > 0) return box;
+    const { ghosts, player, reach } = this.page;
+    if (player.figure) box.expandByObject(player.figure.object);
+    if (ghosts) box.union(ghosts.box).union(reach.bounds);
+    for (const { shown, visible } of this.robots.values()) {
       if (!visible) continue;
       const { robot } = shown;
       robot.root.updateWorldMatrix(true, true); // its ground may have moved in the meantime
