@@ -354,7 +354,7 @@ SHOWN = dict.fromkeys(("frames", "axes", "com", "support", "collisions"), False)
 # All buttons; those that are not in `SHOWN` begin as each page decides.
 BUTTONS = (
     *("frames", "axes", "chains", "com", "support", "shapes", "inertia", "collisions"),
-    *("ghosts", "eye", "orthographic", "contrast", "handles"),
+    *("ghosts", "together", "eye", "orthographic", "contrast", "handles"),
 )
 # Limits of a page's message on buttons: their number, and the length of their names.
 _MAX_SHOWN = 64

@@ -423,7 +423,8 @@ class Viewer(Guessing):
 
         Args:
             name: "frames", "axes", "chains", "com", "support", "shapes" (for collisions), "inertia" (for each body the
-                even box with its mass and inertia, and the mass), "ghosts", "eye" (the camera view), "orthographic"
+                even box with its mass and inertia, and the mass), "ghosts", "together" (in the page, added robots take
+                the values of the viewer's own joints of the same names), "eye" (the camera view), "orthographic"
                 (parallel projection), "contrast" or "handles". If collision shapes are meshes, the page offers them
                 only after this has been called.
             on: whether it is on.

@@ -72,7 +72,6 @@ _RESET = """(q) => {
     if (drag.held) drag.cancel();
     for (const dialog of document.querySelectorAll("dialog[open]")) dialog.close();
     for (const sheet of document.querySelectorAll(":popover-open")) sheet.hidePopover();
-    for (const menu of document.querySelectorAll(".view-menu[open]")) menu.open = false;
     document.activeElement.blur();
     panel.messages.close();
     naoKin.notice();
@@ -112,7 +111,7 @@ _RESET = """(q) => {
     stance.jump(q);
     stance.settle();
     naoKin.camera("three-quarter");
-    for (const scrolled of document.querySelectorAll("#panel > .body, .sheet, .menu")) scrolled.scrollTop = 0;
+    for (const scrolled of document.querySelectorAll("#panel > .body, .menu")) scrolled.scrollTop = 0;
     panel.past.letGo();
     Object.assign(panel.past.history, { past: [], future: [] });
     panel.past.dispatchEvent(new Event("changed"));
@@ -286,7 +285,7 @@ class Page:
     def switch(self, name: str) -> bool:
         """Press a button of the menu View, opening and closing the menu; return whether the button is on."""
         menu, button = (
-            self.tab.locator(".view-menu > summary"),
+            self.tab.locator("button.view"),
             self.tab.get_by_role("button", name=name, exact=True),
         )
         menu.click()

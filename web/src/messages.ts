@@ -30,10 +30,10 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   controls: (app, { controls }) => app.controls.show(controls),
   shapes: (app, message) => app.bodyShapes.receive(message),
   targets: (app, { targets }) => app.targets.show(targets),
-  colours: (app, { robot, links, stops, ...texts }) => {
+  colours: (app, { robot, links, label, low, high, stops }) => {
     const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;
     shown?.colours.setScale(new Map(links.map(({ link, rgb }) => [link, rgb])));
-    app.legend.set("colours", stops ? scale(texts, stops) : []);
+    app.legend.set("colours", stops ? scale({ label, low, high }, stops) : []);
   },
   robot_added: (app, message) => app.others.add(message),
   robot_joints: (app, { robot, q, up }) => app.others.display(robot, q, up),

@@ -1,5 +1,6 @@
 import type { App } from "./app.ts";
-import { button, div, element, place, toolbar } from "./panel/element.ts";
+import { button, div, element, menu as makeMenu, toolbar } from "./panel/element.ts";
+import { jointOf } from "./pick/facts.ts";
 import { saveFilm } from "./record/film.ts";
 import { saveScreenshot } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
@@ -17,27 +18,22 @@ export class ViewMenu {
   choices: Map<HTMLButtonElement, string[]> = new Map();
   search = element("input", { type: "search", placeholder: "Search frames", ariaLabel: "Search frames to draw" });
   found = element("output");
-  sheet = div("sheet", section("Show", this.page.toggles.bar), this.frames(), ...this.cameras(), this.rest());
-  summary = element("summary", {}, "View");
-  menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
+  opener = element("button", { type: "button", className: "view" }, "View ▾");
+  sheet = makeMenu(
+    this.opener,
+    "View",
+    section("Show", this.page.toggles.bar),
+    this.frames(),
+    ...this.cameras(),
+    this.rest(),
+  );
 
   constructor(
     readonly page: App,
     top: HTMLElement,
   ) {
-    top.append(this.menu);
-    const put = () => place(this.sheet, this.summary);
-    this.menu.addEventListener("toggle", put);
-    window.addEventListener("resize", put);
-    document.addEventListener("pointerdown", ({ target }) => {
-      if (!this.menu.contains(target as Node)) this.menu.open = false;
-    });
-    this.menu.addEventListener("keydown", (event) => {
-      if (event.key !== "Escape" || !this.menu.open) return;
-      this.menu.open = false;
-      this.summary.focus();
-      event.stopPropagation();
-    });
+    this.sheet.classList.add("view");
+    top.append(this.opener, this.sheet);
   }
 
   /** Mark the button of the frames that are drawn. */
@@ -48,35 +44,30 @@ export class ViewMenu {
   }
 
   frames() {
-    const { frames, effectors } = this.page.robot.about;
-    // Frames of one link are one place under several names.
+    const { robot } = this.page;
+    const { about } = robot;
+    // One name of each place on a body, the one by which the page calls it if there is one.
+    const called = about.frames.filter(({ name, link }) => about.links[link].title === name);
+    const place = (link: number) =>
+      [jointOf(about, link)?.name, ...robot.pose(link).elements.map((x) => Math.round(1e6 * x) + 0)].join(" ");
     const places = (sought: string) => {
-      const fitting = frames.filter(({ name }) => matches(name, sought));
-      return fitting.filter(({ link }, i) => fitting.findIndex((other) => other.link === link) === i);
+      const fitting = [...called, ...about.frames].filter(({ name }) => matches(name, sought));
+      return [...new Map(fitting.reverse().map(({ name, link }) => [place(link), name])).values()].reverse();
     };
-    const all = { All: places("").map(({ name }) => name), Effectors: effectors, None: [] };
-    for (const [text, names] of Object.entries(all)) {
+    for (const [text, names] of Object.entries({ All: places(""), Effectors: about.effectors, None: [] })) {
       const made = button(text, () => {
-        this.find("");
+        this.search.value = "";
         this.choose(names);
       });
       this.choices.set(made, names);
     }
-    this.search.oninput = () => {
-      const names = this.search.value.trim() ? places(this.search.value).map(({ name }) => name) : [];
-      this.find(this.search.value, names.length);
-      this.choose(names);
-    };
+    this.search.oninput = () => this.choose(this.search.value.trim() ? places(this.search.value) : []);
     return section("Frames", row(...this.choices.keys()), div("search", this.search, this.found));
   }
 
-  /** Say how many frames fit what is sought. */
-  find(sought: string, count: number = 0) {
-    if (this.search.value !== sought) this.search.value = sought;
-    this.found.textContent = sought.trim() ? `${count || "no"} place${count === 1 ? "" : "s"}` : "";
-  }
-
   choose(names: string[]) {
+    const { length } = names;
+    this.found.textContent = this.search.value.trim() ? `${length || "no"} place${length === 1 ? "" : "s"}` : "";
     this.page.chooseFrames({ names, size: null });
     this.page.toggles.tell("frames");
   }
@@ -100,7 +91,7 @@ export class ViewMenu {
     page.addEventListener("shown", refresh);
     refresh();
     const save = (what: (page: App) => Promise<void>) => () => {
-      this.menu.open = false;
+      this.sheet.hidePopover();
       return what(page);
     };
     const files = [button("Picture", save(saveScreenshot)), button("Video", save(saveFilm))];
@@ -177,6 +168,14 @@ const TOGGLES: Record<string, Toggle> = {
       legend.set("ghosts", on && ghosts.entries.length > 0 ? ghosts.entries : []);
     },
   },
+  together: {
+    text: "Move together",
+    isOffered: ({ others }) => others.robots.size > 0,
+    show: ({ others }, on) => {
+      others.together = on;
+      others.follow();
+    },
+  },
   eye: {
     text: "Camera view",
     isOffered: ({ robot }) => robot.about.eyes.length > 0,
@@ -217,7 +216,7 @@ export class Toggles {
       // Frames are chosen below these buttons, and the contrast in the settings.
       if (!["frames", "contrast"].includes(name)) this.bar.append(made);
     }
-    page.addEventListener("targets", () => this.refresh());
+    for (const name of ["targets", "robots"]) page.addEventListener(name, () => this.refresh());
   }
 
   /** Tell the program whether an overlay is on. */

@@ -134,7 +134,7 @@ def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tm
             expected = reach.centres @ T[:3, :3].T + T[:3, 3]
             order = np.argsort(reach.centres[:, 0], kind="stable")
             assert np.abs(np.array(page.run(DRAWN)) - expected[order]).max() < 1e-5
-        page.tab.locator(".view-menu summary").click()
+        page.tab.locator("button.view").click()
         page.tab.get_by_role("button", name="Keep as ghost").click()
         assert page.run("() => naoKin.ghosts.copies.length") > 20
         assert page.run(CLOUDS, "ghost") == 0

@@ -60,13 +60,13 @@ def _click(page: Page, name: str) -> None:
 
 
 def _open_menu(page: Page) -> None:
-    page.tab.locator("summary", has_text="View").click()
-    assert page.tab.locator(".view-menu .sheet").is_visible()
+    page.tab.locator("button.view").click()
+    assert page.tab.locator(".menu.view").is_visible()
 
 
 def _close_menu(page: Page) -> None:
     page.tab.keyboard.press("Escape")
-    assert not page.tab.locator(".view-menu .sheet").is_visible()
+    assert not page.tab.locator(".menu.view").is_visible()
 
 
 def _rest(page: Page) -> None:
@@ -196,23 +196,25 @@ def test_frames_are_sought_or_all_drawn_at_once_each_place_under_one_name(page: 
     search = page.tab.get_by_role("searchbox", name="Search frames to draw")
     search.fill("camera top")
     shown = page.run(drawn)
-    assert shown == [name for name in nao.frame_names if "cameratop" in name.lower()]
-    assert page.tab.locator(".sheet .search output").inner_text() == f"{len(shown)} places"
+    assert shown == ["CameraTop", "CameraTop_optical_frame"]  # CameraTop_frame is CameraTop
+    assert page.tab.locator(".menu.view .search output").inner_text() == f"{len(shown)} places"
     assert set(_labels(page)) <= set(shown)
     search.fill("bumper left")
     names = page.run(drawn)
     assert set(names) <= {name for name in nao.frame_names if "bumper" in name.lower() and "left" in name.lower()}
     search.fill("nothing like that")
     assert page.run(drawn) == []
-    assert page.tab.locator(".sheet .search output").inner_text() == "no places"
+    assert page.tab.locator(".menu.view .search output").inner_text() == "no places"
     _click(page, "All")
     assert search.input_value() == ""
-    places = {nao.fk(nao.posture("StandInit"), name).round(9).tobytes() for name in nao.frame_names}
-    assert len(page.run(drawn)) == len({page.run("(name) => naoKin.robot.linkOf(name)", n) for n in nao.frame_names})
-    assert len(page.run(drawn)) >= len(places)
+    poses = {nao.fk(page.q, name).round(6).tobytes() for name in nao.frame_names}
+    names = page.run(drawn)
+    assert poses == {nao.fk(page.q, name).round(6).tobytes() for name in names}
+    assert len(names) < 0.7 * len(nao.frame_names)
+    assert "Head" in names
     _click(page, "Effectors")
     assert page.run(drawn) == page.run("() => naoKin.robot.about.effectors")
-    pressed = page.tab.locator(".sheet [aria-pressed=true]")
+    pressed = page.tab.locator(".menu.view [aria-pressed=true]")
     assert "Effectors" in pressed.all_inner_texts()
     _click(page, "None")
     assert _labels(page) == {}
@@ -399,8 +401,7 @@ def test_solutions_are_stepped_through_by_arrows_with_their_target_and_why_they_
             assert radios.nth(k).is_checked()
             assert min(np.abs(every - page.q).max(axis=1)) < 1e-6
             assert "refused: " in legend.inner_text()
-            (worst,) = nao.limit_violations(page.q)[:1]
-            assert f"{worst.joint} is " in legend.inner_text()
+            assert any(found.joint in legend.inner_text() for found in nao.limit_violations(page.q))
             found = card.locator("output").evaluate_all(numbers)
             assert found["distance"] == pytest.approx(0.0, abs=1e-6)
         page.slide("LKneePitch", 0.3)

@@ -180,7 +180,7 @@ export function menu(opener: HTMLButtonElement, label: string, ...children: Node
 }
 
 /** Place a sheet below a button, or above it if there is more room, inside the window; a high sheet scrolls. */
-export function place(sheet: HTMLElement, opener: HTMLElement) {
+function place(sheet: HTMLElement, opener: HTMLElement) {
   const gap = 4;
   const { left, right, top, bottom } = opener.getBoundingClientRect();
   sheet.style.maxHeight = `${Math.max(top, innerHeight - bottom, innerHeight / 2) - 2 * gap}px`;

@@ -215,7 +215,7 @@ export class Joints {
     }
     write(this.none, found === 0 ? `No joint is called “${sought}”.` : "");
     const all = this.rows.length;
-    this.count.textContent = sought ? `${found} of ${all}` : `${all} joint${all === 1 ? "" : "s"}`;
+    this.count.textContent = sought ? `${found} of ${all}` : "";
   }
 
   refresh() {

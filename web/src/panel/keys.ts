@@ -184,7 +184,7 @@ export function bindViewKeys(page: App) {
 }
 
 /** The preset chosen last if it shows the whole body, else the default one. */
-function whole({ view, robot }: App) {
+export function whole({ view, robot }: App) {
   const chosen = robot.about.cameras.find(({ name }) => name === view);
   return chosen && chosen.links.length === 0 ? chosen.name : "three-quarter";
 }

@@ -88,10 +88,8 @@ export class PlotStrip {
     this.waitingPoints = undefined;
     if (this.element.hidden) return;
     const begin = performance.now();
-    const { motion, page } = this.player;
-    const found = page.streams.curves(motion);
-    const playsClip = this.player.playback !== null && this.player.playback === this.player.program;
-    for (const [name, { margins }] of found) if (margins && !playsClip) found.delete(name);
+    const found = this.player.page.streams.curves();
+    for (const [name, { margins }] of found) if (margins && !this.playsClip) found.delete(name);
     for (const [name, { plot }] of this.streams) {
       if (found.has(name)) continue;
       plot.clear();
@@ -177,6 +175,10 @@ export class PlotStrip {
     this.giveWay();
   }
 
+  get playsClip() {
+    return this.player.loaded && this.player.playback === this.player.program;
+  }
+
   /** The frame that is plotted: the one that the panel shows. */
   get frame() {
     return this.player.page.pick.selection.read;
@@ -193,7 +195,7 @@ export class PlotStrip {
     if (this.element.hidden) return;
     for (const { plot, curves } of this.streams.values()) {
       const { times, values } = curves;
-      const now = motion ? time : (times.at(-1) ?? 0);
+      const now = this.playsClip ? time : (times.at(-1) ?? 0);
       const at = Math.max(0, firstWhere(times.length, (i) => times[i] > now) - 1);
       plot.setTime(now, (line) => values[line][at] ?? NaN);
     }

@@ -94,12 +94,13 @@ export class Ghosts {
     const box = new THREE.Box3();
     for (const copy of this.group.visible ? this.copies : []) {
       copy.updateWorldMatrix(true, false);
-      if (copy.visible)
-        {box.union(
+      if (copy.visible) {
+        box.union(
           boxOf(copy as unknown as RobotMesh)
             .clone()
             .applyMatrix4(copy.matrixWorld),
-        );}
+        );
+      }
     }
     return box;
   }
@@ -188,15 +189,19 @@ function choices(page: App, looks: GhostLook[], first: number, own: boolean) {
   return looks.length > 0 ? [element("b", {}, own ? "solutions" : "ghosts"), ...entries, said] : [];
 }
 
-/** In words, by how much which joints are outside their limits. */
+/** In words, the joint that is farthest outside its limits, and how many others are. */
 function beyondLimits({ robot, panel }: App) {
-  const outside = robot.outside(robot.q);
-  const found = robot.about.coordinates.flatMap((coordinate) => {
-    const [value, [low, high]] = [robot.q[coordinate.column], robot.range(coordinate, robot.q)];
-    if (!outside.has(coordinate.column)) return [];
-    return `${coordinate.joint} is ${unitText(Math.max(low - value, value - high), coordinate.unit, panel.settings.units)} outside`;
+  const { q, about } = robot;
+  const beyond = about.coordinates.map((coordinate) => {
+    const [low, high] = robot.range(coordinate, q);
+    return { ...coordinate, by: Math.max(low - q[coordinate.column], q[coordinate.column] - high) };
   });
-  return found.length > 0 ? `refused: ${found.join(", ")}` : "inside all limits";
+  const worst = beyond.reduce((one, other) => (other.by > one.by ? other : one));
+  const { size } = robot.outside(q);
+  const others = size > 1 ? `, and ${size - 1} more` : "";
+  return size > 0
+    ? `refused: ${worst.joint} by ${unitText(worst.by, worst.unit, panel.settings.units)}${others}`
+    : "inside all limits";
 }
 
 /** The pose of the root in the scene of a robot that is set down in a configuration; its own nodes serve for it meanwhile. */

@@ -17,6 +17,8 @@ export interface Other {
  */
 export class OtherRobots {
   robots: Map<number, Other> = new Map();
+  /** Whether they take, in this page, the values of the joints that the page's own robot has under the same names. */
+  together = false;
 
   constructor(readonly page: App) {}
 
@@ -40,6 +42,18 @@ export class OtherRobots {
     if (!shown) return;
     shown.robot.q.splice(0, q.length, ...Array.from(q));
     shown.settle(up);
+    this.page.studio.moved();
+  }
+
+  follow() {
+    if (!this.together) return;
+    const { robot, stance } = this.page;
+    const values = new Map(robot.about.coordinates.map(({ joint, column }) => [joint, robot.q[column]]));
+    for (const { shown } of this.robots.values()) {
+      const { about, q } = shown.robot;
+      for (const { joint, column } of about.coordinates) q[column] = values.get(joint) ?? q[column];
+      shown.settle(stance.up);
+    }
     this.page.studio.moved();
   }
 

@@ -41,13 +41,8 @@ export class MotionFiles {
   take(name: string, read: Motion) {
     const { player } = this;
     // The page's time begins at 0.
-    const motion =
-      read.start < 0
-        ? new Motion(
-            Array.from(read.times, (time) => time - read.start),
-            read.values,
-          )
-        : read;
+    const times = Array.from(read.times, (time) => time - Math.min(read.start, 0));
+    const motion = new Motion(times, read.values);
     player.pause();
     const edited = motion.count <= FEW;
     if (edited) player.editor.take(KeyFrames.from(motion));
