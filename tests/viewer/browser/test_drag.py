@@ -606,7 +606,7 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
     viewer.show_ghosts(found.solutions[1:], first=2)
     with opened(browser, viewer.save_html(tmp_path / "ghosts.html"), SIZE) as page:
         legend = page.tab.locator("#legend")
-        assert legend.inner_text().split() == ["ghosts", *map(str, range(2, 9))]
+        assert legend.inner_text().split() == ["solutions", *map(str, range(1, 9)), "inside", "all", "limits"]
         assert not page.switch("Ghosts")
         assert not legend.is_visible()
         assert not page.run("() => naoKin.ghosts.group.visible")

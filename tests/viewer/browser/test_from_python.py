@@ -208,8 +208,9 @@ def test_what_one_robot_looks_like_leaves_its_equal_alone(browser: Any, nao: nk.
             assert_changed(lambda: viewer.show_lights({"Chest": (0.0, 1.0, 0.0)}), lit, own=True)
 
             def fade() -> None:
-                tab.get_by_role("button", name="View").click()
-                tab.get_by_label("Opacity", exact=True).focus()
+                tab.get_by_role("button", name="Settings").click()
+                tab.wait_for_function("() => document.activeElement.value === 'deg'")
+                tab.get_by_role("slider", name="Opacity").focus()
                 tab.keyboard.press("Home")
                 tab.keyboard.press("Escape")
 

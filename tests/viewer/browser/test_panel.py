@@ -505,7 +505,7 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
     page.run("(q) => naoKin.set(q)", q.tolist())
     for name in ("Joint axes", "Support"):
         assert page.switch(name)
-    tool(page, "feet").click()
+    page.switch("feet")
     page.tab.locator("canvas").first.focus()
     press(page, "ArrowLeft", "ArrowUp", "+")
     page.tab.get_by_label("Frame", exact=True).select_option("LFoot/Bumper/Left")
