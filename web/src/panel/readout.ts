@@ -263,8 +263,9 @@ export class Readout {
   showMiss({ row, node }: Targets["list"][0]) {
     const { pick, robot } = this.panel.page;
     this.apart.hidden = this.measuring;
-    this.compared.textContent = `From the target of ${row.name}`;
-    this.difference.show(this.between(node.matrix, robot.pose(robot.linkOf(pick.selection.read)), !row.point));
+    const found = this.between(node.matrix, robot.pose(robot.linkOf(pick.selection.read)), !row.point);
+    this.compared.textContent = `From the target of ${row.name}: ${found.flatMap((cell, i) => (cell && i < 2 ? cell.text : [])).join(", ")}`;
+    this.difference.show(found);
   }
 
   /** The distance between the origins of two poses in the robot's root, the angle between their axes, and the way. */
