@@ -139,7 +139,7 @@ def ik(request: Request, written: OutputOptions, robot: RobotOptions) -> None:
     found = _solved(model, request, targets, request.preferred(model, len(targets.values)))
     answers = _Answers(model, request, targets.many, targets.kind, found)
     print_note(*targets.notes, *found.notes)
-    page = None if html is None else answers.write_page(html, overwrite=written.force)
+    page = None if html is None else answers.write_page(html, targets, overwrite=written.force)
     if page is not None and not atomic.leads_to_standard_output(page) and not json:
         # With --csv, standard output is a file, which must not contain this line.
         print(page, file=sys.stderr if request.csv else sys.stdout)
@@ -332,8 +332,25 @@ class _Answers:
             ]
         return answer
 
-    def write_page(self, html: str, *, overwrite: bool) -> str | None:
-        """Write the best configuration with the other solutions as ghosts, or a clip; return the file."""
+    def refused(self, targets: Targets) -> Floats:
+        """Return the configurations outside the limits that reach the target, shape (k, nq)."""
+        model, request = self.model, self.request
+        every = _solved(model, replace(request, limits="ignore"), targets, request.preferred(model, 1))
+        q = every.solutions[: int(every.count)]
+        return q[~np.asarray(model.within_limits(q), bool)] if request.limits == "enforce" else q[:0]
+
+    def marks(self, targets: Targets) -> dict[str, Floats]:
+        """Return the target by the name of its frame, or of another one if it is not the frame's place."""
+        target, frame = targets.values[0], self.request.frame
+        if frame == LEGS:
+            return dict(zip(("LLeg", "RLeg"), target, strict=True))
+        if self.kind == "orientation":
+            return {}
+        is_seen = self.kind == "position" and frame in self.model.semantics.cameras
+        return {"target" if is_seen else frame: target}
+
+    def write_page(self, html: str, targets: Targets, *, overwrite: bool) -> str | None:
+        """Write the best configuration, its target and the other solutions as ghosts, or a clip; return the file."""
         from nao_kin.viewer import Viewer
 
         found = self.found
@@ -347,6 +364,8 @@ class _Answers:
                 viewer.animate(shown, _FPS)
             else:
                 viewer.display(shown[0])
-                if int(found.count) > 1:
-                    viewer.show_ghosts(found.solutions[1 : int(found.count)], first=2)
+                viewer.show_targets(self.marks(targets))
+                others = np.concatenate([found.solutions[1 : int(found.count)], self.refused(targets)])
+                if len(others):
+                    viewer.show_ghosts(others, first=2)
             return str(viewer.save_html(html, overwrite=overwrite))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from contextlib import closing
 from dataclasses import dataclass
@@ -92,6 +93,10 @@ def view(
     html: str | None = option("FILE", "Write the page with everything in it, and end."),
     png: str | None = option("FILE", "Write a picture, and end."),
     video: str | None = option("FILE", "Write a .webm video, or a .zip of PNG files, 30 pictures a second, and end."),
+    beside: str | None = option(
+        "ROBOT",
+        "Another robot beside it, which moves along: a NAO version, a name as of --robot, or a file as of --urdf.",
+    ),
     camera: str = option(
         "NAME", "Direction of view: front, side, three-quarter, hands, feet.", default="three-quarter"
     ),
@@ -141,6 +146,13 @@ def view(
             viewer.animate(q, speed, up=vertical, balance=balance)
         elif posed or vertical is not None:
             viewer.display(q[0] if posed else viewer.q, up=vertical)
+        if beside is not None:
+            if re.fullmatch(r"v\d(\.\d)?", beside):
+                other = RobotOptions(nao=beside)
+            else:
+                other = RobotOptions(urdf=beside) if Path(beside).suffix else RobotOptions(robot=beside)
+            viewer.add_robot(other.load())
+            viewer.show("together")
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))
         viewer.camera(camera)

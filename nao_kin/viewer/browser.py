@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import base64
+import io
 import os
 import queue
 import secrets
@@ -13,6 +14,7 @@ import sys
 import tempfile
 import threading
 import time
+import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -286,3 +288,12 @@ def _short_folder() -> str:
     usual = tempfile.gettempdir()
     length = len(os.fsencode(usual)) + 1 + len(_PREFIX) + _RANDOM
     return usual if length <= _LONGEST_PATH or not os.access("/tmp", os.W_OK) else "/tmp"
+
+
+def zipped(pictures: bytes) -> bytes:
+    """Return PNG files, which are given one after another, as a ZIP file of 00000.png and so on."""
+    end, file = b"\0\0\0\0IEND\xaeB`\x82", io.BytesIO()  # the last chunk of each PNG file
+    with zipfile.ZipFile(file, "w") as archive:
+        for number, picture in enumerate(pictures.split(end)[:-1]):
+            archive.writestr(zipfile.ZipInfo(f"{number:05}.png"), picture + end)
+    return file.getvalue()

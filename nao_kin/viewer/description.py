@@ -44,18 +44,19 @@ from nao_kin.viewer.messages import (
     typed_array,
 )
 
-# Views of the whole robot: the direction from the robot to the camera.
+# Straight from above or below, the tilt turns the robot's front up in the picture.
+_TILT = 1e-5
+# Views of the whole robot, the buttons over the picture: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
     "front": (1.0, 0.0, 0.12),
     "side": (0.0, 1.0, 0.12),
     "three-quarter": (1.0, 0.62, 0.38),
+    "top": (-_TILT, 0.0, 1.0),
 }
-# Views after those of the semantics. Straight from above or below, the tilt turns the robot's front up in the picture.
-_TILT = 1e-5
+# Views after those of the semantics.
 _OTHER_CAMERAS: Mapping[str, Vector] = {
     "back": (-1.0, 0.0, 0.12),
     "right": (0.0, -1.0, 0.12),
-    "top": (-_TILT, 0.0, 1.0),
     "bottom": (_TILT, 0.0, -1.0),
 }
 

@@ -5,6 +5,7 @@ Arguments and errors are those of the methods of `Viewer`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from threading import RLock
@@ -175,6 +176,8 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         factor += 1
     values, first = shown.column(by), shown.indices.min(axis=0)
     low, high = float(values.min()), float(values.max())
+    cubic = by in ("best", "mean") and all(robot.unit(joint) == "rad" for joint in settings.joints)
+    digits = max(0, 2 - math.floor(math.log10(high))) if high > 0.0 and by != "count" else 0
     share = (values - low) / (high - low) if high > low else np.zeros(len(values))
     content = {
         "frame": settings.reference,
@@ -183,9 +186,9 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         "cells": typed_array((shown.indices - first).astype(np.uint16).reshape(-1)),
         "values": typed_array(np.round(0xFFFF * share).astype(np.uint16)),
         "stops": COLD_TO_WARM,
-        "label": f"{settings.frame}: {REACH_LABELS[by]}",
-        "low": f"{low:.3g}",
-        "high": f"{high:.3g}",
+        "label": f"{settings.frame}: {REACH_LABELS[by]}{' [m³]' if cubic else ''}",
+        "low": f"{low:.{digits}f}",
+        "high": f"{high:.{digits}f}",
         "cut": None if cut is None else {"axis": choice(cut[0], tuple("xyz"), "axis"), "place": number(cut[1], "cut")},
     }
     return panel_message("reach", content)
@@ -351,7 +354,7 @@ SHOWN = dict.fromkeys(("frames", "axes", "com", "support", "collisions"), False)
 # All buttons; those that are not in `SHOWN` begin as each page decides.
 BUTTONS = (
     *("frames", "axes", "chains", "com", "support", "shapes", "inertia", "collisions"),
-    *("ghosts", "eye", "orthographic", "contrast", "handles"),
+    *("ghosts", "together", "eye", "orthographic", "contrast", "handles"),
 )
 # Limits of a page's message on buttons: their number, and the length of their names.
 _MAX_SHOWN = 64

@@ -26,7 +26,7 @@ from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.access import Document, checked_names, checked_token, live_page, policy, static_page
-from nao_kin.viewer.browser import pictures
+from nao_kin.viewer.browser import pictures, zipped
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.messages import (
@@ -423,7 +423,8 @@ class Viewer(Guessing):
 
         Args:
             name: "frames", "axes", "chains", "com", "support", "shapes" (for collisions), "inertia" (for each body the
-                even box with its mass and inertia, and the mass), "ghosts", "eye" (the camera view), "orthographic"
+                even box with its mass and inertia, and the mass), "ghosts", "together" (in the page, added robots take
+                the values of the viewer's own joints of the same names), "eye" (the camera view), "orthographic"
                 (parallel projection), "contrast" or "handles". If collision shapes are meshes, the page offers them
                 only after this has been called.
             on: whether it is on.
@@ -1137,7 +1138,7 @@ class Viewer(Guessing):
         form = "zip" if Path(path).suffix.lower() == ".zip" else "webm"
         request = {"camera": view, "fps": rate, "form": form}
         film = pictures.draw(self._messages, "film", request, size, overlays.seconds(timeout), progress)
-        atomic.write_bytes(path, film)
+        atomic.write_bytes(path, zipped(film) if form == "zip" else film)
         return Path(path)
 
     def _view_from(self, camera: str | ArrayLike) -> str | list[float]:

@@ -63,8 +63,7 @@ _DRAW_NOTHING = """
 # Put everything back that a test may have left. What the controls were at first is kept when this runs first.
 _RESET = """(q) => {
     const { drag, ghosts, panel, pick, player, stance, toggles } = naoKin;
-    // Those of the plots show what is plotted.
-    const fields = ":is(input:is([type=checkbox], [type=radio]), select):not(.checks *)";
+    const fields = ":is(input:is([type=checkbox], [type=radio]), select):not(#legend *)";
     const controls = () => [...document.querySelectorAll(fields)];
     window.atFirst ??= {
         ...{ clip: player.clip, looping: player.looping, read: pick.selection.read, shown: { ...toggles.shown } },
@@ -73,7 +72,7 @@ _RESET = """(q) => {
     if (drag.held) drag.cancel();
     for (const dialog of document.querySelectorAll("dialog[open]")) dialog.close();
     for (const sheet of document.querySelectorAll(":popover-open")) sheet.hidePopover();
-    for (const menu of document.querySelectorAll(".view-menu[open]")) menu.open = false;
+    document.activeElement.blur();
     panel.messages.close();
     naoKin.notice();
     panel.layout.fold(false);
@@ -87,7 +86,6 @@ _RESET = """(q) => {
     const { editor, plots } = player;
     if (editor.frames.count > 0) editor.apply(new editor.frames.constructor(), -1);
     editor.open(false);
-    plots.chosen = null;
     if (!plots.element.hidden) plots.open(false);
     player.clip = atFirst.clip;
     if (player.playback !== player.clip) player.change(player.clip);
@@ -113,7 +111,7 @@ _RESET = """(q) => {
     stance.jump(q);
     stance.settle();
     naoKin.camera("three-quarter");
-    for (const scrolled of document.querySelectorAll("#panel > .body, .sheet, .menu")) scrolled.scrollTop = 0;
+    for (const scrolled of document.querySelectorAll("#panel > .body, .menu")) scrolled.scrollTop = 0;
     panel.past.letGo();
     Object.assign(panel.past.history, { past: [], future: [] });
     panel.past.dispatchEvent(new Event("changed"));
@@ -269,10 +267,15 @@ class Page:
             value,
         )
 
+    def edit_number(self, joint: str) -> Any:
+        """Click on a joint's number, and return the field that it becomes."""
+        row = self.tab.locator(f'.joint[data-joint="{joint}"]')
+        row.locator(".number").click()
+        return row.locator('input[type="text"]')
+
     def type_number(self, joint: str, text: str) -> Any:
-        """Click into a joint's number, type a new one and press Enter; return the field."""
-        field = self.tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
-        field.click()
+        """Click on a joint's number, type a new one and press Enter; return the field."""
+        field = self.edit_number(joint)
         self.tab.keyboard.press("ControlOrMeta+A")
         self.tab.keyboard.press("Delete")
         self.tab.keyboard.type(text)
@@ -282,7 +285,7 @@ class Page:
     def switch(self, name: str) -> bool:
         """Press a button of the menu View, opening and closing the menu; return whether the button is on."""
         menu, button = (
-            self.tab.locator(".view-menu > summary"),
+            self.tab.locator("button.view"),
             self.tab.get_by_role("button", name=name, exact=True),
         )
         menu.click()

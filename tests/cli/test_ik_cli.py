@@ -294,6 +294,11 @@ def test_a_page_shows_the_robot_and_its_other_solutions_as_ghosts(
     assert out.startswith(f"{page}\ntarget: a pose\nreached, 8 solutions")
     (ghosts,) = (m for m in messages_of(page.read_text("utf-8")) if m.get("kind") == "ghosts")
     assert ghosts["count"] == 7
+    said(capsys, "LLeg", "--target", words(T), "--html", str(page), "--force")
+    refused = {m.get("kind"): m for m in messages_of(page.read_text("utf-8"))}
+    assert refused["ghosts"]["count"] == 7  # those outside the limits, to see why
+    assert refused["targets"]["targets"][0]["name"] == "LLeg"
+    assert pytest.approx(T) == np.reshape(refused["targets"]["targets"][0]["matrix"], (4, 4)).T
     np.save(tmp_path / "feet.npy", nao.fk(nao.random(5, 4), "LLeg"))
     said(capsys, "LLeg", str(tmp_path / "feet.npy"), "--html", str(page), "--force")
     messages = messages_of(page.read_text("utf-8"))

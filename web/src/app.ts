@@ -5,7 +5,7 @@ import { Targets } from "./drag/targets.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
 import { handleMessage } from "./messages.ts";
 import { Controls } from "./panel/controls.ts";
-import { button, toolbar, write } from "./panel/element.ts";
+import { write } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Streams } from "./plot/streams.ts";
@@ -120,8 +120,6 @@ export class App extends EventTarget {
     this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
     this.studio.eyes = this.eyes;
     this.menu = new ViewMenu(this, byId("top"));
-    const cameras = about.cameras.map(({ name }) => button(name, () => this.camera(name)));
-    toolbar(byId("cameras"), "Cameras", ...cameras);
     this.viewer.set_3d_pane_size();
     this.toggles.apply();
     this.stance.settle();
@@ -232,11 +230,11 @@ export class App extends EventTarget {
     return (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1);
   }
 
-  /** Whether the whole robot is in the picture, below the bar at its top. */
+  /** Whether all robots and ghosts are in the picture, below the bar at its top. */
   get isInSight() {
     const { camera } = this.pick.viewport;
     camera.updateProjectionMatrix();
-    return cornersOf(this.robot.box([])).every((corner) => {
+    return cornersOf(this.others.box([])).every((corner) => {
       const { x, y, z } = corner.project(camera);
       return Math.abs(x) <= 1 && y >= -1 && y <= 1 - 2 * this.bar && z < 1;
     });

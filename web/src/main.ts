@@ -13,4 +13,4 @@ async function open() {
   } else app.connection.listen();
 }
 
-open().catch((error) => refuse("WebGL", error));
+open().catch((error) => refuse("a browser of 2023 or later", error));

@@ -6,15 +6,24 @@ import { THREE } from "./three.ts";
  * Make the renderer that meshcat draws with. Its canvas has no antialiasing, which would slow down every frame of a
  * movement; `Smoothing` is used for the picture at rest only.
  */
-function makeRenderer(pane: HTMLElement) {
+function makeRenderer() {
   const renderer = new THREE.WebGLRenderer({ alpha: true, antialias: false, powerPreference: "high-performance" });
   renderer.outputEncoding = THREE.sRGBEncoding;
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = THREE.PCFSoftShadowMap;
   // Shadows only change with the robot, not with the camera.
   renderer.shadowMap.autoUpdate = false;
-  pane.append(renderer.domElement);
   return renderer;
+}
+
+/** What stands in for the renderer in a browser without WebGL: it draws nothing, and all else of the page works. */
+function withoutPicture() {
+  const nothing = () => {};
+  return {
+    ...{ domElement: document.createElement("canvas"), getContext: () => ({ isContextLost: () => true }) },
+    ...{ extensions: { has: () => false }, capabilities: {}, shadowMap: {} },
+    ...{ setSize: nothing, setPixelRatio: nothing, getPixelRatio: () => 1 },
+  } as unknown as ReturnType<typeof makeRenderer>;
 }
 
 /**
@@ -24,7 +33,16 @@ function makeRenderer(pane: HTMLElement) {
  */
 export function makeViewer(page: App) {
   const { pane } = page;
-  const viewer = new MeshCat.Viewer(pane, false, makeRenderer(pane));
+  let renderer = withoutPicture();
+  try {
+    renderer = makeRenderer();
+  } catch {
+    page.blank(
+      "This browser has no WebGL, and so there is no picture. The panel, its numbers and the handles by keyboard work.",
+    );
+  }
+  pane.append(renderer.domElement);
+  const viewer = new MeshCat.Viewer(pane, false, renderer);
   let isAwake = false;
   viewer.animate = () => {
     isAwake = false;

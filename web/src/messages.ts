@@ -5,7 +5,7 @@ import type { Received } from "./received.ts";
 import type { Message } from "./types.ts";
 import { isOutdated } from "./reports.ts";
 import { showGhosts } from "./scene/ghosts.ts";
-import { scaleBar } from "./scene/legend.ts";
+import { scale } from "./scene/legend.ts";
 
 // The action of each kind of message that Python's `panel_message` makes.
 const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) => void } = {
@@ -33,7 +33,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   colours: (app, { robot, links, label, low, high, stops }) => {
     const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;
     shown?.colours.setScale(new Map(links.map(({ link, rgb }) => [link, rgb])));
-    app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
+    app.legend.set("colours", stops ? scale({ label, low, high }, stops) : []);
   },
   robot_added: (app, message) => app.others.add(message),
   robot_joints: (app, { robot, q, up }) => app.others.display(robot, q, up),

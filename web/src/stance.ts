@@ -99,7 +99,7 @@ export class Stance {
 
   /** Bring the scene up to date with the configuration, wherever it comes from; called for every frame. */
   settle() {
-    const { robot, player, shown, drag, studio, ghosts, balance, collisions, eyes, panel, reports } = this.page;
+    const { robot, player, shown, drag, studio, ghosts, others, balance, collisions, eyes, panel, reports } = this.page;
     if (!robot) return;
     player.refresh();
     const now = [...this.q, ...Array.from(this.up ?? [])];
@@ -108,6 +108,7 @@ export class Stance {
     shown.settle(this.up, drag.held !== null);
     if (robot.about.floating) studio.goAlong(this.q[0], this.q[1]);
     ghosts.refresh();
+    others.follow();
     studio.moved();
     balance.draw();
     collisions.refresh();

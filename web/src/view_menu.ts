@@ -1,83 +1,87 @@
 import type { App } from "./app.ts";
-import { button, div, element, place } from "./panel/element.ts";
+import { button, div, element, menu as makeMenu, toolbar } from "./panel/element.ts";
+import { jointOf } from "./pick/facts.ts";
 import { saveFilm } from "./record/film.ts";
 import { saveScreenshot } from "./record/pictures.ts";
 import { paintFloor } from "./scene/floor.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { entry } from "./scene/legend.ts";
 import { chainColours } from "./scene/link_colours.ts";
+import { matches } from "./values/names.ts";
 
-/** The View menu: frames, transparency, colours, ghosts, pictures and videos. */
+// How many cameras have a button over the picture.
+const FIRST = 4;
+
+/** The View menu: overlays, frames, further cameras, ghosts, pictures and videos. */
 export class ViewMenu {
-  /** Length of the arrows, as the power of two by which the usual one is multiplied. */
-  size = slider([-2, 2, 0.1], 0, (power) => {
-    const { names, usual } = this.page.frames;
-    this.page.chooseFrames({ names, size: usual * 2 ** power });
-  });
-  boxes: Map<string, HTMLInputElement> = new Map();
-  sheet = div("sheet", section("Show", this.page.toggles.bar), this.frames(), this.robot(), this.pictures());
-  summary = element("summary", {}, "View");
-  menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
+  /** Which frames are drawn if a button is pressed. */
+  choices: Map<HTMLButtonElement, string[]> = new Map();
+  search = element("input", { type: "search", placeholder: "Search frames", ariaLabel: "Search frames to draw" });
+  found = element("output");
+  opener = element("button", { type: "button", className: "view" }, "View ▾");
+  sheet = makeMenu(
+    this.opener,
+    "View",
+    section("Show", this.page.toggles.bar),
+    this.frames(),
+    ...this.cameras(),
+    this.rest(),
+  );
 
   constructor(
     readonly page: App,
     top: HTMLElement,
   ) {
-    top.append(this.menu);
-    const put = () => place(this.sheet, this.summary);
-    this.menu.addEventListener("toggle", put);
-    window.addEventListener("resize", put);
-    document.addEventListener("pointerdown", ({ target }) => {
-      if (!this.menu.contains(target as Node)) this.menu.open = false;
-    });
-    this.menu.addEventListener("keydown", (event) => {
-      if (event.key !== "Escape" || !this.menu.open) return;
-      this.menu.open = false;
-      this.summary.focus();
-      event.stopPropagation();
-    });
+    this.sheet.classList.add("view");
+    top.append(this.opener, this.sheet);
   }
 
-  /** Check the boxes of the frames that are drawn. */
+  /** Mark the button of the frames that are drawn. */
   refresh() {
     const { frames, toggles } = this.page;
-    const names = new Set(toggles.shown.frames ? frames.names : []);
-    for (const [name, box] of this.boxes) box.checked = names.has(name);
-    this.size.show(Math.log2((frames.size ?? frames.usual) / frames.usual));
+    const drawn = String(toggles.shown.frames ? frames.names : []);
+    for (const [made, names] of this.choices) made.setAttribute("aria-pressed", String(String(names) === drawn));
   }
 
   frames() {
-    const { about } = this.page.robot;
-    const all = about.frames.map(({ name }) => name);
-    const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
-    const toggle = this.page.toggles.buttons.get("frames") as HTMLElement;
-    for (const name of all) {
-      const box = element("input", { type: "checkbox" });
-      box.onchange = () => this.choose(all.filter((frame) => this.boxes.get(frame)?.checked));
-      this.boxes.set(name, box);
-      list.append(element("label", { title: name }, box, element("span", {}, name)));
+    const { robot } = this.page;
+    const { about } = robot;
+    // One name of each place on a body, the one by which the page calls it if there is one.
+    const called = about.frames.filter(({ name, link }) => about.links[link].title === name);
+    const place = (link: number) =>
+      [jointOf(about, link)?.name, ...robot.pose(link).elements.map((x) => Math.round(1e6 * x) + 0)].join(" ");
+    const places = (sought: string) => {
+      const fitting = [...called, ...about.frames].filter(({ name }) => matches(name, sought));
+      return [...new Map(fitting.reverse().map(({ name, link }) => [place(link), name])).values()].reverse();
+    };
+    for (const [text, names] of Object.entries({ All: places(""), Effectors: about.effectors, None: [] })) {
+      const made = button(text, () => {
+        this.search.value = "";
+        this.choose(names);
+      });
+      this.choices.set(made, names);
     }
-    return element(
-      "section",
-      { className: "frames" },
-      row(
-        toggle,
-        button("Effectors", () => this.choose(about.effectors)),
-        button("All", () => this.choose(all)),
-        button("None", () => this.choose([])),
-      ),
-      list,
-      field("Size", this.size.input),
-    );
+    this.search.oninput = () => this.choose(this.search.value.trim() ? places(this.search.value) : []);
+    return section("Frames", row(...this.choices.keys()), div("search", this.search, this.found));
   }
 
   choose(names: string[]) {
+    const { length } = names;
+    this.found.textContent = this.search.value.trim() ? `${length || "no"} place${length === 1 ? "" : "s"}` : "";
     this.page.chooseFrames({ names, size: null });
+    this.page.toggles.tell("frames");
   }
 
-  robot() {
+  /** Put the first cameras over the picture, and the others into a section of the menu. */
+  cameras() {
     const { page } = this;
-    const opacity = slider([0.1, 1, 0.05], 1, (share) => page.studio.setOpacity(share));
+    const all = page.robot.about.cameras.map(({ name }) => button(name, () => page.camera(name)));
+    toolbar(document.getElementById("cameras") as HTMLElement, "Cameras", ...all.slice(0, FIRST));
+    return all.length > FIRST ? [section("Look from", row(...all.slice(FIRST)))] : [];
+  }
+
+  rest() {
+    const { page } = this;
     const keep = button("Keep as ghost", () => keepGhost(page));
     const remove = button("Remove ghost", () => {
       clearGhosts(page);
@@ -86,21 +90,12 @@ export class ViewMenu {
     const refresh = () => (remove.hidden = page.ghosts.copies.length === 0);
     page.addEventListener("shown", refresh);
     refresh();
-    return section("Robot", field("Opacity", opacity.input), row(keep, remove));
-  }
-
-  pictures() {
-    const { page } = this;
-    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
-    const shoot = (scale: number) => () => {
-      this.menu.open = false;
-      return saveScreenshot(page, scale);
+    const save = (what: (page: App) => Promise<void>) => () => {
+      this.sheet.hidePopover();
+      return what(page);
     };
-    const film = button("Video", () => {
-      this.menu.open = false;
-      return saveFilm(page);
-    });
-    return section("Page", row(contrast, button("Picture 1×", shoot(1)), button("Picture 2×", shoot(2)), film));
+    const files = [button("Picture", save(saveScreenshot)), button("Video", save(saveFilm))];
+    return div("", section("Compare", row(keep, remove)), section("Save", row(...files)));
   }
 }
 
@@ -110,27 +105,6 @@ function section(title: string, ...children: Node[]) {
 
 function row(...children: Node[]) {
   return div("row", ...children);
-}
-
-/** A slider with a number, filled up to it; `then` is called when the user moves it. */
-function slider([low, high, step]: number[], value: number, then: (value: number) => void) {
-  const input = element("input", { type: "range", min: String(low), max: String(high), step: String(step) });
-  const show = (to: number) => {
-    input.value = String(to);
-    input.style.setProperty("--to", `${(100 * (Number(input.value) - low)) / (high - low)}%`);
-  };
-  input.oninput = () => {
-    show(Number(input.value));
-    then(Number(input.value));
-  };
-  show(value);
-  return { input, show };
-}
-
-function field(text: string, control: HTMLElement) {
-  // Without this, a screen reader would read the options of a select as part of its name.
-  control.ariaLabel = text;
-  return element("label", { className: "field" }, text, control);
 }
 
 /** An overlay: the text of its button, and the function that shows or hides it. */
@@ -191,7 +165,15 @@ const TOGGLES: Record<string, Toggle> = {
     isOffered: ({ ghosts }) => ghosts.copies.length > 0,
     show: ({ ghosts, legend }, on) => {
       ghosts.group.visible = on;
-      legend.set("ghosts", on && ghosts.entries.length > 0 ? ["ghosts", ...ghosts.entries] : []);
+      legend.set("ghosts", on && ghosts.entries.length > 0 ? ghosts.entries : []);
+    },
+  },
+  together: {
+    text: "Move together",
+    isOffered: ({ others }) => others.robots.size > 0,
+    show: ({ others }, on) => {
+      others.together = on;
+      others.follow();
     },
   },
   eye: {
@@ -227,13 +209,19 @@ export class Toggles {
       this.shown[name] = begins?.(page) ?? false;
       const made = button(text, () => {
         this.set({ [name]: !this.shown[name] });
-        page.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: page.reports.source });
+        this.tell(name);
       });
       made.dataset.shown = name;
       this.buttons.set(name, made);
-      this.bar.append(made);
+      // Frames are chosen below these buttons, and the contrast in the settings.
+      if (!["frames", "contrast"].includes(name)) this.bar.append(made);
     }
-    page.addEventListener("targets", () => this.refresh());
+    for (const name of ["targets", "robots"]) page.addEventListener(name, () => this.refresh());
+  }
+
+  /** Tell the program whether an overlay is on. */
+  tell(name: string) {
+    this.page.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: this.page.reports.source });
   }
 
   /** Show the buttons of the overlays that have something to show. */

@@ -1,9 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { crc32 } from "node:zlib";
 import { toPlanes } from "../src/record/planes.ts";
 import { webm } from "../src/record/webm.ts";
-import { zip } from "../src/record/zip.ts";
 
 /**
  * The elements of EBML in some bytes, by identifier, with the places of their contents.
@@ -65,26 +63,4 @@ test("white, grey and black have no colour, and a lone red pixel at an odd corne
   const pixels = [255, 255, 255, 255, 128, 128, 128, 255, 255, 0, 0, 255];
   assert.deepEqual([...toPlanes(pixels, 3, 1)], [235, 126, 63, 128, 102, 128, 240]);
   assert.deepEqual([...toPlanes([0, 0, 0, 255, 0, 0, 255, 255], 1, 2)], [16, 32, 184, 123]);
-});
-
-test("a ZIP file has its files one after another, with their checksums, and a list of them", () => {
-  const files = ["00000.png", "00001.png"].map((name, i) => ({ name, data: new TextEncoder().encode(`picture ${i}`) }));
-  const file = Buffer.concat(zip(files));
-  const end = file.length - 22;
-  assert.equal(file.readUInt32LE(end), 0x06054b50);
-  assert.equal(file.readUInt16LE(end + 10), 2);
-  let at = file.readUInt32LE(end + 16);
-  assert.equal(at + file.readUInt32LE(end + 12), end);
-  for (const { name, data } of files) {
-    assert.equal(file.readUInt32LE(at), 0x02014b50);
-    assert.equal(file.readUInt32LE(at + 16), crc32(data));
-    assert.equal(file.readUInt32LE(at + 24), data.length);
-    assert.equal(file.toString("latin1", at + 46, at + 46 + name.length), name);
-    const place = file.readUInt32LE(at + 42);
-    assert.equal(file.readUInt32LE(place), 0x04034b50);
-    assert.equal(file.readUInt32LE(place + 14), crc32(data));
-    const from = place + 30 + name.length;
-    assert.deepEqual([...file.subarray(from, from + data.length)], [...data]);
-    at += 46 + name.length;
-  }
 });

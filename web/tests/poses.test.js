@@ -7,17 +7,7 @@ test("poses of this robot are read, and whatever else the browser has is left ou
     { name: "wave", q: [0.1, 0.2], up: null },
     { name: "on the side", q: [0, 0], up: [0, 1, 0] },
   ];
-  const bad = [
-    null,
-    3,
-    { name: "", q: [0, 0], up: null },
-    { name: "x".repeat(41), q: [0, 0], up: null },
-    { name: "short", q: [0], up: null },
-    { name: "infinite", q: [0, null], up: null },
-    { name: "text", q: ["0", "0"], up: null },
-    { name: "no vertical", q: [0, 0], up: [0, 1] },
-  ];
+  const bad = [null, 3, { name: "", q: [0, 0], up: null }, { name: "of another robot", q: [0], up: null }];
   assert.deepEqual(readPoses(JSON.stringify([...bad, ...good]), 2), good);
   for (const text of ["", "{", "{}", "null"]) assert.deepEqual(readPoses(text, 2), []);
-  assert.equal(readPoses(JSON.stringify(Array(70).fill(good[0])), 2).length, 60);
 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { mirrored, randomWithin, rangeOf, unrounded } from "../src/values/configurations.ts";
+import { mirrored, rangeOf, unrounded } from "../src/values/configurations.ts";
 import { History } from "../src/panel/past.ts";
 import { matches, nearest } from "../src/values/names.ts";
 import { USUAL, format, parse, spoken, stepped, stepsOfKey, unitOf } from "../src/values/units.ts";
@@ -67,21 +67,6 @@ test("mirrored twice a configuration is itself", () => {
   assert.deepEqual(image, [-0.25, -1e-7, -0.5, -1.5, -0.05]);
   assert.deepEqual(mirrored(ABOUT, image), Q);
   assert.ok(Object.is(mirrored(ABOUT, [0, 0, 0, 0, 0])[0], 0));
-});
-
-test("random configurations keep all limits, and reach both ends of the coupled ones", () => {
-  let [least, most] = [1, 0];
-  for (let i = 0; i < 2000; i++) {
-    const q = randomWithin(ABOUT, Q);
-    for (const coordinate of ABOUT.coordinates) {
-      const [low, high] = rangeOf(ABOUT, coordinate, q);
-      assert.ok(q[coordinate.column] >= low && q[coordinate.column] <= high);
-    }
-    const [low, high] = rangeOf(ABOUT, ABOUT.coordinates[1], q);
-    const share = (q[1] - low) / (high - low);
-    [least, most] = [Math.min(least, share), Math.max(most, share)];
-  }
-  assert.ok(least < 0.01 && most > 0.99);
 });
 
 test("what rounding took over a limit is put back, what is further outside stays", () => {

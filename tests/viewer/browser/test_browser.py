@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, made_of, opened, processes, read_png, until
+from viewer_pages import Page, made_of, opened, processes, read_png, until, visitor
 
 import nao_kin as nk
+from nao_kin.cli.app import run
 from nao_kin.errors import NoBrowser
 from nao_kin.rotations import rpy_from_matrix
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
@@ -119,12 +120,12 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
     drawn = """() => [naoKin.frames.triads.length, naoKin.axes.screws.length,
         naoKin.balance.group.children.filter(({ visible }) => visible).length]"""
     assert page.run(drawn) == [0, 0, 0]
-    for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
+    for name in ("Effectors", "Joint axes", "Centre of mass", "Support"):
         page.switch(name)
     assert page.run(drawn) == [7, 26, 6]
     legend = page.tab.locator("#legend").inner_text()
     assert sorted(legend.split()) == ["revolute", "spherical", "universal"]
-    for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
+    for name in ("None", "Joint axes", "Centre of mass", "Support"):
         page.switch(name)
     assert page.run(drawn) == [0, 0, 0]
     assert not page.tab.locator("#legend").is_visible()
@@ -399,3 +400,59 @@ def test_a_picture_needs_no_page_and_leaves_nothing_behind(
     assert processes(str(tmp_path)) == []
     assert list(deep.iterdir()) == []
     assert sorted(path.name for path in tmp_path.iterdir()) == [deep.name, "front.png"]
+
+
+def test_two_robots_move_together_and_their_difference_is_read_in_numbers(browser: Any, tmp_path: Path) -> None:
+    old, new, path = nk.load_nao("v3.3"), nk.load_nao("v6"), tmp_path / "two.html"
+    assert run(["view", "--nao", "v3.3", "--beside", "v6", "--posture", "Crouch", "--html", str(path)]) == 0
+    with opened(browser, path) as page:
+        line = page.tab.locator(".robots output")
+        for posture in ("Crouch", "Sit"):
+            q = old.posture(posture)
+            page.set(q)
+            poses = """(name) => {
+                const { robot } = naoKin.others.robots.get(1).shown;
+                return robot.pose(robot.linkOf(name)).toArray();
+            }"""
+            for frame in ("CameraTop", "LArm"):
+                page.run("(frame) => naoKin.pick.selection.follow(frame)", frame)
+                other = np.reshape(page.run(poses, frame), (4, 4)).T
+                assert np.abs(other - new.fk(q, frame)).max() < 1e-6
+                E = np.linalg.inv(old.fk(q, frame)) @ new.fk(q, frame)
+                away = 1e3 * np.linalg.norm(E[:3, 3])
+                turned = math.degrees(float(nk.rotations.natural_invariants(E[:3, :3])[1]))
+                text = f"{frame}: {away:.1f} mm, {turned:.1f}° apart"
+                assert line.inner_text().replace("\u00a0", " ") == text
+        assert not page.switch("Move together")
+        page.slide("HeadYaw", 0.5)
+        page.run("() => naoKin.pick.selection.follow('Head')")
+        assert not line.inner_text().startswith("Head: 0.0 mm, 0.0°")
+
+
+def test_without_webgl_the_panel_the_numbers_and_the_handles_work(
+    browser: Any, document: Path, nao: nk.NaoModel
+) -> None:
+    with visitor(browser, viewport={"width": 1100, "height": 700}) as context:
+        context.add_init_script("""
+            const { getContext } = HTMLCanvasElement.prototype;
+            HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+                return kind.includes("webgl") ? null : getContext.call(this, kind, ...rest);
+            };""")
+        tab = context.new_page()
+        tab.goto(document.as_uri())
+        tab.wait_for_selector("body[data-ready]")
+        assert "there is no picture" in tab.locator("#blank").inner_text()
+        tab.get_by_role("button", name="Crouch", exact=True).click()
+        q = np.array(tab.evaluate("() => [...naoKin.q]"))
+        assert np.array_equal(q, nao.posture("Crouch"))
+        pose = tab.evaluate("() => naoKin.pose('LArm')")
+        assert np.abs(np.reshape(pose, (4, 4)) - nao.fk(q, "LArm")).max() < 1e-6
+        assert "margin" in tab.get_by_label("Balance").inner_text()
+        tab.locator("#handles button", has_text="LArm").focus()
+        for _ in range(3):
+            tab.keyboard.press("Shift+ArrowUp")
+        moved = nao.position(np.array(tab.evaluate("() => (naoKin.settle(), [...naoKin.q])")), "LArm")
+        assert 0.015 < np.linalg.norm(moved - nao.position(q, "LArm")) < 0.035
+        tab.locator("button.view").click()
+        tab.get_by_role("button", name="Picture", exact=True).click()
+        assert "no picture to save" in tab.locator("#message").inner_text()

@@ -153,7 +153,7 @@ def test_a_page_that_loses_its_program_before_it_knows_what_that_has_is_loaded_a
         assert tab.evaluate("() => performance.getEntriesByType('navigation')[0].type") == "reload"
         crouched = tab.evaluate("() => [...naoKin.q]")
         assert np.allclose(crouched, nao.posture("Crouch"))
-        assert [tab.locator(one).count() for one in ("#fold", "#eye", ".view-menu", ".play")] == [1, 1, 1, 1]
+        assert [tab.locator(one).count() for one in ("#fold", "#eye", "button.view", ".play")] == [1, 1, 1, 1]
         tab.get_by_role("button", name="Stand", exact=True).click()
         tab.keyboard.press("Control+z")  # once: there is one panel
         assert tab.evaluate("() => [...naoKin.q]") == crouched

@@ -208,8 +208,9 @@ def test_what_one_robot_looks_like_leaves_its_equal_alone(browser: Any, nao: nk.
             assert_changed(lambda: viewer.show_lights({"Chest": (0.0, 1.0, 0.0)}), lit, own=True)
 
             def fade() -> None:
-                tab.locator("summary", has_text="View").click()
-                tab.get_by_label("Opacity", exact=True).focus()
+                tab.get_by_role("button", name="Settings").click()
+                tab.wait_for_function("() => document.activeElement.value === 'deg'")
+                tab.get_by_role("slider", name="Opacity").focus()
                 tab.keyboard.press("Home")
                 tab.keyboard.press("Escape")
 
@@ -243,7 +244,7 @@ def test_robots_are_named_hidden_and_looked_at_in_the_panel(
             f"{HOSTILE[1]} (3)",
             f"{HOSTILE[1]} (4)",
         ]
-        assert "the program that added the others moves them" in section.inner_text()
+        assert "“Move together” in View moves the others along" in section.inner_text()
         all_of_them = several.run(box)
         show = section.get_by_role("checkbox", name=f"Show {HOSTILE[1]} (4)", exact=True)
         show.focus()
@@ -404,7 +405,7 @@ def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, 
     live.show_frames(["LArm"])
     assert live.shown["frames"] is True
     page.tab.wait_for_function("() => naoKin.frames.triads.length === 1")
-    page.switch("Frames")
+    page.switch("None")
     assert until(lambda: live.shown["frames"] is False)
     with opened(browser, live.url) as late:
         assert late.run("() => naoKin.frames.triads.length") == 0

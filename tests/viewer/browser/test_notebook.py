@@ -127,10 +127,7 @@ def test_what_the_next_cell_displays_is_seen_in_the_output_above(notebook: Any, 
 
 
 def test_a_joint_moved_in_the_output_is_known_in_the_next_cell(notebook: Any) -> None:
-    field = notebook.frame_locator(FRAME).get_by_label("HeadPitch in degrees")
-    field.scroll_into_view_if_needed()
-    field.click()
-    notebook.keyboard.press("ControlOrMeta+A")
+    notebook.frame_locator(FRAME).locator('.joint[data-joint="HeadPitch"] .number').click()
     notebook.keyboard.type("10")
     notebook.keyboard.press("Enter")
     _robot(notebook).wait_for_function("() => naoKin.q[1] > 0.1")

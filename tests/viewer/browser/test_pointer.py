@@ -122,7 +122,7 @@ def moved(nao: nk.RobotModel, before: np.ndarray, after: np.ndarray) -> set[str]
 
 def test_a_click_on_a_link_marks_its_joint_whose_row_lights_the_link(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => (document.querySelector('#panel details').open = false)")
-    page.tab.locator("input[type=search]").fill("Elbow")
+    page.tab.get_by_label("Filter joints").fill("Elbow")
     page.tab.mouse.click(*seen(page, "RTibia"))
     row = page.tab.locator(".joint[aria-current=true]")
     assert row.get_attribute("data-joint") == "RKneePitch"
@@ -295,7 +295,7 @@ def test_a_link_that_follows_another_joint_moves_both(page: Page, nao: nk.NaoMod
     assert nao.within_limits(q)
     assert np.abs(page.poses(("LPelvis", "RPelvis")) - nao.fk(q, ("LPelvis", "RPelvis"))).max() < 1e-6
     page.tab.mouse.up()
-    look(page, "hands")
+    page.run("() => naoKin.camera('hands')")
     before = page.q
     pull(page, "LFinger12_link", (15, 15))
     assert moved(nao, before, page.q) == {"LHand"}
@@ -502,7 +502,7 @@ def test_two_points_of_the_surface_stay_on_their_links(page: Page, nao: nk.NaoMo
         page.set(q)
         a, b = ((nao.fk(q, link) @ [*local, 1.0])[:3] for link, local in ((one, p), (other, r)))
         expected = [np.linalg.norm(b - a), *(b - a)]
-        assert numbers(page, "distance", "dx", "dy", "dz") == pytest.approx(expected, abs=1e-6)
+        assert numbers(page, "distance", "Δx", "Δy", "Δz") == pytest.approx(expected, abs=1e-6)
         label = page.run("() => naoKin.labels.owners.get(naoKin.pick.measure)[0]?.text")
         assert label == f"{1000 * np.linalg.norm(b - a):.1f} mm"
     assert page.run("() => naoKin.pick.measure.thread.visible")
@@ -522,7 +522,7 @@ def test_frames_are_measured_from_the_keyboard(page: Page, nao: nk.NaoModel) -> 
     q = page.q
     T_a, T_b = nao.fk(q, ("LArm", "RLeg"))
     v = T_b[:3, 3] - T_a[:3, 3]
-    assert numbers(page, "distance", "dx", "dy", "dz") == pytest.approx([np.linalg.norm(v), *v], abs=1e-6)
+    assert numbers(page, "distance", "Δx", "Δy", "Δz") == pytest.approx([np.linalg.norm(v), *v], abs=1e-6)
     E = nao.fk(q, "RLeg", reference="LArm")
     angle = float(nk.rotations.natural_invariants(E[:3, :3])[1])
     assert numbers(page, "angle") == pytest.approx([angle], abs=1e-6)

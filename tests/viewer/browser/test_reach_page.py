@@ -119,7 +119,7 @@ def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page:
 
 def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:
     text = " ".join(page.tab.locator("#legend").inner_text().split())
-    assert text == f"LArm: best manipulability {reach.best.min():.3g} {reach.best.max():.3g}"
+    assert text == f"LArm: best manipulability [m³] {reach.best.min():.5f} {reach.best.max():.5f}"
 
 
 @pytest.mark.full
@@ -134,7 +134,7 @@ def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tm
             expected = reach.centres @ T[:3, :3].T + T[:3, 3]
             order = np.argsort(reach.centres[:, 0], kind="stable")
             assert np.abs(np.array(page.run(DRAWN)) - expected[order]).max() < 1e-5
-        page.tab.locator(".view-menu summary").click()
+        page.tab.locator("button.view").click()
         page.tab.get_by_role("button", name="Keep as ghost").click()
         assert page.run("() => naoKin.ghosts.copies.length") > 20
         assert page.run(CLOUDS, "ghost") == 0

@@ -197,7 +197,7 @@ def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
         saved.drag(saved.place("grasp"), (20.0, -60.0))
         saved.tab.keyboard.press("Escape")
         saved.tab.mouse.up()
-        assert saved.tab.get_by_role("button", name="Undo").get_attribute("aria-disabled") == "true"
+        assert not saved.tab.get_by_role("button", name="Undo").is_visible()
         saved.drag(saved.place("grasp"), (0.0, -40.0))
         assert saved.run("() => naoKin.drag.line.textContent") == "grasp: no program follows it"
         saved.tab.mouse.up()
@@ -282,18 +282,7 @@ def test_plots_grow_live_go_with_a_clip_and_are_in_a_saved_page(
     assert until(lambda: label.get_attribute("aria-label") == expected)
     assert plots.first.locator("output").all_inner_texts() == ["1500", "2"]
     assert page.tab.locator(".plots img").count() == 0
-    assert plots.nth(1).locator(".values").inner_text().startswith(name)
-    # A recording of the page takes them along, from its own beginning.
-    record = page.tab.locator("#player .record")
-    record.click()
-    for i in range(20):
-        live.display(nao.posture("Stand", HeadYaw=0.02 * i))
-        live.plot("force", {"front": -1.0, "rear": float(i)}, time=20.0 + 0.02 * i)
-        page.tab.wait_for_timeout(20)
-    page.tab.wait_for_timeout(300)
-    record.click()
-    assert until(lambda: plots.count() == 1)
-    assert until(lambda: "front from −1 to −1, rear from 0 to 19" in (label.get_attribute("aria-label") or ""))
+    assert plots.nth(1).locator("h3").inner_text() == name
     # In a saved page the clip and the plot have the same time.
     live.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 31), fps=10, play=False)
     for i in range(31):

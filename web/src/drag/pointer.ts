@@ -15,7 +15,7 @@ interface Press {
   clientX: number;
   clientY: number;
   shift: boolean;
-  /** The frame of the handle or ring there. */
+  /** The frame of the handle, ring or label there. */
   frame: string | undefined;
   hit: Hit | null;
   take: (() => void) | null;
@@ -55,16 +55,23 @@ export class Pointer {
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
     const ray = this.page.pick.viewport.ray(event);
     const found = this.drag.at(event);
-    const hit = found ? null : this.page.pick.picker.at(event);
+    const frame = found?.grip.limb?.frame ?? this.labelled(event);
+    const hit = found || frame ? null : this.page.pick.picker.at(event);
     const motion = hit && this.mayMove(event, hit.link) ? motionOf(this.page.robot, hit.link, hit.point) : null;
     let take: Press["take"] = null;
     if (found) take = () => this.drag.take(found.grip, { point: found.point, ray });
     else if (hit && motion) take = () => this.drag.takeJoint(motion, { point: hit.point, ray });
-    this.press = { id, clientX, clientY, shift, frame: found?.grip.limb?.frame, hit, take, still: true, last: event };
+    this.press = { id, clientX, clientY, shift, frame, hit, take, still: true, last: event };
     if (!take) return;
     this.page.viewer.controls.enabled = false;
     this.pane.setPointerCapture(id);
     this.pane.style.cursor = "grabbing";
+  }
+
+  /** The frame whose label or triad is there. */
+  labelled(event: PointerEvent) {
+    const text = this.page.labels.at(event);
+    return this.page.frames.names.find((name) => name === text);
   }
 
   // A second finger: the first one is no tap, and what it drags is put back. Both go to the camera's control, which ignored
@@ -148,6 +155,11 @@ export class Pointer {
     const grip = this.drag.at(event)?.grip ?? null;
     this.drag.light(grip);
     const point = (on: boolean) => (this.pane.style.cursor = on ? "grab" : "");
+    if (!grip && this.labelled(event)) {
+      hover.clear();
+      this.pane.style.cursor = "pointer";
+      return;
+    }
     if (!grip) return hover.follow(event, (link) => point(link !== null && this.mayMove(event, link)));
     point(true);
     hover.clear();

@@ -141,11 +141,22 @@ export class Targets {
       this.showGrips(this.gripsShown);
       this.page.labels.set(
         this,
-        list.map(({ row, node }) => ({ text: row.name, node })),
+        list.map((target) => ({
+          text: this.isAim(target) ? `${target.row.name}: target` : target.row.name,
+          node: target.node,
+        })),
       );
+      const aim = list.find((target) => this.isAim(target));
+      if (aim) this.page.pick.selection.follow(aim.row.name);
       this.page.dispatchEvent(new Event("targets"));
     }
     this.group.updateWorldMatrix(true, true);
+    this.page.panel.readout.refresh();
+  }
+
+  /** Whether a target is a mark that has the name of a frame: the frame is to get there. */
+  isAim({ row }: Target) {
+    return row.source === undefined && this.page.robot.about.frames.some(({ name }) => name === row.name);
   }
 
   showGrips(on: boolean) {

@@ -105,8 +105,7 @@ export class Address {
     if (hash.length <= 1) return;
     let state: ReturnType<typeof readLink>;
     try {
-      // Links made by version 0.3 may also name a button "joints".
-      state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], hash.slice(1));
+      state = readLink(page.robot.about, Object.keys(page.toggles.shown), hash.slice(1));
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       return panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });

@@ -1,7 +1,7 @@
 import { THREE } from "../three.ts";
 import { differences } from "../values/configurations.ts";
 import { spoken, unitOf } from "../values/units.ts";
-import { button, div, element, write } from "./element.ts";
+import { div, element, write } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /** The directions over an edge, by quarters of a turn to the left from the front. */
@@ -20,18 +20,12 @@ function wayOver(over: { x: number; y: number }, front: { x: number; y: number }
 export class BodyState {
   // Screen readers read it on demand, not at every step of a motion.
   balance = element("output", { ariaLive: "off", ariaLabel: "Balance" });
-  /** Also the button that colours these links. */
-  overlap = button("", () => this.panel.page.toggles.buttons.get("collisions")?.click());
+  overlap = element("output", { ariaLive: "off", ariaLabel: "Overlaps" });
   element = div("body-state", this.balance, this.overlap);
   /** Whether the robot stands on feet: an arm that is bolted to the floor does not tip. */
   hasFeet = this.panel.page.robot.about.soles.length > 0;
 
-  constructor(readonly panel: Panel) {
-    const { toggles } = panel.page;
-    const press = () => this.overlap.setAttribute("aria-pressed", String(toggles.shown.collisions));
-    panel.page.addEventListener("shown", press);
-    press();
-  }
+  constructor(readonly panel: Panel) {}
 
   /** In words, over which edge the robot tips first. */
   get way() {
@@ -71,7 +65,7 @@ export class BodyState {
       this.overlap,
       pairs === null ? "" : names.length > 0 ? overlap : none,
       known ? "known" : names.length > 0 ? "warn" : "good",
-      `${names.join("\n") || none}${known}; press to colour links that overlap`,
+      `${names.join("\n") || none}${known}`,
     );
   }
 }

@@ -6,12 +6,9 @@ const STROKES = {
   redo: "M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10M10.5 4 13 6.5 10.5 9",
   reset: "M3.2 9.5A5 5 0 1 0 4.6 4.4L3 6M3 2.8V6h3.2",
   mirror: "M8 2v2M8 7v2M8 12v2M5.5 4.5v7L1.8 11.5zM10.5 4.5v7l3.7 0z",
-  random:
-    "M3.2 2.5h9.6a.7.7 0 0 1 .7.7v9.6a.7.7 0 0 1-.7.7H3.2a.7.7 0 0 1-.7-.7V3.2a.7.7 0 0 1 .7-.7zM5.05 5.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M10.05 5.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M7.55 8a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M5.05 10.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M10.05 10.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0",
   copy: "M6.2 5.5h6.6a.7.7 0 0 1 .7.7v6.6a.7.7 0 0 1-.7.7H6.2a.7.7 0 0 1-.7-.7V6.2a.7.7 0 0 1 .7-.7zM3.5 10.5h-.3a.7.7 0 0 1-.7-.7V3.2a.7.7 0 0 1 .7-.7h6.6a.7.7 0 0 1 .7.7v.3",
   paste:
     "M10.5 3.5h1.8a.7.7 0 0 1 .7.7v8.6a.7.7 0 0 1-.7.7H3.7a.7.7 0 0 1-.7-.7V4.2a.7.7 0 0 1 .7-.7h1.8M6 2.5h4v2H6zM8 7v4M6.2 9.3 8 11l1.8-1.7",
-  link: "M6.8 9.2a2.7 2.7 0 0 0 3.9 0l2.1-2.1a2.75 2.75 0 0 0-3.9-3.9l-.8.8M9.2 6.8a2.7 2.7 0 0 0-3.9 0L3.2 8.9a2.75 2.75 0 0 0 3.9 3.9l.8-.8",
   settings: "M2.5 4.5h6M11.5 4.5h2M2.5 11.5h2M7.5 11.5h6M10 3v3M6 10v3",
   panel: "M3.2 3h9.6a.7.7 0 0 1 .7.7v8.6a.7.7 0 0 1-.7.7H3.2a.7.7 0 0 1-.7-.7V3.7a.7.7 0 0 1 .7-.7zM9.8 3v10",
   record: "M8 4a4 4 0 1 1 0 8a4 4 0 1 1 0-8z",
@@ -183,7 +180,7 @@ export function menu(opener: HTMLButtonElement, label: string, ...children: Node
 }
 
 /** Place a sheet below a button, or above it if there is more room, inside the window; a high sheet scrolls. */
-export function place(sheet: HTMLElement, opener: HTMLElement) {
+function place(sheet: HTMLElement, opener: HTMLElement) {
   const gap = 4;
   const { left, right, top, bottom } = opener.getBoundingClientRect();
   sheet.style.maxHeight = `${Math.max(top, innerHeight - bottom, innerHeight / 2) - 2 * gap}px`;

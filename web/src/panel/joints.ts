@@ -3,7 +3,7 @@ import { joints as carriers } from "../pick/facts.ts";
 import type { Coordinate, Driven } from "../types.ts";
 import { matches } from "../values/names.ts";
 import { format, spoken, unitOf } from "../values/units.ts";
-import { div, element } from "./element.ts";
+import { div, element, write } from "./element.ts";
 import { NumberRow } from "./number_row.ts";
 import type { Panel } from "./panel.ts";
 
@@ -38,7 +38,7 @@ class JointRow extends NumberRow {
     this.element.dataset.joint = joint.name;
     this.element.onpointerdown = (event) => this.hold(event);
     this.element.ondblclick = ({ target }) => {
-      if (target !== this.number) this.reset();
+      if (target !== this.number && target !== this.text) this.reset();
     };
     // Also for the keyboard: the row whose slider or number it has reached.
     const light = (on: boolean) => panel.page.pick.hover.showJoint(on ? joint.name : null);
@@ -50,7 +50,7 @@ class JointRow extends NumberRow {
       const isReset = ["Delete", "Backspace"].includes(event.key);
       if (isReset) event.preventDefault();
       if (isReset) this.reset();
-      else this.step(event);
+      else this.begin(event);
     };
     this.relabel();
   }
@@ -149,6 +149,7 @@ export class Joints {
   search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
   count = element("output", { className: "count" });
   filters = div("search", this.search, this.count);
+  none = element("p", { role: "status", hidden: true });
   element: HTMLElement;
   /** The row of the joint that carries the selected frame. */
   marked: JointRow | undefined;
@@ -177,6 +178,7 @@ export class Joints {
       "section",
       { className: "joints", id: "joints", tabIndex: -1, ariaLabel: "Joints" },
       this.filters,
+      this.none,
       ...this.chains.map(({ details }) => details),
     );
     this.element.hidden = this.rows.length === 0;
@@ -211,8 +213,9 @@ export class Joints {
       if (sought && here.length > 0) details.open = true;
       found += here.length;
     }
+    write(this.none, found === 0 ? `No joint is called “${sought}”.` : "");
     const all = this.rows.length;
-    this.count.textContent = sought ? `${found} of ${all}` : `${all} joint${all === 1 ? "" : "s"}`;
+    this.count.textContent = sought ? `${found} of ${all}` : "";
   }
 
   refresh() {

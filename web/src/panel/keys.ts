@@ -17,12 +17,12 @@ const LIST = {
     ["?", "show this list"],
   ],
   "Sliders and numbers of joints": [
-    ["↑ ↓ (on sliders also ← →)", "one step: 1°, 1 mm, 1 %, 0.01 rad"],
-    ["The same with Ctrl or Alt", "a tenth of a step"],
-    ["The same with Shift, Page up, Page down", "ten steps"],
+    ["↑ ↓ ← →", "one step (in the field only ↑ ↓): 1°, 1\u00a0mm, 1\u00a0%, 0.01\u00a0rad"],
+    ["with Ctrl or Alt", "a tenth of a step"],
+    ["with Shift", "ten steps, as Page up and Page down"],
     ["Home, End", "go to the limits (sliders)"],
     ["Delete, double click", "back to the posture chosen last (sliders)"],
-    ["Enter, Escape", "set the typed number, or restore the old one"],
+    ["Enter, a digit", "type the number; Enter sets it, Escape restores the old one"],
   ],
   "Key frames": [
     ["← →", "move it 0.1 s earlier or later; with Shift 0.01 s"],
@@ -42,7 +42,7 @@ const LIST = {
     ["0, Home", "show the whole robot"],
   ],
   "The line beside the panel": [
-    ["Arrows, Home, End", "change the size of the panel"],
+    ["Arrows, Home, End", "resize the panel"],
     ["Enter", "hide the panel"],
   ],
 };
@@ -184,7 +184,7 @@ export function bindViewKeys(page: App) {
 }
 
 /** The preset chosen last if it shows the whole body, else the default one. */
-function whole({ view, robot }: App) {
+export function whole({ view, robot }: App) {
   const chosen = robot.about.cameras.find(({ name }) => name === view);
   return chosen && chosen.links.length === 0 ? chosen.name : "three-quarter";
 }

@@ -4,11 +4,12 @@ import { element } from "./element.ts";
 
 let count = 0;
 
-/** A number in the panel: a slider between its ends, and a field in which it can be typed. */
+/** A number in the panel: a slider between its ends, and its text, which a click, Enter or a digit turns into a field. */
 export abstract class NumberRow {
   value = NaN;
   slider: HTMLInputElement;
-  number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
+  text = element("span", { className: "number", onclick: () => this.edit() });
+  number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off", hidden: true });
   note = element("span", { className: "note", id: `note-${count++}`, role: "status" });
   title = element("span", { className: "name", title: this.name }, this.name);
   low = element("span", {});
@@ -23,7 +24,8 @@ export abstract class NumberRow {
     const [min, max] = ends.map(String);
     this.slider = element("input", { type: "range", step: "any", min, max, ariaLabel: name });
     this.slider.oninput = () => this.set(Number(this.slider.value));
-    this.slider.onkeydown = (event) => this.step(event);
+    this.slider.setAttribute("aria-keyshortcuts", "Enter");
+    this.slider.onkeydown = (event) => this.begin(event);
     this.number.setAttribute("aria-describedby", this.note.id);
     this.number.onfocus = () => this.number.select();
     this.number.oninput = (event) => {
@@ -33,9 +35,9 @@ export abstract class NumberRow {
       if (Number.isFinite(parse(this.number.value, this.unit))) this.showError("");
     };
     this.number.onkeydown = (event) => this.key(event);
-    this.number.onblur = () => this.commit();
+    this.number.onblur = () => this.commit() && this.close();
     const limits = element("span", { className: "limits", ariaHidden: "true" }, this.low, this.high);
-    this.parts = [this.title, this.slider, this.number, this.sign, limits, this.note];
+    this.parts = [this.title, this.slider, this.text, this.number, this.sign, limits, this.note];
   }
 
   abstract get unit(): Unit;
@@ -57,6 +59,27 @@ export abstract class NumberRow {
     this.number.toggleAttribute("data-typed", on);
   }
 
+  /** Show the field instead of the text. */
+  edit() {
+    this.text.hidden = true;
+    this.number.hidden = false;
+    this.number.focus();
+  }
+
+  /** Show the text instead of the field. */
+  close() {
+    this.text.hidden = false;
+    this.number.hidden = true;
+  }
+
+  /** The key that begins a number opens the field, in which it is then typed; other keys step. */
+  begin(event: KeyboardEvent) {
+    const { key, ctrlKey, altKey, metaKey } = event;
+    if (!/^([\d.,+−-]|Enter)$/.test(key) || ctrlKey || altKey || metaKey) return this.step(event);
+    if (key === "Enter") event.preventDefault();
+    this.edit();
+  }
+
   /** Change the value by the steps of a key, if it has any. */
   step(event: KeyboardEvent) {
     const steps = stepsOfKey(event);
@@ -69,11 +92,11 @@ export abstract class NumberRow {
   }
 
   key(event: KeyboardEvent) {
-    if (event.key === "Enter") {
-      this.commit();
-      this.number.select();
-    } else if (event.key === "Escape" && (this.isTyped || this.note.textContent)) {
-      this.showValue();
+    const isBack = event.key === "Escape";
+    if (isBack) this.showValue();
+    if (isBack || (event.key === "Enter" && this.commit())) {
+      event.preventDefault();
+      this.slider.focus();
     } else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
       event.preventDefault();
       if (this.commit()) this.step(event);
@@ -102,7 +125,7 @@ export abstract class NumberRow {
   showValue() {
     this.isTyped = false;
     this.showError("");
-    this.number.value = format(this.value, this.unit);
+    this.number.value = this.text.textContent = format(this.value, this.unit);
     // The number stays selected, so that typing replaces it.
     if (document.activeElement === this.number) this.number.select();
   }

@@ -1,10 +1,10 @@
 import type { App } from "../app.ts";
 import { paintFloor } from "../scene/floor.ts";
 import { Address } from "./address.ts";
-import { element, button } from "./element.ts";
+import { element, button, write } from "./element.ts";
 import { Exchange } from "./exchange.ts";
 import { Joints } from "./joints.ts";
-import { Keys, bindViewKeys, giveHint } from "./keys.ts";
+import { Keys, bindViewKeys, giveHint, whole } from "./keys.ts";
 import { Layout } from "./layout.ts";
 import { Past } from "./past.ts";
 import { Postures } from "./postures.ts";
@@ -12,6 +12,8 @@ import { Readout } from "./readout.ts";
 import { Settings } from "./settings.ts";
 import { Head, Messages, Tools } from "./tools.ts";
 import "./robots.css";
+import { poseNumbers, unitText } from "../pick/facts.ts";
+import { THREE } from "../three.ts";
 import type { Robot } from "../robot/robot.ts";
 import type { Other } from "../scene/other_robots.ts";
 
@@ -98,17 +100,18 @@ export class Panel {
 }
 
 /**
- * The list of robots if a scene has several: a button looks at each, and a check box shows or hides each added robot. The
- * panel moves its own robot; the program that added the others moves them.
+ * The list of robots if a scene has several: a button looks at each, and a check box shows or hides each added robot. A line
+ * says how the selected frame differs from that of the panel's own robot.
  */
 export class Robots {
   page = this.panel.page;
   list = element("ul");
   element: HTMLElement;
+  lines: Map<Other, HTMLOutputElement> = new Map();
 
   constructor(readonly panel: Panel) {
     const { name } = this.page.robot.about;
-    const note = element("p", {}, `The panel moves ${name}; the program that added the others moves them.`);
+    const note = element("p", {}, `The panel moves ${name}; “Move together” in View moves the others along.`);
     this.element = element(
       "section",
       { className: "robots", ariaLabel: "Robots in the scene" },
@@ -117,7 +120,25 @@ export class Robots {
       note,
     );
     this.page.addEventListener("robots", () => this.draw());
+    this.page.addEventListener("selected", () => this.refresh());
     this.draw();
+  }
+
+  /** Say how the selected frame, in the root of each added robot, differs from that of the page's own robot. */
+  refresh() {
+    const { pick, robot } = this.page;
+    const { units } = this.panel.settings;
+    const frame = pick.selection.read;
+    for (const [{ shown }, line] of this.lines) {
+      const other = shown.robot;
+      line.hidden = !other.frames.has(frame);
+      if (line.hidden) continue;
+      const [T_root_own, T_root_other] = [robot, other].map((one) => one.pose(one.linkOf(frame)));
+      const [from, to] = [T_root_own, T_root_other].map((T) => new THREE.Vector3().setFromMatrixPosition(T));
+      const turn = poseNumbers(T_root_own.invert().multiply(T_root_other)).angle;
+      write(line, `${frame}: ${unitText(to.distanceTo(from), "m", units)}, ${unitText(turn, "rad", units)} apart`);
+      line.title = `${to.sub(from).toArray().join(", ")} m, ${turn} rad, in the roots of both`;
+    }
   }
 
   draw() {
@@ -127,22 +148,27 @@ export class Robots {
     const names = [robot.about.name, ...added.map(([, { name }]) => name)];
     const title: (name: string, number: number) => string = (name, number) =>
       names.filter((one) => one === name).length > 1 ? `${name} (${number + 1})` : name;
+    this.lines.clear();
     this.list.replaceChildren(
       this.row(robot, element("span", {}, title(robot.about.name, 0))),
       ...added.map(([number, other]) => this.added(other, title(other.name, number))),
     );
+    this.refresh();
   }
 
   added(other: Other, name: string) {
     const box = element("input", { type: "checkbox", checked: other.visible, ariaLabel: `Show ${name}` });
     box.onchange = () => this.page.others.show(other, box.checked);
-    return this.row(other.shown.robot, element("label", {}, box, element("span", {}, name)));
+    const row = this.row(other.shown.robot, element("label", {}, box, element("span", {}, name)));
+    const line = element("output", { ariaLive: "off" });
+    this.lines.set(other, line);
+    row.append(line);
+    return row;
   }
 
   row(robot: Robot, label: HTMLElement) {
-    const freedoms = robot.about.coordinates.length;
     const name = label.textContent ?? "";
-    label.title = `${name}: ${robot.about.name}, ${freedoms} degree${freedoms === 1 ? "" : "s"} of freedom`;
+    label.title = robot.about.name;
     const look = button("Look at", () => this.look(robot));
     look.ariaLabel = `Look at ${name}`;
     return element("li", {}, label, look);
@@ -151,12 +177,9 @@ export class Robots {
   /** Fill the view with one robot, from the current direction. */
   look(robot: Robot) {
     const { page, panel } = this;
-    const presets = page.robot.about.cameras.filter(({ links }) => links.length === 0);
-    const preset =
-      presets.find(({ name }) => name === page.view) ?? presets.find(({ name }) => name === "three-quarter");
     page.stance.settle();
     robot.root.updateWorldMatrix(true, true);
-    page.look(preset, { box: () => robot.box([]) });
+    page.look(page.preset(whole(page)), { box: () => robot.box([]) });
     panel.address.later();
   }
 }

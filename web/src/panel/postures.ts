@@ -7,8 +7,8 @@ import { remember } from "./settings.ts";
 /** A configuration that the user kept under a name. */
 type Pose = Snapshot & { name: string };
 
-// The longest name, and the most poses that are kept.
-const [LONGEST, MOST] = [40, 60];
+// The longest name.
+const LONGEST = 40;
 
 /**
  * Buttons for the robot's named postures, and for the poses that the user keeps under a name. The browser stores these by the
@@ -70,8 +70,7 @@ export class Postures {
     if (!name) this.problem.textContent = "A pose needs a name.";
     else if (page.robot.about.postures.some((posture) => posture.name === name)) {
       this.problem.textContent = `${name} is a posture of the robot.`;
-    } else if (others.length >= MOST) this.problem.textContent = `There are already ${MOST} poses; remove one.`;
-    else {
+    } else {
       const { q, up } = page.stance.snapshot();
       this.write([...others, { name, q, up: up && Array.from(up) }]);
       this.name.value = "";
@@ -112,17 +111,9 @@ export class Postures {
  * @param width number of values of a configuration
  */
 export function readPoses(text: string, width: number): Pose[] {
-  const areNumbers = (values: unknown, count: number) =>
-    Array.isArray(values) && values.length === count && values.every(Number.isFinite);
   try {
-    const poses: unknown = JSON.parse(text);
-    if (!Array.isArray(poses)) return [];
-    return poses
-      .filter((pose: Pose | null) => {
-        const isNamed = typeof pose?.name === "string" && pose.name !== "" && pose.name.length <= LONGEST;
-        return isNamed && areNumbers(pose.q, width) && (pose.up === null || areNumbers(pose.up, 3));
-      })
-      .slice(0, MOST);
+    const poses: Pose[] = JSON.parse(text);
+    return poses.filter((pose) => pose?.name && Array.isArray(pose.q) && pose.q.length === width);
   } catch {
     return [];
   }

@@ -2,6 +2,7 @@ import "./readout.css";
 import { fixed } from "../math/numbers.ts";
 import { COPIES, poseNumbers, unitText } from "../pick/facts.ts";
 import { THREE } from "../three.ts";
+import type { Targets } from "../drag/targets.ts";
 import type { About } from "../types.ts";
 import { unitOf, withUnit, type Choice } from "../values/units.ts";
 import { differences } from "../values/configurations.ts";
@@ -258,12 +259,39 @@ export class Readout {
     ]);
   }
 
+  /** Show how far the frame is from the target of its name. */
+  showMiss({ row, node }: Targets["list"][0]) {
+    const { pick, robot } = this.panel.page;
+    this.apart.hidden = this.measuring;
+    const found = this.between(node.matrix, robot.pose(robot.linkOf(pick.selection.read)), !row.point);
+    this.compared.textContent = `From the target of ${row.name}: ${found.flatMap((cell, i) => (cell && i < 2 ? cell.text : [])).join(", ")}`;
+    this.difference.show(found);
+  }
+
+  /** The distance between the origins of two poses in the robot's root, the angle between their axes, and the way. */
+  between(T_root_a: THREE.Matrix4, T_root_b: THREE.Matrix4, turns: boolean) {
+    const { units } = this.panel.settings;
+    const T_reference_root = this.T_root_reference.invert();
+    const [from, to] = [T_root_a, T_root_b].map((T) =>
+      new THREE.Vector3().setFromMatrixPosition(T_reference_root.clone().multiply(T)),
+    );
+    const way = to.sub(from);
+    return [
+      length("distance", way.length(), units),
+      turns ? angle("angle", poseNumbers(T_root_a.clone().invert().multiply(T_root_b)).angle, units) : null,
+      null,
+      ...way.toArray().map((value, i) => length(["Δx", "Δy", "Δz"][i], value, units)),
+    ];
+  }
+
   /** Show how the robot differs from the ghost, or, with more of the pose, from the posture chosen last. */
   showDifference() {
-    const { ghosts, pick, robot, stance } = this.panel.page;
+    const { ghosts, pick, robot, stance, targets } = this.panel.page;
     const { units } = this.panel.settings;
     const posture = this.open ? stance.chosen : null;
     const compared = ghosts?.group.visible ? ghosts.compared : null;
+    const aim = targets?.list.find((target) => target.row.name === pick.selection.read && targets.isAim(target));
+    if (aim && !compared) return this.showMiss(aim);
     const [name, q] = compared ? ["the ghost", compared] : [posture?.name ?? "", posture?.q ?? null];
     const found = q ? differences(robot.about, q, robot.q) : [];
     this.apart.hidden = this.measuring || found.length === 0;
@@ -290,7 +318,7 @@ export class Readout {
   }
 
   showMeasured() {
-    const { page, settings } = this.panel;
+    const { page } = this.panel;
     const { measure } = page.pick;
     measure.ends.forEach((end, i) => {
       const select = this.ends[i];
@@ -301,17 +329,6 @@ export class Readout {
     });
     const [a, b] = measure.ends;
     if (!a || !b) return this.numbers.show([]);
-    const [T_root_a, T_root_b] = [measure.pose(a), measure.pose(b)];
-    const [from, to] = [T_root_a, T_root_b].map((T) =>
-      new THREE.Vector3().setFromMatrixPosition(this.T_root_reference.invert().multiply(T)),
-    );
-    const way = to.sub(from);
-    const turn = poseNumbers(T_root_a.invert().multiply(T_root_b)).angle;
-    this.numbers.show([
-      length("distance", way.length(), settings.units),
-      a.kind === "frame" && b.kind === "frame" ? angle("angle", turn, settings.units) : null,
-      null,
-      ...way.toArray().map((value, i) => length(["dx", "dy", "dz"][i], value, settings.units)),
-    ]);
+    this.numbers.show(this.between(measure.pose(a), measure.pose(b), a.kind === "frame" && b.kind === "frame"));
   }
 }

@@ -34,6 +34,8 @@ export class Settings extends EventTarget {
     length: this.kept("length") === "m" ? "m" : USUAL.length,
   };
   keys = this.kept("keys") !== "off";
+  /** Pixels of a saved picture per pixel of the screen. */
+  scale = this.kept("scale") === "2" ? 2 : 1;
   theme: string | undefined;
 
   /** @param own whether the page is for a user, and not only for taking a picture */
@@ -73,6 +75,10 @@ export class Settings extends EventTarget {
       choice("Colours", this.theme, THEMES, (theme) => {
         this.setTheme(theme);
         remember("theme", theme);
+      }),
+      choice("Pictures", String(this.scale), { 1: "1×", 2: "2×" }, (scale) => {
+        this.scale = Number(scale);
+        remember("scale", scale);
       }),
       choice("Single keys (P, /, ?)", this.keys ? "on" : "off", { on: "On", off: "Off" }, (keys) => {
         this.keys = keys === "on";

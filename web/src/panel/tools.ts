@@ -1,4 +1,4 @@
-import { mirrored, randomWithin } from "../values/configurations.ts";
+import { mirrored } from "../values/configurations.ts";
 import { div, element, iconButton, menu, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
@@ -11,7 +11,16 @@ export class Head {
     const freedoms = about.coordinates.length;
     const help = element("button", { type: "button" }, "Keys …");
     const opener = iconButton("settings", "Settings", () => {});
-    const choices = menu(opener, "Settings", ...settings.fields(), help);
+    const opacity = element("input", { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
+    opacity.ariaLabel = "Opacity";
+    opacity.style.setProperty("--to", "100%");
+    opacity.oninput = () => {
+      opacity.style.setProperty("--to", `${(Number(opacity.value) - 0.1) / 0.009}%`);
+      page.studio.setOpacity(Number(opacity.value));
+    };
+    const clear = element("fieldset", {}, element("legend", {}, "Opacity"), opacity);
+    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
+    const choices = menu(opener, "Settings", ...settings.fields(), clear, div("row", contrast, help));
     help.onclick = () => {
       choices.hidePopover();
       keys.help();
@@ -86,23 +95,20 @@ export class Messages {
 export class Tools {
   undo = iconButton("undo", "Undo", () => this.panel.past.undo(), "Ctrl+Z", "Undo");
   redo = iconButton("redo", "Redo", () => this.panel.past.redo(), "Ctrl+Shift+Z", "Redo");
+  reset = iconButton("reset", "Reset to the beginning", () => this.panel.reset(), "", "Reset");
   element: HTMLDivElement;
 
   constructor(readonly panel: Panel) {
     const { page, past, exchange } = panel;
     const { about } = page.robot;
     past.addEventListener("changed", () => this.refresh());
-    const reset = iconButton("reset", "Reset to the beginning", () => panel.reset(), "", "Reset");
     const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror(), "", "Mirror");
-    const random = iconButton(
-      "random",
-      "Random within the limits",
-      () => page.stance.jump(randomWithin(about, page.stance.q)),
-      "",
-      "Random",
-    );
     mirror.hidden = about.mirror.length === 0;
     const copy = iconButton("copy", "Copy the configuration", () => {}, "", "Copy");
+    const link = () => {
+      formats.hidePopover();
+      panel.address.copy();
+    };
     const formats = menu(
       copy,
       "Copy as",
@@ -113,16 +119,15 @@ export class Tools {
         };
         return element("button", { type: "button", onclick: take }, title, element("small", {}, hint));
       }),
+      element("button", { type: "button", onclick: link }, "Link", element("small", {}, "to this state of the page")),
     );
     const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V", "Paste");
-    const link = iconButton("link", "Copy a link to this state", () => panel.address.copy(), "", "Link");
     const group = (...buttons: Node[]) => div("group", ...buttons);
     const bar = toolbar(
       div("tools"),
       "Configuration",
-      group(this.undo, this.redo),
-      group(reset, mirror, random),
-      group(copy, paste, link),
+      group(copy, paste, mirror),
+      group(this.undo, this.redo, this.reset),
     );
     this.element = element("div", {}, bar, formats);
     this.refresh();
@@ -130,6 +135,9 @@ export class Tools {
 
   refresh() {
     const { history } = this.panel.past;
+    // They come with the first change.
+    const isFresh = history.past.length + history.future.length === 0;
+    for (const made of [this.undo, this.redo, this.reset]) made.hidden = isFresh;
     // aria-disabled, not disabled: a disabled button would lose the focus.
     this.undo.setAttribute("aria-disabled", String(history.past.length === 0));
     this.redo.setAttribute("aria-disabled", String(history.future.length === 0));

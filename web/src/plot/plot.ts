@@ -48,6 +48,12 @@ interface Line {
 const HEIGHT = 112;
 const RED = "rgb(224 49 49 / 25%)";
 
+const unitsOf = (lines: Line[]) => [...new Set(lines.map(({ sign }) => sign).filter(Boolean))];
+
+/** The texts of an axis, the last one with the unit. */
+const withUnit = (texts: string[], unit: string) =>
+  texts.map((text, i) => (i === texts.length - 1 ? `${text}${unit === "°" ? "" : " "}${unit}`.trim() : text));
+
 function written(value: number, digits: number | null) {
   if (Number.isNaN(value)) return "–";
   return digits === null ? String(Number(value.toPrecision(4))).replace("-", "−") : fixed(value, digits);
@@ -66,18 +72,22 @@ export class Plot {
   outputs: HTMLOutputElement[] | undefined;
   plot: uPlot | undefined;
 
+  heading = element("h3");
+
   /** @param grows whether new points are added to the same lines */
   constructor(
-    readonly title: string,
-    chooser: HTMLElement,
+    public title: string,
     readonly seek: (time: number) => void,
     readonly grows: boolean = false,
   ) {
-    this.element = div("plot", div("head", chooser, this.values), this.picture);
+    this.element = div("plot", div("head", this.heading, this.values), this.picture);
     new ResizeObserver(() => this.resize()).observe(this.picture);
   }
 
-  show(times: number[], lines: Line[]) {
+  show(times: number[], lines: Line[], title: string = this.title) {
+    this.title = this.heading.title = title;
+    const unit = unitsOf(lines).join(", ");
+    this.heading.textContent = unit ? `${title} [${unit}]` : title;
     const isSame =
       this.plot && lines.length === this.lines.length && lines.every(({ name }, i) => name === this.lines[i].name);
     this.lines = lines;
@@ -93,7 +103,8 @@ export class Plot {
       ...lines.map(({ name, colour }, i) => {
         const dot = element("i", {});
         dot.style.background = colour;
-        return element("span", {}, dot, name, " ", (this.outputs as HTMLElement[])[i]);
+        // A plot of one line has its name.
+        return element("span", {}, dot, name === title ? "" : name, " ", (this.outputs as HTMLElement[])[i]);
       }),
     );
     this.picture.ariaLabel = this.described();
@@ -119,13 +130,26 @@ export class Plot {
         cursor: { show: false },
         padding: [6, 10, 0, 0],
         axes: [
-          { ...axis, size: 20, gap: 2, values: (_, at) => at.map((time) => `${Number(time.toFixed(3))}`) },
           {
             ...axis,
-            size: 44,
+            size: 20,
+            gap: 2,
+            values: (_, at) =>
+              withUnit(
+                at.map((time) => `${Number(time.toFixed(3))}`),
+                "s",
+              ),
+          },
+          {
+            ...axis,
+            size: 54,
             gap: 4,
             space: 24,
-            values: (_, at) => at.map((value) => String(Number(value.toFixed(6))).replace("-", "−")),
+            values: (_, at) =>
+              withUnit(
+                at.map((value) => String(Number(value.toFixed(6))).replace("-", "−")),
+                unitsOf(lines).length === 1 ? unit : "",
+              ),
           },
         ],
         series: [{}, ...lines.map(({ colour }) => ({ stroke: colour, width: 1.75, points: { show: false } }))],
@@ -163,8 +187,12 @@ export class Plot {
     ctx.globalAlpha = 0.55;
     ctx.lineWidth = devicePixelRatio;
     ctx.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
-    for (const { colour, limits } of this.lines) {
-      ctx.strokeStyle = colour;
+    ctx.font = `${Math.round(11 * devicePixelRatio)}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
+    const named: number[] = [];
+    for (const { colour, limits, name } of this.lines) {
+      ctx.strokeStyle = ctx.fillStyle = colour;
       for (const limit of limits) {
         if (limit === null || min === undefined || max === undefined || limit < min || limit > max) continue;
         const y = Math.round(valToPos(limit, "y", true));
@@ -172,6 +200,12 @@ export class Plot {
         ctx.moveTo(bbox.left, y);
         ctx.lineTo(bbox.left + bbox.width, y);
         ctx.stroke();
+        // Its name where there is room: below an upper limit and above a lower one.
+        const [, upper] = limits;
+        const at = y + (limit === upper ? 12 : -4) * devicePixelRatio;
+        if (upper === undefined || named.some((other) => Math.abs(other - at) < 12 * devicePixelRatio)) continue;
+        named.push(at);
+        ctx.fillText(`limit of ${name}`, bbox.left + 6 * devicePixelRatio, at);
       }
     }
     ctx.restore();

@@ -1,9 +1,10 @@
 import "./plot.css";
 import { firstWhere } from "../math/numbers.ts";
-import { button, div, element, menu, select } from "../panel/element.ts";
+import { element } from "../panel/element.ts";
 import { OffScreen } from "../robot/nodes.ts";
 import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
+import { matches } from "../values/names.ts";
 import { unitOf } from "../values/units.ts";
 import { Plot } from "./plot.ts";
 import { busiest, evenTimes, sampleTimes } from "../timeline/motion.ts";
@@ -21,21 +22,13 @@ const PATIENCE = 80;
  */
 export class PlotStrip {
   coordinates = this.player.page.robot.about.coordinates;
-  /** Columns of the chosen joints; null for the joints that move most. */
-  chosen: Set<number> | null = null;
   /** A copy of the robot's tree that computes poses in other configurations. */
   skeleton: OffScreen | undefined = undefined;
   waiting: ReturnType<typeof setTimeout> | undefined = undefined;
   button = this.player.switch("plot", "Plots", () => this.toggle(), "Plots");
-  frames = select(
-    "Frame to plot",
-    this.player.page.robot.about.frames.map(({ name }) => name),
-    () => this.update(),
-  );
-  joints: Plot;
-  places: Plot;
+  joints = new Plot("Joints", (time) => this.player.seek(time));
+  places = new Plot("Position", (time) => this.player.seek(time));
   element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
-  boxes?: { box: HTMLInputElement; column: number; label: HTMLLabelElement }[];
   drawn?: Coordinate[];
   /** The program's plots and their curves, by title. */
   streams: Map<string, { plot: Plot; curves: Curves }> = new Map();
@@ -48,43 +41,19 @@ export class PlotStrip {
 
   constructor(readonly player: Player) {
     const { page } = player;
-    this.frames.value = page.pick.selection.read;
-    // The plot follows the frame that the panel shows.
-    page.addEventListener("selected", () => {
-      this.frames.value = page.pick.selection.read;
-      this.later();
-    });
-    const seek = (time: number) => player.seek(time);
-    this.joints = new Plot("Joints", this.jointChooser(), seek);
-    this.places = new Plot("Position", this.frames, seek);
+    page.addEventListener("selected", () => this.later());
+    page.panel.joints.search.addEventListener("input", () => this.later());
     this.element.append(this.joints.element, this.places.element);
     player.addEventListener("motion", () => this.later());
+    const offer = () => (this.button.hidden = !player.loaded && page.streams.live.size === 0);
+    player.addEventListener("motion", offer);
+    page.streams.addEventListener("points", offer);
+    offer();
     page.streams.addEventListener("points", () => this.pointsCame());
     player.addEventListener("time", () => this.setTime());
     page.panel.settings.addEventListener("units", () => this.later());
     page.panel.settings.addEventListener("theme", () => this.later());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.later());
-  }
-
-  jointChooser() {
-    const opener = element("button", { type: "button" }, "Joints");
-    this.boxes = this.coordinates.map(({ joint, column }) => {
-      const box = element("input", { type: "checkbox", ariaLabel: joint });
-      box.onchange = () => this.choose();
-      return { box, column, label: element("label", {}, box, joint) };
-    });
-    const most = button("Joints that move most", () => {
-      this.chosen = null;
-      this.update();
-    });
-    const sheet = menu(opener, "Joints to plot", most, ...this.boxes.map(({ label }) => label));
-    sheet.classList.add("checks");
-    return div("chooser", opener, sheet);
-  }
-
-  choose() {
-    this.chosen = new Set(this.boxes?.filter(({ box }) => box.checked).map(({ column }) => column));
-    this.update();
   }
 
   toggle() {
@@ -119,10 +88,8 @@ export class PlotStrip {
     this.waitingPoints = undefined;
     if (this.element.hidden) return;
     const begin = performance.now();
-    const { motion, page } = this.player;
-    const found = page.streams.curves(motion);
-    const playsClip = this.player.playback !== null && this.player.playback === this.player.program;
-    for (const [name, { margins }] of found) if (margins && !playsClip) found.delete(name);
+    const found = this.player.page.streams.curves();
+    for (const [name, { margins }] of found) if (margins && !this.playsClip) found.delete(name);
     for (const [name, { plot }] of this.streams) {
       if (found.has(name)) continue;
       plot.clear();
@@ -149,10 +116,8 @@ export class PlotStrip {
     this.took = performance.now() - begin;
   }
 
-  addStream(name: string, { lines, margins }: Curves) {
-    const title = lines.length === 1 && lines[0] === name ? "" : name;
-    const seek = (time: number) => this.player.loaded && this.player.seek(time);
-    const plot = new Plot(name, element("strong", {}, title), seek, true);
+  addStream(name: string, { margins }: Curves) {
+    const plot = new Plot(name, (time) => this.player.loaded && this.player.seek(time), true);
     plot.element.classList.add("stream");
     this.element[margins ? "prepend" : "append"](plot.element);
     return plot;
@@ -177,10 +142,10 @@ export class PlotStrip {
     }
     const { units } = page.panel.settings;
     const columns = this.coordinates.map(({ column }) => column);
-    const shown = this.chosen
-      ? columns.filter((column) => this.chosen?.has(column))
-      : busiest(motion, columns, MOST_LINES);
-    this.boxes?.forEach(({ box, column }) => (box.checked = shown.includes(column)));
+    // Those that the filter of the panel names, else those that move most.
+    const sought = page.panel.joints.search.value.trim();
+    const named = this.coordinates.filter(({ joint }) => matches(joint, sought)).map(({ column }) => column);
+    const shown = sought ? named.slice(0, MOST_LINES) : busiest(motion, columns, MOST_LINES);
     const times = sampleTimes(motion, MOST_TIMES);
     const rows = times.map((time) => motion.at(time));
     this.drawn = this.coordinates.filter(({ column }) => shown.includes(column));
@@ -196,7 +161,7 @@ export class PlotStrip {
     this.skeleton ??= new OffScreen(page.robot);
     // A straight line in joint values is a curve in space, so the path is sampled between the configurations too.
     const few = evenTimes(motion, MOST_PLACES);
-    const [way] = this.skeleton.ways(motion, few, [page.robot.linkOf(this.frames.value)]);
+    const [way] = this.skeleton.ways(motion, few, [page.robot.linkOf(this.frame)]);
     const { scale, digits, sign } = unitOf("m", units);
     this.places.show(
       few,
@@ -204,9 +169,19 @@ export class PlotStrip {
         const values = way.map((place) => place[axis] * scale);
         return { name: axis, colour: AXES[axis], values, limits: [], digits, sign };
       }),
+      `${this.frame} in ${page.robot.about.root}`,
     );
     this.setTime();
     this.giveWay();
+  }
+
+  get playsClip() {
+    return this.player.loaded && this.player.playback === this.player.program;
+  }
+
+  /** The frame that is plotted: the one that the panel shows. */
+  get frame() {
+    return this.player.page.pick.selection.read;
   }
 
   /** Close plots that the program has opened if the picture has less than half the height beside them. */
@@ -220,7 +195,7 @@ export class PlotStrip {
     if (this.element.hidden) return;
     for (const { plot, curves } of this.streams.values()) {
       const { times, values } = curves;
-      const now = motion ? time : (times.at(-1) ?? 0);
+      const now = this.playsClip ? time : (times.at(-1) ?? 0);
       const at = Math.max(0, firstWhere(times.length, (i) => times[i] > now) - 1);
       plot.setTime(now, (line) => values[line][at] ?? NaN);
     }
@@ -230,7 +205,7 @@ export class PlotStrip {
     const drawn = this.drawn;
     this.joints.setTime(time, (line) => q[drawn[line].column] * unitOf(drawn[line].unit, units).scale);
     this.skeleton.apply(q);
-    const pose = this.skeleton.pose(page.robot.linkOf(this.frames.value));
+    const pose = this.skeleton.pose(page.robot.linkOf(this.frame));
     this.places.setTime(time, (line) => pose.elements[12 + line] * unitOf("m", units).scale);
   }
 }

@@ -4,7 +4,6 @@ import type { Received } from "../received.ts";
 import { Pictures, download, fileName, lookFrom } from "./pictures.ts";
 import { COLOURS, toPlanes } from "./planes.ts";
 import { webm, type EncodedPicture, type Track } from "./webm.ts";
-import { zip } from "./zip.ts";
 
 type Form = Received["film"]["form"];
 
@@ -16,7 +15,7 @@ interface Film {
 }
 
 // Pictures per second of a film from the page. A film is kept in memory until it is saved: its largest size in bytes, and the
-// most files in a ZIP file.
+// most pictures.
 const RATE = 30;
 const MOST_BYTES = 1e9;
 const MOST_PICTURES = 0xffff;
@@ -95,22 +94,21 @@ class WebmFilm implements Film {
   }
 }
 
-/** A film as a ZIP file of PNG files. */
-class ZipFilm implements Film {
-  files: { name: string; data: Uint8Array<ArrayBuffer> }[] = [];
+/** A film as PNG files, one after another, which the program puts into a ZIP file. */
+class PngFilm implements Film {
+  files: Blob[] = [];
   bytes = 0;
 
   async add(ink: CanvasRenderingContext2D) {
     const blob = await new Promise((done: (blob: Blob | null) => void) => ink.canvas.toBlob(done, "image/png"));
     if (!blob) throw new Error("the browser cannot make a picture of this size");
-    const name = `${String(this.files.length).padStart(5, "0")}.png`;
-    this.files.push({ name, data: new Uint8Array(await blob.arrayBuffer()) });
+    this.files.push(blob);
     this.bytes += blob.size;
     checkSize(this.bytes);
   }
 
   async end() {
-    return new Blob(zip(this.files), { type: "application/zip" });
+    return new Blob(this.files);
   }
 
   close() {}
@@ -142,9 +140,9 @@ async function film(
   if (count > MOST_PICTURES) throw new Error(`a video has at most ${MOST_PICTURES} pictures; this one has ${count}`);
   const config = form === "webm" ? await encoding(width, height, fps) : null;
   if (form === "webm" && !config) {
-    throw new Error("this browser cannot encode video of this size; .zip gives PNG files");
+    throw new Error("this browser cannot encode video here; the program can save a .zip of PNG files");
   }
-  const made = config ? new WebmFilm(config, fps) : new ZipFilm();
+  const made = config ? new WebmFilm(config, fps) : new PngFilm();
   const drawing = new Pictures(page, width, height);
   try {
     for (let i = 0; i < count; i++) {
@@ -171,11 +169,10 @@ async function film(
 export async function saveFilm(page: App): Promise<void> {
   const { pane, player, panel, robot } = page;
   if (!player.loaded) {
-    return panel.messages.say("There is no motion to film: record one, set key frames or open a file.", { bad: true });
+    return panel.messages.say("There is no motion to film: record one or set key frames.", { bad: true });
   }
   const ratio = Math.min(devicePixelRatio, 2);
   const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => 2 * Math.round((length * ratio) / 2));
-  const form = (await encoding(width, height, RATE)) ? "webm" : "zip";
   const bar = element("progress", { max: 1, value: 0, ariaLabel: "Pictures drawn" });
   const line = element("p", {}, "The first picture is being drawn.");
   const cancelled = new Error();
@@ -188,7 +185,7 @@ export async function saveFilm(page: App): Promise<void> {
   try {
     const blob = await film(
       page,
-      { fps: RATE, width, height, form },
+      { fps: RATE, width, height, form: "webm" },
       () => {},
       (done, all) => {
         if (!dialog.open) throw cancelled;
@@ -196,10 +193,7 @@ export async function saveFilm(page: App): Promise<void> {
         line.textContent = `Picture ${done} of ${all}`;
       },
     );
-    download(blob, fileName(robot.about.name, form));
-    if (form === "zip") {
-      panel.messages.say("This page cannot encode video here, so the pictures are saved as PNG files in a ZIP file.");
-    }
+    download(blob, fileName(robot.about.name, "webm"));
   } catch (error) {
     if (error !== cancelled) panel.messages.say(`No video: ${(error as Error).message}.`, { bad: true });
   } finally {

@@ -86,16 +86,13 @@ export class Pictures {
   }
 }
 
-/**
- * Save the view as a PNG, with its labels.
- *
- * @param scale pixels of the picture per pixel of the screen
- */
-export async function saveScreenshot(page: App, scale: number): Promise<void> {
+/** Save the view as a PNG, with its labels. */
+export async function saveScreenshot(page: App): Promise<void> {
   const { pane, studio, robot } = page;
-  const ratio = scale * window.devicePixelRatio;
+  const ratio = page.panel.settings.scale * window.devicePixelRatio;
   const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
   const gl = studio.viewer.renderer.getContext();
+  if (gl.isContextLost()) return page.panel.messages.say("There is no picture to save.", { bad: true });
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
   const share = Math.min(1, most / Math.max(width, height));
   const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];

@@ -1,4 +1,5 @@
 import type { App } from "../app.ts";
+import { fixed } from "../math/numbers.ts";
 import type { Received } from "../received.ts";
 import { makeGeometry } from "../robot/robot.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
@@ -43,7 +44,7 @@ export class BodyShapes {
     });
     this.page.labels.set(
       this,
-      drawn.map(({ mass }, i) => ({ text: massText(mass), node: this.inertia[i] })),
+      drawn.map(({ mass }, i) => ({ text: `${fixed(mass, 3)} kg`, node: this.inertia[i] })),
     );
     this.page.studio.moved();
   }
@@ -62,6 +63,3 @@ export class BodyShapes {
     return mesh;
   }
 }
-
-const massText = (mass: number) =>
-  mass < 0.1 ? `${Number((1000 * mass).toPrecision(3))} g` : `${Number(mass.toPrecision(3))} kg`;

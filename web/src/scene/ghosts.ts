@@ -1,15 +1,20 @@
 import type { App } from "../app.ts";
+import { element, write } from "../panel/element.ts";
+import { unitText } from "../pick/facts.ts";
 import { asMark, between, isInside, OffScreen } from "../robot/nodes.ts";
 import type { Robot } from "../robot/robot.ts";
 import { Standing } from "../robot/standing.ts";
-import { THREE } from "../three.ts";
-import { entry } from "./legend.ts";
+import { boxOf, THREE } from "../three.ts";
 import type { Received } from "../received.ts";
+import type { RobotMesh } from "../types.ts";
 
 // The colour of a ghost for comparison.
 const COMPARED = "#3f7fd9";
 // Colours that differ from the blue and the grey of the branches during a drag.
 export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];
+
+// The colour of the entry of the robot's own configuration.
+const OWN = "#5c6678";
 
 // Poses whose entries [1, m] differ by no more than this count as equal.
 const SAME = 1e-6;
@@ -84,6 +89,22 @@ export class Ghosts {
     return this.group.children as Copy[];
   }
 
+  /** The box around those that are visible, in the world of three.js. */
+  get box() {
+    const box = new THREE.Box3();
+    for (const copy of this.group.visible ? this.copies : []) {
+      copy.updateWorldMatrix(true, false);
+      if (copy.visible) {
+        box.union(
+          boxOf(copy as unknown as RobotMesh)
+            .clone()
+            .applyMatrix4(copy.matrixWorld),
+        );
+      }
+    }
+    return box;
+  }
+
   /** Show only the links whose pose differs from the robot's. */
   refresh() {
     if (this.group.children.length === 0) return;
@@ -139,13 +160,48 @@ export function showGhosts(
     return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
   });
   page.stance.settle();
+  // Other solutions: the robot itself shows the one before them.
+  const own = first !== null && first > 1 && count > 0;
+  if (own) looks.unshift({ q: [...page.stance.q], colour: OWN, opacity });
   const places = first === null ? looks.map(({ q }) => place ?? placeOf(page.robot, q)) : null;
   page.ghosts.show(looks, 0, places);
   if (places?.length === 1) Object.assign(page.ghosts, { compared: looks[0].q, place: places[0] });
-  page.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
+  page.ghosts.entries = first === null ? [] : choices(page, looks, own ? first - 1 : first, own);
   page.toggles.refresh();
   page.panel?.readout.refresh();
   page.show({ ghosts: true });
+}
+
+/** A radio button for each configuration, which the robot takes: so arrow keys step through them. */
+function choices(page: App, looks: GhostLook[], first: number, own: boolean) {
+  const { robot, stance } = page;
+  const said = element("output", {}, own ? beyondLimits(page) : "");
+  const entries = looks.map(({ q, colour }, i) => {
+    const radio = element("input", { type: "radio", name: "ghost", checked: own && i === 0 });
+    radio.style.setProperty("--colour", colour);
+    radio.onchange = () => {
+      stance.set(robot.about.floating ? [...stance.q.slice(0, 7), ...q.slice(7)] : q);
+      stance.settle();
+      write(said, beyondLimits(page));
+    };
+    return element("label", { className: "entry" }, radio, `${first + i}`);
+  });
+  return looks.length > 0 ? [element("b", {}, own ? "solutions" : "ghosts"), ...entries, said] : [];
+}
+
+/** In words, the joint that is farthest outside its limits, and how many others are. */
+function beyondLimits({ robot, panel }: App) {
+  const { q, about } = robot;
+  const beyond = about.coordinates.map((coordinate) => {
+    const [low, high] = robot.range(coordinate, q);
+    return { ...coordinate, by: Math.max(low - q[coordinate.column], q[coordinate.column] - high) };
+  });
+  const worst = beyond.reduce((one, other) => (other.by > one.by ? other : one));
+  const { size } = robot.outside(q);
+  const others = size > 1 ? `, and ${size - 1} more` : "";
+  return size > 0
+    ? `refused: ${worst.joint} by ${unitText(worst.by, worst.unit, panel.settings.units)}${others}`
+    : "inside all limits";
 }
 
 /** The pose of the root in the scene of a robot that is set down in a configuration; its own nodes serve for it meanwhile. */

@@ -20,8 +20,8 @@ export class Labels {
   /** The labels by their owner, the part of the page that sets them. */
   owners: Map<object, Label[]> = new Map();
   point = new THREE.Vector3();
-  /** The texts and places of the labels drawn last. */
-  shown: { text: string; at: Rectangle }[] = [];
+  /** The texts, places and points of the labels drawn last. */
+  shown: { text: string; at: Rectangle; point: Anchor }[] = [];
 
   /** @param bar the bar over the picture, which labels must not cover */
   constructor(
@@ -61,6 +61,15 @@ export class Labels {
 
   hide() {
     this.canvas.hidden = [...this.owners.values()].every(({ length }) => length === 0);
+  }
+
+  /** The text of the label under a pointer, or of the one whose point is there; labels that are left out have neither. */
+  at({ clientX, clientY }: { clientX: number; clientY: number }) {
+    const { left, top } = this.pane.getBoundingClientRect();
+    const [x, y] = [clientX - left, clientY - top];
+    const isHere = ({ at, point }: Labels["shown"][0]) =>
+      contains(at, x, y) || Math.hypot(point.x - x, point.y - y) < 6;
+    return this.shown.find(isHere)?.text;
   }
 
   /** Draw the labels for the last picture. */
@@ -111,7 +120,9 @@ export class Labels {
     const style = getComputedStyle(this.pane);
     const [text, paper] = [style.getPropertyValue("--ink"), style.getPropertyValue("--panel")];
     Object.assign(ink, { font: FONT, textBaseline: "middle", lineWidth: 1 });
-    this.shown = labels.flatMap((label, i) => (places[i] ? [{ text: label.text, at: places[i] }] : []));
+    this.shown = labels.flatMap((label, i) =>
+      places[i] ? [{ text: label.text, at: places[i], point: { ...label.anchor } }] : [],
+    );
     // All lines first: a label may cover another label's line, but no line may cover a label.
     ink.strokeStyle = ink.fillStyle = text;
     labels.forEach(({ anchor }, i) => {

@@ -14,12 +14,12 @@ export function onScale(stops: Vector[], share: number): Vector {
   return [r, g, b];
 }
 
-/** A bar of the legend that shows a colour scale. */
-export function scaleBar(stops: Vector[]) {
+/** The entries of the legend for a colour scale: what it shows, and a bar between its least and its largest value. */
+export function scale({ label, low, high }: { label: string; low: string; high: string }, stops: Vector[]) {
   const css = (rgb: Vector) => `rgb(${rgb.map((value) => Math.round(255 * value)).join(",")})`;
   const bar = element("span", { className: "bar" });
   bar.style.background = `linear-gradient(to right, ${stops.map(css).join(",")})`;
-  return bar;
+  return [...(label ? [element("b", {}, label)] : []), element("span", { className: "entry" }, low, bar, high)];
 }
 
 /** The legend under the picture, with parts for the colours of links, joint pairs, reach, ghosts and others. */

@@ -17,6 +17,8 @@ export interface Other {
  */
 export class OtherRobots {
   robots: Map<number, Other> = new Map();
+  /** Whether they take, in this page, the values of the joints that the page's own robot has under the same names. */
+  together = false;
 
   constructor(readonly page: App) {}
 
@@ -43,6 +45,18 @@ export class OtherRobots {
     this.page.studio.moved();
   }
 
+  follow() {
+    if (!this.together) return;
+    const { robot, stance } = this.page;
+    const values = new Map(robot.about.coordinates.map(({ joint, column }) => [joint, robot.q[column]]));
+    for (const { shown } of this.robots.values()) {
+      const { about, q } = shown.robot;
+      for (const { joint, column } of about.coordinates) q[column] = values.get(joint) ?? q[column];
+      shown.settle(stance.up);
+    }
+    this.page.studio.moved();
+  }
+
   remove(number: number) {
     const other = this.robots.get(number);
     if (other) this.page.studio.release(other.shown.robot);
@@ -60,14 +74,16 @@ export class OtherRobots {
   }
 
   /**
-   * The box around all visible robots and the figure of a clip, in the world of three.js; if links are given, the box around
+   * The box around all visible robots, ghosts, a reach map and the figure of a clip, in the world of three.js; if links are given, the box around
    * these links of the page's own robot.
    */
   box(links: number[]) {
     const box = this.page.robot.box(links);
-    const { figure } = this.page.player;
-    if (links.length === 0 && figure) box.expandByObject(figure.object);
-    for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
+    if (links.length > 0) return box;
+    const { ghosts, player, reach } = this.page;
+    if (player.figure) box.expandByObject(player.figure.object);
+    if (ghosts) box.union(ghosts.box).union(reach.bounds);
+    for (const { shown, visible } of this.robots.values()) {
       if (!visible) continue;
       const { robot } = shown;
       robot.root.updateWorldMatrix(true, true); // its ground may have moved in the meantime

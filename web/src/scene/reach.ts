@@ -4,7 +4,7 @@ import { element, select } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
-import { onScale, scaleBar } from "./legend.ts";
+import { onScale, scale } from "./legend.ts";
 import { asMark, dispose } from "../robot/nodes.ts";
 
 interface Voxel {
@@ -58,10 +58,10 @@ export class Reach {
 
   /** Draw a map instead of the one before; a map without voxels only removes that one. */
   show(message: Received["reach"]) {
-    const { frame, voxel, first, cells, values, stops, label, low, high, cut } = message as ReachMap;
+    const { frame, voxel, first, cells, values, stops, cut, ...texts } = message as ReachMap;
     this.clear();
     this.bar.hidden = !cells;
-    this.page.legend.set("reach", cells ? [`${label} ${low}`, scaleBar(stops), high] : []);
+    this.page.legend.set("reach", cells ? scale(texts, stops) : []);
     if (!cells) return;
     this.voxel = voxel;
     this.flipped = false;
@@ -90,6 +90,15 @@ export class Reach {
     this.page.robot.frameNode(frame).add(this.group);
     this.axis.value = cut?.axis ?? "x";
     this.turn(cut?.place);
+  }
+
+  /** The box around the voxels, in the world of three.js. */
+  get bounds() {
+    const box = new THREE.Box3();
+    if (!this.group) return box;
+    const [low, high] = [0, 1].map((end) => new THREE.Vector3(...this.box.map((ends) => ends[end])));
+    this.group.updateWorldMatrix(true, false);
+    return box.set(low, high).applyMatrix4(this.group.matrixWorld);
   }
 
   clear() {

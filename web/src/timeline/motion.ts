@@ -10,8 +10,6 @@ export interface Track {
 /** The largest number of keys of a joint that is read. */
 export const MOST_ROWS = 50_000;
 
-export const TIME_UNITS: Record<string, number> = { s: 1, ms: 1e-3 };
-
 /**
  * Slopes of the monotone cubic through the keys of one number, as nao_kin.motion.smooth_slopes gives them: zero at the
  * first and the last key and where the straight lines beside a key differ in sign, else their weighted harmonic mean.

@@ -1,49 +1,29 @@
-import { button, element, iconButton, menu } from "../panel/element.ts";
+import { button, iconButton, menu } from "../panel/element.ts";
 import { download, fileName } from "../record/pictures.ts";
 import { Refused } from "../values/literals.ts";
-import { MOST_BYTES, WRITERS, readMotion } from "./formats.ts";
-import { KeyFrames, MOST_KEYS } from "./key_frames.ts";
+import { WRITERS } from "./formats.ts";
+import { KeyFrames } from "./key_frames.ts";
 import { Motion } from "./motion.ts";
 import type { Player } from "./player.ts";
 
-// A file with at most this many configurations is opened as key frames, a longer one as a clip.
+// A pasted motion with at most this many configurations becomes key frames, a longer one a clip.
 const FEW = 60;
 
-/** Saves and opens motions as files: by a menu, or by dropping a file on the page. */
+/** Saves the motion that is played as a file, and plays pasted ones. */
 export class MotionFiles {
-  /** Number of files opened. */
-  opened = 0;
-  button = iconButton("file", "Motion files", () => {}, "", "Files");
-  field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
-  writers: HTMLButtonElement[] = Object.keys(WRITERS).map((format) =>
-    button(`Save as ${format.toUpperCase()}`, () => {
-      this.menu.hidePopover();
-      this.save(format);
-    }),
+  button = iconButton("file", "Save the motion", () => {}, "", "Save");
+  menu = menu(
+    this.button,
+    "Save the motion",
+    ...Object.keys(WRITERS).map((format) =>
+      button(`Save as ${format.toUpperCase()}`, () => {
+        this.menu.hidePopover();
+        this.save(format);
+      }),
+    ),
   );
-  menu: HTMLDivElement;
 
-  constructor(readonly player: Player) {
-    this.field.ariaLabel = "Motion file";
-    this.field.onchange = () => {
-      const [file] = this.field.files ?? [];
-      if (file) this.open(file);
-      this.field.value = "";
-    };
-    const opener = button("Open a CSV or JSON file …", () => {
-      this.menu.hidePopover();
-      this.field.click();
-    });
-    this.menu = menu(this.button, "Motion files", ...this.writers, opener);
-    player.addEventListener("motion", () => this.refresh());
-    window.addEventListener("dragover", (event) => this.over(event));
-    window.addEventListener("drop", (event) => this.drop(event));
-    this.refresh();
-  }
-
-  refresh() {
-    for (const writer of this.writers) writer.disabled = this.player.motion === null;
-  }
+  constructor(readonly player: Player) {}
 
   save(format: string) {
     const { page, motion } = this.player;
@@ -58,50 +38,13 @@ export class MotionFiles {
     }
   }
 
-  over(event: DragEvent) {
-    if (!event.dataTransfer?.types.includes("Files")) return;
-    event.preventDefault();
-    event.dataTransfer.dropEffect = "copy";
-  }
-
-  drop(event: DragEvent) {
-    const [file] = event.dataTransfer?.files ?? [];
-    if (!file) return;
-    event.preventDefault();
-    this.open(file);
-  }
-
-  async open(file: File) {
-    const { player } = this;
-    const number = ++this.opened;
-    const name = file.name.length > 60 ? `${file.name.slice(0, 59)}…` : file.name;
-    if (file.size > MOST_BYTES) {
-      player.say(`${name}: ${(file.size / 1e6).toFixed(0)} MB, more than ${MOST_BYTES / 1e6} MB`, true);
-      return;
-    }
-    try {
-      const { robot, stance } = player.page;
-      const text = await file.text();
-      // Only the file opened last is shown: a short one may be read before a long one that was opened earlier.
-      if (number === this.opened) this.take(name, readMotion(robot.about, text.replace(/^\ufeff/, ""), stance.q));
-    } catch (error) {
-      player.say(`${name}: ${error instanceof Refused ? error.message : "cannot be read"}`, true);
-    }
-  }
-
   take(name: string, read: Motion) {
     const { player } = this;
     // The page's time begins at 0.
-    const motion =
-      read.start < 0
-        ? new Motion(
-            Array.from(read.times, (time) => time - read.start),
-            read.values,
-            read.interpolation,
-          )
-        : read;
+    const times = Array.from(read.times, (time) => time - Math.min(read.start, 0));
+    const motion = new Motion(times, read.values);
     player.pause();
-    const edited = motion.count <= (motion.interpolation === "smooth" ? MOST_KEYS : FEW);
+    const edited = motion.count <= FEW;
     if (edited) player.editor.take(KeyFrames.from(motion));
     else player.setClip(player.playing(motion));
     player.seek(0);

@@ -9,7 +9,7 @@ import { MotionFiles } from "./motion_files.ts";
 import { Figure, MotionPlayback } from "./playback.ts";
 import { Recording } from "./recorder.ts";
 
-const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 
 /**
  * The bar under the view: it plays the clip from Python, a recording or key frames, one at a time.
@@ -71,7 +71,7 @@ export class Player extends EventTarget {
     const files = (this.files = new MotionFiles(this));
     this.sheets.replaceChildren(this.plots.element, this.editor.element);
     toolbar(this.tools, "Motion", this.recording.button, this.editor.button, this.plots.button, files.button);
-    this.tools.after(files.menu, files.field);
+    this.tools.after(files.menu);
     this.bar.hidden = this.page.role !== "";
     this.change(null);
   }
@@ -152,6 +152,7 @@ export class Player extends EventTarget {
     if (playback !== this.playback) this.playback?.pause();
     this.playback = playback;
     this.bar.classList.toggle("empty", !playback);
+    this.files.button.hidden = !playback;
     this.setLoop(this.looping);
     this.setSpeed(this.speed);
     this.shownState = undefined;

@@ -60,7 +60,6 @@ export class Recording {
     this.recorder = new Recorder(page.stance.q.length);
     this.began = performance.now();
     this.recorder.add(0, page.stance.q);
-    page.streams.begin(() => this.time);
     this.timer = setInterval(() => this.sample(), 1000 / RATE);
     this.button.setAttribute("aria-pressed", "true");
     this.button.ariaLabel = "Stop recording";
@@ -95,7 +94,6 @@ export class Recording {
     this.button.setAttribute("aria-pressed", "false");
     this.button.ariaLabel = this.button.title = "Record the motion";
     const motion = recorder?.motion;
-    player.page.streams.end(motion);
     if (!motion) return;
     player.pause();
     const clip = player.playing(motion);

@@ -23,37 +23,6 @@ export function mirrored({ mirror }: Pick<About, "mirror">, q: ArrayLike<number>
   return image;
 }
 
-/**
- * A random configuration inside all limits, including the coupled ones. Each joint is uniform in its range; a joint without
- * limits is uniform within half a turn to either side. A floating base stays.
- *
- * @param random gives uniform numbers in [0, 1)
- */
-export function randomWithin(
-  about: Pick<About, "coordinates" | "tables">,
-  q: ArrayLike<number>,
-  random: () => number = Math.random,
-) {
-  const values = Array.from(q);
-  const shares = about.coordinates.map((coordinate) => {
-    const share = random();
-    const low = coordinate.lower ?? (coordinate.upper === null ? -Math.PI : coordinate.upper - Math.PI);
-    values[coordinate.column] = low + share * ((coordinate.upper ?? low + 2 * Math.PI) - low);
-    return share;
-  });
-  const coupled = new Set(about.tables.map(({ joint }) => joint));
-  about.coordinates.forEach((coordinate, i) => {
-    if (!coupled.has(coordinate.column)) return;
-    const [low, high] = rangeOf(about, coordinate, values);
-    values[coordinate.column] = clamp(
-      low + shares[i] * (high - low),
-      coordinate.lower ?? low,
-      coordinate.upper ?? high,
-    );
-  });
-  return values;
-}
-
 /** Put values that rounding moved out of their ranges back on the limits; values farther outside stay. */
 export function unrounded(about: Pick<About, "coordinates" | "tables">, q: number[], rounding: number) {
   const values = [...q];
@@ -113,12 +82,6 @@ export const FORMATS: Record<
     hint: "NAOqi, at a tenth of full speed",
     naoqi: true,
     write: (about, q) => `motion.setAngles(${names(about)}, ${angles(about, q)}, 0.1)\n`,
-  },
-  angleInterpolation: {
-    title: "angleInterpolation",
-    hint: "NAOqi, in two seconds",
-    naoqi: true,
-    write: (about, q) => `motion.angleInterpolation(${names(about)}, ${angles(about, q)}, 2.0, True)\n`,
   },
 };
 
