@@ -43,7 +43,8 @@ def licence(package: str) -> str:
     about = metadata.metadata(package)
     classified = [text.rpartition(" :: ")[2] for text in about.get_all("Classifier") or () if text[:7] == "License"]
     named = ", ".join(name for name in classified if name != "OSI Approved")
-    text = about.get("License-Expression") or named or about.get("License", "").partition("\n")[0]
+    own = {key: about[key] for key in ("License-Expression", "License") if key in about}
+    text = own.get("License-Expression") or named or own.get("License", "").partition("\n")[0]
     return _BY_FILE.get(package) or _NAMES.get(text, text) or "not stated"
 
 

@@ -41,6 +41,7 @@ from nao_kin._kernels.folder import (
     read_file,
     write_file,
 )
+from nao_kin._kernels.inner_functions import as_parts_of
 from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning
 
 # --- With Numba, kernels are compiled; without Numba, they run as Python.
@@ -287,14 +288,16 @@ class CachedKernel:
                     with locked(folder, "lock", int(self.file.stem, 16) >> 1, wait):
                         if not self._load(folder, compiled):
                             _print_once(f"compiling {self._what}, once on this machine …")
-                            compiled.compile(signature)
+                            with as_parts_of(self._function.__qualname__):
+                                compiled.compile(signature)
                             self._store(folder, compiled)
             self._folder = self.file.parent
         except OSError as error:
             _warn_not_cached(f"{quoted(str(self.file.parent))}: {error}" if self.file else str(error))
         if not compiled.overloads:
             _print_once(f"compiling {self._what} …")
-            compiled.compile(signature)
+            with as_parts_of(self._function.__qualname__):
+                compiled.compile(signature)
         compiled.disable_compile()
         self.entry_point = next(iter(compiled.overloads.values())).entry_point
         return compiled  # type: ignore[no-any-return]

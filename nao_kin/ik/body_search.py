@@ -454,7 +454,7 @@ def _types() -> tuple[Any, ...]:
     what="a kernel of inverse kinematics, bodies",
     name="ik kernel, bodies",
     signature=_types,
-    seconds=60.0,
+    seconds=30.0,
 )
 def whole_bodies(body: Body, second_leg: SecondLeg, plan: Plan, problems: Problems, solutions: Solutions) -> None:
     """Run `solve_body` for many poses."""

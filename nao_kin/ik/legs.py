@@ -611,5 +611,5 @@ def _types() -> tuple[Any, Any]:
 
 
 _LEGS = ClosedForm(
-    "both legs", solve_pair, _types, MAX_BRANCHES, alone=solve_fixed, usual=4, more=MORE, scratch=SCRATCH, seconds=60.0
+    "both legs", solve_pair, _types, MAX_BRANCHES, alone=solve_fixed, usual=4, more=MORE, scratch=SCRATCH, seconds=20.0
 )
